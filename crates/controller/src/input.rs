@@ -1,0 +1,92 @@
+//! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
+//! scenario) is the edge's knowledge.
+
+use crate::port::Port;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+/// One thing that happened outside.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Input {
+    /// Nothing but time: deadlines up to now are served.
+    Tick,
+    /// A peer is on the line of this port. Serial lines are connected while the port is open.
+    Connected {
+        /// The port.
+        port: Port,
+        /// The peer's address, for logs and the Ethernet display.
+        peer: String,
+    },
+    /// Bytes from the peer, cut anywhere.
+    Received {
+        /// The port.
+        port: Port,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// The peer is gone.
+    Disconnected {
+        /// The port.
+        port: Port,
+    },
+    /// Something done at the operating panel, the teach pendant or the terminals.
+    Panel(Panel),
+}
+
+/// Something done at the controller itself.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Panel {
+    /// The key switch is turned.
+    Key(KeySwitch),
+    /// The parameter EXTERNAL mode control right is set.
+    ControlRight(ControlRight),
+    /// The emergency stop button is pressed (true) or released (false).
+    EmergencyStop(bool),
+    /// The servo power button: on or off. Refused on like SO.
+    Servo(bool),
+    /// START: automatic operation from the panel, whatever the control right.
+    Start,
+    /// STOP: the program stops after the present step, and the host is told by SP (CMD-SP-05).
+    Stop,
+    /// FEED HOLD pressed: alternate action (CMD-FD-02).
+    FeedHold,
+    /// ALARM RESET.
+    AlarmReset,
+    /// The machine lock: programs run without the arm moving.
+    MachineLock(bool),
+    /// An input line is driven by the outside (1-64, 101-164, 201-264).
+    InputLine {
+        /// Din number.
+        line: u16,
+        /// Its state.
+        on: bool,
+    },
+    /// Figures typed at the teach pendant, for INPUT without a channel.
+    Keys(String),
+    /// Power off and on again.
+    PowerCycle,
+}
+
+/// Position of the key switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum KeySwitch {
+    /// Teaching (test run).
+    Teaching,
+    /// Internal automatic operation; the TS3100 only (GEN-05).
+    Internal,
+    /// External automatic operation.
+    #[default]
+    Ext,
+}
+
+/// Who commands the robot in EXT mode.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum ControlRight {
+    /// The external operation signals.
+    Sig,
+    /// The serial port HOST.
+    Rs232c,
+    /// The Ethernet channel IP0.
+    #[default]
+    Ether,
+}

@@ -1,0 +1,36 @@
+//! Every bound of the controller by name. A bound that belongs to one format stands with that format.
+
+use core::time::Duration;
+
+/// Most bytes handed to the edge in one [`crate::output::Output::Send`]: the ETHER packet size of ETH-02.
+pub const MAX_SEND: usize = 512;
+/// Ring buffer of a SCOL channel, in bytes (D10, INP-13).
+pub const RING_BUFFER: usize = 256;
+/// Longest pause between the characters of a text, and longest wait for the host's answer (SER-06, SER-08).
+pub const HOST_TIMEOUT: Duration = Duration::from_secs(10);
+/// Advised pause of a host before its next text (TRN-04).
+pub const HOST_DELAY: Duration = Duration::from_millis(50);
+/// Default capacity of the RAM drive in bytes (D13, RAM-15).
+pub const DRIVE_CAPACITY: usize = 1024 * 1024;
+/// Largest file: its size has five digits in the directory (RAM-03).
+pub const MAX_FILE: usize = 99_999;
+/// Most files on the RAM drive.
+pub const MAX_FILES: usize = 1_000;
+/// Error history entries kept (EU-06).
+pub const MAX_HISTORY: usize = 99;
+/// Current alarms kept; ten of them are shown by SF (SF-23).
+pub const MAX_ALARMS: usize = 32;
+/// Statements a program may run before it yields to the rest of the controller.
+pub const STATEMENTS_PER_SCAN: u32 = 100;
+/// Pause between two scans of a program that never waits, and of a WAIT on a changing quantity (scol.md 3.6).
+pub const SCAN: Duration = Duration::from_millis(10);
+/// Shortest time a DO motion shows RUN (D7, option `do.min_run`).
+pub const DO_MIN_RUN: Duration = Duration::from_millis(200);
+/// Lines one IW may force (IW-02).
+pub const MAX_FORCED_LINES: usize = 32;
+/// Speed of the tool point in TEACHING, in mm/s (PRM-SPD-01).
+pub const TEACHING_SPEED: f64 = 250.0;
+/// Unsolicited SP texts that may wait for an open exchange to end.
+pub const MAX_WAITING_SP: usize = 1;
+/// Teach pendant screen: characters of PRINT kept.
+pub const PENDANT_TEXT: usize = 4_096;

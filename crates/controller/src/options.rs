@@ -1,0 +1,174 @@
+//! The readings of the manual as named options. A dialect presets them (D0); the user may override
+//! each alone. No other place in the code asks for the dialect.
+
+use crate::input::{ControlRight, KeySwitch};
+use crate::limits;
+use core::time::Duration;
+use scol_mini::{IntDivision, LanguageOptions};
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::parameter::{LineEnd, OpenMode};
+use ts3100_proto::permission::PermissionTable;
+use ts3100_proto::status::su::SuLayout;
+use ts3100_proto::status::vr::VrLayout;
+use ts3100_proto::text::{Checksum, StxRule, TextOptions};
+
+/// A named preset of [`Options`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Dialect {
+    /// The manual, and what real host programs need besides.
+    #[default]
+    Field,
+    /// The letter of the manual.
+    Manual,
+}
+
+/// How SF travels (option `sf.split`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SfTexts {
+    /// One text, whatever its length; what the vendor's library reads.
+    One,
+    /// Texts of 253 data bytes at most, each acknowledged (SF-02).
+    Several,
+}
+
+/// What PRINT and INPUT do on an Ethernet channel without a peer (option `channel.no_peer`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoPeer {
+    /// Alarm 2-046, the program stops.
+    Alarm,
+    /// PRINT is discarded, INPUT waits.
+    Silent,
+}
+
+/// What INPUT does with a datum that is no number (option `input.malformed`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Malformed {
+    /// Alarm 2-046, the program stops.
+    Alarm,
+    /// The leading number counts, 0 if there is none.
+    LeadingNumber,
+}
+
+/// The controller's readings of what the manual leaves open.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// `text.stx` and `text.checksum`.
+    pub text: TextOptions,
+    /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10).
+    pub require_cr: bool,
+    /// `sf.split`.
+    pub sf_texts: SfTexts,
+    /// `su.layout`.
+    pub su_layout: SuLayout,
+    /// `vr.layout`.
+    pub vr_layout: VrLayout,
+    /// `channel.no_peer`.
+    pub no_peer: NoPeer,
+    /// `input.malformed`.
+    pub malformed: Malformed,
+    /// `parameter.line_end`: of the factory parameter files.
+    pub line_end: LineEnd,
+    /// `drive.open_mode`: [E00] of a fresh drive.
+    pub open_mode: [OpenMode; 4],
+    /// `sp.unsolicited`.
+    pub unsolicited_sp: bool,
+    /// `strict_50ms`: a text within 50 ms of the controller's last text is ignored.
+    pub strict_50ms: bool,
+    /// `do.min_run`.
+    pub do_min_run: Duration,
+    /// `drive.capacity` in bytes.
+    pub drive_capacity: usize,
+    /// `scol.int_division`.
+    pub int_division: IntDivision,
+    /// `scol.sticky_work`.
+    pub sticky_work: bool,
+}
+
+impl Options {
+    /// The preset of a dialect.
+    #[must_use]
+    pub fn of(dialect: Dialect) -> Options {
+        let field = Options {
+            text: TextOptions { stx: StxRule::Detect, checksum: Checksum::None },
+            require_cr: true,
+            sf_texts: SfTexts::One,
+            su_layout: SuLayout::OneRecord,
+            vr_layout: VrLayout::Blanks,
+            no_peer: NoPeer::Alarm,
+            malformed: Malformed::Alarm,
+            line_end: LineEnd::Lf,
+            open_mode: [OpenMode::Server; 4],
+            unsolicited_sp: true,
+            strict_50ms: false,
+            do_min_run: limits::DO_MIN_RUN,
+            drive_capacity: limits::DRIVE_CAPACITY,
+            int_division: IntDivision::Truncate,
+            sticky_work: false,
+        };
+        match dialect {
+            Dialect::Field => field,
+            Dialect::Manual => Options {
+                text: TextOptions { stx: StxRule::Required, checksum: Checksum::None },
+                sf_texts: SfTexts::Several,
+                su_layout: SuLayout::SixRecords,
+                vr_layout: VrLayout::Packed,
+                no_peer: NoPeer::Silent,
+                malformed: Malformed::LeadingNumber,
+                line_end: LineEnd::Cr,
+                open_mode: [OpenMode::Server, OpenMode::NotUsed, OpenMode::NotUsed, OpenMode::NotUsed],
+                ..field
+            },
+        }
+    }
+
+    /// The options of the language.
+    #[must_use]
+    pub fn language(&self, arm: scol_mini::Arm) -> LanguageOptions {
+        LanguageOptions { arm, sticky_work: self.sticky_work, int_division: self.int_division }
+    }
+}
+
+/// Which controller it is: the TSL3100 has no INTERNAL position on its key switch (GEN-05).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ControllerType {
+    /// TS3100.
+    #[default]
+    Ts3100,
+    /// TSL3100.
+    Tsl3100,
+}
+
+/// What a controller is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// The readings.
+    pub options: Options,
+    /// Which commands are valid when (tables 5.3 and 5.4).
+    pub permissions: PermissionTable,
+    /// The controller.
+    pub controller: ControllerType,
+    /// The arm.
+    pub model: crate::model::ArmModel,
+    /// Key switch when the power comes on.
+    pub key: KeySwitch,
+    /// Control right when the power comes on.
+    pub control_right: ControlRight,
+    /// Date and time at [`crate::time::Time::ZERO`], for the error history.
+    pub calendar: CalendarTime,
+}
+
+impl Config {
+    /// A TS3100 with the six-axis arm, key in EXT, control right with ETHER (D9).
+    #[must_use]
+    pub fn new(dialect: Dialect) -> Config {
+        Config {
+            options: Options::of(dialect),
+            permissions: PermissionTable::printed(),
+            controller: ControllerType::default(),
+            model: crate::model::ArmModel::tv800(),
+            key: KeySwitch::default(),
+            control_right: ControlRight::default(),
+            calendar: CalendarTime { year: 2014, month: 2, day: 6, hour: 0, minute: 0, second: 0 },
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Everything the controller wants done outside, in order. How it is done is the edge's business.
+
+use crate::port::Port;
+use alloc::string::String;
+use alloc::vec::Vec;
+use ts3100_proto::text::Framing;
+
+/// One thing the edge is asked to do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Output {
+    /// Send these bytes in one write.
+    Send {
+        /// The port.
+        port: Port,
+        /// The bytes, at most [`crate::limits::MAX_SEND`].
+        bytes: Vec<u8>,
+    },
+    /// A file of the RAM drive was stored: keep it (whole or not at all).
+    Stored {
+        /// Its name, upper case.
+        name: String,
+        /// Its content without EOF.
+        content: Vec<u8>,
+    },
+    /// A file of the RAM drive was erased.
+    Erased {
+        /// Its name, upper case.
+        name: String,
+    },
+    /// The power came on again: links are to be made anew by [`crate::Controller::network`].
+    PowerCycled,
+    /// Text shown on the teach pendant by PRINT.
+    Pendant(String),
+    /// Something worth a line in the log.
+    Event(Event),
+}
+
+/// What happened inside, for logs, transcripts and findings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// A text came in whole.
+    TextIn {
+        /// The port.
+        port: Port,
+        /// With or without STX.
+        framing: Framing,
+        /// Its data section.
+        data: Vec<u8>,
+    },
+    /// A text goes out.
+    TextOut {
+        /// The port.
+        port: Port,
+        /// With or without STX.
+        framing: Framing,
+        /// Its data section.
+        data: Vec<u8>,
+    },
+    /// Bytes that belong to no text, or a text that was given up.
+    Dropped {
+        /// The port.
+        port: Port,
+        /// How many bytes.
+        bytes: usize,
+        /// Why.
+        reason: &'static str,
+    },
+    /// A command was refused.
+    Refused {
+        /// The port.
+        port: Port,
+        /// The command's letters, or what stood in their place.
+        command: String,
+        /// Why, in words for the author of the host program.
+        reason: String,
+    },
+    /// Something the manual advises against, or that the emulator forgave (D1).
+    Finding {
+        /// Stable name of the rule.
+        rule: &'static str,
+        /// The port it concerns, if one.
+        port: Option<Port>,
+        /// What happened and what to do.
+        message: String,
+    },
+    /// An alarm was raised.
+    Alarm {
+        /// `level-code`, for example `2-046`.
+        number: String,
+        /// Its text.
+        text: String,
+    },
+    /// All alarms were reset.
+    AlarmsReset,
+    /// The execution status changed.
+    Status {
+        /// The manual's word, for example `stop (retry)`.
+        status: &'static str,
+        /// Line of the selected file at which the program stands.
+        line: u32,
+    },
+    /// Servo power.
+    Servo(bool),
+    /// A program file was selected (or none).
+    Selected(Option<String>),
+}

@@ -1,0 +1,82 @@
+//! The six communication ports of the controller and what each is for (GEN-02). Sockets and lines
+//! belong to the edge.
+
+use core::fmt;
+use scol_mini::Channel;
+use ts3100_proto::permission::ProtocolPort;
+
+/// A communication port.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Port {
+    /// Serial port HOST: simple protocol.
+    Host,
+    /// Serial port COM1: SCOL PRINT and INPUT.
+    Com1,
+    /// Ethernet channel IP0: simple protocol.
+    Ip0,
+    /// Ethernet channel IP1: SCOL PRINT and INPUT.
+    Ip1,
+    /// Ethernet channel IP2: SCOL PRINT and INPUT.
+    Ip2,
+    /// Ethernet channel IP3: a dedicated protocol of which nothing is known; bytes are discarded (GEN-04).
+    Ip3,
+}
+
+impl Port {
+    /// All ports.
+    pub const ALL: [Port; 6] = [Port::Host, Port::Com1, Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
+    /// The Ethernet channels in the order of ETHERNET.PAR.
+    pub const ETHERNET: [Port; 4] = [Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
+
+    /// The manual's name of the port.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Port::Host => "HOST",
+            Port::Com1 => "COM1",
+            Port::Ip0 => "IP0",
+            Port::Ip1 => "IP1",
+            Port::Ip2 => "IP2",
+            Port::Ip3 => "IP3",
+        }
+    }
+
+    /// The permission table of a port that speaks the simple protocol.
+    #[must_use]
+    pub const fn protocol(self) -> Option<ProtocolPort> {
+        match self {
+            Port::Host => Some(ProtocolPort::Host),
+            Port::Ip0 => Some(ProtocolPort::Ip0),
+            Port::Com1 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
+        }
+    }
+
+    /// The port behind a SCOL channel; the teach pendant has none.
+    #[must_use]
+    pub const fn of_channel(channel: Channel) -> Option<Port> {
+        match channel {
+            Channel::Tp => None,
+            Channel::Com1 => Some(Port::Com1),
+            Channel::Ip1 => Some(Port::Ip1),
+            Channel::Ip2 => Some(Port::Ip2),
+        }
+    }
+
+    /// Place among the Ethernet channels, 0 to 3.
+    #[must_use]
+    pub const fn ethernet_index(self) -> Option<usize> {
+        match self {
+            Port::Ip0 => Some(0),
+            Port::Ip1 => Some(1),
+            Port::Ip2 => Some(2),
+            Port::Ip3 => Some(3),
+            Port::Host | Port::Com1 => None,
+        }
+    }
+}
+
+impl fmt::Display for Port {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

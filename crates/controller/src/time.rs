@@ -1,0 +1,62 @@
+//! Virtual time: whole microseconds since the controller was made. What they mean in seconds of a wall
+//! clock is the edge's business (real, scaled, stepped, automatic).
+
+use core::fmt;
+use core::ops::{Add, Sub};
+use core::time::Duration;
+
+/// A moment of virtual time, in microseconds since the controller value was made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub struct Time(u64);
+
+impl Time {
+    /// The moment the controller was made.
+    pub const ZERO: Time = Time(0);
+
+    /// The moment `micros` microseconds after [`Time::ZERO`].
+    #[must_use]
+    pub const fn from_micros(micros: u64) -> Time {
+        Time(micros)
+    }
+
+    /// The moment `millis` milliseconds after [`Time::ZERO`].
+    #[must_use]
+    pub const fn from_millis(millis: u64) -> Time {
+        Time(millis.saturating_mul(1_000))
+    }
+
+    /// Microseconds since [`Time::ZERO`].
+    #[must_use]
+    pub const fn as_micros(self) -> u64 {
+        self.0
+    }
+
+    /// What has passed since `earlier`; zero when `earlier` is later.
+    #[must_use]
+    pub const fn since(self, earlier: Time) -> Duration {
+        Duration::from_micros(self.0.saturating_sub(earlier.0))
+    }
+}
+
+impl Add<Duration> for Time {
+    type Output = Time;
+    fn add(self, rhs: Duration) -> Time {
+        // A duration with a fraction of a microsecond ends with the microsecond it touches, so that
+        // nothing is over before its time.
+        let micros = u64::try_from(rhs.as_nanos().div_ceil(1_000)).unwrap_or(u64::MAX);
+        Time(self.0.saturating_add(micros))
+    }
+}
+
+impl Sub<Duration> for Time {
+    type Output = Time;
+    fn sub(self, rhs: Duration) -> Time {
+        Time(self.0.saturating_sub(u64::try_from(rhs.as_micros()).unwrap_or(u64::MAX)))
+    }
+}
+
+impl fmt::Display for Time {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}.{:06}", self.0 / 1_000_000, self.0 % 1_000_000)
+    }
+}

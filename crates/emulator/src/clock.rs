@@ -1,0 +1,198 @@
+//! What virtual time means in seconds of a wall clock: the four modes of decision D12. The one place of
+//! the workspace that asks the operating system what time it is for the controller; what happens at a
+//! moment is the controller's business.
+
+use core::fmt;
+use core::str::FromStr;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use ts3100_controller::time::Time;
+use ts3100_proto::calendar::CalendarTime;
+
+/// How long no input may have come in before [`TimeMode::Auto`] jumps: long enough for an answer that is
+/// already on the loopback to be read first.
+pub const AUTO_GRACE: Duration = Duration::from_millis(1);
+/// Largest factor of [`TimeMode::Scaled`].
+pub const MAX_SCALE: f64 = 100_000.0;
+
+/// How virtual time passes (option `--time`).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum TimeMode {
+    /// As on the wall.
+    #[default]
+    Real,
+    /// This many times as fast (below 1: slower); greater than 0, at most [`MAX_SCALE`].
+    Scaled(f64),
+    /// It stands still.
+    Stepped,
+    /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise.
+    Auto,
+}
+
+/// Why a word is no time mode.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`")]
+pub struct TimeModeError(String);
+
+impl FromStr for TimeMode {
+    type Err = TimeModeError;
+
+    fn from_str(word: &str) -> Result<TimeMode, TimeModeError> {
+        match word {
+            "real" => Ok(TimeMode::Real),
+            "stepped" => Ok(TimeMode::Stepped),
+            "auto" => Ok(TimeMode::Auto),
+            _ => word
+                .strip_prefix('x')
+                .and_then(|factor| factor.parse::<f64>().ok())
+                .filter(|factor| *factor > 0.0 && *factor <= MAX_SCALE)
+                .map(TimeMode::Scaled)
+                .ok_or_else(|| TimeModeError(word.to_owned())),
+        }
+    }
+}
+
+impl fmt::Display for TimeMode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            TimeMode::Real => f.write_str("real"),
+            TimeMode::Scaled(factor) => write!(f, "x{factor}"),
+            TimeMode::Stepped => f.write_str("stepped"),
+            TimeMode::Auto => f.write_str("auto"),
+        }
+    }
+}
+
+/// When the hub has to look at its controller again if nothing comes in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wake {
+    /// Only when something comes in.
+    Never,
+    /// After this much real time.
+    After(Duration),
+    /// After this much real time without input, by [`Clock::jump`].
+    JumpAfter(Duration),
+}
+
+/// Virtual time beside the wall clock.
+#[derive(Debug, Clone)]
+pub struct Clock {
+    mode: TimeMode,
+    origin: Instant,
+    base: Time,
+}
+
+impl Clock {
+    /// A clock that shows [`Time::ZERO`] now.
+    #[must_use]
+    pub fn start(mode: TimeMode) -> Clock {
+        Clock { mode, origin: Instant::now(), base: Time::ZERO }
+    }
+
+    /// Virtual time now.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.at(Instant::now())
+    }
+
+    /// When to wake for `deadline`, if nothing comes in before.
+    #[must_use]
+    pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
+        self.wake_at(Instant::now(), deadline, host_is_silent)
+    }
+
+    /// Moves virtual time to `deadline` if that lies ahead; what [`Wake::JumpAfter`] asks for.
+    pub fn jump(&mut self, deadline: Time) {
+        let wall = Instant::now();
+        if deadline > self.at(wall) {
+            self.base = deadline;
+            self.origin = wall;
+        }
+    }
+
+    fn at(&self, wall: Instant) -> Time {
+        let passed = wall.saturating_duration_since(self.origin);
+        match self.mode {
+            TimeMode::Real | TimeMode::Auto => self.base + whole_micros(passed),
+            TimeMode::Scaled(factor) => self.base + whole_micros(scaled(passed, factor)),
+            TimeMode::Stepped => self.base,
+        }
+    }
+
+    fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
+        let Some(deadline) = deadline else { return Wake::Never };
+        let left = deadline.since(self.at(wall));
+        match self.mode {
+            _ if left.is_zero() => Wake::After(Duration::ZERO),
+            TimeMode::Stepped => Wake::Never,
+            TimeMode::Auto if host_is_silent => Wake::JumpAfter(AUTO_GRACE.min(left)),
+            TimeMode::Real | TimeMode::Auto => Wake::After(left),
+            TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
+        }
+    }
+}
+
+/// Rounded down, so that virtual time never runs ahead of the wall.
+fn whole_micros(duration: Duration) -> Duration {
+    Duration::from_micros(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX))
+}
+
+fn scaled(duration: Duration, factor: f64) -> Duration {
+    Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(Duration::MAX)
+}
+
+/// The date and time of the wall clock in UTC; the year 2069 at most, what two digits can tell.
+#[must_use]
+pub fn calendar_now() -> CalendarTime {
+    let epoch = CalendarTime { year: 1970, month: 1, day: 1, hour: 0, minute: 0, second: 0 };
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |passed| passed.as_secs());
+    epoch.plus_seconds(seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_secs(1);
+
+    #[test]
+    fn modes_are_read_and_shown() {
+        for word in ["real", "x10", "x0.5", "stepped", "auto"] {
+            assert_eq!(word.parse::<TimeMode>().unwrap().to_string(), word);
+        }
+        for word in ["", "x", "x0", "x-1", "xinf", "xnan", "x1e9", "REAL", "10"] {
+            assert!(word.parse::<TimeMode>().is_err(), "{word}");
+        }
+    }
+
+    #[test]
+    fn scaled_time_runs_by_its_factor_and_wakes_by_its_inverse() {
+        let clock = Clock::start(TimeMode::Scaled(10.0));
+        let later = clock.origin + SECOND;
+        assert_eq!(clock.at(later), Time::from_millis(10_000));
+        assert_eq!(clock.wake_at(later, Some(Time::from_millis(20_000)), false), Wake::After(SECOND));
+        assert_eq!(clock.wake_at(later, Some(Time::from_millis(9_000)), false), Wake::After(Duration::ZERO));
+        assert_eq!(clock.wake_at(later, None, true), Wake::Never);
+    }
+
+    #[test]
+    fn stepped_time_stands_still_but_serves_what_is_due() {
+        let clock = Clock::start(TimeMode::Stepped);
+        let later = clock.origin + SECOND;
+        assert_eq!(clock.at(later), Time::ZERO);
+        assert_eq!(clock.wake_at(later, Some(Time::from_millis(1)), true), Wake::Never);
+        assert_eq!(clock.wake_at(later, Some(Time::ZERO), true), Wake::After(Duration::ZERO));
+    }
+
+    #[test]
+    fn auto_jumps_only_while_the_hosts_are_silent() {
+        let mut clock = Clock::start(TimeMode::Auto);
+        let start = clock.origin;
+        let hour = Time::from_millis(3_600_000);
+        assert_eq!(clock.wake_at(start, Some(hour), true), Wake::JumpAfter(AUTO_GRACE));
+        assert_eq!(clock.wake_at(start, Some(hour), false), Wake::After(Duration::from_secs(3_600)));
+        clock.jump(hour);
+        assert!(clock.now() >= hour);
+        clock.jump(Time::ZERO);
+        assert!(clock.now() >= hour, "time never runs back");
+    }
+}

@@ -1,0 +1,170 @@
+//! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill
+//! of the daemon. A file is written beside its place, synced and renamed, so it is there whole or not at
+//! all. What may be in a file is the controller's business.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use ts3100_controller::limits;
+use ts3100_proto::name::FileName;
+
+/// Ending of a file that is still being written; such files are hidden and removed when the store opens.
+const UNFINISHED: &str = ".unfinished";
+
+/// What can go wrong with the backing directory.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The operating system refused something.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// On which path.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A file that can be no file of the RAM drive.
+    #[error("{} cannot be a file of the RAM drive: {reason}", path.display())]
+    Foreign {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        reason: String,
+    },
+}
+
+fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
+    let path = path.to_path_buf();
+    move |source| StoreError::Io { action, path, source }
+}
+
+/// An open backing directory.
+#[derive(Debug)]
+pub struct Store {
+    directory: PathBuf,
+    /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
+    files: BTreeMap<String, OsString>,
+}
+
+/// The files found in a backing directory: name on the drive (upper case) and content.
+pub type StoredFiles = Vec<(String, Vec<u8>)>;
+
+impl Store {
+    /// Opens the directory, makes it if it is missing, and reads its files. Hidden files are left alone,
+    /// except unfinished ones of an earlier run, which are removed.
+    ///
+    /// # Errors
+    /// The system's, and [`StoreError::Foreign`] for anything that can be no file of the RAM drive:
+    /// better refused than a wrong directory written to.
+    pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
+        fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
+        let mut store = Store { directory: directory.to_path_buf(), files: BTreeMap::new() };
+        let mut found = Vec::new();
+        for entry in fs::read_dir(directory).map_err(io_error("list", directory))? {
+            let entry = entry.map_err(io_error("list", directory))?;
+            if let Some(file) = store.admit(&entry)? {
+                found.push(file);
+            }
+        }
+        found.sort();
+        Ok((store, found))
+    }
+
+    fn admit(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
+        let (path, file_name) = (entry.path(), entry.file_name());
+        let foreign = |reason: String| StoreError::Foreign { path: path.clone(), reason };
+        let text = file_name.to_str().ok_or_else(|| foreign("its name is no text".to_owned()))?;
+        if text.starts_with('.') {
+            if text.ends_with(UNFINISHED) {
+                fs::remove_file(&path).map_err(io_error("remove the unfinished file", &path))?;
+            }
+            return Ok(None);
+        }
+        let name = FileName::parse(text).map_err(|error| foreign(error.to_string()))?;
+        let metadata = fs::metadata(&path).map_err(io_error("look at", &path))?;
+        if !metadata.is_file() {
+            return Err(foreign("it is no file".to_owned()));
+        }
+        if metadata.len() > limits::MAX_FILE as u64 {
+            return Err(foreign(format!("{} bytes, at most {} fit", metadata.len(), limits::MAX_FILE)));
+        }
+        if self.files.len() >= limits::MAX_FILES {
+            return Err(foreign(format!("more than {} files", limits::MAX_FILES)));
+        }
+        let name = name.as_str().to_owned();
+        if let Some(other) = self.files.insert(name.clone(), file_name.clone()) {
+            return Err(foreign(format!("the drive does not tell it from {}", other.display())));
+        }
+        let content = fs::read(&path).map_err(io_error("read", &path))?;
+        Ok(Some((name, content)))
+    }
+
+    /// Keeps a file, durably, before it returns: under its upper-case name, in place of what was there.
+    ///
+    /// # Errors
+    /// The system's; what was there before is then still there.
+    pub fn put(&mut self, name: &str, content: &[u8]) -> Result<(), StoreError> {
+        let place = self.place(name)?;
+        let unfinished = self.directory.join(format!(".{name}{UNFINISHED}"));
+        let written = write_synced(&unfinished, content);
+        if written.is_err() {
+            // The error that counts is the first one.
+            let _ = fs::remove_file(&unfinished);
+        }
+        written?;
+        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
+        let previous = self.files.insert(name.to_owned(), OsString::from(name));
+        if let Some(previous) = previous.filter(|previous| previous.as_os_str() != name) {
+            let path = self.directory.join(previous);
+            fs::remove_file(&path).map_err(io_error("remove", &path))?;
+        }
+        self.sync()
+    }
+
+    /// Removes a file; nothing happens if it is not there.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn remove(&mut self, name: &str) -> Result<(), StoreError> {
+        let Some(actual) = self.files.remove(name) else { return Ok(()) };
+        let path = self.directory.join(actual);
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error("remove", &path)(error)),
+            _ => self.sync(),
+        }
+    }
+
+    /// The path of a name the controller gave: only a normal name of the drive leads to a path.
+    fn place(&self, name: &str) -> Result<PathBuf, StoreError> {
+        let path = self.directory.join(name);
+        match FileName::parse(name) {
+            Ok(normal) if normal.as_str() == name => Ok(path),
+            Ok(_) => Err(StoreError::Foreign { path, reason: "its name is not in upper case".to_owned() }),
+            Err(error) => Err(StoreError::Foreign { path, reason: error.to_string() }),
+        }
+    }
+
+    fn sync(&self) -> Result<(), StoreError> {
+        // A directory can be opened and synced on Unix only; elsewhere the rename has to do.
+        if cfg!(unix) {
+            let directory = &self.directory;
+            File::open(directory).and_then(|opened| opened.sync_all()).map_err(io_error("sync", directory))?;
+        }
+        Ok(())
+    }
+}
+
+fn write_synced(path: &Path, content: &[u8]) -> Result<(), StoreError> {
+    let write = || -> io::Result<()> {
+        let mut file = File::create(path)?;
+        file.write_all(content)?;
+        file.sync_all()
+    };
+    write().map_err(io_error("write", path))
+}
+
+#[cfg(test)]
+mod tests;

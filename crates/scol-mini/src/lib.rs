@@ -1,0 +1,74 @@
+//! SCOL, the language of the robot controller: source text in, diagnostics and a compiled program out, and a
+//! machine that runs the program step by step.
+//!
+//! The machine never does anything to the world. It stops and asks: [`Machine::run`] returns a [`Pause`], the
+//! outside does what a [`Request`] wants and gives an [`Answer`]. Hosts, ports, clocks, motion, signals and files
+//! are the business of whoever drives the machine.
+//!
+//! ```
+//! use scol_mini::{Answer, Inputs, LanguageOptions, Machine, Memory, Pause, Position, Request, compile};
+//!
+//! struct Still;
+//! impl Inputs for Still {
+//!     fn din(&self, _: u16) -> bool { false }
+//!     fn dout(&self, _: u16) -> bool { false }
+//!     fn motion_percent(&self) -> f64 { 100.0 }
+//!     fn here(&self) -> Position { Position::default() }
+//!     fn mode(&self) -> i32 { 0 }
+//! }
+//!
+//! let compilation = compile("PROGRAM HELLO\nPRINT COM1,\"HI\",CR\nEND\n", &LanguageOptions::default());
+//! let program = compilation.program.unwrap();
+//! let mut memory = Memory::new(&program);
+//! let mut machine = Machine::main(program);
+//! let Pause::Request(Request::Print { data, .. }) = machine.run(&mut memory, &Still, &mut 100) else { panic!() };
+//! assert_eq!(data, b"HI\r");
+//! machine.answer(&mut memory, Answer::Done).unwrap();
+//! assert_eq!(machine.run(&mut memory, &Still, &mut 100), Pause::Ended);
+//! ```
+#![no_std]
+extern crate alloc;
+#[cfg(test)]
+extern crate std;
+
+mod conditions;
+mod diagnostic;
+mod machine;
+mod memory;
+mod options;
+mod program;
+mod request;
+mod rewrite;
+mod value;
+
+mod compile;
+
+pub use compile::{Compilation, compile, compile_direct};
+pub use conditions::{Conditions, Frame};
+pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
+pub use machine::Machine;
+pub use memory::{AccessError, Memory};
+pub use options::{Arm, IntDivision, LanguageOptions};
+pub use program::{Program, VariableInfo};
+pub use request::{
+    Answer, Channel, Fault, FaultKind, Inputs, Motion, Number, Path, Pause, Request, MAX_PRINT,
+};
+pub use rewrite::rewrite_value;
+pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
+
+/// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).
+pub const MAX_SOURCE: usize = 99_999;
+/// Longest line, in bytes without its line end: one record of a RAM file (RAM-01).
+pub const MAX_LINE: usize = 252;
+/// Deepest nesting of an expression or of `IF` within `IF`.
+pub const MAX_EXPRESSION_NESTING: usize = 64;
+/// Deepest nesting of `FOR` loops in one program.
+pub const MAX_FOR_NESTING: usize = 16;
+/// Deepest nesting of subprogram calls.
+pub const MAX_CALL_NESTING: usize = 16;
+/// Most elements of all arrays of a file together, counting subscript 0.
+pub const MAX_ARRAY: usize = 20_000;
+/// Most subscripts of an array.
+pub const MAX_SUBSCRIPTS: usize = 4;
+/// Longest name of a variable that the protocol can reach, and of a DATA name (DATA-13).
+pub const MAX_DATA_NAME: usize = 10;
