@@ -1,0 +1,96 @@
+//! What the compiler has to say about a source: errors and warnings with place, stable code and help.
+//! What follows from an error (NG, an alarm) is left to the caller.
+
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Most diagnostics of one compilation; the last says that more were left out.
+pub const MAX_DIAGNOSTICS: usize = 100;
+
+/// How bad it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// There will be no program.
+    Error,
+    /// The program runs, but look here.
+    Warning,
+}
+
+/// A range of bytes of the source.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Span {
+    /// First byte.
+    pub start: usize,
+    /// One past the last.
+    pub end: usize,
+}
+
+impl Span {
+    /// From the beginning of one to the end of the other.
+    #[must_use]
+    pub fn to(self, other: Span) -> Span {
+        Span { start: self.start, end: other.end }
+    }
+}
+
+/// One remark.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Error or warning.
+    pub severity: Severity,
+    /// Stable code, `E` or `W` and four digits.
+    pub code: &'static str,
+    /// The place in the source.
+    pub span: Span,
+    /// Line, from 1.
+    pub line: u32,
+    /// Column, from 1, in bytes.
+    pub column: u32,
+    /// What was expected and what was found.
+    pub message: String,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// Writes the remark out: place and message, the source line, a caret line, the help.
+    ///
+    /// `source` is the text that was compiled, `name` the name of its file.
+    #[must_use]
+    pub fn render(&self, source: &str, name: &str) -> String {
+        let word = match self.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+        };
+        let mut text =
+            format!("{name}:{}:{}: {word}[{}]: {}\n", self.line, self.column, self.code, self.message);
+        let bytes = source.as_bytes();
+        let start = self.span.start.min(bytes.len());
+        let begin = line_begin(bytes, start);
+        let end = line_end(bytes, start);
+        let shown: String = String::from_utf8_lossy(bytes.get(begin..end).unwrap_or_default())
+            .chars()
+            .map(|c| if c.is_control() { ' ' } else { c })
+            .collect();
+        let number = self.line.to_string();
+        let margin = " ".repeat(number.len());
+        let lead = String::from_utf8_lossy(bytes.get(begin..start).unwrap_or_default()).chars().count();
+        let length = self.span.end.min(end).saturating_sub(start).max(1);
+        text.push_str(&format!("{number} | {shown}\n{margin} | {}{}\n", " ".repeat(lead), "^".repeat(length)));
+        if let Some(help) = &self.help {
+            text.push_str(&format!("{margin} = help: {help}\n"));
+        }
+        text
+    }
+}
+
+fn line_begin(bytes: &[u8], at: usize) -> usize {
+    let before = bytes.get(..at).unwrap_or_default();
+    before.iter().rposition(|b| matches!(b, b'\r' | b'\n')).map_or(0, |end| end + 1)
+}
+
+fn line_end(bytes: &[u8], at: usize) -> usize {
+    let after = bytes.get(at..).unwrap_or_default();
+    at + after.iter().position(|b| matches!(b, b'\r' | b'\n')).unwrap_or(after.len())
+}

@@ -1,0 +1,33 @@
+//! What may differ between controllers of one language: the arm and the readings that are switches.
+//! Who chooses them, and from which configuration, is the caller's matter.
+
+/// How wide a position is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Arm {
+    /// Six axes and two more: `X Y Z A B C U V` and a configuration of five digits.
+    #[default]
+    SixAxis,
+    /// SCARA: `X Y Z C T` and `LEFTY` or `RIGHTY`.
+    Scara,
+}
+
+/// What integer divided by integer gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum IntDivision {
+    /// An integer, truncated toward zero.
+    #[default]
+    Truncate,
+    /// A real.
+    Real,
+}
+
+/// The switches of the language.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LanguageOptions {
+    /// The width of positions and coordinates.
+    pub arm: Arm,
+    /// `true`: a `WORK` line of DATA holds for all following `POINT` lines; `false`: for the next only (DATA-10).
+    pub sticky_work: bool,
+    /// What integer divided by integer gives.
+    pub int_division: IntDivision,
+}

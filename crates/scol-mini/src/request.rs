@@ -1,0 +1,185 @@
+//! The conversation between a running program and the world: why the machine paused, what it wants, what it
+//! gets, and what went wrong. Nothing here does anything; doing is left to the outside.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::conditions::Conditions;
+use crate::value::Position;
+
+/// Most bytes one `PRINT` sends; the rest is cut (SER-03).
+pub const MAX_PRINT: usize = 256;
+
+/// What expressions may look at outside the program.
+pub trait Inputs {
+    /// State of an input signal, counted from 1.
+    fn din(&self, line: u16) -> bool;
+    /// State of an output signal, counted from 1.
+    fn dout(&self, line: u16) -> bool;
+    /// `MOTION`: how much of the present motion is done, in percent; 100 when the arm stands.
+    fn motion_percent(&self) -> f64;
+    /// `HERE`: the present position.
+    fn here(&self) -> Position;
+    /// `MODE`: the operation mode, numbered by the outside.
+    fn mode(&self) -> i32;
+}
+
+/// Why the machine returned.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Pause {
+    /// The fuel is used up; the machine stands before a statement.
+    Fuel,
+    /// The statement under way wants something; give it with `answer`.
+    Request(Request),
+    /// The condition of a `WAIT` is false; run again to look again.
+    Waiting,
+    /// The main program has come to its `END` (or `RETURN`).
+    Ended,
+    /// The statement cannot be executed; the machine stands on it.
+    Fault(Fault),
+}
+
+/// What a statement wants from the world.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Request {
+    /// Move the arm; answer when the next statement may run.
+    Move(Box<Motion>),
+    /// Send these bytes, at most [`MAX_PRINT`], as one text.
+    Print {
+        /// Where to.
+        channel: Channel,
+        /// The bytes.
+        data: Vec<u8>,
+    },
+    /// Discard what the channel has received (BUF-01); never for the teach pendant.
+    BufferReset {
+        /// Which channel.
+        channel: Channel,
+    },
+    /// Read numbers.
+    Input {
+        /// Where from.
+        channel: Channel,
+        /// How many.
+        wanted: usize,
+    },
+    /// Let time pass.
+    Delay {
+        /// Seconds, not negative, finite.
+        seconds: f64,
+    },
+    /// Switch output signals, in this order; numbers count from 1.
+    Outputs(Vec<(u16, bool)>),
+    /// `STOP`: stop the execution; after the answer the next statement follows.
+    Stop,
+}
+
+/// What the world gives back.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Answer {
+    /// Done as asked.
+    Done,
+    /// The numbers of an `INPUT`, exactly as many as wanted.
+    Values(Vec<Number>),
+    /// The `INPUT` was cut short: what came until then; the other variables become 0 (INP-10).
+    Cancelled(Vec<Number>),
+}
+
+/// A received number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Number {
+    /// Written without a decimal point.
+    Integer(i32),
+    /// Written with one.
+    Real(f32),
+}
+
+/// A motion with everything that shapes it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Motion {
+    /// Where to and how.
+    pub path: Path,
+    /// The conditions with the `WITH` clause applied.
+    pub conditions: Conditions,
+}
+
+/// Where to and how. Positions still stand in their own coordinate system.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Path {
+    /// `MOVE`: all axes at once.
+    Ptp(Position),
+    /// `MOVES`: the tool point goes straight.
+    Line(Position),
+    /// `MOVEC`: the tool point goes on an arc.
+    Arc {
+        /// A point the arc passes.
+        via: Position,
+        /// Where it ends.
+        end: Position,
+    },
+    /// `MOVEA`: one axis to a value.
+    Axis {
+        /// Axis, counted from 1, at most 8.
+        axis: u8,
+        /// Degrees or mm.
+        value: f64,
+    },
+    /// `MOVEI`: one axis by a difference.
+    AxisBy {
+        /// Axis, counted from 1, at most 8.
+        axis: u8,
+        /// Degrees or mm.
+        delta: f64,
+    },
+    /// `READY`: to the origin posture of the machine.
+    Ready,
+}
+
+/// A channel of `PRINT` and `INPUT`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channel {
+    /// Teach pendant, the default (PRT-02, INP-02).
+    Tp,
+    /// Serial port COM1.
+    Com1,
+    /// Ethernet port IP1.
+    Ip1,
+    /// Ethernet port IP2.
+    Ip2,
+}
+
+/// Why a statement could not be executed.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("line {line}: {message}")]
+pub struct Fault {
+    /// The class, for the alarm.
+    pub kind: FaultKind,
+    /// File line of the statement, from 1.
+    pub line: u32,
+    /// What was expected and what was found.
+    pub message: String,
+}
+
+/// The classes of faults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FaultKind {
+    /// Division by zero, also of `MOD`.
+    DivisionByZero,
+    /// A variable without a value was read.
+    Undefined,
+    /// A value of the wrong kind.
+    Type,
+    /// A number outside what the statement takes.
+    Range,
+    /// An array element that does not exist.
+    Subscript,
+    /// Calls nested too deeply.
+    Nesting,
+    /// A result too large for its kind.
+    Overflow,
+    /// A `NEXT` whose `FOR` was not executed.
+    NextWithoutFor,
+    /// A function outside its domain (`SQRT(-1)`).
+    Domain,
+}

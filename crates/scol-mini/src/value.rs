@@ -1,0 +1,303 @@
+//! The five kinds of data of the language and the order of their numbers.
+//! How numbers travel over the protocol is left to the protocol crate; arithmetic is in `evaluate`.
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use crate::conditions::Frame;
+use crate::options::Arm;
+
+/// The kind of a value; the protocol's type codes 0 to 4 in this order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// 32-bit signed integer.
+    Integer,
+    /// 32-bit float.
+    Real,
+    /// Load data (`PAYLOAD`).
+    Load,
+    /// Coordinate data (`TRANS`).
+    Coordinate,
+    /// Positional data (`POINT`).
+    Position,
+}
+
+impl Kind {
+    /// The word a message uses for the kind.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Kind::Integer => "an integer",
+            Kind::Real => "a real",
+            Kind::Load => "load data",
+            Kind::Coordinate => "coordinate data",
+            Kind::Position => "positional data",
+        }
+    }
+
+    /// The zero of the kind.
+    #[must_use]
+    pub fn zero(self) -> Value {
+        match self {
+            Kind::Integer => Value::Integer(0),
+            Kind::Real => Value::Real(0.0),
+            Kind::Load => Value::Load(Payload::default()),
+            Kind::Coordinate => Value::Coordinate(Trans::default()),
+            Kind::Position => Value::Position(Position::default()),
+        }
+    }
+
+    /// `true` for integer and real.
+    #[must_use]
+    pub fn is_number(self) -> bool {
+        matches!(self, Kind::Integer | Kind::Real)
+    }
+}
+
+/// A value of the language.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Value {
+    /// An integer.
+    Integer(i32),
+    /// A real.
+    Real(f32),
+    /// Load data.
+    Load(Payload),
+    /// Coordinate data.
+    Coordinate(Trans),
+    /// Positional data.
+    Position(Position),
+}
+
+impl Value {
+    /// The kind of this value.
+    #[must_use]
+    pub fn kind(&self) -> Kind {
+        match self {
+            Value::Integer(_) => Kind::Integer,
+            Value::Real(_) => Kind::Real,
+            Value::Load(_) => Kind::Load,
+            Value::Coordinate(_) => Kind::Coordinate,
+            Value::Position(_) => Kind::Position,
+        }
+    }
+}
+
+/// The posture of an arm: shoulder, elbow, wrist, axis 4, axis 6, each 0 (undefined), 1 or 2 (DATA-04).
+/// A SCARA uses the first only: 1 `LEFTY`, 2 `RIGHTY`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+pub struct Configuration {
+    /// Shoulder, elbow, wrist, axis 4, axis 6, each 0 to 2.
+    pub digits: [u8; 5],
+}
+
+impl Configuration {
+    /// Reads a number of five decimal digits such as 12111, shoulder first; `None` when a digit is not 0, 1 or 2.
+    #[must_use]
+    pub fn from_number(number: i64) -> Option<Self> {
+        if !(0..=22_222).contains(&number) {
+            return None;
+        }
+        let mut digits = [0; 5];
+        let mut rest = number;
+        for digit in digits.iter_mut().rev() {
+            *digit = u8::try_from(rest % 10).ok().filter(|d| *d <= 2)?;
+            rest /= 10;
+        }
+        Some(Self { digits })
+    }
+
+    /// The number of five digits, shoulder first.
+    #[must_use]
+    pub fn number(&self) -> i64 {
+        self.digits.iter().fold(0, |number, digit| number * 10 + i64::from(*digit))
+    }
+
+    /// The configuration a program writes as `number` on this arm: five digits, or 0, 1, 2 on a SCARA.
+    #[must_use]
+    pub fn listed(arm: Arm, number: i64) -> Option<Self> {
+        match arm {
+            Arm::SixAxis => Self::from_number(number),
+            Arm::Scara => {
+                let digit = u8::try_from(number).ok().filter(|digit| *digit <= 2)?;
+                Some(Self { digits: [digit, 0, 0, 0, 0] })
+            }
+        }
+    }
+
+    /// The number a program writes for this configuration on this arm.
+    #[must_use]
+    pub fn number_on(&self, arm: Arm) -> i64 {
+        match arm {
+            Arm::SixAxis => self.number(),
+            Arm::Scara => i64::from(self.digits[0]),
+        }
+    }
+
+    /// `true` when no digit is defined (`FREE`): the arm keeps its present posture.
+    #[must_use]
+    pub fn is_undefined(&self) -> bool {
+        self.digits == [0; 5]
+    }
+}
+
+/// A position in mm and degrees.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Position {
+    /// In the order of `POINT()`: six-axis `X Y Z A B C U V`; SCARA `X Y Z C T`, the rest 0.
+    pub coords: [f64; 8],
+    /// The posture; undefined = keep the present one.
+    pub config: Configuration,
+    /// The coordinate system the position stands in, from a `WORK` line of DATA (DATA-09); `None` = the current one.
+    pub work: Option<Arc<Frame>>,
+}
+
+impl Position {
+    /// The numbers of MR, MW and DATA with the configuration last: nine on a six-axis arm, six on a SCARA.
+    #[must_use]
+    pub fn listed(&self, arm: Arm) -> Vec<f64> {
+        let mut numbers: Vec<f64> = self.coords.iter().copied().take(coordinates(arm)).collect();
+        // A configuration has at most five digits, exact in a double.
+        numbers.push(self.config.number_on(arm) as f64);
+        numbers
+    }
+
+    /// The opposite of [`Position::listed`]; `None` for a wrong count or an impossible configuration.
+    #[must_use]
+    pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
+        let (config, coords) = numbers.split_last()?;
+        if coords.len() != coordinates(arm) || *config != libm::trunc(*config) {
+            return None;
+        }
+        let mut position = Position { config: Configuration::listed(arm, *config as i64)?, ..Self::default() };
+        for (to, from) in position.coords.iter_mut().zip(coords) {
+            *to = *from;
+        }
+        Some(position)
+    }
+}
+
+/// How many coordinates a position has on this arm, without the configuration.
+pub(crate) fn coordinates(arm: Arm) -> usize {
+    match arm {
+        Arm::SixAxis => 8,
+        Arm::Scara => 5,
+    }
+}
+
+/// A coordinate system: shifted along the axes of the old one, then rotated. mm and degrees.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trans {
+    /// `X Y Z A B C`; on a SCARA only `X Y Z` and `C` (the last) are used.
+    pub coords: [f64; 6],
+}
+
+impl Trans {
+    /// Where in `coords` the numbers of a program, DATA, MR and MW go, in their order.
+    pub(crate) fn order(arm: Arm) -> &'static [usize] {
+        match arm {
+            Arm::SixAxis => &[0, 1, 2, 3, 4, 5],
+            Arm::Scara => &[0, 1, 2, 5],
+        }
+    }
+
+    /// The numbers of MR, MW and DATA: `X Y Z A B C`, on a SCARA `X Y Z C`.
+    #[must_use]
+    pub fn listed(&self, arm: Arm) -> Vec<f64> {
+        Self::order(arm).iter().filter_map(|at| self.coords.get(*at).copied()).collect()
+    }
+
+    /// The opposite of [`Trans::listed`]; `None` for a wrong count.
+    #[must_use]
+    pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
+        (numbers.len() == Self::order(arm).len()).then(|| Self::from_leading(arm, numbers))
+    }
+
+    /// As [`Trans::from_listed`], missing numbers being 0 and surplus ones dropped.
+    pub(crate) fn from_leading(arm: Arm, numbers: &[f64]) -> Self {
+        let mut trans = Self::default();
+        for (at, number) in Self::order(arm).iter().zip(numbers) {
+            if let Some(coordinate) = trans.coords.get_mut(*at) {
+                *coordinate = *number;
+            }
+        }
+        trans
+    }
+}
+
+/// Load data: mass in kg, centre of gravity and size in mm. A SCARA knows mass and `gravity[0]` only.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Payload {
+    /// Mass in kg.
+    pub mass: f64,
+    /// Offset of the centre of gravity from the tool axis, X Y Z, in mm.
+    pub gravity: [f64; 3],
+    /// Size X Y Z in mm.
+    pub size: [f64; 3],
+}
+
+impl Payload {
+    /// How many numbers load data has on this arm.
+    pub(crate) fn width(arm: Arm) -> usize {
+        match arm {
+            Arm::SixAxis => 7,
+            Arm::Scara => 2,
+        }
+    }
+
+    /// The numbers of MR, MW and DATA: mass, gravity X Y Z, size X Y Z; on a SCARA mass and gravity X.
+    #[must_use]
+    pub fn listed(&self, arm: Arm) -> Vec<f64> {
+        let all = core::iter::once(self.mass).chain(self.gravity).chain(self.size);
+        all.take(Self::width(arm)).collect()
+    }
+
+    /// The opposite of [`Payload::listed`]; `None` for a wrong count.
+    #[must_use]
+    pub fn from_listed(arm: Arm, numbers: &[f64]) -> Option<Self> {
+        (numbers.len() == Self::width(arm)).then(|| Self::from_leading(numbers))
+    }
+
+    /// As [`Payload::from_listed`], missing numbers being 0 and surplus ones dropped.
+    pub(crate) fn from_leading(numbers: &[f64]) -> Self {
+        let mut numbers = numbers.iter().copied();
+        let mut next = || numbers.next().unwrap_or(0.0);
+        Self { mass: next(), gravity: [next(), next(), next()], size: [next(), next(), next()] }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec;
+
+    // clause: DATA-04
+    #[test]
+    fn a_configuration_is_five_digits_of_0_to_2() {
+        let config = Configuration::from_number(12111).unwrap();
+        assert_eq!(config.digits, [1, 2, 1, 1, 1]);
+        assert_eq!(config.number(), 12111);
+        assert_eq!(Configuration::from_number(13111), None);
+        assert_eq!(Configuration::from_number(-1), None);
+        assert_eq!(Configuration::from_number(111_111), None);
+        assert_eq!(Configuration::listed(Arm::Scara, 2).unwrap().digits[0], 2);
+        assert_eq!(Configuration::listed(Arm::Scara, 3), None);
+    }
+
+    // clause: CMD-MW-04 CMD-MW-05
+    #[test]
+    fn listed_and_from_listed_are_opposites() {
+        let nine = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 12111.0];
+        assert_eq!(Position::from_listed(Arm::SixAxis, &nine).unwrap().listed(Arm::SixAxis), nine);
+        assert_eq!(Position::from_listed(Arm::SixAxis, &nine[..8]), None);
+        let six = vec![1.0, 2.0, 3.0, 4.0, 5.0, 2.0];
+        assert_eq!(Position::from_listed(Arm::Scara, &six).unwrap().listed(Arm::Scara), six);
+        let four = vec![1.0, 2.0, 3.0, 90.0];
+        let trans = Trans::from_listed(Arm::Scara, &four).unwrap();
+        assert_eq!(trans.coords, [1.0, 2.0, 3.0, 0.0, 0.0, 90.0]);
+        assert_eq!(trans.listed(Arm::Scara), four);
+        let load = vec![3.0, 100.0, 1.0, 2.0, 4.0, 5.0, 6.0];
+        assert_eq!(Payload::from_listed(Arm::SixAxis, &load).unwrap().listed(Arm::SixAxis), load);
+        assert_eq!(Payload::from_listed(Arm::SixAxis, &load[..6]), None);
+    }
+}
