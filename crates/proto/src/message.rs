@@ -1,0 +1,73 @@
+//! Messages longer than one text (TRN-07, TRN-08): exactly 253 data bytes without a final CR are a part,
+//! anything else ends the message. FL files are not messages in this sense; see `file`.
+
+use crate::text::{CR, MAX_DATA};
+use alloc::vec::Vec;
+
+/// Bytes a joined message may have, without its CR. The manual gives no limit; ours keeps memory bounded.
+pub const MAX_MESSAGE: usize = 1024;
+
+/// What a text did to the message under way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Joined {
+    /// A part was kept; more is to come. Nothing is answered yet (TRN-08).
+    Partial,
+    /// The message is complete; its CR is removed.
+    Whole(Vec<u8>),
+    /// The message ended in a short text without CR (FRM-10).
+    NoCr(Vec<u8>),
+    /// The message has ended and had more than [`MAX_MESSAGE`] bytes; they are dropped.
+    TooLong,
+}
+
+/// Joins the data sections of texts to messages.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct MessageJoiner {
+    parts: Vec<u8>,
+    too_long: bool,
+}
+
+impl MessageJoiner {
+    /// Takes in the data section of one text.
+    pub fn push(&mut self, data: &[u8]) -> Joined {
+        let (body, has_cr) = match data.split_last() {
+            Some((&CR, body)) => (body, true),
+            _ => (data, false),
+        };
+        if self.parts.len() + body.len() > MAX_MESSAGE {
+            self.parts.clear();
+            self.too_long = true;
+        } else if !self.too_long {
+            self.parts.extend_from_slice(body);
+        }
+        if !has_cr && data.len() == MAX_DATA {
+            return Joined::Partial;
+        }
+        let message = core::mem::take(&mut self.parts);
+        match (core::mem::take(&mut self.too_long), has_cr) {
+            (true, _) => Joined::TooLong,
+            (false, true) => Joined::Whole(message),
+            (false, false) => Joined::NoCr(message),
+        }
+    }
+
+    /// Forgets the parts kept so far.
+    pub fn reset(&mut self) {
+        *self = MessageJoiner::default();
+    }
+
+    /// Whether a part was kept and the rest is awaited.
+    #[must_use]
+    pub fn is_partial(&self) -> bool {
+        self.too_long || !self.parts.is_empty()
+    }
+}
+
+/// Cuts a message (without CR) into the data sections of its texts; a CR ends the last one. The host's side
+/// of TRN-07.
+#[must_use]
+pub fn split_message(message: &[u8]) -> Vec<Vec<u8>> {
+    let mut whole = message.to_vec();
+    whole.push(CR);
+    whole.chunks(MAX_DATA).map(<[u8]>::to_vec).collect()
+}

@@ -1,0 +1,157 @@
+//! Names that travel in commands: files of the RAM drive (D13, CMD-DL-08, DIR-04) and global variables
+//! (CMD-MR-02, CMD-MR-03). Whether there is such a file or variable is the controller's to know.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::fmt;
+use thiserror::Error;
+
+/// Characters a file name may have, dot and extension included.
+pub const MAX_FILE_NAME: usize = 12;
+/// Characters a variable name may have.
+pub const MAX_VARIABLE_NAME: usize = 10;
+/// Subscripts an array element may have. The manual gives no limit; this one is ours.
+pub const MAX_SUBSCRIPTS: usize = 4;
+
+/// Why a name was not taken. Positions count characters from 0.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum NameError {
+    /// Nothing stands where the name should.
+    #[error("a name expected, nothing found")]
+    Empty,
+    /// The name has too many characters.
+    #[error("at most {limit} characters expected, {length} found")]
+    TooLong {
+        /// Characters allowed.
+        limit: usize,
+        /// Characters found.
+        length: usize,
+    },
+    /// The name, or its extension, does not begin as it must.
+    #[error("{expected} expected, {found:?} found at character {at}")]
+    Character {
+        /// What may stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: char,
+        /// Where.
+        at: usize,
+    },
+    /// A dot without an extension.
+    #[error("an extension expected after the dot, nothing found")]
+    NoExtension,
+    /// The subscripts in parentheses are not whole numbers with commas between them.
+    #[error("subscripts as (1,2), at most {MAX_SUBSCRIPTS}, expected, {found:?} found")]
+    Subscripts {
+        /// The text from the parenthesis on.
+        found: String,
+    },
+}
+
+/// Name of a file of the RAM drive, in upper case.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FileName(String);
+
+impl FileName {
+    /// Reads a name: one letter, then letters and digits, then perhaps a dot and an extension of letters
+    /// and digits; at most [`MAX_FILE_NAME`] characters; case does not matter (D13).
+    ///
+    /// # Errors
+    /// Anything else, with what was expected and where.
+    pub fn parse(text: &str) -> Result<FileName, NameError> {
+        check_first(text, MAX_FILE_NAME)?;
+        let mut extension = None;
+        for (at, found) in text.chars().enumerate() {
+            match (found, extension) {
+                ('.', None) => extension = Some(at),
+                (c, _) if c.is_ascii_alphanumeric() => {}
+                (found, None) => {
+                    return Err(NameError::Character { expected: "a letter, a digit or one dot", found, at });
+                }
+                (found, Some(_)) => return Err(NameError::Character { expected: "a letter or a digit", found, at }),
+            }
+        }
+        if extension.is_some_and(|at| at + 1 == text.len()) {
+            return Err(NameError::NoExtension);
+        }
+        Ok(FileName(text.to_ascii_uppercase()))
+    }
+
+    /// The name in upper case.
+    #[must_use]
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    /// Whether it is the name of a parameter file, `USER.PAR` or `ETHERNET.PAR`.
+    #[must_use]
+    pub fn is_parameter(&self) -> bool {
+        matches!(self.as_str(), "USER.PAR" | "ETHERNET.PAR")
+    }
+}
+
+impl fmt::Display for FileName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Name of a global variable, or of an element of a global array.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct VariableName {
+    /// The name in upper case.
+    pub name: String,
+    /// The subscripts of an element; empty for a variable that is no array.
+    pub subscripts: Vec<i32>,
+}
+
+impl VariableName {
+    /// Reads `NAME` or `NAME(1,2)`: one letter, then letters, digits and underscores, at most
+    /// [`MAX_VARIABLE_NAME`] characters; at most [`MAX_SUBSCRIPTS`] whole numbers; case does not matter.
+    /// Blanks may stand around the subscripts.
+    ///
+    /// # Errors
+    /// Anything else, with what was expected.
+    pub fn parse(text: &str) -> Result<VariableName, NameError> {
+        let (name, subscripts) = match text.find('(') {
+            None => (text, Vec::new()),
+            Some(at) => {
+                let (name, rest) = text.split_at(at);
+                let bad = || NameError::Subscripts { found: String::from(rest) };
+                let inner = rest.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).ok_or_else(bad)?;
+                if inner.split(',').count() > MAX_SUBSCRIPTS {
+                    return Err(bad());
+                }
+                let values: Result<Vec<i32>, _> = inner.split(',').map(|one| one.trim_matches(' ').parse()).collect();
+                (name, values.map_err(|_| bad())?)
+            }
+        };
+        check_first(name, MAX_VARIABLE_NAME)?;
+        for (at, found) in name.chars().enumerate() {
+            if !found.is_ascii_alphanumeric() && found != '_' {
+                return Err(NameError::Character { expected: "a letter, a digit or an underscore", found, at });
+            }
+        }
+        Ok(VariableName { name: name.to_ascii_uppercase(), subscripts })
+    }
+}
+
+impl fmt::Display for VariableName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.name)?;
+        for (index, subscript) in self.subscripts.iter().enumerate() {
+            write!(f, "{}{subscript}", if index == 0 { "(" } else { "," })?;
+        }
+        if self.subscripts.is_empty() { Ok(()) } else { f.write_str(")") }
+    }
+}
+
+/// What all names have in common: length, and a letter at the front.
+fn check_first(text: &str, limit: usize) -> Result<(), NameError> {
+    let found = text.chars().next().ok_or(NameError::Empty)?;
+    if !found.is_ascii_alphabetic() {
+        return Err(NameError::Character { expected: "a letter", found, at: 0 });
+    }
+    let length = text.chars().count();
+    if length > limit { Err(NameError::TooLong { limit, length }) } else { Ok(()) }
+}

@@ -1,0 +1,66 @@
+//! What the controller sends (Table 5.2 and the unsolicited SP of CMD-SP-05), as hosts read it. The bodies
+//! that FL carries are in `status`; files over several texts are in `file`.
+
+use crate::text::{CR, EOF};
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// A text of the controller.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Reply {
+    /// Affirmative (CMD-OK-01).
+    Ok,
+    /// Negative (CMD-NG-01).
+    Ng,
+    /// The robot has stopped and the host did not ask for it (CMD-SP-05).
+    Sp,
+    /// A file or the first text of one: the data section after `FL,`, EOF included if it is there.
+    Fl(Vec<u8>),
+}
+
+/// A text that the controller would not send.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("reply: OK, NG, SP or FL, expected, {found:?} found")]
+pub struct ReplyError {
+    /// The data section, as far as it is worth showing.
+    pub found: String,
+}
+
+impl Reply {
+    /// Reads the data section of a text. A missing CR after OK, NG and SP is overlooked, as the vendor's
+    /// client library does (hosts 1.3); surplus letters are not.
+    ///
+    /// # Errors
+    /// Anything but OK, NG, SP and `FL,`.
+    pub fn parse(data: &[u8]) -> Result<Reply, ReplyError> {
+        if let Some(rest) = data.strip_prefix(b"FL,") {
+            return Ok(Reply::Fl(rest.to_vec()));
+        }
+        match data.strip_suffix(&[CR]).unwrap_or(data) {
+            b"OK" => Ok(Reply::Ok),
+            b"NG" => Ok(Reply::Ng),
+            b"SP" => Ok(Reply::Sp),
+            _ => Err(ReplyError { found: crate::command::excerpt(data) }),
+        }
+    }
+
+    /// The data section of the text.
+    #[must_use]
+    pub fn encode(&self) -> Vec<u8> {
+        match self {
+            Reply::Ok => b"OK\r".to_vec(),
+            Reply::Ng => b"NG\r".to_vec(),
+            Reply::Sp => b"SP\r".to_vec(),
+            Reply::Fl(body) => [b"FL,", body.as_slice()].concat(),
+        }
+    }
+
+    /// The content of an FL that is complete in this text: what stands before EOF.
+    #[must_use]
+    pub fn content(&self) -> Option<&[u8]> {
+        let Reply::Fl(body) = self else { return None };
+        let end = body.strip_suffix(&[CR]).unwrap_or(body);
+        end.strip_suffix(&[EOF])
+    }
+}
