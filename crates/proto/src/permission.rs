@@ -1,1 +1,179 @@
-//! Placeholder.
+//! Which command is valid on which port in which mode: tables 5.3 and 5.4 as data. What a refusal looks
+//! like, and when the robot counts as stopped, is the controller's business.
+
+use crate::status::MasterMode;
+use alloc::collections::BTreeSet;
+use alloc::string::{String, ToString};
+
+/// A port that speaks the simple protocol.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum ProtocolPort {
+    /// The serial HOST port, table 5.3.
+    Host,
+    /// The Ethernet channel IP0, table 5.4.
+    Ip0,
+}
+
+impl ProtocolPort {
+    /// Both, in the order of the tables.
+    pub const ALL: [ProtocolPort; 2] = [ProtocolPort::Host, ProtocolPort::Ip0];
+}
+
+/// A cell of the tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Permission {
+    /// Circle: valid.
+    Valid,
+    /// Triangle: valid when the robot is stopped.
+    WhenStopped,
+    /// X: invalid.
+    Invalid,
+}
+
+/// The rows of either table, in their order.
+pub const ROWS: [&str; 20] = [
+    "RN", "SP", "BR", "SO", "RS", "SL", "UL", "DL", "CA", "SU", "ER", "EU", "EC", "MW", "FD", "SF", "MR", "IW",
+    "VR", "DO",
+];
+
+/// The columns as the file names them, in the order of [`MasterMode::ALL`].
+const COLUMNS: [&str; 5] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
+
+type Row = [Permission; COLUMNS.len()];
+type Rows = [Row; ROWS.len()];
+
+/// Both tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PermissionTable {
+    host: Rows,
+    ip0: Rows,
+}
+
+/// Why a permission file cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("permissions, line {line}: expected {expected}, found {found}")]
+pub struct PermissionError {
+    /// Line of the file, from 1.
+    pub line: usize,
+    /// What should stand there.
+    pub expected: String,
+    /// What stands there.
+    pub found: String,
+}
+
+impl PermissionTable {
+    /// The tables as the manual prints them (decision D4).
+    #[must_use]
+    pub fn printed() -> PermissionTable {
+        PermissionTable::parse(include_str!("../data/permissions.txt"))
+            .expect("the printed tables are part of the crate and a test reads them")
+    }
+
+    /// Reads tables in the form of `data/permissions.txt`.
+    ///
+    /// # Errors
+    /// A line that is no heading and no row, a cell that is not O, S or X, a row twice or missing.
+    pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
+        let mut tables: [Option<Rows>; 2] = [None; 2];
+        let mut lines = Lines::new(text);
+        while let Some((number, line)) = lines.next() {
+            let index = match line {
+                "[HOST]" => 0,
+                "[IP0]" => 1,
+                _ => return Err(error(number, "[HOST] or [IP0]", line)),
+            };
+            if tables[index].is_some() {
+                return Err(error(number, "each table once", line));
+            }
+            tables[index] = Some(table(&mut lines)?);
+        }
+        let [host, ip0] = tables;
+        let missing = |name: &str| error(lines.number.max(1), name, "the end of the file");
+        Ok(PermissionTable { host: host.ok_or_else(|| missing("[HOST]"))?, ip0: ip0.ok_or_else(|| missing("[IP0]"))? })
+    }
+
+    /// The cell of a command; `None` if the tables have no such row (FL, OK, NG: PRM-LEG-05).
+    #[must_use]
+    pub fn get(&self, port: ProtocolPort, letters: &str, mode: MasterMode) -> Option<Permission> {
+        let rows = match port {
+            ProtocolPort::Host => &self.host,
+            ProtocolPort::Ip0 => &self.ip0,
+        };
+        let row = ROWS.iter().position(|row| row.eq_ignore_ascii_case(letters))?;
+        let column = MasterMode::ALL.iter().position(|known| *known == mode)?;
+        rows.get(row)?.get(column).copied()
+    }
+}
+
+/// Lines with content, blanks around them and comments removed.
+struct Lines<'a> {
+    rest: core::iter::Enumerate<core::str::Lines<'a>>,
+    number: usize,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a str) -> Lines<'a> {
+        Lines { rest: text.lines().enumerate(), number: 0 }
+    }
+
+    fn next(&mut self) -> Option<(usize, &'a str)> {
+        loop {
+            let (index, line) = self.rest.next()?;
+            self.number = index + 1;
+            let line = line.split('#').next().unwrap_or_default().trim();
+            if !line.is_empty() {
+                return Some((self.number, line));
+            }
+        }
+    }
+}
+
+/// The head row and the rows of one table.
+fn table(lines: &mut Lines<'_>) -> Result<Rows, PermissionError> {
+    let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
+    match lines.next() {
+        Some((_, line)) if line.split_whitespace().eq(core::iter::once("COMMAND").chain(COLUMNS)) => {}
+        Some((number, line)) => return Err(error(number, &head(), line)),
+        None => return Err(error(lines.number, &head(), "the end of the file")),
+    }
+    let mut rows = [[Permission::Invalid; COLUMNS.len()]; ROWS.len()];
+    let mut seen = BTreeSet::new();
+    while seen.len() < ROWS.len() {
+        let missing = || ROWS.iter().filter(|row| !seen.contains(*row)).copied().collect::<alloc::vec::Vec<_>>();
+        let expected = || alloc::format!("a row of {}", missing().join(" "));
+        let Some((number, line)) = lines.next() else {
+            return Err(error(lines.number, &expected(), "the end of the file"));
+        };
+        let mut words = line.split_whitespace();
+        let letters = words.next().unwrap_or_default();
+        let (index, name) = ROWS
+            .iter()
+            .enumerate()
+            .find(|(_, row)| **row == letters && !seen.contains(*row))
+            .ok_or_else(|| error(number, &expected(), line))?;
+        seen.insert(*name);
+        rows[index] = row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
+    }
+    Ok(rows)
+}
+
+fn row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
+    let mut cells = [Permission::Invalid; COLUMNS.len()];
+    for cell in &mut cells {
+        *cell = match words.next()? {
+            "O" => Permission::Valid,
+            "S" => Permission::WhenStopped,
+            "X" => Permission::Invalid,
+            _ => return None,
+        };
+    }
+    words.next().is_none().then_some(cells)
+}
+
+/// Longest piece of a file that an error quotes, in characters.
+const MAX_QUOTE: usize = 40;
+
+fn error(line: usize, expected: &str, found: &str) -> PermissionError {
+    let found = found.chars().take(MAX_QUOTE).collect::<String>();
+    PermissionError { line, expected: expected.to_string(), found }
+}

@@ -1,0 +1,82 @@
+//! Cutting the content of a status file into records and fields, with positions for errors. What a field
+//! means is the business of the file it stands in.
+
+use super::BodyError;
+use alloc::string::String;
+
+/// Longest piece of a foreign content that an error quotes, in bytes.
+const MAX_QUOTE: usize = 32;
+
+/// A stretch of the content.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Field<'a> {
+    file: &'static str,
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Field<'a> {
+    /// The whole content of a file that `file` asks for.
+    pub(super) fn whole(file: &'static str, bytes: &'a [u8]) -> Field<'a> {
+        Field { file, bytes, at: 0 }
+    }
+
+    pub(super) fn bytes(self) -> &'a [u8] {
+        self.bytes
+    }
+
+    /// The bytes as ASCII 20-7E.
+    pub(super) fn text(self, expected: &'static str) -> Result<&'a str, BodyError> {
+        let printable = self.bytes.iter().all(|byte| (0x20..0x7F).contains(byte));
+        core::str::from_utf8(self.bytes).ok().filter(|_| printable).ok_or_else(|| self.error(expected))
+    }
+
+    /// An error that quotes the stretch.
+    pub(super) fn error(self, expected: &'static str) -> BodyError {
+        let quoted = self.bytes.get(..MAX_QUOTE).unwrap_or(self.bytes);
+        let found = match quoted {
+            [] => String::from("nothing"),
+            some => alloc::format!("`{}`", some.escape_ascii()),
+        };
+        BodyError { file: self.file, expected, found, at: self.at }
+    }
+
+    /// The parts between separators; one part more than there are separators.
+    pub(super) fn split(self, separator: u8) -> impl Iterator<Item = Field<'a>> {
+        let mut at = self.at;
+        self.bytes.split(move |byte| *byte == separator).map(move |bytes| {
+            let part = Field { file: self.file, bytes, at };
+            at += bytes.len() + 1;
+            part
+        })
+    }
+
+    /// The records of a file in which CR ends each; a CR after the last may be missing.
+    pub(super) fn records(self) -> impl Iterator<Item = Field<'a>> {
+        let inner = self.bytes.strip_suffix(&[crate::text::CR]).unwrap_or(self.bytes);
+        let count = if self.bytes.is_empty() { 0 } else { usize::MAX };
+        Field { bytes: inner, ..self }.split(crate::text::CR).take(count)
+    }
+
+    /// The first `length` bytes and the rest, if there are so many.
+    pub(super) fn cut(self, length: usize) -> Option<(Field<'a>, Field<'a>)> {
+        let (head, tail) = self.bytes.split_at_checked(length)?;
+        let rest = Field { bytes: tail, at: self.at + length, ..self };
+        Some((Field { bytes: head, ..self }, rest))
+    }
+
+    /// The rest after a prefix, letters of either case.
+    pub(super) fn after(self, prefix: &str, expected: &'static str) -> Result<Field<'a>, BodyError> {
+        match self.cut(prefix.len()) {
+            Some((head, rest)) if head.bytes.eq_ignore_ascii_case(prefix.as_bytes()) => Ok(rest),
+            _ => Err(self.error(expected)),
+        }
+    }
+
+    /// A decimal number without sign.
+    pub(super) fn number<N: core::str::FromStr>(self, expected: &'static str) -> Result<N, BodyError> {
+        let digits = !self.bytes.is_empty() && self.bytes.iter().all(u8::is_ascii_digit);
+        let text = core::str::from_utf8(self.bytes).ok().filter(|_| digits);
+        text.and_then(|text| text.parse().ok()).ok_or_else(|| self.error(expected))
+    }
+}

@@ -1,0 +1,136 @@
+//! The files a host asks for with SU, SF, EU, VR, CA and MR, as values with encoder and decoder. All of
+//! them are contents: what stands between `FL,` and EOF. Cutting them into texts is `file`'s, filling
+//! them is the controller's.
+
+pub mod ca;
+pub mod eu;
+mod fields;
+pub mod mr;
+pub mod sf;
+pub mod su;
+pub mod vr;
+
+use alloc::string::String;
+
+/// The five columns of tables 5.3 and 5.4: key switch, and in EXT who has the control right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum MasterMode {
+    /// TEACHING.
+    Teaching,
+    /// INTERNAL.
+    Internal,
+    /// EXT, control right SIG.
+    ExtSig,
+    /// EXT, control right RS-232C.
+    ExtRs232c,
+    /// EXT, control right ETHER.
+    ExtEther,
+}
+
+impl MasterMode {
+    /// All, in the order of the columns of tables 5.3 and 5.4.
+    pub const ALL: [MasterMode; 5] = [
+        MasterMode::Teaching,
+        MasterMode::Internal,
+        MasterMode::ExtSig,
+        MasterMode::ExtRs232c,
+        MasterMode::ExtEther,
+    ];
+
+    /// The value in SF (SF-17): 0 TEACHING, 1 INTERNAL, 2 EXT (SIG), 3 EXT (RS-232C or ETHER).
+    #[must_use]
+    pub const fn sf_code(self) -> u16 {
+        match self {
+            MasterMode::Teaching => 0,
+            MasterMode::Internal => 1,
+            MasterMode::ExtSig => 2,
+            MasterMode::ExtRs232c | MasterMode::ExtEther => 3,
+        }
+    }
+}
+
+/// What the program does: SF offset 2 (SF-06), and `STATUS:` of SU (SU-08).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+pub enum ExecutionStatus {
+    /// Stop (reset): the next start begins at the first step.
+    #[default]
+    Reset,
+    /// Running.
+    Running,
+    /// Stop (retry): the next start resumes the interrupted movement.
+    Retry,
+    /// Stop (continue): the next start goes on with the present step.
+    Continue,
+}
+
+impl ExecutionStatus {
+    /// All, in the order of their codes.
+    pub const ALL: [ExecutionStatus; 4] =
+        [ExecutionStatus::Reset, ExecutionStatus::Running, ExecutionStatus::Retry, ExecutionStatus::Continue];
+
+    /// The value in SF, 0 to 3.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        match self {
+            ExecutionStatus::Reset => 0,
+            ExecutionStatus::Running => 1,
+            ExecutionStatus::Retry => 2,
+            ExecutionStatus::Continue => 3,
+        }
+    }
+
+    /// The status of a value in SF.
+    #[must_use]
+    pub fn from_code(code: u8) -> Option<ExecutionStatus> {
+        ExecutionStatus::ALL.into_iter().find(|status| status.code() == code)
+    }
+}
+
+/// Level of an alarm (decision D6): 8 is the worst, 1 a warning.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum AlarmLevel {
+    /// Motion stops at once, servo power goes off.
+    L8,
+    /// Motion stops at once.
+    L4,
+    /// The current step ends, then the program stops.
+    L2,
+    /// A warning.
+    L1,
+}
+
+impl AlarmLevel {
+    /// All, the worst first.
+    pub const ALL: [AlarmLevel; 4] = [AlarmLevel::L8, AlarmLevel::L4, AlarmLevel::L2, AlarmLevel::L1];
+
+    /// 8, 4, 2 or 1.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            AlarmLevel::L8 => 8,
+            AlarmLevel::L4 => 4,
+            AlarmLevel::L2 => 2,
+            AlarmLevel::L1 => 1,
+        }
+    }
+
+    /// The level of 8, 4, 2 or 1.
+    #[must_use]
+    pub fn from_number(number: u8) -> Option<AlarmLevel> {
+        AlarmLevel::ALL.into_iter().find(|level| level.number() == number)
+    }
+}
+
+/// Why a status file could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{file} file, byte {at}: expected {expected}, found {found}")]
+pub struct BodyError {
+    /// The command that asks for such a file, for example `SU`.
+    pub file: &'static str,
+    /// What should stand there.
+    pub expected: &'static str,
+    /// What stands there; long content is cut.
+    pub found: String,
+    /// Where, in bytes from the start of the content.
+    pub at: usize,
+}
