@@ -1,0 +1,177 @@
+//! The arm models: which axes an arm has, how far and how fast they go, and the lengths of its links.
+//! What the lengths mean for positions is `motion::kinematics`'s; the course of a motion is `motion`'s.
+//!
+//! No data sheet was at hand: every number here is ours (D11), chosen so that the manual's sample positions
+//! (SF-42, EXAMPLE-05 and the DATA block of 5.4.1) can be reached with room to spare.
+
+use alloc::vec::Vec;
+
+/// Values an SF coordinate block has room for (SF-42).
+pub const AXES: usize = 8;
+
+/// One value per axis, axis 1 first: degrees, mm for axis 3 of a SCARA arm; axes the model has not are 0.
+pub type Joints = [f64; AXES];
+
+/// One arm: its geometry and what it is capable of at 100 %.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmModel {
+    /// Name by which it is chosen.
+    pub name: &'static str,
+    /// Geometry.
+    pub kind: ArmKind,
+    /// The axes it has, axis 1 first; at most [`AXES`].
+    pub axes: Vec<Axis>,
+    /// Speed of the tool point on lines and arcs at 100 %, mm/s.
+    pub max_tool_speed: f64,
+    /// Acceleration of the tool point on lines and arcs at 100 %, mm/s².
+    pub max_tool_accel: f64,
+    /// Speed of turning the tool on lines and arcs at 100 %, degrees/s. The turning acceleration follows: the
+    /// full turning speed is reached in the time in which the full tool speed is.
+    pub max_turn_speed: f64,
+    /// The posture READY goes to, and the one at power-up.
+    pub ready: Joints,
+}
+
+/// One axis: degrees, or mm for axis 3 of a SCARA arm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Lowest value.
+    pub min: f64,
+    /// Highest value.
+    pub max: f64,
+    /// Speed at 100 %, units/s.
+    pub max_speed: f64,
+    /// Acceleration and deceleration at 100 %, units/s².
+    pub max_accel: f64,
+}
+
+/// Kind of arm, with its lengths.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ArmKind {
+    /// Vertical articulated arm with a spherical wrist.
+    SixAxis(SixAxisGeometry),
+    /// Horizontal articulated arm.
+    Scara(ScaraGeometry),
+}
+
+/// Lengths of a six-axis arm in mm. All axes at 0: everything stretched straight up, the flange on top.
+/// Axis 1 turns about the upright, axes 2 and 3 lean forward (towards +X), axis 5 bends the wrist forward,
+/// axes 4 and 6 roll about the forearm and the flange. The world origin is at the foot of axis 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SixAxisGeometry {
+    /// Height of axis 2.
+    pub shoulder_height: f64,
+    /// Distance of axis 2 in front of axis 1.
+    pub shoulder_offset: f64,
+    /// Axis 2 to axis 3.
+    pub upper_arm: f64,
+    /// Distance of the forearm line in front of axis 3, arm stretched up.
+    pub elbow_offset: f64,
+    /// Axis 3 to the wrist centre, along the forearm line.
+    pub forearm: f64,
+    /// Wrist centre to flange.
+    pub flange: f64,
+}
+
+/// Lengths of a SCARA arm in mm. All axes at 0: both links along +X; world Z is the value of axis 3.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScaraGeometry {
+    /// Axis 1 to axis 2.
+    pub first_arm: f64,
+    /// Axis 2 to the shaft.
+    pub second_arm: f64,
+}
+
+const fn axis(reach: f64, max_speed: f64, max_accel: f64) -> Axis {
+    Axis {
+        min: -reach,
+        max: reach,
+        max_speed,
+        max_accel,
+    }
+}
+
+impl ArmModel {
+    /// `ts3100-tv800`: the default, a six-axis arm reaching 850 mm to the wrist centre (assumed).
+    ///
+    /// Axes 4 and 6 go a full turn both ways, so that SINGLE and DOUBLE both exist for every position
+    /// (DATA-04). Ready: tool straight down, 408 mm in front at a height of 293 mm, configuration 11111.
+    #[must_use]
+    pub fn tv800() -> ArmModel {
+        ArmModel {
+            name: "ts3100-tv800",
+            kind: ArmKind::SixAxis(SixAxisGeometry {
+                shoulder_height: 300.0,
+                shoulder_offset: 100.0,
+                upper_arm: 370.0,
+                elbow_offset: 0.0,
+                forearm: 380.0,
+                flange: 80.0,
+            }),
+            axes: [
+                axis(190.0, 240.0, 960.0),
+                axis(150.0, 240.0, 960.0),
+                axis(165.0, 300.0, 1200.0),
+                axis(360.0, 375.0, 1500.0),
+                axis(150.0, 375.0, 1500.0),
+                axis(360.0, 600.0, 2400.0),
+            ]
+            .to_vec(),
+            max_tool_speed: 2000.0,
+            max_tool_accel: 8000.0,
+            max_turn_speed: 360.0,
+            ready: [0.0, 10.0, 130.0, 0.0, 40.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// `tsl3000-thl400`: a SCARA arm reaching 400 mm, with axis T as its fifth (assumed).
+    ///
+    /// Ready: elbow to the left (LEFTY), 312 mm in front of the foot, shaft at 0 mm.
+    #[must_use]
+    pub fn thl400() -> ArmModel {
+        ArmModel {
+            name: "tsl3000-thl400",
+            kind: ArmKind::Scara(ScaraGeometry {
+                first_arm: 225.0,
+                second_arm: 175.0,
+            }),
+            axes: [
+                axis(170.0, 660.0, 2640.0),
+                axis(150.0, 660.0, 2640.0),
+                axis(150.0, 1120.0, 4480.0),
+                axis(360.0, 1500.0, 6000.0),
+                axis(360.0, 600.0, 2400.0),
+            ]
+            .to_vec(),
+            max_tool_speed: 2500.0,
+            max_tool_accel: 10_000.0,
+            max_turn_speed: 720.0,
+            ready: [-30.0, 78.0, 0.0, -48.0, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// The built-in model of that name, case ignored.
+    #[must_use]
+    pub fn by_name(name: &str) -> Option<ArmModel> {
+        [ArmModel::tv800(), ArmModel::thl400()]
+            .into_iter()
+            .find(|model| model.name.eq_ignore_ascii_case(name))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AXES, ArmModel};
+
+    #[test]
+    fn models_are_found_by_name_and_rest_within_their_limits() {
+        for name in ["ts3100-tv800", "TSL3000-THL400"] {
+            let model = ArmModel::by_name(name).unwrap();
+            assert!(model.axes.len() <= AXES);
+            for (axis, ready) in model.axes.iter().zip(model.ready) {
+                assert!((axis.min..=axis.max).contains(&ready));
+            }
+        }
+        assert!(ArmModel::by_name("tv1000").is_none());
+    }
+}

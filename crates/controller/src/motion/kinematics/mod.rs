@@ -1,0 +1,313 @@
+//! Joints to pose and back, closed form: which digits a posture has (DATA-04), which turn of an axis is taken,
+//! and whether it lies within the limits. The trigonometry of each kind of arm is `six_axis`'s and `scara`'s.
+
+mod scara;
+mod six_axis;
+
+use super::pose::{Pose, Transform, normalised};
+use crate::model::{AXES, ArmKind, ArmModel, Axis, Joints};
+use libm::{ceil, floor, round};
+
+/// Rounding allowed at an axis limit, in the unit of the axis.
+const LIMIT_SLACK: f64 = 1e-9;
+/// The least by which an axis value of DOUBLE4 or DOUBLE6 lies beyond half a turn, degrees.
+const BEYOND: f64 = 1e-9;
+/// Largest tilt a SCARA arm takes for rounding, degrees, and largest U or V where there is no such axis.
+const ROUNDING: f64 = 1e-6;
+/// Highest configuration digit (DATA-04).
+const MAX_DIGIT: u8 = 2;
+
+/// Why no posture reaches a pose.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum Unreachable {
+    /// An axis would leave its limits; `axis` counts from 1, values in degrees or mm.
+    #[error("axis {axis}: expected {min} to {max}, found {value:.3}")]
+    Limit {
+        /// Number of the axis, from 1.
+        axis: usize,
+        /// Value it would need.
+        value: f64,
+        /// Lowest value allowed.
+        min: f64,
+        /// Highest value allowed.
+        max: f64,
+    },
+    /// The arm is too short, or cannot fold so close: distances in mm from axis 2 (six-axis) or 1 (SCARA).
+    #[error("reach: expected {min:.3} to {max:.3} mm, found {distance:.3} mm")]
+    Reach {
+        /// Distance asked for.
+        distance: f64,
+        /// Smallest distance.
+        min: f64,
+        /// Largest distance.
+        max: f64,
+    },
+    /// A SCARA arm cannot tilt its shaft: A and B in degrees.
+    #[error("orientation: expected an upright tool, found A = {a:.3}, B = {b:.3}")]
+    Tilt {
+        /// Rotation about X.
+        a: f64,
+        /// Rotation about Y.
+        b: f64,
+    },
+    /// The position has a value for an axis the arm has not; `axis` counts from 1.
+    #[error("axis {axis}: expected 0, the arm has no such axis, found {value:.3}")]
+    NotFitted {
+        /// Number of the axis, from 1.
+        axis: usize,
+        /// Value asked for.
+        value: f64,
+    },
+    /// A configuration digit out of 0, 1, 2, or one that means nothing to this arm; `place` counts from 1.
+    #[error("configuration digit {place}: expected 0 to {max}, found {found}")]
+    Configuration {
+        /// Place of the digit, from 1.
+        place: usize,
+        /// Highest digit that means something there.
+        max: u8,
+        /// Digit found.
+        found: u8,
+    },
+    /// A coordinate is no finite number.
+    #[error("position: expected finite numbers")]
+    NotFinite,
+}
+
+impl ArmModel {
+    /// Pose of the flange and configuration digits of a posture.
+    ///
+    /// Digits (DATA-04): shoulder, elbow, wrist, axis 4, axis 6, each 1 or 2. SCARA: the first alone, the
+    /// others 0.
+    #[must_use]
+    pub fn forward(&self, joints: &Joints) -> (Pose, [u8; 5]) {
+        let (transform, uv) = place(&self.kind, joints);
+        (Pose::from_transform(&transform, uv), digits(&self.kind, joints))
+    }
+
+    /// Posture in which the flange has `pose`.
+    ///
+    /// A digit 0 keeps what the posture `near` has. A position leaves the turn of an axis open: the one next
+    /// to `near` is taken, on axes 4 and 6 within SINGLE or DOUBLE. Where a kept SINGLE or DOUBLE does not fit
+    /// the limits, the other is taken.
+    ///
+    /// # Errors
+    /// [`Unreachable`] names the axis and its limit, the reach, or the value that does not fit the arm.
+    pub fn inverse(&self, pose: &Pose, config: [u8; 5], near: &Joints) -> Result<Joints, Unreachable> {
+        self.inverse_of(&pose.transform(), pose.uv, config, near)
+    }
+
+    pub(crate) fn inverse_of(
+        &self,
+        flange: &Transform,
+        uv: [f64; 2],
+        config: [u8; 5],
+        near: &Joints,
+    ) -> Result<Joints, Unreachable> {
+        let wanted = self.resolved(config, near)?;
+        let mut joints = solve(&self.kind, flange, uv, wanted, near)?;
+        for (index, limits) in self.axes.iter().enumerate() {
+            let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
+                continue;
+            };
+            let class = match (&self.kind, index) {
+                (ArmKind::SixAxis(_), 3) => Some((config[3], wanted[3])),
+                (ArmKind::SixAxis(_), 5) => Some((config[4], wanted[4])),
+                _ => None,
+            };
+            let turn = if is_linear(&self.kind, index) {
+                within(limits, *joint).then(|| joint.clamp(limits.min, limits.max))
+            } else {
+                turn_of(*joint, *near, limits, class)
+            };
+            *joint = turn.ok_or(limit_error(index, *joint, limits))?;
+        }
+        Ok(joints)
+    }
+
+    /// Whether every axis is within its limits, and those the arm has not are 0.
+    pub(crate) fn check_limits(&self, joints: &Joints) -> Result<(), Unreachable> {
+        let missing = joints.iter().enumerate().skip(self.axes.len());
+        if let Some((index, value)) = missing.into_iter().find(|(_, value)| **value != 0.0) {
+            return Err(Unreachable::NotFitted {
+                axis: index + 1,
+                value: *value,
+            });
+        }
+        for (index, (limits, value)) in self.axes.iter().zip(joints).enumerate() {
+            if !within(limits, *value) {
+                return Err(limit_error(index, *value, limits));
+            }
+        }
+        Ok(())
+    }
+
+    /// The digits with those of `near` where they are 0; refuses digits this arm does not know.
+    fn resolved(&self, config: [u8; 5], near: &Joints) -> Result<[u8; 5], Unreachable> {
+        let mut resolved = digits(&self.kind, near);
+        for (index, (digit, found)) in resolved.iter_mut().zip(config).enumerate() {
+            let max = if matches!(self.kind, ArmKind::Scara(_)) && index > 0 {
+                0
+            } else {
+                MAX_DIGIT
+            };
+            if found > max {
+                return Err(Unreachable::Configuration {
+                    place: index + 1,
+                    max,
+                    found,
+                });
+            }
+            if found != 0 {
+                *digit = found;
+            }
+        }
+        Ok(resolved)
+    }
+}
+
+/// Flange and additional axes of a posture.
+pub(crate) fn place(kind: &ArmKind, joints: &Joints) -> (Transform, [f64; 2]) {
+    match kind {
+        ArmKind::SixAxis(geometry) => (six_axis::flange(geometry, joints), [0.0; 2]),
+        ArmKind::Scara(geometry) => (scara::flange(geometry, joints), [joints[4], 0.0]),
+    }
+}
+
+/// Configuration digits of a posture.
+pub(crate) fn digits(kind: &ArmKind, joints: &Joints) -> [u8; 5] {
+    match kind {
+        ArmKind::SixAxis(geometry) => six_axis::digits(geometry, joints),
+        ArmKind::Scara(_) => scara::digits(joints),
+    }
+}
+
+/// The posture of the shoulder, elbow and wrist in `digits`, every turning axis on the turn next to `near`,
+/// limits aside: for points of a path, where the axes go on from where they are.
+pub(crate) fn follow(
+    kind: &ArmKind,
+    flange: &Transform,
+    uv: [f64; 2],
+    digits: [u8; 5],
+    near: &Joints,
+) -> Result<Joints, Unreachable> {
+    let mut joints = solve(kind, flange, uv, digits, near)?;
+    for (index, (joint, near)) in joints.iter_mut().zip(near).enumerate() {
+        if !is_linear(kind, index) {
+            *joint += 360.0 * round((near - *joint) / 360.0);
+        }
+    }
+    Ok(joints)
+}
+
+/// Longest distance in mm between an axis and the flange.
+pub(crate) fn reach(kind: &ArmKind) -> f64 {
+    match kind {
+        ArmKind::SixAxis(g) => [
+            g.shoulder_offset,
+            g.upper_arm,
+            g.elbow_offset,
+            g.forearm,
+            g.flange,
+        ]
+        .iter()
+        .map(|link| link.abs())
+        .sum(),
+        ArmKind::Scara(g) => g.first_arm.abs() + g.second_arm.abs(),
+    }
+}
+
+/// Whether the axis (from 0) has no turns: it slides, or its value is given by the position itself.
+pub(crate) fn is_linear(kind: &ArmKind, index: usize) -> bool {
+    match kind {
+        ArmKind::SixAxis(_) => index >= 6,
+        ArmKind::Scara(_) => index == 2 || index >= 4,
+    }
+}
+
+fn solve(
+    kind: &ArmKind,
+    flange: &Transform,
+    uv: [f64; 2],
+    digits: [u8; 5],
+    near: &Joints,
+) -> Result<Joints, Unreachable> {
+    let finite = flange
+        .origin
+        .iter()
+        .chain(flange.rotation.iter().flatten())
+        .chain(&uv);
+    if finite.into_iter().any(|value| !value.is_finite()) {
+        return Err(Unreachable::NotFinite);
+    }
+    let additional: &[f64] = match kind {
+        ArmKind::SixAxis(_) => &uv,
+        ArmKind::Scara(_) => &uv[1..],
+    };
+    let first = AXES - additional.len();
+    if let Some((index, value)) = additional
+        .iter()
+        .enumerate()
+        .find(|(_, value)| value.abs() > ROUNDING)
+    {
+        return Err(Unreachable::NotFitted {
+            axis: first + index + 1,
+            value: *value,
+        });
+    }
+    match kind {
+        ArmKind::SixAxis(geometry) => six_axis::solve(geometry, flange, digits, near),
+        ArmKind::Scara(geometry) => scara::solve(geometry, flange, uv[0], digits),
+    }
+}
+
+fn within(limits: &Axis, value: f64) -> bool {
+    (limits.min - LIMIT_SLACK..=limits.max + LIMIT_SLACK).contains(&value)
+}
+
+fn limit_error(index: usize, value: f64, limits: &Axis) -> Unreachable {
+    Unreachable::Limit {
+        axis: index + 1,
+        value,
+        min: limits.min,
+        max: limits.max,
+    }
+}
+
+/// The turn of `angle` next to `near` within the limits; with a class (digit asked for, digit resolved), within
+/// SINGLE or DOUBLE.
+fn turn_of(angle: f64, near: f64, limits: &Axis, class: Option<(u8, u8)>) -> Option<f64> {
+    let angle = normalised(angle);
+    let (min, max) = (limits.min, limits.max);
+    let any = || turn_between(angle, near, min, max);
+    let Some((asked, resolved)) = class else {
+        return any();
+    };
+    let of_class = if resolved == 1 {
+        turn_between(angle, near, min.max(-180.0), max.min(180.0))
+    } else {
+        let low = turn_between(angle, near, min, max.min(-180.0 - BEYOND));
+        let high = turn_between(angle, near, min.max(180.0 + BEYOND), max);
+        match (low, high) {
+            (Some(low), Some(high)) if (high - near).abs() <= (low - near).abs() => Some(high),
+            (low, high) => low.or(high),
+        }
+    };
+    if asked == 0 {
+        of_class.or_else(any)
+    } else {
+        of_class
+    }
+}
+
+fn turn_between(angle: f64, near: f64, min: f64, max: f64) -> Option<f64> {
+    let lowest = ceil((min - LIMIT_SLACK - angle) / 360.0);
+    let highest = floor((max + LIMIT_SLACK - angle) / 360.0);
+    if lowest > highest || min > max {
+        return None;
+    }
+    let turns = round((near - angle) / 360.0).clamp(lowest, highest);
+    Some((angle + 360.0 * turns).clamp(min, max))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,1 @@
+//! Both arms, there and back.

@@ -1,0 +1,134 @@
+//! Motion of the arm: from a posture and a target to a value that tells, for any time, where the joints are.
+//! Everything is a closed-form function of time, nothing is summed per tick (D11), so the result does not depend on
+//! when or how often it is asked. What a position means in which frame, when a motion starts and who waits for it
+//! is left to the arm and the execution.
+//!
+//! ```text
+//!  plan(model, from, target, tool, limits)          kinematics: joints <-> pose
+//!        |  path: what is gone through               profile:    place and speed along it in time
+//!        v
+//!  Motion  --hold--> held --resume--> moving --set_limits--> moving --stop--> ends where it comes to rest
+//! ```
+
+mod kinematics;
+mod path;
+mod plan;
+mod pose;
+mod profile;
+mod run;
+
+pub use kinematics::Unreachable;
+pub use plan::plan;
+pub use pose::{Pose, Transform, normalised};
+pub use run::Motion;
+
+use crate::model::Joints;
+
+/// Smallest part of full speed or acceleration a motion is run with: 1 % of 1 %.
+pub const MIN_FRACTION: f64 = 1e-4;
+/// Smallest bound for the tool speed, mm/s.
+pub const MIN_TOOL_SPEED: f64 = 0.1;
+
+/// How fast a motion may be. Values out of range are taken as the nearest in range, no number as the smallest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Part of full speed, [`MIN_FRACTION`] to 1: SPEED times override.
+    pub speed: f64,
+    /// Part of full acceleration, [`MIN_FRACTION`] to 1.
+    pub accel: f64,
+    /// Part of full deceleration, [`MIN_FRACTION`] to 1.
+    pub decel: f64,
+    /// Highest speed of the tool point in mm/s, if one holds: 250 in TEACHING (PRM-SPD-01).
+    pub tool_speed_cap: Option<f64>,
+}
+
+impl Limits {
+    /// 100 % of everything, no cap (PRM-SPD-02).
+    pub const FULL: Limits = Limits {
+        speed: 1.0,
+        accel: 1.0,
+        decel: 1.0,
+        tool_speed_cap: None,
+    };
+}
+
+/// Where a motion goes, and how. Poses are world poses of the tool point; a configuration digit 0 keeps the
+/// present one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target {
+    /// MOVE: all joints start and end together.
+    Joint(Pose, [u8; 5]),
+    /// MOVES: the tool point goes in a straight line, the tool turns about a fixed axis.
+    Line(Pose, [u8; 5]),
+    /// MOVEC: the tool point goes along the circle from here through `via` to `end`; the tool turns about a fixed
+    /// axis from its present orientation to that of `end` (that of `via` does not count: ours, assumed).
+    Arc {
+        /// A point of the arc.
+        via: Pose,
+        /// End of the arc.
+        end: Pose,
+        /// Configuration at the end.
+        config: [u8; 5],
+    },
+    /// MOVEA: one axis goes to a value, degrees or mm.
+    Axis {
+        /// Number of the axis, from 0.
+        axis: usize,
+        /// Value to go to.
+        value: f64,
+    },
+    /// READY: every joint to its value.
+    Joints(Joints),
+}
+
+/// Why a motion cannot be done. The arm has not moved.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum MotionError {
+    /// No posture for the target.
+    #[error("target: {0}")]
+    Unreachable(#[from] Unreachable),
+    /// No posture for a point of the path.
+    #[error("at {percent:.0} % of the path: {reason}")]
+    OnPath {
+        /// Part of the path before the point, 0 to 100.
+        percent: f64,
+        /// What is wrong there.
+        reason: Unreachable,
+    },
+    /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
+    #[error(
+        "at {percent:.0} % of the path: singular posture, axis {axis} would have to jump {jump:.1} degrees"
+    )]
+    Singular {
+        /// Part of the path before the point, 0 to 100.
+        percent: f64,
+        /// Number of the axis.
+        axis: usize,
+        /// How far it would have to jump, degrees.
+        jump: f64,
+    },
+    /// A line or an arc cannot end in this configuration; `place` of the digit counts from 1.
+    #[error("configuration digit {place}: expected {reached}, which the path leads to, found {wanted}")]
+    Configuration {
+        /// Place of the digit.
+        place: usize,
+        /// Digit the path leads to.
+        reached: u8,
+        /// Digit asked for.
+        wanted: u8,
+    },
+    /// Start, via point and end do not span a circle.
+    #[error("arc: expected three points of a circle, found points on one line")]
+    NoArc,
+    /// The arm has no such axis; both count from 1.
+    #[error("axis: expected 1 to {axes}, found {axis}")]
+    NoSuchAxis {
+        /// Number asked for.
+        axis: usize,
+        /// Axes the arm has.
+        axes: usize,
+    },
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,271 @@
+//! What a motion goes through, as a function of the part gone, 0 to 1: all joints together, or the tool point along
+//! a line or an arc. How fast is left to `profile`, whether it may be done at all to `plan`.
+
+use super::kinematics::{follow, place};
+use super::pose::{Transform, cross, degrees, dot, minus, norm, plus_times, product, sin_cos, transposed};
+use crate::model::{ArmKind, Joints};
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::f64::consts::PI;
+use libm::{atan2, floor};
+
+/// Below this sine, the three points of an arc lie on a line.
+const ON_ONE_LINE: f64 = 1e-6;
+/// Below this sine a turn is by nothing or by half a turn, and its axis is read from the other half of the matrix.
+const HALF_TURN: f64 = 1e-6;
+
+/// The way of the tool point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Shape {
+    Line {
+        from: [f64; 3],
+        to: [f64; 3],
+    },
+    Arc {
+        centre: [f64; 3],
+        radius: f64,
+        first: [f64; 3],
+        second: [f64; 3],
+        angle: f64,
+    },
+}
+
+impl Shape {
+    pub(super) fn line(from: [f64; 3], to: [f64; 3]) -> Shape {
+        Shape::Line { from, to }
+    }
+
+    /// The arc from one point through another to a third; `None` if they lie on one line.
+    pub(super) fn arc(from: [f64; 3], via: [f64; 3], to: [f64; 3]) -> Option<Shape> {
+        let (to_via, to_end) = (minus(via, from), minus(to, from));
+        let normal = cross(to_via, to_end);
+        let area = norm(normal);
+        let smallest = ON_ONE_LINE * norm(to_via) * norm(to_end).max(norm(minus(to, via)));
+        if area.is_nan() || area <= smallest || norm(to_end) <= ON_ONE_LINE * norm(to_via) {
+            return None;
+        }
+        // Circumcentre, seen from `from`.
+        let lean = cross(normal, to_via).map(|part| part * dot(to_end, to_end));
+        let reach = cross(to_end, normal).map(|part| part * dot(to_via, to_via));
+        let to_centre = plus_times(lean, reach, 1.0).map(|part| part / (2.0 * area * area));
+        let (centre, radius) = (plus_times(from, to_centre, 1.0), norm(to_centre));
+        let first = to_centre.map(|part| -part / radius);
+        let second = cross(normal.map(|part| part / area), first);
+        let last = minus(to, centre);
+        let angle = atan2(dot(last, second), dot(last, first));
+        let angle = if angle <= 0.0 { angle + 2.0 * PI } else { angle };
+        Some(Shape::Arc {
+            centre,
+            radius,
+            first,
+            second,
+            angle,
+        })
+    }
+
+    /// Length in mm.
+    pub(super) fn length(&self) -> f64 {
+        match self {
+            Shape::Line { from, to } => norm(minus(*to, *from)),
+            Shape::Arc { radius, angle, .. } => radius * angle,
+        }
+    }
+
+    fn at(&self, part: f64) -> [f64; 3] {
+        match self {
+            Shape::Line { from, to } => plus_times(*from, minus(*to, *from), part),
+            Shape::Arc {
+                centre,
+                radius,
+                first,
+                second,
+                angle,
+            } => {
+                let (sin, cos) = sin_cos(degrees(angle * part));
+                plus_times(plus_times(*centre, *first, radius * cos), *second, radius * sin)
+            }
+        }
+    }
+}
+
+/// A turn about a fixed axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Turn {
+    axis: [f64; 3],
+    /// Degrees, 0 to 180.
+    pub(super) angle: f64,
+}
+
+impl Turn {
+    /// The shortest turn that makes this rotation.
+    pub(super) fn of(r: &[[f64; 3]; 3]) -> Turn {
+        let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
+        let (sin, cos) = (norm(skew) / 2.0, (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0);
+        let angle = degrees(atan2(sin, cos));
+        if sin > HALF_TURN {
+            return Turn {
+                axis: skew.map(|part| part / (2.0 * sin)),
+                angle,
+            };
+        }
+        if cos > 0.0 {
+            return Turn {
+                axis: skew.map(|part| if sin > 0.0 { part / (2.0 * sin) } else { 0.0 }),
+                angle,
+            };
+        }
+        // Half a turn: (R + 1) / 2 is axis times axis; its longest column gives the axis.
+        let columns = transposed(&[
+            [
+                (r[0][0] + 1.0) / 2.0,
+                r[0][1] / 2.0 + r[1][0] / 2.0,
+                r[0][2] / 2.0 + r[2][0] / 2.0,
+            ],
+            [
+                r[0][1] / 2.0 + r[1][0] / 2.0,
+                (r[1][1] + 1.0) / 2.0,
+                r[1][2] / 2.0 + r[2][1] / 2.0,
+            ],
+            [
+                r[0][2] / 2.0 + r[2][0] / 2.0,
+                r[1][2] / 2.0 + r[2][1] / 2.0,
+                (r[2][2] + 1.0) / 2.0,
+            ],
+        ]);
+        let longest =
+            columns.into_iter().fold(
+                [0.0; 3],
+                |best, column| if norm(column) > norm(best) { column } else { best },
+            );
+        let axis = longest.map(|part| part / norm(longest));
+        let sign = if dot(axis, skew) < 0.0 { -1.0 } else { 1.0 };
+        Turn {
+            axis: axis.map(|part| sign * part),
+            angle,
+        }
+    }
+
+    fn part(&self, part: f64) -> [[f64; 3]; 3] {
+        let (sin, cos) = sin_cos(self.angle * part);
+        let ([x, y, z], rest) = (self.axis, 1.0 - cos);
+        // No axis, no turn: the formula below then gives cos on the diagonal, which is 1.
+        [
+            [cos + x * x * rest, x * y * rest - z * sin, x * z * rest + y * sin],
+            [y * x * rest + z * sin, cos + y * y * rest, y * z * rest - x * sin],
+            [z * x * rest - y * sin, z * y * rest + x * sin, cos + z * z * rest],
+        ]
+    }
+}
+
+/// The way of the tool in space.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Guided {
+    pub(super) kind: ArmKind,
+    pub(super) shape: Shape,
+    /// Orientation of the tool at the start, and the turn from there in its own axes.
+    pub(super) rotation: [[f64; 3]; 3],
+    pub(super) turn: Turn,
+    /// U and V at the start and at the end.
+    pub(super) uv: [[f64; 2]; 2],
+    /// Flange as seen from the tool point.
+    pub(super) flange: Transform,
+    pub(super) digits: [u8; 5],
+    /// Joints at equal parts of the path, first at 0, last at 1: they tell which turn of an axis is meant between
+    /// them, so that the answer never depends on what was asked before.
+    pub(super) samples: Vec<Joints>,
+}
+
+impl Guided {
+    /// Place and orientation of the tool point.
+    pub(super) fn tool_at(&self, part: f64) -> Transform {
+        Transform {
+            rotation: product(&self.rotation, &self.turn.part(part)),
+            origin: self.shape.at(part),
+        }
+    }
+
+    /// Flange and additional axes.
+    pub(super) fn flange_at(&self, part: f64) -> (Transform, [f64; 2]) {
+        let [from, to] = self.uv;
+        let uv = [
+            from[0] + (to[0] - from[0]) * part,
+            from[1] + (to[1] - from[1]) * part,
+        ];
+        (self.tool_at(part).compose(&self.flange), uv)
+    }
+
+    /// Exact joints. Where a point between two samples has no posture, though both samples have one (the arm
+    /// fully stretched, within rounding), the value between theirs.
+    fn joints_at(&self, part: f64) -> Joints {
+        let between = self.between_samples(part);
+        let (flange, uv) = self.flange_at(part);
+        follow(&self.kind, &flange, uv, self.digits, &between).unwrap_or(between)
+    }
+
+    fn between_samples(&self, part: f64) -> Joints {
+        let Some(steps) = self.samples.len().checked_sub(1) else {
+            return Joints::default();
+        };
+        let position = part.clamp(0.0, 1.0) * steps as f64;
+        // In range: `position` is between 0 and the number of steps, which is bounded by `plan`.
+        let index = (floor(position) as usize).min(steps.saturating_sub(1));
+        let first = self.samples.get(index).copied().unwrap_or_default();
+        let second = self.samples.get(index + 1).copied().unwrap_or(first);
+        mixed(&first, &second, position - index as f64)
+    }
+}
+
+/// A path.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Path {
+    /// All joints together.
+    Joint { from: Joints, to: Joints },
+    /// The tool point along a shape.
+    Guided(Box<Guided>),
+}
+
+impl Path {
+    /// Joints at a part of the path, 0 to 1; at 0 and 1 exactly those planned.
+    pub(super) fn joints_at(&self, part: f64) -> Joints {
+        match self {
+            Path::Joint { from, to } => mixed(from, to, part),
+            Path::Guided(guided) => match (guided.samples.first(), guided.samples.last()) {
+                (Some(first), _) if part <= 0.0 => *first,
+                (_, Some(last)) if part >= 1.0 => *last,
+                _ => guided.joints_at(part),
+            },
+        }
+    }
+}
+
+/// The value at `part` of the way from one to the other; exact at 0 and 1.
+fn mixed(from: &Joints, to: &Joints, part: f64) -> Joints {
+    let mut joints = *to;
+    if part < 1.0 {
+        for (joint, from) in joints.iter_mut().zip(from) {
+            *joint = from + (*joint - from) * part;
+        }
+    }
+    joints
+}
+
+/// Most the tool point moves, in mm per whole path, anywhere on a joint path.
+///
+/// Between `STEPS` places the speed differs from the mean speed by at most half a step times the greatest second
+/// derivative, which for turning axes is the reach times the square of the sum of all turns.
+pub(super) fn tool_way(kind: &ArmKind, from: &Joints, to: &Joints, tool: &Transform, turning: f64) -> f64 {
+    const STEPS: u32 = 128;
+    let reach = super::kinematics::reach(kind) + norm(tool.origin);
+    let point = |step: u32| {
+        let joints = mixed(from, to, f64::from(step) / f64::from(STEPS));
+        place(kind, &joints).0.compose(tool).origin
+    };
+    let mut longest: f64 = 0.0;
+    let mut last = point(0);
+    for step in 1..=STEPS {
+        let next = point(step);
+        longest = longest.max(norm(minus(next, last)));
+        last = next;
+    }
+    longest * f64::from(STEPS) + reach * turning * turning / f64::from(STEPS) / 2.0
+}

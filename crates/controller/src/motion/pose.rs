@@ -1,0 +1,262 @@
+//! Positions in space: a pose as positions are written, and the same as a rotation and a vector.
+//! Which joints lead there is left to `kinematics`.
+//!
+//! Order of rotation: Rz(C) Ry(B) Rx(A), about the fixed X, then Y, then Z axis (D11). With A = B = C = 0 the
+//! tool points straight down and the tool axes are parallel to the world's (ours, assumed): so a tool that
+//! stands out L mm beyond the flange is a TOOL coordinate with Z = -L.
+
+use core::f64::consts::PI;
+use libm::{atan2, cos, fmod, sin, sqrt};
+
+/// Below this cosine of B, A and C turn about the same axis and A is given as 0.
+const GIMBAL: f64 = 1e-12;
+
+/// A position: mm and degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pose {
+    /// X, Y, Z in mm.
+    pub xyz: [f64; 3],
+    /// A, B, C: rotation about X, Y, Z in degrees. SCARA: C alone.
+    pub abc: [f64; 3],
+    /// U, V: axes 7 and 8. SCARA: T and 0.
+    pub uv: [f64; 2],
+}
+
+impl Pose {
+    /// The same place and orientation as a transform, U and V aside.
+    #[must_use]
+    pub fn transform(&self) -> Transform {
+        let ([x, y, z], [a, b, c]) = (self.xyz, self.abc);
+        Transform::from_coords([x, y, z, a, b, c])
+    }
+
+    /// The pose of a transform, with the additional axes given.
+    #[must_use]
+    pub fn from_transform(transform: &Transform, uv: [f64; 2]) -> Pose {
+        let [x, y, z, a, b, c] = transform.to_coords();
+        Pose {
+            xyz: [x, y, z],
+            abc: [a, b, c],
+            uv,
+        }
+    }
+}
+
+/// A coordinate system in another: rotation matrix (rows) and origin in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transform {
+    pub(crate) rotation: [[f64; 3]; 3],
+    pub(crate) origin: [f64; 3],
+}
+
+impl Default for Transform {
+    fn default() -> Transform {
+        Transform::IDENTITY
+    }
+}
+
+impl Transform {
+    /// No displacement, no rotation.
+    pub const IDENTITY: Transform = Transform {
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        origin: [0.0; 3],
+    };
+
+    /// From X, Y, Z in mm and A, B, C in degrees.
+    #[must_use]
+    pub fn from_coords([x, y, z, a, b, c]: [f64; 6]) -> Transform {
+        let turned = product(&about_z(c), &product(&about_y(b), &about_x(a)));
+        Transform {
+            rotation: turned,
+            origin: [x, y, z],
+        }
+    }
+
+    /// X, Y, Z in mm and A, B, C in degrees, angles in (-180, 180] and B in [-90, 90].
+    #[must_use]
+    pub fn to_coords(&self) -> [f64; 6] {
+        let ([x, y, z], r) = (self.origin, &self.rotation);
+        let cos_b = sqrt(r[0][0] * r[0][0] + r[1][0] * r[1][0]);
+        let b = atan2(-r[2][0], cos_b);
+        let (a, c) = if cos_b < GIMBAL {
+            (0.0, atan2(-r[0][1], r[1][1]))
+        } else {
+            (atan2(r[2][1], r[2][2]), atan2(r[1][0], r[0][0]))
+        };
+        [
+            x,
+            y,
+            z,
+            normalised(degrees(a)),
+            normalised(degrees(b)),
+            normalised(degrees(c)),
+        ]
+    }
+
+    /// `inner`, given in this coordinate system, in the one this is given in.
+    #[must_use]
+    pub fn compose(&self, inner: &Transform) -> Transform {
+        let moved = turned(&self.rotation, inner.origin);
+        Transform {
+            rotation: product(&self.rotation, &inner.rotation),
+            origin: [
+                self.origin[0] + moved[0],
+                self.origin[1] + moved[1],
+                self.origin[2] + moved[2],
+            ],
+        }
+    }
+
+    /// The transform that undoes this one.
+    #[must_use]
+    pub fn inverse(&self) -> Transform {
+        let back = transposed(&self.rotation);
+        let [x, y, z] = turned(&back, self.origin);
+        Transform {
+            rotation: back,
+            origin: [-x, -y, -z],
+        }
+    }
+}
+
+/// Degrees brought into (-180, 180].
+#[must_use]
+pub fn normalised(angle: f64) -> f64 {
+    let rest = fmod(angle, 360.0);
+    let rest = if rest > 180.0 {
+        rest - 360.0
+    } else if rest <= -180.0 {
+        rest + 360.0
+    } else {
+        rest
+    };
+    // Never a negative zero: it would be printed as one.
+    rest + 0.0
+}
+
+pub(crate) fn degrees(radians: f64) -> f64 {
+    radians * (180.0 / PI)
+}
+
+pub(crate) fn radians(degrees: f64) -> f64 {
+    degrees * (PI / 180.0)
+}
+
+pub(crate) fn sin_cos(degrees: f64) -> (f64, f64) {
+    (sin(radians(degrees)), cos(radians(degrees)))
+}
+
+pub(crate) fn about_x(angle: f64) -> [[f64; 3]; 3] {
+    let (s, c) = sin_cos(angle);
+    [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]]
+}
+
+pub(crate) fn about_y(angle: f64) -> [[f64; 3]; 3] {
+    let (s, c) = sin_cos(angle);
+    [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
+}
+
+pub(crate) fn about_z(angle: f64) -> [[f64; 3]; 3] {
+    let (s, c) = sin_cos(angle);
+    [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+}
+
+pub(crate) fn product(left: &[[f64; 3]; 3], right: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    left.map(|row| {
+        [0, 1, 2].map(|column: usize| {
+            row[0] * right[0][column] + row[1] * right[1][column] + row[2] * right[2][column]
+        })
+    })
+}
+
+pub(crate) fn transposed(matrix: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
+    [0, 1, 2].map(|column: usize| matrix.map(|row| row[column]))
+}
+
+pub(crate) fn turned(matrix: &[[f64; 3]; 3], vector: [f64; 3]) -> [f64; 3] {
+    matrix.map(|row| dot(row, vector))
+}
+
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+pub(crate) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(crate) fn plus_times(a: [f64; 3], b: [f64; 3], factor: f64) -> [f64; 3] {
+    [a[0] + b[0] * factor, a[1] + b[1] * factor, a[2] + b[2] * factor]
+}
+
+pub(crate) fn norm(vector: [f64; 3]) -> f64 {
+    sqrt(dot(vector, vector))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Transform, normalised};
+
+    fn near(found: [f64; 6], expected: [f64; 6]) {
+        for (found, expected) in found.into_iter().zip(expected) {
+            assert!((found - expected).abs() < 1e-9, "{found} is not {expected}");
+        }
+    }
+
+    #[test]
+    fn angles_come_into_half_a_turn_either_side() {
+        assert_eq!(
+            [180.0, -180.0, 540.0, -190.0, 370.0, 0.0].map(normalised),
+            [180.0, 180.0, 180.0, 170.0, 10.0, 0.0]
+        );
+        assert!(normalised(-360.0).is_sign_positive());
+    }
+
+    #[test]
+    fn coordinates_survive_the_matrix_and_rotation_is_x_then_y_then_z() {
+        for coords in [
+            [1.0, -2.0, 3.0, 10.0, -20.0, 30.0],
+            [0.0, 0.0, 0.0, 180.0, 45.0, -170.0],
+        ] {
+            near(Transform::from_coords(coords).to_coords(), coords);
+        }
+        // A turns Y into Z, then C leaves Z alone.
+        let frame = Transform::from_coords([0.0, 0.0, 0.0, 90.0, 0.0, 90.0]);
+        let point = frame.compose(&Transform::from_coords([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]));
+        near(point.to_coords(), [0.0, 0.0, 1.0, 90.0, 0.0, 90.0]);
+    }
+
+    #[test]
+    fn upright_b_still_gives_the_same_rotation() {
+        let frame = Transform::from_coords([0.0, 0.0, 0.0, 25.0, 90.0, 60.0]);
+        let again = Transform::from_coords(frame.to_coords());
+        for (row, again) in frame.rotation.iter().zip(again.rotation) {
+            for (cell, again) in row.iter().zip(again) {
+                assert!((cell - again).abs() < 1e-9);
+            }
+        }
+    }
+
+    // clause: DATA-01
+    #[test]
+    fn sample_work_coordinate_places_its_point() {
+        let work = Transform::from_coords([400.0, 200.0, 50.0, 90.0, 0.0, 0.0]);
+        let point = Transform::from_coords([50.0, 0.0, 60.0, -45.0, 0.0, 0.0]);
+        near(
+            work.compose(&point).to_coords(),
+            [450.0, 140.0, 50.0, 45.0, 0.0, 0.0],
+        );
+        near(
+            work.inverse().compose(&work.compose(&point)).to_coords(),
+            [50.0, 0.0, 60.0, -45.0, 0.0, 0.0],
+        );
+    }
+}

@@ -1,0 +1,238 @@
+//! Speed along a path: accelerate, cruise, decelerate to rest at its end, or slow to rest on the way, from any
+//! state. Closed form: where the motion is at a time is computed from that time alone. What the path is, and what
+//! its rates are, is left to `path` and `plan`.
+
+use libm::sqrt;
+
+/// Most phases a profile has: up or down to cruising speed, cruising, braking.
+const PHASES: usize = 3;
+
+/// How fast a path may be run through, in parts of the path: 1/s and 1/s².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rates {
+    /// Cruising speed.
+    pub speed: f64,
+    /// Acceleration.
+    pub accel: f64,
+    /// Deceleration, as a positive number.
+    pub decel: f64,
+}
+
+/// Where on the path, and how fast.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    /// Place, 0 to the length of the path.
+    pub place: f64,
+    /// Speed, 0 or more.
+    pub speed: f64,
+}
+
+/// A stretch of constant acceleration.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Phase {
+    duration: f64,
+    speed: f64,
+    accel: f64,
+}
+
+impl Phase {
+    /// From one speed to another at this acceleration or deceleration (positive).
+    fn change(from: f64, to: f64, rate: f64) -> Phase {
+        let accel = if to < from { -rate } else { rate };
+        Phase {
+            duration: (to - from).abs() / rate,
+            speed: from,
+            accel,
+        }
+    }
+
+    /// Way gone after `time` in this phase.
+    fn way(&self, time: f64) -> f64 {
+        self.speed * time + 0.5 * self.accel * time * time
+    }
+}
+
+/// The course in time from a state to rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Profile {
+    start: f64,
+    end: f64,
+    phases: [Phase; PHASES],
+}
+
+impl Profile {
+    /// At rest at a place.
+    #[must_use]
+    pub fn resting(place: f64) -> Profile {
+        Profile {
+            start: place,
+            end: place,
+            phases: [Phase::default(); PHASES],
+        }
+    }
+
+    /// The quickest way from a state to rest at `length`. A state faster than the cruising speed is slowed to it
+    /// first; one that can no longer stop at `length` at the deceleration given brakes as much harder as it takes.
+    #[must_use]
+    pub fn to_end(from: State, length: f64, rates: &Rates) -> Profile {
+        let way = length - from.place;
+        if way <= 0.0 {
+            return Profile::resting(length);
+        }
+        let Rates {
+            speed: cruise,
+            accel,
+            decel,
+        } = *rates;
+        let v = from.speed;
+        if v * v >= 2.0 * decel * way {
+            return Profile::of(
+                from,
+                length,
+                [
+                    Phase::change(v, 0.0, v * v / (2.0 * way)),
+                    Phase::default(),
+                    Phase::default(),
+                ],
+            );
+        }
+        // Speed at which accelerating and braking alone would fill the way.
+        let peak = sqrt((way + v * v / (2.0 * accel)) * 2.0 * accel * decel / (accel + decel));
+        let top = peak.min(cruise);
+        let rate = if top < v { decel } else { accel };
+        let (first, last) = (Phase::change(v, top, rate), Phase::change(top, 0.0, decel));
+        let rest = (way - first.way(first.duration) - last.way(last.duration)).max(0.0);
+        let middle = Phase {
+            duration: rest / top,
+            speed: top,
+            accel: 0.0,
+        };
+        Profile::of(from, length, [first, middle, last])
+    }
+
+    /// Slowing from a state to rest at this deceleration, at `length` at the latest.
+    #[must_use]
+    pub fn to_rest(from: State, length: f64, decel: f64) -> Profile {
+        let way = from.speed * from.speed / (2.0 * decel);
+        if from.place + way >= length {
+            return Profile::to_end(
+                from,
+                length,
+                &Rates {
+                    speed: from.speed,
+                    accel: decel,
+                    decel,
+                },
+            );
+        }
+        let brake = Phase::change(from.speed, 0.0, decel);
+        Profile::of(
+            from,
+            from.place + way,
+            [brake, Phase::default(), Phase::default()],
+        )
+    }
+
+    fn of(from: State, end: f64, phases: [Phase; PHASES]) -> Profile {
+        Profile {
+            start: from.place,
+            end,
+            phases,
+        }
+    }
+
+    /// Seconds until rest.
+    #[must_use]
+    pub fn duration(&self) -> f64 {
+        self.phases.iter().map(|phase| phase.duration).sum()
+    }
+
+    /// Where it rests.
+    #[must_use]
+    pub fn end(&self) -> f64 {
+        self.end
+    }
+
+    /// The state `time` seconds after the start.
+    #[must_use]
+    pub fn state_at(&self, time: f64) -> State {
+        let (mut place, mut left) = (self.start, time.max(0.0));
+        for phase in &self.phases {
+            if left < phase.duration {
+                // Rounding may not lead past the end, nor back.
+                return State {
+                    place: (place + phase.way(left)).clamp(self.start, self.end),
+                    speed: (phase.speed + phase.accel * left).max(0.0),
+                };
+            }
+            place += phase.way(phase.duration);
+            left -= phase.duration;
+        }
+        State {
+            place: self.end,
+            speed: 0.0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Profile, Rates, State};
+
+    const RATES: Rates = Rates {
+        speed: 0.5,
+        accel: 1.0,
+        decel: 2.0,
+    };
+
+    fn at(place: f64, speed: f64) -> State {
+        State { place, speed }
+    }
+
+    #[test]
+    fn a_long_way_takes_the_closed_form_time() {
+        // 0.5 s up, 0.25 s down, the way left over at 0.5.
+        let profile = Profile::to_end(at(0.0, 0.0), 1.0, &RATES);
+        assert!((profile.duration() - (0.5 + 0.25 + (1.0 - 0.125 - 0.0625) / 0.5)).abs() < 1e-12);
+        assert_eq!(profile.state_at(0.5), at(0.125, 0.5));
+        assert_eq!(profile.state_at(99.0), at(1.0, 0.0));
+    }
+
+    #[test]
+    fn a_short_way_never_reaches_cruising_speed() {
+        let profile = Profile::to_end(at(0.9, 0.0), 1.0, &RATES);
+        let peak = (0.1f64 * 2.0 * 2.0 / 3.0).sqrt();
+        assert!((profile.duration() - (peak / 1.0 + peak / 2.0)).abs() < 1e-12);
+    }
+
+    #[test]
+    fn too_fast_a_state_is_slowed_first_and_a_late_one_brakes_harder() {
+        let profile = Profile::to_end(at(0.0, 1.0), 1.0, &RATES);
+        assert!((profile.state_at(0.25).speed - 0.5).abs() < 1e-12);
+        let late = Profile::to_end(at(0.9, 1.0), 1.0, &RATES);
+        assert!((late.duration() - 0.2).abs() < 1e-12);
+        assert_eq!(late.end(), 1.0);
+    }
+
+    #[test]
+    fn rest_is_on_the_way_or_at_the_end_and_never_beyond() {
+        let brake = Profile::to_rest(at(0.2, 0.4), 1.0, 2.0);
+        assert!((brake.end() - 0.24).abs() < 1e-12 && (brake.duration() - 0.2).abs() < 1e-12);
+        assert_eq!(Profile::to_rest(at(0.99, 0.4), 1.0, 2.0).end(), 1.0);
+        assert_eq!(Profile::to_rest(at(0.3, 0.0), 1.0, 2.0).end(), 0.3);
+    }
+
+    #[test]
+    fn state_is_continuous_and_never_goes_back() {
+        for from in [at(0.0, 0.0), at(0.1, 0.3), at(0.4, 0.9)] {
+            let profile = Profile::to_end(from, 1.0, &RATES);
+            let mut last = from;
+            for step in 0..=1000 {
+                let state = profile.state_at(profile.duration() * f64::from(step) / 1000.0);
+                assert!(state.place >= last.place && state.place - last.place < 0.01);
+                assert!((state.speed - last.speed).abs() < 0.02);
+                last = state;
+            }
+        }
+    }
+}

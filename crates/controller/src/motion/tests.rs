@@ -1,0 +1,1 @@
+//! Whole motions, from plan to rest.
