@@ -49,6 +49,15 @@ pub enum Malformed {
     LeadingNumber,
 }
 
+/// Where a program goes on that was stopped by SP inside a WAIT (option `wait.after_stop`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WaitAfterStop {
+    /// With the step after the WAIT, as after an INPUT (CMD-RN-02 to the letter).
+    Next,
+    /// With the WAIT itself.
+    Again,
+}
+
 /// The controller's readings of what the manual leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -66,6 +75,8 @@ pub struct Options {
     pub no_peer: NoPeer,
     /// `input.malformed`.
     pub malformed: Malformed,
+    /// `wait.after_stop`.
+    pub wait_after_stop: WaitAfterStop,
     /// `parameter.line_end`: of the factory parameter files.
     pub line_end: LineEnd,
     /// `drive.open_mode`: [E00] of a fresh drive.
@@ -89,13 +100,17 @@ impl Options {
     #[must_use]
     pub fn of(dialect: Dialect) -> Options {
         let field = Options {
-            text: TextOptions { stx: StxRule::Detect, checksum: Checksum::None },
+            text: TextOptions {
+                stx: StxRule::Detect,
+                checksum: Checksum::None,
+            },
             require_cr: true,
             sf_texts: SfTexts::One,
             su_layout: SuLayout::OneRecord,
             vr_layout: VrLayout::Blanks,
             no_peer: NoPeer::Alarm,
             malformed: Malformed::Alarm,
+            wait_after_stop: WaitAfterStop::Next,
             line_end: LineEnd::Lf,
             open_mode: [OpenMode::Server; 4],
             unsolicited_sp: true,
@@ -108,14 +123,22 @@ impl Options {
         match dialect {
             Dialect::Field => field,
             Dialect::Manual => Options {
-                text: TextOptions { stx: StxRule::Required, checksum: Checksum::None },
+                text: TextOptions {
+                    stx: StxRule::Required,
+                    checksum: Checksum::None,
+                },
                 sf_texts: SfTexts::Several,
                 su_layout: SuLayout::SixRecords,
                 vr_layout: VrLayout::Packed,
                 no_peer: NoPeer::Silent,
                 malformed: Malformed::LeadingNumber,
                 line_end: LineEnd::Cr,
-                open_mode: [OpenMode::Server, OpenMode::NotUsed, OpenMode::NotUsed, OpenMode::NotUsed],
+                open_mode: [
+                    OpenMode::Server,
+                    OpenMode::NotUsed,
+                    OpenMode::NotUsed,
+                    OpenMode::NotUsed,
+                ],
                 ..field
             },
         }
@@ -124,7 +147,11 @@ impl Options {
     /// The options of the language.
     #[must_use]
     pub fn language(&self, arm: scol_mini::Arm) -> LanguageOptions {
-        LanguageOptions { arm, sticky_work: self.sticky_work, int_division: self.int_division }
+        LanguageOptions {
+            arm,
+            sticky_work: self.sticky_work,
+            int_division: self.int_division,
+        }
     }
 }
 
@@ -168,7 +195,14 @@ impl Config {
             model: crate::model::ArmModel::tv800(),
             key: KeySwitch::default(),
             control_right: ControlRight::default(),
-            calendar: CalendarTime { year: 2014, month: 2, day: 6, hour: 0, minute: 0, second: 0 },
+            calendar: CalendarTime {
+                year: 2014,
+                month: 2,
+                day: 6,
+                hour: 0,
+                minute: 0,
+                second: 0,
+            },
         }
     }
 }

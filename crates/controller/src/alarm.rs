@@ -1,0 +1,218 @@
+//! Alarms: the table of codes, what is active now, and the error history. What an alarm does to the
+//! robot is decided in `stop`; how it looks on the wire is proto's.
+
+use crate::limits::{MAX_ALARMS, MAX_HISTORY};
+use alloc::collections::VecDeque;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::status::AlarmLevel;
+use ts3100_proto::status::eu::ErrorEntry;
+use ts3100_proto::status::sf::alarm_word;
+
+/// One row of the alarm table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AlarmCode {
+    /// Level: 8 the worst, 1 a warning (D6).
+    pub level: AlarmLevel,
+    /// Code within the level, from 1.
+    pub code: u16,
+    /// What the operator reads.
+    pub text: &'static str,
+    /// What brought it about.
+    pub cause: &'static str,
+    /// What to do.
+    pub remedy: &'static str,
+    /// Whether code and meaning are known of the real controller (scol.md 5.2), or are ours.
+    pub ours: bool,
+}
+
+macro_rules! alarms {
+    ($($name:ident = $level:ident $code:literal $ours:literal $text:literal, $cause:literal, $remedy:literal;)*) => {
+        $(#[doc = $text]
+        pub const $name: AlarmCode = AlarmCode {
+            level: AlarmLevel::$level, code: $code, text: $text, cause: $cause, remedy: $remedy, ours: $ours,
+        };)*
+        /// Every alarm the controller can raise.
+        pub const ALARMS: &[AlarmCode] = &[$($name),*];
+    };
+}
+
+alarms! {
+    EMERGENCY_STOP = L8 27 false "Emergency stop ON", "The emergency stop button is pressed.",
+        "Release the button, reset the alarm, turn servo power on.";
+    INVALID_CHANNEL = L2 46 false "Invalid channel",
+        "PRINT or INPUT on a channel without a peer, or INPUT received something that is no number.",
+        "Connect the peer before the program reaches the statement; send figures, commas and CR only.";
+    OUT_OF_REACH = L4 101 true "Position out of reach",
+        "The target, or a point of the path to it, cannot be reached by the arm.",
+        "Correct the position, the tool, or the work coordinate system.";
+    DIVISION_BY_ZERO = L2 101 true "Division by zero", "A divisor was zero.", "Check the value before dividing.";
+    UNDEFINED_VARIABLE = L2 102 true "Undefined variable",
+        "A variable was read before a value was given to it.", "Give it a value at the head of the program.";
+    TYPE_MISMATCH = L2 103 true "Type mismatch", "A value of one type stands where another is needed.",
+        "Correct the expression.";
+    OUT_OF_RANGE = L2 104 true "Value out of range", "A value lies outside what the statement allows.",
+        "Correct the value.";
+    SUBSCRIPT = L2 105 true "Subscript out of range", "An array element that does not exist was named.",
+        "Correct the subscript or the DIM.";
+    NESTING = L2 106 true "Nesting too deep", "Too many calls or FOR loops are open.",
+        "Leave loops and subprograms before entering further ones.";
+    OVERFLOW = L2 107 true "Overflow", "A result does not fit its type.", "Use a real, or smaller values.";
+    NEXT_WITHOUT_FOR = L2 108 true "NEXT without FOR", "The program jumped into a loop.",
+        "Enter the loop by its FOR.";
+    DOMAIN = L2 109 true "Argument outside the domain", "A function has no value for its argument.",
+        "Check the argument.";
+    PARAMETER = L1 101 true "Parameter not accepted", "A value in USER.PAR or ETHERNET.PAR is not allowed.",
+        "Correct the file and turn the power off and on.";
+    ETHERNET_8 = L8 201 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 8).",
+        "Reconnect and restart.";
+    ETHERNET_4 = L4 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 4).",
+        "Reconnect and restart.";
+    ETHERNET_2 = L2 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 2).",
+        "Reconnect and restart.";
+    ETHERNET_1 = L1 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 1).",
+        "Reconnect.";
+}
+
+/// The alarm of a lost peer at the level [E10] asks for (PAR-E10-03).
+#[must_use]
+pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
+    match level {
+        AlarmLevel::L8 => ETHERNET_8,
+        AlarmLevel::L4 => ETHERNET_4,
+        AlarmLevel::L2 => ETHERNET_2,
+        AlarmLevel::L1 => ETHERNET_1,
+    }
+}
+
+/// An alarm that was raised.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Alarm {
+    /// Its row.
+    pub code: AlarmCode,
+    /// What exactly was found, and where; empty when the row says it all.
+    pub detail: String,
+    /// When.
+    pub at: CalendarTime,
+}
+
+impl AlarmCode {
+    /// `level-code` as the pendant shows it, for example `2-046`.
+    #[must_use]
+    pub fn number(&self) -> String {
+        format!("{}-{:03}", self.level.number(), self.code)
+    }
+}
+
+/// Active alarms and the history.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Alarms {
+    active: Vec<Alarm>,
+    history: VecDeque<ErrorEntry>,
+}
+
+impl Alarms {
+    /// Records an alarm, active and in the history. One that is active already is not doubled.
+    pub fn raise(&mut self, alarm: Alarm) {
+        let code = alarm.code;
+        self.history.push_front(ErrorEntry {
+            level: code.level,
+            code: code.code,
+            at: alarm.at,
+        });
+        self.history.truncate(MAX_HISTORY);
+        let known = self.active.iter().any(|other| other.code == code);
+        if !known && self.active.len() < MAX_ALARMS {
+            self.active.push(alarm);
+        }
+    }
+
+    /// Ends every alarm for which `persists` does not hold; true if any ended.
+    pub fn reset(&mut self, persists: impl Fn(&AlarmCode) -> bool) -> bool {
+        let before = self.active.len();
+        self.active.retain(|alarm| persists(&alarm.code));
+        before != self.active.len()
+    }
+
+    /// Active alarms, oldest first (SF-23).
+    #[must_use]
+    pub fn active(&self) -> &[Alarm] {
+        &self.active
+    }
+
+    /// Whether an alarm of level 4 or 8 is active: the robot cannot be started (CMD-RN-05).
+    #[must_use]
+    pub fn blocks_start(&self) -> bool {
+        self.active
+            .iter()
+            .any(|alarm| matches!(alarm.code.level, AlarmLevel::L8 | AlarmLevel::L4))
+    }
+
+    /// Whether an alarm of level 8 is active: servo power cannot be turned on (CMD-SO-02).
+    #[must_use]
+    pub fn blocks_servo(&self) -> bool {
+        self.active.iter().any(|alarm| alarm.code.level == AlarmLevel::L8)
+    }
+
+    /// The words of SF, oldest first.
+    #[must_use]
+    pub fn words(&self) -> Vec<u16> {
+        self.active
+            .iter()
+            .filter_map(|alarm| alarm_word(alarm.code.level, alarm.code.code))
+            .collect()
+    }
+
+    /// The history, newest first (EU-06).
+    #[must_use]
+    pub fn history(&self) -> Vec<ErrorEntry> {
+        self.history.iter().cloned().collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at() -> CalendarTime {
+        CalendarTime {
+            year: 2026,
+            month: 1,
+            day: 2,
+            hour: 3,
+            minute: 4,
+            second: 5,
+        }
+    }
+
+    // clause: SF-22
+    #[test]
+    fn every_row_has_a_word_and_stands_once() {
+        let mut seen = alloc::collections::BTreeSet::new();
+        for row in ALARMS {
+            assert!(alarm_word(row.level, row.code).is_some(), "{}", row.number());
+            assert!(seen.insert(row.number()), "{} stands twice", row.number());
+            assert!(!row.text.contains(','), "AC and AH separate by commas");
+        }
+    }
+
+    // clause: EU-06 SF-23
+    #[test]
+    fn the_history_keeps_99_and_the_active_list_is_bounded() {
+        let mut alarms = Alarms::default();
+        for _ in 0..120 {
+            alarms.raise(Alarm {
+                code: PARAMETER,
+                detail: String::new(),
+                at: at(),
+            });
+        }
+        assert_eq!(alarms.history().len(), 99);
+        assert_eq!(alarms.active().len(), 1);
+        assert!(alarms.reset(|_| false));
+        assert!(alarms.active().is_empty());
+        assert_eq!(alarms.history().len(), 99);
+    }
+}

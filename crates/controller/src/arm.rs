@@ -1,0 +1,375 @@
+//! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
+//! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
+
+use crate::model::{ArmKind, ArmModel, Joints};
+use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::time::Time;
+use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
+
+/// What bounds every motion besides its own conditions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pace {
+    /// Speed override in percent.
+    pub override_percent: u8,
+    /// Highest speed of the tool point in mm/s, if one holds (PRM-SPD-01).
+    pub tool_speed_cap: Option<f64>,
+}
+
+/// The speeds a motion asks for, in percent.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Asked {
+    speed: f64,
+    accel: f64,
+    decel: f64,
+}
+
+impl Asked {
+    fn limits(self, pace: Pace) -> Limits {
+        Limits {
+            speed: self.speed / 100.0 * f64::from(pace.override_percent) / 100.0,
+            accel: self.accel / 100.0,
+            decel: self.decel / 100.0,
+            tool_speed_cap: pace.tool_speed_cap,
+        }
+    }
+}
+
+/// A motion under way.
+#[derive(Debug, Clone, PartialEq)]
+struct Active {
+    motion: Motion,
+    start: Time,
+    asked: Asked,
+    /// The machine lock was on: time passes, the arm stays.
+    locked: bool,
+}
+
+/// The arm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Arm {
+    model: ArmModel,
+    /// Posture while no motion is under way.
+    rest: Joints,
+    active: Option<Active>,
+    /// Coordinate system of the position last moved to, where it had its own.
+    position_work: Option<Frame>,
+}
+
+/// The frames a program has set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frames {
+    base: Transform,
+    work: Transform,
+    tool: Transform,
+}
+
+impl Frames {
+    /// The frames of the motion conditions.
+    #[must_use]
+    pub fn of(conditions: &Conditions) -> Frames {
+        Frames {
+            base: transform(&conditions.base.trans),
+            work: transform(&conditions.work.trans),
+            tool: transform(&conditions.tool.trans),
+        }
+    }
+}
+
+/// A position as SF shows it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Joint values.
+    pub joint: Joints,
+    /// Tool point in world coordinates.
+    pub world: Pose,
+    /// Tool point in work coordinates.
+    pub work: Pose,
+}
+
+fn transform(trans: &Trans) -> Transform {
+    Transform::from_coords(trans.coords)
+}
+
+impl Arm {
+    /// The arm in its ready posture.
+    #[must_use]
+    pub fn new(model: ArmModel) -> Arm {
+        let rest = model.ready;
+        Arm::at(model, rest)
+    }
+
+    /// The arm in the posture given.
+    #[must_use]
+    pub fn at(model: ArmModel, rest: Joints) -> Arm {
+        Arm {
+            model,
+            rest,
+            active: None,
+            position_work: None,
+        }
+    }
+
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &ArmModel {
+        &self.model
+    }
+
+    /// Which way positions are written.
+    #[must_use]
+    pub fn kind(&self) -> scol_mini::Arm {
+        match self.model.kind {
+            ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
+            ArmKind::Scara(_) => scol_mini::Arm::Scara,
+        }
+    }
+
+    /// Joint values at `now`.
+    #[must_use]
+    pub fn joints(&self, now: Time) -> Joints {
+        match &self.active {
+            Some(active) if !active.locked => active.motion.joints_at(&self.model, now.since(active.start)),
+            _ => self.rest,
+        }
+    }
+
+    /// Whether a motion is under way or held.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.active.is_some()
+    }
+
+    /// When the motion under way ends; `None` while it is held or none is under way.
+    #[must_use]
+    pub fn ends_at(&self) -> Option<Time> {
+        let active = self.active.as_ref().filter(|active| !active.motion.is_held())?;
+        Some(active.start + active.motion.duration())
+    }
+
+    /// Ends the motion if its time has come; true if it did.
+    pub fn settle(&mut self, now: Time) -> bool {
+        let over = self.ends_at().is_some_and(|end| end <= now);
+        if let Some(active) = self.active.take_if(|_| over)
+            && !active.locked
+        {
+            self.rest = active.motion.end();
+        }
+        over
+    }
+
+    /// Percentage of the motion completed; 100 when none is under way.
+    #[must_use]
+    pub fn percent(&self, now: Time) -> f64 {
+        self.active
+            .as_ref()
+            .map_or(100.0, |active| active.motion.percent_at(now.since(active.start)))
+    }
+
+    /// Starts a motion at `now`, or, while the arm still slows from the last one, when it rests.
+    ///
+    /// # Errors
+    /// The target or the path cannot be reached; the arm then stays where it is.
+    pub fn start(
+        &mut self,
+        now: Time,
+        motion: &scol_mini::Motion,
+        pace: Pace,
+        locked: bool,
+    ) -> Result<(), MotionError> {
+        self.settle(now);
+        let start = self.ends_at().unwrap_or(now).max(now);
+        let from = self
+            .active
+            .as_ref()
+            .filter(|active| !active.locked)
+            .map_or(self.rest, |active| active.motion.end());
+        let frames = Frames::of(&motion.conditions);
+        let target = self.target(motion, &frames, &from);
+        let Conditions {
+            speed, accel, decel, ..
+        } = motion.conditions;
+        let asked = Asked { speed, accel, decel };
+        let planned = plan(&self.model, &from, &target, &frames.tool, &asked.limits(pace))?;
+        self.rest = from;
+        self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
+        self.active = Some(Active {
+            motion: planned,
+            start,
+            asked,
+            locked,
+        });
+        Ok(())
+    }
+
+    fn target(&self, motion: &scol_mini::Motion, frames: &Frames, from: &Joints) -> Target {
+        let config = motion.conditions.config;
+        let world = |position: &Position| self.world_pose(position, frames);
+        match &motion.path {
+            Path::Ptp(position) => Target::Joint(world(position), merge(position.config, config)),
+            Path::Line(position) => Target::Line(world(position), merge(position.config, config)),
+            Path::Arc { via, end } => Target::Arc {
+                via: world(via),
+                end: world(end),
+                config: merge(end.config, config),
+            },
+            Path::Axis { axis, value } => Target::Axis {
+                axis: axis_index(*axis),
+                value: *value,
+            },
+            Path::AxisBy { axis, delta } => {
+                let axis = axis_index(*axis);
+                let present = from.get(axis).copied().unwrap_or_default();
+                Target::Axis {
+                    axis,
+                    value: present + delta,
+                }
+            }
+            Path::Ready => Target::Joints(self.model.ready),
+        }
+    }
+
+    /// World pose of a position: BASE, then the position's own or the set work coordinate, then its values.
+    fn world_pose(&self, position: &Position, frames: &Frames) -> Pose {
+        let work = position
+            .work
+            .as_deref()
+            .map_or(frames.work, |frame| transform(&frame.trans));
+        let local = self.pose(position);
+        let placed = frames.base.compose(&work).compose(&transform_of(&local));
+        pose_from(&placed, local.uv)
+    }
+
+    fn pose(&self, position: &Position) -> Pose {
+        let [x, y, z, fourth, fifth, sixth, u, v] = position.coords;
+        match self.kind() {
+            scol_mini::Arm::SixAxis => Pose {
+                xyz: [x, y, z],
+                abc: [fourth, fifth, sixth],
+                uv: [u, v],
+            },
+            scol_mini::Arm::Scara => Pose {
+                xyz: [x, y, z],
+                abc: [0.0, 0.0, fourth],
+                uv: [fifth, 0.0],
+            },
+        }
+    }
+
+    /// The position at `now` as SF shows it.
+    #[must_use]
+    pub fn shown(&self, now: Time, conditions: &Conditions) -> Shown {
+        let joint = self.joints(now);
+        let frames = Frames::of(conditions);
+        let (flange, _) = self.model.forward(&joint);
+        let world = transform_of(&flange).compose(&frames.tool);
+        let set = self
+            .position_work
+            .as_ref()
+            .map_or(frames.work, |frame| transform(&frame.trans));
+        let work = frames.base.compose(&set).inverse().compose(&world);
+        Shown {
+            joint,
+            world: pose_from(&world, flange.uv),
+            work: pose_from(&work, flange.uv),
+        }
+    }
+
+    /// Name of the work coordinate the position is shown in.
+    #[must_use]
+    pub fn work_name<'a>(&'a self, conditions: &'a Conditions) -> &'a str {
+        self.position_work
+            .as_ref()
+            .unwrap_or(&conditions.work)
+            .name
+            .as_deref()
+            .unwrap_or_default()
+    }
+
+    /// HERE: the present position in the frames given.
+    #[must_use]
+    pub fn here(&self, now: Time, frames: &Frames) -> Position {
+        let (flange, digits) = self.model.forward(&self.joints(now));
+        let world = transform_of(&flange).compose(&frames.tool);
+        let local = pose_from(
+            &frames.base.compose(&frames.work).inverse().compose(&world),
+            flange.uv,
+        );
+        let ([x, y, z], [a, b, c], [u, v]) = (local.xyz, local.abc, local.uv);
+        let (coords, digits) = match self.kind() {
+            scol_mini::Arm::SixAxis => ([x, y, z, a, b, c, u, v], digits),
+            scol_mini::Arm::Scara => ([x, y, z, c, u, 0.0, 0.0, 0.0], [digits[0], 0, 0, 0, 0]),
+        };
+        Position {
+            coords,
+            config: Configuration { digits },
+            work: None,
+        }
+    }
+
+    /// Feed hold: the arm slows along its path and rests there.
+    pub fn hold(&mut self, now: Time) {
+        if let Some(active) = &mut self.active {
+            active.motion.hold(&self.model, now.since(active.start));
+        }
+    }
+
+    /// Feed hold released: the motion goes on.
+    pub fn resume(&mut self, now: Time) {
+        if let Some(active) = &mut self.active {
+            active.motion.resume(now.since(active.start));
+        }
+    }
+
+    /// The override or the cap changed under way.
+    pub fn set_pace(&mut self, now: Time, pace: Pace) {
+        if let Some(active) = &mut self.active {
+            active
+                .motion
+                .set_limits(now.since(active.start), &active.asked.limits(pace));
+        }
+    }
+
+    /// The motion is given up: the arm slows at full deceleration and rests where it then is.
+    pub fn stop(&mut self, now: Time) {
+        if let Some(active) = &mut self.active {
+            active.motion.stop(now.since(active.start));
+        }
+    }
+}
+
+fn transform_of(pose: &Pose) -> Transform {
+    let ([x, y, z], [a, b, c]) = (pose.xyz, pose.abc);
+    Transform::from_coords([x, y, z, a, b, c])
+}
+
+fn pose_from(transform: &Transform, uv: [f64; 2]) -> Pose {
+    let [x, y, z, a, b, c] = transform.to_coords();
+    Pose {
+        xyz: [x, y, z],
+        abc: [a, b, c],
+        uv,
+    }
+}
+
+/// Axis numbers begin at 1; 0 leads to an axis that does not exist and is refused by the plan.
+fn axis_index(axis: u8) -> usize {
+    usize::from(axis).checked_sub(1).unwrap_or(usize::MAX)
+}
+
+/// Digits of the position; where it leaves one undefined, that of CONFIG.
+fn merge(position: Configuration, set: Configuration) -> [u8; 5] {
+    let mut digits = position.digits;
+    for (digit, set) in digits.iter_mut().zip(set.digits) {
+        if *digit == 0 {
+            *digit = set;
+        }
+    }
+    digits
+}
+
+fn destination(path: &Path) -> Option<&Position> {
+    match path {
+        Path::Ptp(position) | Path::Line(position) | Path::Arc { end: position, .. } => Some(position),
+        Path::Axis { .. } | Path::AxisBy { .. } | Path::Ready => None,
+    }
+}

@@ -1,0 +1,214 @@
+//! A SCOL channel: the ring buffer between a line and INPUT, and the reading of values out of it
+//! (NPC-01, INP-01 to INP-17, D10). What INPUT does with the values is the interpreter's.
+
+use crate::limits::RING_BUFFER;
+use crate::options::Malformed;
+use alloc::collections::VecDeque;
+use alloc::string::String;
+use alloc::vec::Vec;
+use scol_mini::Number;
+use ts3100_proto::text::{CR, LF};
+
+/// What stands next in the buffer.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Datum {
+    /// No complete value yet: neither comma nor CR has arrived (INP-16).
+    Incomplete,
+    /// A value.
+    Value(Number),
+    /// Something that is no number.
+    Malformed(String),
+}
+
+/// The receive side of a channel.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Channel {
+    /// The peer, while there is one.
+    pub peer: Option<String>,
+    ring: VecDeque<u8>,
+    /// A comma was the last byte read: a CR right behind it ends the record without a further value.
+    after_comma: bool,
+}
+
+impl Channel {
+    /// Puts bytes in as far as there is room; returns how many went in.
+    pub fn push(&mut self, bytes: &[u8]) -> usize {
+        let taken = bytes.len().min(RING_BUFFER.saturating_sub(self.ring.len()));
+        self.ring.extend(bytes.iter().take(taken));
+        taken
+    }
+
+    /// Empties the buffer (BUFFRESET, start from step 1).
+    pub fn clear(&mut self) {
+        self.ring.clear();
+        self.after_comma = false;
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.ring.len()
+    }
+
+    /// Whether nothing is held.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.ring.is_empty()
+    }
+
+    /// The peer is gone: what it did not finish with comma or CR is nobody's beginning.
+    pub fn lose_peer(&mut self) {
+        self.peer = None;
+        let complete = self
+            .ring
+            .iter()
+            .rposition(|&byte| is_separator(byte))
+            .map_or(0, |last| last + 1);
+        self.ring.truncate(complete);
+    }
+
+    /// Takes the next value out of the buffer.
+    pub fn take(&mut self, malformed: Malformed) -> Datum {
+        self.skip_record_end();
+        let Some(end) = self.ring.iter().position(|&byte| is_separator(byte)) else {
+            return Datum::Incomplete;
+        };
+        let token: Vec<u8> = self.ring.drain(..end).filter(|&byte| byte != LF).collect();
+        self.after_comma = self.ring.pop_front() == Some(b',');
+        let token = String::from_utf8_lossy(&token);
+        read(token.trim_matches(' '), malformed)
+    }
+
+    fn skip_record_end(&mut self) {
+        if !self.after_comma {
+            return;
+        }
+        let next = self.ring.iter().position(|&byte| byte != b' ' && byte != LF);
+        if let Some(next) = next.filter(|&next| self.ring.get(next) == Some(&CR)) {
+            self.ring.drain(..=next);
+            self.after_comma = false;
+        }
+    }
+}
+
+fn is_separator(byte: u8) -> bool {
+    byte == b',' || byte == CR
+}
+
+/// The value of a token. An empty one counts as 0 (INP-17).
+fn read(token: &str, malformed: Malformed) -> Datum {
+    if token.is_empty() {
+        return Datum::Value(Number::Integer(0));
+    }
+    match (number(token), malformed) {
+        (Some(value), _) => Datum::Value(value),
+        (None, Malformed::Alarm) => Datum::Malformed(String::from(token)),
+        (None, Malformed::LeadingNumber) => Datum::Value(leading_number(token)),
+    }
+}
+
+fn number(token: &str) -> Option<Number> {
+    let figures = token
+        .bytes()
+        .all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e'));
+    if !figures || !token.bytes().any(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    if let Ok(integer) = token.parse::<i32>() {
+        return Some(Number::Integer(integer));
+    }
+    token
+        .parse::<f32>()
+        .ok()
+        .filter(|real| real.is_finite())
+        .map(Number::Real)
+}
+
+fn leading_number(token: &str) -> Number {
+    (1..=token.len())
+        .rev()
+        .filter_map(|end| token.get(..end))
+        .find_map(number)
+        .unwrap_or(Number::Integer(0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Number::{Integer, Real};
+
+    fn values(bytes: &[u8]) -> Vec<Datum> {
+        let mut channel = Channel::default();
+        channel.push(bytes);
+        let mut found = Vec::new();
+        loop {
+            match channel.take(Malformed::Alarm) {
+                Datum::Incomplete => return found,
+                datum => found.push(datum),
+            }
+        }
+    }
+
+    fn numbers(bytes: &[u8]) -> Vec<Number> {
+        values(bytes)
+            .into_iter()
+            .map(|datum| match datum {
+                Datum::Value(number) => number,
+                other => panic!("{other:?}"),
+            })
+            .collect()
+    }
+
+    // clause: NPC-01 INP-03 INP-04 INP-16 INP-17
+    #[test]
+    fn values_are_cut_at_comma_and_cr() {
+        assert_eq!(numbers(b"1,2,3\r"), [Integer(1), Integer(2), Integer(3)]);
+        assert_eq!(numbers(b"-12,3.25\r"), [Integer(-12), Real(3.25)]);
+        assert_eq!(numbers(b" 1 , 2\r\n 3\r\n"), [Integer(1), Integer(2), Integer(3)]);
+        assert_eq!(numbers(b"1,,3\r"), [Integer(1), Integer(0), Integer(3)]);
+        assert_eq!(numbers(b"12"), []);
+    }
+
+    // clause: NPC-01
+    #[test]
+    fn a_comma_before_cr_adds_no_value() {
+        assert_eq!(numbers(b"1,2,\r3\r"), [Integer(1), Integer(2), Integer(3)]);
+        let mut channel = Channel::default();
+        channel.push(b"1,");
+        assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(1)));
+        assert_eq!(channel.take(Malformed::Alarm), Datum::Incomplete);
+        channel.push(b"\r\n2\r");
+        assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(2)));
+    }
+
+    // clause: INP-14
+    #[test]
+    fn what_is_no_number_is_reported_or_read_as_far_as_it_goes() {
+        assert_eq!(values(b"ABC\r"), [Datum::Malformed(String::from("ABC"))]);
+        let mut channel = Channel::default();
+        channel.push(b"ABC,12mm,-3.5x,1e,--\r");
+        for expected in [Integer(0), Integer(12), Real(-3.5), Integer(1), Integer(0)] {
+            assert_eq!(channel.take(Malformed::LeadingNumber), Datum::Value(expected));
+        }
+    }
+
+    // clause: INP-13
+    #[test]
+    fn the_ring_holds_256_bytes_and_keeps_the_oldest() {
+        let mut channel = Channel::default();
+        assert_eq!(channel.push(&[b'1'; 300]), 256);
+        assert_eq!(channel.push(b","), 0);
+        assert_eq!(channel.len(), 256);
+    }
+
+    #[test]
+    fn half_a_value_of_a_lost_peer_is_dropped() {
+        let mut channel = Channel::default();
+        channel.push(b"1,2\r34");
+        channel.lose_peer();
+        channel.push(b"5\r");
+        for expected in [1, 2, 5] {
+            assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(expected)));
+        }
+    }
+}

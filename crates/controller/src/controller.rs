@@ -1,0 +1,326 @@
+//! The controller value: what it is made of, and the loop of one input, its effects, and the deadlines.
+
+use crate::alarm::Alarms;
+use crate::arm::Arm;
+use crate::channel::Channel;
+use crate::drive::{Drive, DriveError};
+use crate::execution::{Course, Execution, Selected};
+use crate::input::{Input, KeySwitch};
+use crate::network::NetworkPlan;
+use crate::options::{Config, ControllerType};
+use crate::output::{Event, Output};
+use crate::port::Port;
+use crate::session::Session;
+use crate::signals::Signals;
+use crate::state::State;
+use crate::time::Time;
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use scol_mini::{Diagnostic, Memory, Severity};
+use thiserror::Error;
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::name::{FileName, NameError};
+use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+
+/// Name of the Ethernet parameter file.
+pub(crate) const ETHERNET_PAR: &str = "ETHERNET.PAR";
+/// Name of the user parameter file.
+pub(crate) const USER_PAR: &str = "USER.PAR";
+
+/// Why a file was not selected.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SelectError {
+    /// Not a file name.
+    #[error("file name: {0}")]
+    Name(#[from] NameError),
+    /// Not on the RAM drive.
+    #[error("file {0} is not on the RAM drive")]
+    Missing(String),
+    /// A parameter file.
+    #[error("file {0} is a parameter file, not a program")]
+    Parameter(String),
+    /// A program runs.
+    #[error("a program is running; stop it first")]
+    Running,
+    /// It does not compile; the diagnostics rendered.
+    #[error("file {name} has errors\n{rendered}")]
+    Errors {
+        /// The file.
+        name: String,
+        /// Its diagnostics with carets.
+        rendered: String,
+    },
+}
+
+/// The robot controller.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Controller {
+    pub(crate) config: Config,
+    pub(crate) now: Time,
+    pub(crate) state: State,
+    pub(crate) drive: Drive,
+    pub(crate) alarms: Alarms,
+    pub(crate) signals: Signals,
+    /// HOST and IP0.
+    pub(crate) sessions: BTreeMap<Port, Session>,
+    /// COM1, IP1, IP2, and IP3 for its peer alone.
+    pub(crate) channels: BTreeMap<Port, Channel>,
+    /// What was typed at the teach pendant.
+    pub(crate) keys: Channel,
+    /// What PRINT has shown on the teach pendant.
+    pub(crate) pendant: String,
+    pub(crate) execution: Execution,
+    pub(crate) arm: Arm,
+    pub(crate) ethernet: EthernetParameters,
+    pub(crate) user: UserParameters,
+    network: NetworkPlan,
+    outputs: VecDeque<Output>,
+}
+
+impl Controller {
+    /// A controller whose power has just come on, with these files on its RAM drive. Parameter files that
+    /// are missing are made.
+    ///
+    /// # Errors
+    /// A file that the RAM drive does not take.
+    pub fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Controller, DriveError> {
+        let mut drive = Drive::new(config.options.drive_capacity);
+        for (name, content) in files {
+            drive.store(&FileName::parse(&name)?, &content)?;
+        }
+        let arm = Arm::new(config.model.clone());
+        let text = config.options.text;
+        let ethernet = EthernetParameters {
+            open_mode: config.options.open_mode,
+            ..EthernetParameters::factory()
+        };
+        let key = if config.key == KeySwitch::Internal && config.controller == ControllerType::Tsl3100 {
+            KeySwitch::Ext
+        } else {
+            config.key
+        };
+        let mut controller = Controller {
+            now: Time::ZERO,
+            state: State::power_on(Time::ZERO, key, config.control_right),
+            drive,
+            alarms: Alarms::default(),
+            signals: Signals::default(),
+            sessions: [Port::Host, Port::Ip0]
+                .map(|port| (port, Session::new(port, text)))
+                .into(),
+            channels: [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3]
+                .map(|port| (port, Channel::default()))
+                .into(),
+            keys: Channel::default(),
+            pendant: String::new(),
+            execution: Execution::new(&config.options.language(arm.kind())),
+            arm,
+            network: NetworkPlan::of(&ethernet),
+            ethernet,
+            user: UserParameters::factory(),
+            outputs: VecDeque::new(),
+            config,
+        };
+        controller.make_parameter_files()?;
+        controller.take_parameters();
+        Ok(controller)
+    }
+
+    /// Takes one thing that happened at `now`. Deadlines before it are served first, each at its own time.
+    /// A `now` before the last one counts as the last one.
+    pub fn handle(&mut self, now: Time, input: Input) {
+        self.advance_to(now);
+        match input {
+            Input::Tick => {}
+            Input::Connected { port, peer } => self.connected(port, peer),
+            Input::Received { port, bytes } => self.received(port, &bytes),
+            Input::Disconnected { port } => self.disconnected(port),
+            Input::Panel(panel) => self.panel(panel),
+        }
+        self.settle();
+    }
+
+    /// What is to be done outside, in order.
+    pub fn poll_output(&mut self) -> Option<Output> {
+        self.outputs.pop_front()
+    }
+
+    /// When the controller wants to be called again, at the latest.
+    #[must_use]
+    pub fn poll_deadline(&self) -> Option<Time> {
+        let sessions = self.sessions.values().filter_map(Session::deadline);
+        sessions
+            .chain(self.arm.ends_at())
+            .chain(self.execution.deadline())
+            .min()
+    }
+
+    /// Handles one input and drains what comes of it.
+    pub fn feed(&mut self, now: Time, input: Input) -> Vec<Output> {
+        self.handle(now, input);
+        core::iter::from_fn(|| self.poll_output()).collect()
+    }
+
+    /// Whether no host is in the middle of a text or owes an answer: time may be jumped over.
+    #[must_use]
+    pub fn host_is_silent(&self) -> bool {
+        !self.sessions.values().any(Session::awaits_host)
+    }
+
+    /// The Ethernet channels as of the last power-on.
+    #[must_use]
+    pub fn network(&self) -> &NetworkPlan {
+        &self.network
+    }
+
+    /// The virtual time up to which everything has happened.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// Stores a file as a completed download does.
+    ///
+    /// # Errors
+    /// What the RAM drive does not take.
+    pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
+        let name = FileName::parse(name)?;
+        self.store(&name, content)
+    }
+
+    /// Selects the execution file as SL does.
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub fn select(&mut self, now: Time, name: &str) -> Result<(), SelectError> {
+        self.advance_to(now);
+        let name = FileName::parse(name)?;
+        self.select_file(&name)
+    }
+
+    fn advance_to(&mut self, now: Time) {
+        while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
+            self.now = self.now.max(due);
+            self.expire_sessions();
+            self.settle();
+        }
+        self.now = self.now.max(now);
+    }
+
+    pub(crate) fn push_output(&mut self, output: Output) {
+        self.outputs.push_back(output);
+    }
+
+    pub(crate) fn event(&mut self, event: Event) {
+        self.outputs.push_back(Output::Event(event));
+    }
+
+    /// Date and time now, for the error history.
+    pub(crate) fn calendar(&self) -> CalendarTime {
+        self.config
+            .calendar
+            .plus_seconds(self.now.as_micros() / 1_000_000)
+    }
+
+    pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
+        self.drive.store(name, content)?;
+        self.push_output(Output::Stored {
+            name: name.as_str().to_string(),
+            content: content.to_vec(),
+        });
+        if let Some(selected) = self
+            .execution
+            .selected
+            .as_mut()
+            .filter(|selected| selected.name == name.as_str())
+        {
+            selected.stale = true;
+            if !self.execution.program_runs() {
+                self.execution.rewind(self.now);
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
+        let label = || name.as_str().to_string();
+        if self.execution.status() == ts3100_proto::status::ExecutionStatus::Running {
+            return Err(SelectError::Running);
+        }
+        if name.is_parameter() {
+            return Err(SelectError::Parameter(label()));
+        }
+        let content = self
+            .drive
+            .get(name.as_str())
+            .ok_or_else(|| SelectError::Missing(label()))?;
+        let source = String::from_utf8_lossy(content).into_owned();
+        let compilation = scol_mini::compile(&source, &self.config.options.language(self.arm.kind()));
+        let Some(program) = compilation.program else {
+            return Err(SelectError::Errors {
+                name: label(),
+                rendered: render(&compilation.diagnostics, &source, name),
+            });
+        };
+        let memory = Memory::new(&program);
+        self.execution.selected = Some(Selected {
+            name: label(),
+            source,
+            program,
+            memory,
+            stale: false,
+        });
+        self.execution.rewind(self.now);
+        self.event(Event::Selected(Some(label())));
+        Ok(())
+    }
+
+    pub(crate) fn deselect(&mut self) {
+        self.execution.selected = None;
+        self.execution.main = None;
+        self.execution.course = Course::Reset;
+        self.event(Event::Selected(None));
+    }
+
+    /// Parameters act from now on; called when the power comes on (PAR-FILE-03).
+    pub(crate) fn take_parameters(&mut self) {
+        let mut problems = Vec::new();
+        if let Some(content) = self.drive.get(ETHERNET_PAR) {
+            let (ethernet, found) = EthernetParameters::parse(content, &self.ethernet);
+            self.ethernet = ethernet;
+            problems.extend(found.into_iter().map(|problem| (ETHERNET_PAR, problem)));
+        }
+        if let Some(content) = self.drive.get(USER_PAR) {
+            let (user, found) = UserParameters::parse(content, &self.user);
+            self.user = user;
+            problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
+        }
+        self.network = NetworkPlan::of(&self.ethernet);
+        for (file, problem) in problems {
+            self.raise(crate::alarm::PARAMETER, alloc::format!("{file}: {problem}"));
+        }
+    }
+
+    fn make_parameter_files(&mut self) -> Result<(), DriveError> {
+        let options = &self.config.options;
+        let ethernet = EthernetParameters::factory_text(options.open_mode, options.line_end);
+        let user = UserParameters::factory_text(options.line_end);
+        for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
+            if !self.drive.contains(name) {
+                self.store(&FileName::parse(name)?, &content)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {
+    let errors = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.severity == Severity::Error);
+    errors
+        .map(|diagnostic| diagnostic.render(source, name.as_str()))
+        .collect::<Vec<_>>()
+        .join("\n")
+}

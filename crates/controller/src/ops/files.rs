@@ -1,0 +1,72 @@
+//! UL DL ER CA: the files of the RAM drive.
+
+use crate::Controller;
+use crate::drive::Drive;
+use crate::output::Output;
+use crate::session::{Outcome, Session};
+use alloc::format;
+use alloc::string::{String, ToString};
+use ts3100_proto::file::FlReceiver;
+use ts3100_proto::name::FileName;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::ca::encode_directory;
+
+impl Controller {
+    /// UL (CMD-UL-01 to CMD-UL-04).
+    pub(super) fn op_upload(&mut self, name: &FileName) -> Outcome {
+        match self.drive.get(name.as_str()) {
+            Some(content) => Outcome::file(content.to_vec()),
+            None => Outcome::Ng(missing(name)),
+        }
+    }
+
+    /// DL: the texts of the file may come (CMD-DL-01, TRN-11).
+    pub(super) fn op_download(&mut self, name: FileName) -> Outcome {
+        if self
+            .sessions
+            .values()
+            .any(|session: &Session| session.receives(&name))
+        {
+            return Outcome::Ng(format!(
+                "file {} is being downloaded on another port",
+                name.as_str()
+            ));
+        }
+        let receiver = FlReceiver::new(self.drive.room_for(name.as_str()), Drive::rule(&name));
+        Outcome::Receive(name, receiver)
+    }
+
+    /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
+    pub(crate) fn finish_download(&mut self, name: &FileName, content: &[u8]) -> Result<(), String> {
+        if self.execution.status() == ExecutionStatus::Running {
+            return Err("the robot was started during the download".to_string());
+        }
+        self.store(name, content).map_err(|error| error.to_string())
+    }
+
+    /// ER (CMD-ER-01 to CMD-ER-03).
+    pub(super) fn op_erase(&mut self, name: &FileName) -> Outcome {
+        if name.is_parameter() {
+            return Outcome::ng("a parameter file cannot be erased");
+        }
+        if self.execution.file() == name.as_str() {
+            return Outcome::ng("the selected file cannot be erased; RS,SEL ends the selection");
+        }
+        if !self.drive.erase(name.as_str()) {
+            return Outcome::Ng(missing(name));
+        }
+        self.push_output(Output::Erased {
+            name: name.as_str().to_string(),
+        });
+        Outcome::Ok
+    }
+
+    /// CA (CMD-CA-01, DIR-01 to DIR-04).
+    pub(super) fn op_directory(&mut self) -> Outcome {
+        Outcome::file(encode_directory(&self.drive.directory()))
+    }
+}
+
+fn missing(name: &FileName) -> String {
+    format!("file {} is not on the RAM drive", name.as_str())
+}

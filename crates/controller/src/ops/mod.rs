@@ -1,0 +1,75 @@
+//! What the host commands do. This file asks the permission tables and wires each command to its
+//! operation; each group has a file of its own.
+
+mod files;
+mod operate;
+mod reset;
+mod status;
+mod variables;
+
+use crate::Controller;
+use crate::port::Port;
+use crate::session::Outcome;
+use alloc::format;
+use ts3100_proto::command::Command;
+use ts3100_proto::permission::Permission;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
+
+impl Controller {
+    /// Carries out a command that came on a protocol port.
+    pub(crate) fn command(&mut self, port: Port, command: Command) -> Outcome {
+        if let Some(refusal) = self.forbidden(port, command.letters()) {
+            return refusal;
+        }
+        match command {
+            Command::Rn => self.op_start(),
+            Command::Sp => self.op_stop(),
+            Command::Br => self.op_servo_off(),
+            Command::So => self.op_servo_on(),
+            Command::Fd => self.op_feed_hold(),
+            Command::Ec(internal) => self.op_internal(internal),
+            Command::Do(statement) => self.op_direct(&statement),
+            Command::Iw(writes) => self.op_write_lines(&writes),
+            Command::Rs(reset) => self.op_reset(reset),
+            Command::Sl(name) => self.op_select(&name),
+            Command::Ul(name) => self.op_upload(&name),
+            Command::Dl(name) => self.op_download(name),
+            Command::Er(name) => self.op_erase(&name),
+            Command::Ca => self.op_directory(),
+            Command::Su => self.op_status(port),
+            Command::Sf => self.op_system_status(port),
+            Command::Eu => self.op_error_history(),
+            Command::Vr => self.op_version(),
+            Command::Mr(read) => self.op_read_variable(&read),
+            Command::Mw(write) => self.op_write_variable(&write),
+            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
+            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
+        }
+    }
+
+    fn forbidden(&mut self, port: Port, letters: &str) -> Option<Outcome> {
+        let mode = self.state.master_mode();
+        let cell = self.config.permissions.get(port.protocol()?, letters, mode)?;
+        let stopped = self.execution.status() != ExecutionStatus::Running;
+        let reason = match cell {
+            Permission::Valid => return None,
+            Permission::WhenStopped if stopped => return None,
+            Permission::WhenStopped => {
+                format!("{letters} is valid on {port} only while the robot is stopped (5.3.2)")
+            }
+            Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", words(mode)),
+        };
+        self.finding(port, "mode-forbids", &reason);
+        Some(Outcome::Ng(reason))
+    }
+}
+
+fn words(mode: MasterMode) -> &'static str {
+    match mode {
+        MasterMode::Teaching => "TEACHING",
+        MasterMode::Internal => "INTERNAL",
+        MasterMode::ExtSig => "EXT (SIG)",
+        MasterMode::ExtRs232c => "EXT (RS-232C)",
+        MasterMode::ExtEther => "EXT (ETHER)",
+    }
+}

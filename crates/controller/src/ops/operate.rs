@@ -1,0 +1,157 @@
+//! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
+
+use crate::Controller;
+use crate::execution::{By, Course, Direct, Doing, Task};
+use crate::limits::MAX_FORCED_LINES;
+use crate::session::Outcome;
+use crate::signals::Signals;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use scol_mini::{Answer, Machine, compile_direct};
+use ts3100_proto::command::{Internal, LineWrite};
+use ts3100_proto::status::ExecutionStatus;
+
+fn outcome(result: Result<(), String>) -> Outcome {
+    result.map_or_else(Outcome::Ng, |()| Outcome::Ok)
+}
+
+impl Controller {
+    /// RN (CMD-RN-01, CMD-RN-05).
+    pub(super) fn op_start(&mut self) -> Outcome {
+        outcome(self.start())
+    }
+
+    /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
+    /// unfinished and will be done again (CMD-FD-03).
+    pub(super) fn op_stop(&mut self) -> Outcome {
+        if self.state.feed_hold && self.execution.status() == ExecutionStatus::Running {
+            self.interrupt(By::Host);
+            self.clear_feed_hold();
+        } else {
+            self.stop_after_step(By::Host);
+            self.cancel_direct_input();
+        }
+        Outcome::Ok
+    }
+
+    fn cancel_direct_input(&mut self) {
+        let Some(mut direct) = self.execution.direct.take() else {
+            return;
+        };
+        if let Doing::Reading { got, .. } = &direct.task.doing {
+            let values = got.clone();
+            if direct
+                .task
+                .machine
+                .answer(self.execution.memory_mut(), Answer::Cancelled(values))
+                .is_err()
+            {
+                direct.task.machine.skip();
+            }
+            direct.task.doing = Doing::Ready;
+        }
+        self.execution.direct = Some(direct);
+    }
+
+    /// BR (CMD-BR-01, CMD-BR-02).
+    pub(super) fn op_servo_off(&mut self) -> Outcome {
+        self.servo_off(By::Host);
+        Outcome::Ok
+    }
+
+    /// SO (CMD-SO-01, CMD-SO-02).
+    pub(super) fn op_servo_on(&mut self) -> Outcome {
+        outcome(self.servo_on())
+    }
+
+    /// FD (CMD-FD-01).
+    pub(super) fn op_feed_hold(&mut self) -> Outcome {
+        self.feed_hold();
+        Outcome::Ok
+    }
+
+    /// EC (CMD-EC-01 to CMD-EC-04).
+    pub(super) fn op_internal(&mut self, internal: Internal) -> Outcome {
+        match internal {
+            Internal::Override(percent) => {
+                self.state.override_percent = percent;
+                self.arm.set_pace(self.now, self.pace());
+                Outcome::Ok
+            }
+            Internal::Mode(_) if self.execution.status() == ExecutionStatus::Running => {
+                Outcome::ng("the operation mode can be set only while the robot is stopped")
+            }
+            Internal::Mode(mode) => {
+                self.state.run_mode = mode;
+                Outcome::Ok
+            }
+            Internal::Break => {
+                self.interrupt(By::Host);
+                Outcome::Ok
+            }
+        }
+    }
+
+    /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
+    pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
+        if self.execution.program_runs() {
+            return Outcome::ng("a program is running");
+        }
+        if self.execution.direct.is_some() {
+            return Outcome::ng("another DO statement is under way");
+        }
+        if !self.state.servo {
+            return Outcome::ng("servo power is off");
+        }
+        if self.state.feed_hold {
+            return Outcome::ng("feed hold is on");
+        }
+        match compile_direct(statement, self.execution.program()) {
+            Ok(program) => {
+                let task = Task::new(Machine::direct(program), self.now);
+                self.execution.direct = Some(Direct {
+                    task,
+                    since: self.now,
+                    moved: false,
+                    shown_until: None,
+                });
+                self.report_status();
+                Outcome::Ok
+            }
+            Err(diagnostics) => {
+                let rendered: Vec<String> = diagnostics
+                    .iter()
+                    .map(|found| found.render(statement, "DO"))
+                    .collect();
+                Outcome::Ng(rendered.join("\n"))
+            }
+        }
+    }
+
+    /// IW: all lines or none (CMD-IW-01 to CMD-IW-05).
+    pub(super) fn op_write_lines(&mut self, writes: &[LineWrite]) -> Outcome {
+        if writes.len() > MAX_FORCED_LINES {
+            return Outcome::Ng(format!(
+                "at most {MAX_FORCED_LINES} lines expected, {} found",
+                writes.len()
+            ));
+        }
+        if let Some(write) = writes.iter().find(|write| !Signals::is_user_output(write.line)) {
+            return Outcome::Ng(format!(
+                "line 1-64, 101-164 or 201-208 expected, {} found",
+                write.line
+            ));
+        }
+        for write in writes {
+            self.signals.switch(write.line, write.on);
+        }
+        Outcome::Ok
+    }
+
+    /// The robot stands at step 1 from here on; used by the resets and SL.
+    pub(super) fn stand_at(&mut self, course: Course) {
+        self.execution.course = course;
+        self.report_status();
+    }
+}

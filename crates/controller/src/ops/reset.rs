@@ -1,0 +1,77 @@
+//! RS and SL: back to a step, a signal state, a file.
+
+use crate::Controller;
+use crate::execution::{Course, Doing};
+use crate::session::Outcome;
+use alloc::string::ToString;
+use ts3100_proto::command::Reset;
+use ts3100_proto::name::FileName;
+use ts3100_proto::status::ExecutionStatus;
+
+impl Controller {
+    /// RS, in stop mode only (CMD-RS-01 to CMD-RS-10).
+    pub(super) fn op_reset(&mut self, reset: Reset) -> Outcome {
+        if self.execution.status() == ExecutionStatus::Running {
+            return Outcome::ng("RS is accepted only in stop mode");
+        }
+        match reset {
+            Reset::Program => {
+                self.clear_feed_hold();
+                self.reset_alarms();
+                self.renew_stale();
+                self.execution.initialise(self.now);
+                self.stand_at(Course::Reset);
+            }
+            Reset::Step => {
+                self.execution.rewind(self.now);
+                self.stand_at(Course::Reset);
+            }
+            Reset::Cycle => return self.cycle_reset(),
+            Reset::Signal => self.signals.reset_outputs(),
+            Reset::Select => {
+                self.deselect();
+                self.stand_at(Course::Reset);
+            }
+        }
+        Outcome::Ok
+    }
+
+    /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
+    fn cycle_reset(&mut self) -> Outcome {
+        let Some(task) = self.execution.main.as_mut() else {
+            return Outcome::ng("no file is selected");
+        };
+        if !task.machine.go_to_rcycle() {
+            return Outcome::ng("the program has no label RCYCLE");
+        }
+        task.doing = Doing::Ready;
+        self.stand_at(Course::Continue);
+        Outcome::Ok
+    }
+
+    /// A file that was downloaded anew since it was selected is taken now, if it compiles; otherwise the next
+    /// start says why not.
+    fn renew_stale(&mut self) {
+        let stale = self
+            .execution
+            .selected
+            .as_ref()
+            .is_some_and(|selected| selected.stale);
+        if let Ok(name) = FileName::parse(self.execution.file())
+            && stale
+        {
+            let _still_stale = self.select_file(&name);
+        }
+    }
+
+    /// SL (CMD-SL-01 to CMD-SL-03).
+    pub(super) fn op_select(&mut self, name: &FileName) -> Outcome {
+        match self.select_file(name) {
+            Ok(()) => {
+                self.stand_at(Course::Reset);
+                Outcome::Ok
+            }
+            Err(error) => Outcome::Ng(error.to_string()),
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! SU SF EU VR: what the controller tells of itself.
+
+use crate::Controller;
+use crate::options::{ControllerType, SfTexts};
+use crate::port::Port;
+use crate::session::Outcome;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::file::FlSender;
+use ts3100_proto::status::MasterMode;
+use ts3100_proto::status::eu::encode_history;
+use ts3100_proto::status::sf::{SfLayout, SystemStatus};
+use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::status::vr::{VersionRecord, VrLayout, encode_versions};
+use ts3100_proto::text::{CR, EOF};
+
+/// Speed limit shown by SU; nothing is known that lowers it (D5).
+const SPEED_LIMIT: u8 = 100;
+/// System outputs 249 to 262 in the order of SF-38.
+const SYSTEM_OUTPUTS: usize = 11;
+/// Task number of the main program (SF-24).
+const MAIN_TASK: u16 = 1;
+/// Date of the software whose behaviour this is: that of the manual.
+const SOFTWARE_DATE: CalendarTime = CalendarTime {
+    year: 2014,
+    month: 2,
+    day: 6,
+    hour: 10,
+    minute: 30,
+    second: 0,
+};
+
+impl Controller {
+    /// The contents of SU.
+    pub(crate) fn status_body(&self) -> StatusBody {
+        StatusBody {
+            master_mode: self.state.master_mode(),
+            run_mode: self.state.run_mode,
+            file: self.execution.file().to_string(),
+            override_percent: self.state.override_percent,
+            speed_limit_percent: SPEED_LIMIT,
+            machine_lock: self.state.machine_lock,
+            execution: self.execution.status(),
+        }
+    }
+
+    /// SU; it answers the SU request of SF (SF-21).
+    pub(super) fn op_status(&mut self, port: Port) -> Outcome {
+        let body = self.status_body();
+        let content = body.encode(self.config.options.su_layout);
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.last_status = Some(body);
+        }
+        Outcome::file(content)
+    }
+
+    /// SF (SF-01 to SF-46).
+    pub(super) fn op_system_status(&mut self, port: Port) -> Outcome {
+        let layout = match self.arm.kind() {
+            scol_mini::Arm::SixAxis => SfLayout::Eight,
+            scol_mini::Arm::Scara => SfLayout::Six,
+        };
+        let content = self.system_status(port).encode(layout);
+        match (self.config.options.sf_texts, layout) {
+            (SfTexts::Several, _) => Outcome::file(content),
+            (SfTexts::One, SfLayout::Eight) => Outcome::File(FlSender::single(content, &[EOF])),
+            // The vendor's library reads three bytes behind the data of a SCARA (hosts.md 7.3, D2).
+            (SfTexts::One, SfLayout::Six) => Outcome::File(FlSender::single(content, &[EOF, CR])),
+        }
+    }
+
+    fn system_status(&self, port: Port) -> SystemStatus {
+        let body = self.status_body();
+        let asked = self
+            .sessions
+            .get(&port)
+            .and_then(|session| session.last_status.as_ref());
+        let conditions = self.execution.memory().conditions();
+        let shown = self.arm.shown(self.now, conditions);
+        let line = u16::try_from(self.execution.line()).unwrap_or(u16::MAX);
+        let task = if self.execution.main.is_some() {
+            MAIN_TASK
+        } else {
+            0
+        };
+        let mut outputs = self.signals.output_words();
+        outputs[SYSTEM_OUTPUTS] |= self.system_outputs();
+        SystemStatus {
+            servo: self.state.servo,
+            emergency_stop: self.state.emergency_stop,
+            execution: body.execution,
+            su_request: asked.is_some_and(|asked| *asked != body),
+            alarms: self.alarms.words().into_iter().take(10).collect(),
+            execution_line: line,
+            analysis_line: line,
+            execution_task: task,
+            analysis_task: task,
+            feed_hold: self.state.feed_hold,
+            guide_coordinate: self.state.guide.coordinate,
+            guide_rate: self.state.guide.rate,
+            guide_mode: self.state.guide.mode,
+            master_mode: body.master_mode.sf_code(),
+            power_on_minutes: self.state.power_on_minutes(self.now),
+            run_minutes: self.state.run_minutes(self.now),
+            inputs: self.signals.input_words(),
+            outputs,
+            joint: single(shown.joint),
+            world: self.listed(&shown.world),
+            work: self.listed(&shown.work),
+            work_name: self.arm.work_name(conditions).to_string(),
+            tool_name: conditions.tool.name.clone().unwrap_or_default(),
+            base_name: conditions.base.name.clone().unwrap_or_default(),
+        }
+    }
+
+    /// Six-axis: X Y Z A B C and the two further axes; SCARA: X Y Z C T (hosts.md SF).
+    fn listed(&self, pose: &crate::motion::Pose) -> [f32; 8] {
+        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
+        single(match self.arm.kind() {
+            scol_mini::Arm::SixAxis => [x, y, z, a, b, c, u, v],
+            scol_mini::Arm::Scara => [x, y, z, c, u, 0.0, 0.0, 0.0],
+        })
+    }
+
+    /// EMG_ST SV_RDY ACK TEACH INT EXTSIG EXTHOST SYS_RDY AUTORUN CYC_END LOW_ST CYC_ST BT_ALM ALARM (SF-39).
+    fn system_outputs(&self) -> u16 {
+        let mode = self.state.master_mode();
+        let host = matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther);
+        let ready = !self.state.emergency_stop && !self.alarms.blocks_start();
+        let bits: [(u32, bool); 10] = [
+            (0, self.state.emergency_stop),
+            (1, self.state.servo),
+            (3, mode == MasterMode::Teaching),
+            (4, mode == MasterMode::Internal),
+            (5, mode == MasterMode::ExtSig),
+            (6, host),
+            (7, ready),
+            (8, self.execution.program_runs()),
+            (11, self.state.run_mode == ts3100_proto::command::RunMode::Cycle),
+            (13, !self.alarms.active().is_empty()),
+        ];
+        bits.iter().filter(|(_, on)| *on).map(|(bit, _)| 1 << bit).sum()
+    }
+
+    /// EU (EU-01 to EU-07).
+    pub(super) fn op_error_history(&mut self) -> Outcome {
+        Outcome::file(encode_history(&self.alarms.history()))
+    }
+
+    /// VR: the system software; to the letter of the manual also the arm's record (VR-03).
+    pub(super) fn op_version(&mut self) -> Outcome {
+        let system = match self.config.controller {
+            ControllerType::Ts3100 => "TS3100",
+            ControllerType::Tsl3100 => "TSL3100",
+        };
+        let arm = self
+            .arm
+            .model()
+            .name
+            .rsplit('-')
+            .next()
+            .unwrap_or_default()
+            .to_uppercase();
+        let names = match self.config.options.vr_layout {
+            VrLayout::Blanks => Vec::from([system.to_string()]),
+            VrLayout::Packed => Vec::from([system.to_string(), arm]),
+        };
+        let records: Vec<VersionRecord> = names.into_iter().map(version).collect();
+        Outcome::file(encode_versions(&records, self.config.options.vr_layout))
+    }
+}
+
+/// A record whose checksum is the sum of the package version's characters and the name's: it tells two
+/// versions of the emulator apart, as the real one tells two versions of the software.
+fn version(name: alloc::string::String) -> VersionRecord {
+    let text = name.bytes().chain(env!("CARGO_PKG_VERSION").bytes());
+    let checksum = text.fold(0u16, |sum, byte| sum.rotate_left(3).wrapping_add(u16::from(byte)));
+    VersionRecord {
+        name,
+        date: SOFTWARE_DATE,
+        checksum,
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
+fn single(values: [f64; 8]) -> [f32; 8] {
+    values.map(|value| value as f32)
+}

@@ -1,0 +1,164 @@
+//! MR and MW: the global variables and the data of the selected file.
+
+use crate::Controller;
+use crate::output::Output;
+use crate::session::Outcome;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use scol_mini::{Arm, Kind, Payload, Position, Trans, Value};
+use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
+use ts3100_proto::name::VariableName;
+use ts3100_proto::status::mr::encode_values;
+
+impl Controller {
+    /// MR (CMD-MR-01 to CMD-MR-06, MR-01 to MR-05).
+    pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
+        match self.read_variable(&read.variable, read.kind) {
+            Ok(value) => Outcome::file(encode_values(&numbers(&value, self.arm.kind()))),
+            Err(reason) => Outcome::Ng(reason),
+        }
+    }
+
+    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, String> {
+        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let VariableName { name, subscripts } = variable;
+        let value = selected
+            .memory
+            .global(&selected.program, name, subscripts)
+            .map_err(|error| error.to_string())?;
+        self.check_kind(variable, kind, value.kind())?;
+        Ok(value)
+    }
+
+    /// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
+    fn check_kind(&self, variable: &VariableName, kind: VariableKind, found: Kind) -> Result<(), String> {
+        let Some(asked) = kind_of(kind) else { return Ok(()) };
+        if asked != found {
+            return Err(format!(
+                "{} is {}, {} was asked for",
+                variable.name,
+                found.word(),
+                asked.word()
+            ));
+        }
+        if kind.is_array() == variable.subscripts.is_empty() {
+            return Err(format!(
+                "type {} and the subscripts of {} do not fit",
+                kind.code(),
+                variable.name
+            ));
+        }
+        Ok(())
+    }
+
+    /// MW (CMD-MW-01 to CMD-MW-06).
+    pub(super) fn op_write_variable(&mut self, write: &VariableWrite) -> Outcome {
+        self.write_variable(write)
+            .map_or_else(Outcome::Ng, |()| Outcome::Ok)
+    }
+
+    fn write_variable(&mut self, write: &VariableWrite) -> Result<(), String> {
+        let arm = self.arm.kind();
+        let VariableName { name, subscripts } = &write.variable;
+        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let info = selected
+            .program
+            .variable(name)
+            .ok_or_else(|| format!("no variable is called {name}"))?;
+        let kind = kind_of(write.kind)
+            .or(info.kind)
+            .ok_or_else(|| format!("the type of {name} is not known"))?;
+        self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
+        let value = value(kind, &write.values, arm)?;
+        let changed = if write.restore {
+            Some(self.rewritten(&write.variable, &value)?)
+        } else {
+            None
+        };
+        let selected = self.execution.selected.as_mut().ok_or("no file is selected")?;
+        let program = &selected.program;
+        selected
+            .memory
+            .set_global(program, name, subscripts, value)
+            .map_err(|error| error.to_string())?;
+        if let Some((source, program)) = changed {
+            let label = selected.name.clone();
+            selected.source.clone_from(&source);
+            selected.program = program;
+            self.push_output(Output::Stored {
+                name: label,
+                content: source.into_bytes(),
+            });
+        }
+        Ok(())
+    }
+
+    /// The file with the value restored into it, and its program (CMD-MW-02); the file is on the drive then.
+    fn rewritten(
+        &mut self,
+        variable: &VariableName,
+        value: &Value,
+    ) -> Result<(String, alloc::sync::Arc<scol_mini::Program>), String> {
+        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        if selected.stale {
+            return Err("the file was downloaded anew; select it first".to_string());
+        }
+        let VariableName { name, subscripts } = variable;
+        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
+            .map_err(|error| error.to_string())?;
+        let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(|error| error.to_string())?;
+        let compilation = scol_mini::compile(&source, &self.config.options.language(self.arm.kind()));
+        let program = compilation
+            .program
+            .ok_or("the file does not compile with that value")?;
+        self.drive
+            .store(&file, source.as_bytes())
+            .map_err(|error| error.to_string())?;
+        Ok((source, program))
+    }
+}
+
+fn kind_of(kind: VariableKind) -> Option<Kind> {
+    match kind.scalar() {
+        VariableKind::Integer => Some(Kind::Integer),
+        VariableKind::Real => Some(Kind::Real),
+        VariableKind::Load => Some(Kind::Load),
+        VariableKind::Coordinate => Some(Kind::Coordinate),
+        VariableKind::Position => Some(Kind::Position),
+        _ => None,
+    }
+}
+
+fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
+    let reals = |listed: Vec<f64>| listed.into_iter().map(Number::Real).collect();
+    match value {
+        Value::Integer(integer) => Vec::from([Number::Integer(*integer)]),
+        Value::Real(real) => Vec::from([Number::Real(f64::from(*real))]),
+        Value::Load(load) => reals(load.listed(arm)),
+        Value::Coordinate(trans) => reals(trans.listed(arm)),
+        Value::Position(position) => reals(position.listed(arm)),
+    }
+}
+
+/// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
+fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
+    let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
+    let wrong = |what: &str| format!("{what} expected, {} values found", numbers.len());
+    match (kind, numbers) {
+        (Kind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
+        (Kind::Integer, _) => Err(wrong("one integer")),
+        #[expect(clippy::cast_possible_truncation, reason = "reals of the language are single")]
+        (Kind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
+        (Kind::Real, _) => Err(wrong("one number")),
+        (Kind::Load, _) => Payload::from_listed(arm, &reals)
+            .map(Value::Load)
+            .ok_or_else(|| wrong("a load")),
+        (Kind::Coordinate, _) => Trans::from_listed(arm, &reals)
+            .map(Value::Coordinate)
+            .ok_or_else(|| wrong("a coordinate")),
+        (Kind::Position, _) => Position::from_listed(arm, &reals)
+            .map(Value::Position)
+            .ok_or_else(|| wrong("a position")),
+    }
+}

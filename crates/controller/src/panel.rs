@@ -1,0 +1,194 @@
+//! What is done at the controller itself: panel, teach pendant, terminals, power.
+
+use crate::Controller;
+use crate::arm::Arm;
+use crate::channel::Channel;
+use crate::execution::{By, Course, Execution};
+use crate::input::{KeySwitch, Panel};
+use crate::options::ControllerType;
+use crate::output::{Event, Output};
+use crate::state::State;
+use alloc::format;
+use alloc::string::{String, ToString};
+use ts3100_proto::name::FileName;
+
+impl Controller {
+    pub(crate) fn panel(&mut self, panel: Panel) {
+        match panel {
+            Panel::Key(key) => self.turn_key(key),
+            Panel::ControlRight(right) => self.state.control_right = right,
+            Panel::EmergencyStop(pressed) => self.emergency_stop(pressed),
+            Panel::Servo(true) => self.or_report("servo on", Self::servo_on),
+            Panel::Servo(false) => self.servo_off(By::Other),
+            Panel::Start => self.or_report("start", Self::start),
+            Panel::Stop => self.stop_after_step(By::Other),
+            Panel::FeedHold => self.feed_hold(),
+            Panel::AlarmReset => self.reset_alarms(),
+            Panel::MachineLock(on) => self.state.machine_lock = on,
+            Panel::InputLine { line, on } => {
+                if !self.signals.drive(line, on) {
+                    let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
+                    self.event(Event::Finding {
+                        rule: "no-such-line",
+                        port: None,
+                        message,
+                    });
+                }
+            }
+            Panel::Keys(figures) => {
+                self.keys.push(figures.as_bytes());
+            }
+            Panel::PowerCycle => self.power_cycle(),
+        }
+    }
+
+    fn or_report(&mut self, what: &str, action: impl Fn(&mut Self) -> Result<(), String>) {
+        if let Err(reason) = action(self) {
+            let message = format!("{what} at the panel had no effect: {reason}");
+            self.event(Event::Finding {
+                rule: "panel-refused",
+                port: None,
+                message,
+            });
+        }
+    }
+
+    /// Turning the key while a program runs stops it behind the present step.
+    fn turn_key(&mut self, key: KeySwitch) {
+        if key == KeySwitch::Internal && self.config.controller == ControllerType::Tsl3100 {
+            let message = "the TSL3100 has no INTERNAL position (5.3.2)".to_string();
+            self.event(Event::Finding {
+                rule: "panel-refused",
+                port: None,
+                message,
+            });
+            return;
+        }
+        if key != self.state.key {
+            self.stop_after_step(By::Other);
+            self.state.key = key;
+            self.arm.set_pace(self.now, self.pace());
+        }
+    }
+
+    /// Servo power on (CMD-SO-02).
+    pub(crate) fn servo_on(&mut self) -> Result<(), String> {
+        if self.state.emergency_stop {
+            return Err("the emergency stop is on".to_string());
+        }
+        if self.alarms.blocks_servo() {
+            return Err("an alarm of level 8 is active".to_string());
+        }
+        if !core::mem::replace(&mut self.state.servo, true) {
+            self.event(Event::Servo(true));
+        }
+        Ok(())
+    }
+
+    /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
+    pub(crate) fn start(&mut self) -> Result<(), String> {
+        if self.execution.program_runs() {
+            return Ok(());
+        }
+        self.may_start()?;
+        let stale = self
+            .execution
+            .selected
+            .as_ref()
+            .is_some_and(|selected| selected.stale);
+        if stale {
+            let name = FileName::parse(self.execution.file()).map_err(|error| error.to_string())?;
+            self.select_file(&name).map_err(|error| error.to_string())?;
+        }
+        if self.execution.course == Course::Reset {
+            self.execution.rewind(self.now);
+            for buffer in self.channels.values_mut() {
+                buffer.clear();
+            }
+            self.keys.clear();
+        }
+        self.run_program();
+        Ok(())
+    }
+
+    fn may_start(&self) -> Result<(), String> {
+        let reason = if self.execution.selected.is_none() {
+            "no file is selected"
+        } else if self.execution.direct.is_some() {
+            "a DO statement is under way"
+        } else if self.state.emergency_stop {
+            "the emergency stop is on"
+        } else if self.alarms.blocks_start() {
+            "an alarm of level 4 or 8 is active"
+        } else if !self.state.servo {
+            "servo power is off"
+        } else if self.state.feed_hold {
+            "feed hold is on"
+        } else {
+            return Ok(());
+        };
+        Err(reason.to_string())
+    }
+
+    /// FEED HOLD: alternate action (CMD-FD-02).
+    pub(crate) fn feed_hold(&mut self) {
+        self.state.feed_hold = !self.state.feed_hold;
+        if self.state.feed_hold {
+            self.arm.hold(self.now);
+        } else {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Feed hold ends without the motion going on.
+    pub(crate) fn clear_feed_hold(&mut self) {
+        if self.state.feed_hold {
+            self.feed_hold();
+        }
+    }
+
+    /// Power off and on. The RAM drive, the error history, the selection, the posture, and what is turned or
+    /// pressed by hand stay; links are made anew.
+    fn power_cycle(&mut self) {
+        self.interrupt(By::Host);
+        let rested = self.arm.joints(self.now);
+        let file = FileName::parse(self.execution.file());
+        let keep = (
+            self.state.emergency_stop,
+            self.state.machine_lock,
+            self.state.run_mode,
+        );
+        self.state = State::power_on(self.now, self.state.key, self.state.control_right);
+        (self.state.emergency_stop, self.state.machine_lock, _) = keep;
+        if self.state.key != KeySwitch::Ext {
+            self.state.run_mode = keep.2;
+        }
+        self.arm = Arm::at(self.config.model.clone(), rested);
+        self.signals.drop_outputs();
+        self.alarms.reset(|_| false);
+        self.pendant.clear();
+        self.keys = Channel::default();
+        for buffer in self.channels.values_mut() {
+            *buffer = Channel::default();
+        }
+        for session in self.sessions.values_mut() {
+            session.reset(self.config.options.text, None);
+        }
+        self.execution = Execution::new(&self.config.options.language(self.arm.kind()));
+        if let Ok(name) = file
+            && let Err(error) = self.select_file(&name)
+        {
+            let message = format!("the selection was dropped at power-on: {error}");
+            self.event(Event::Finding {
+                rule: "selection-lost",
+                port: None,
+                message,
+            });
+        }
+        self.take_parameters();
+        if self.state.emergency_stop {
+            self.raise(crate::alarm::EMERGENCY_STOP, String::new());
+        }
+        self.push_output(Output::PowerCycled);
+    }
+}

@@ -1,0 +1,198 @@
+//! Serves what a statement asks of the world: motion, PRINT, INPUT, DELAY, outputs. Waiting for it to be
+//! over is `run`'s.
+
+use crate::Controller;
+use crate::alarm;
+use crate::arm::Pace;
+use crate::channel::Datum;
+use crate::execution::{Doing, Task};
+use crate::input::KeySwitch;
+use crate::limits::{PENDANT_TEXT, TEACHING_SPEED};
+use crate::options::NoPeer;
+use crate::output::Output;
+use crate::port::Port;
+use crate::run::Step;
+use crate::signals::Signals;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+use scol_mini::{Answer, Channel, Motion, Request};
+
+/// Longest DELAY that is told apart from one without end, in seconds: a hundred years.
+const LONGEST_DELAY: f64 = 3_155_760_000.0;
+
+impl Controller {
+    pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {
+        match request {
+            Request::Move(motion) => self.start_motion(task, &motion),
+            Request::Print { channel, data } => self.print(task, channel, data),
+            Request::BufferReset { channel } => {
+                if let Some(buffer) = self.channel_mut(channel) {
+                    buffer.clear();
+                }
+                self.answer(task, Answer::Done, false)
+            }
+            Request::Input { channel, wanted } => self.input(task, channel, wanted),
+            Request::Delay { seconds } => {
+                let pause = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
+                task.doing = Doing::Delaying {
+                    until: self.now + pause,
+                };
+                Step::Begun
+            }
+            Request::Outputs(switches) => self.switch_outputs(task, &switches),
+            Request::Stop => match self.answer(task, Answer::Done, false) {
+                Step::Done { .. } => Step::Stopped,
+                other => other,
+            },
+        }
+    }
+
+    /// How fast the arm may move now.
+    pub(crate) fn pace(&self) -> Pace {
+        Pace {
+            override_percent: self.state.override_percent,
+            tool_speed_cap: (self.state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
+        }
+    }
+
+    fn start_motion(&mut self, task: &mut Task, motion: &Motion) -> Step {
+        if self.state.feed_hold {
+            task.doing = Doing::Holding;
+            return Step::Blocked;
+        }
+        match self
+            .arm
+            .start(self.now, motion, self.pace(), self.state.machine_lock)
+        {
+            Ok(()) => {
+                task.doing = Doing::Moving;
+                self.arm.settle(self.now);
+                Step::Begun
+            }
+            Err(error) => {
+                let line = task.machine.line();
+                Step::Trouble(alarm::OUT_OF_REACH, format!("line {line}: {error}"))
+            }
+        }
+    }
+
+    fn print(&mut self, task: &mut Task, channel: Channel, data: Vec<u8>) -> Step {
+        let line = task.machine.line();
+        let Some(port) = Port::of_channel(channel) else {
+            self.show_on_pendant(&data);
+            return self.answer(task, Answer::Done, false);
+        };
+        let missing = self.missing_peer(port);
+        if !missing && !data.is_empty() {
+            self.push_output(Output::Send { port, bytes: data });
+        }
+        match (self.answer(task, Answer::Done, false), missing) {
+            (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(
+                alarm::INVALID_CHANNEL,
+                format!("line {line}: PRINT {port}: no peer is connected"),
+            ),
+            (step, _) => step,
+        }
+    }
+
+    fn input(&mut self, task: &mut Task, channel: Channel, wanted: usize) -> Step {
+        let missing = Port::of_channel(channel).filter(|&port| self.missing_peer(port));
+        if let Some(port) = missing.filter(|_| self.config.options.no_peer == NoPeer::Alarm) {
+            let line = task.machine.line();
+            self.cancel_input(task, Vec::new());
+            let detail = format!("line {line}: INPUT {port}: no peer is connected");
+            return Step::Trouble(alarm::INVALID_CHANNEL, detail);
+        }
+        task.doing = Doing::Reading {
+            channel,
+            wanted,
+            got: Vec::new(),
+        };
+        self.read_values(task)
+    }
+
+    /// Gives a waiting INPUT what its channel holds.
+    pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
+        let malformed = self.config.options.malformed;
+        let Doing::Reading { channel, wanted, got } = &mut task.doing else {
+            return Step::Blocked;
+        };
+        let (channel, wanted) = (*channel, *wanted);
+        let mut values = core::mem::take(got);
+        while values.len() < wanted {
+            let datum = self
+                .channel_mut(channel)
+                .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
+            match datum {
+                Datum::Value(value) => values.push(value),
+                Datum::Incomplete => {
+                    task.doing = Doing::Reading {
+                        channel,
+                        wanted,
+                        got: values,
+                    };
+                    return Step::Blocked;
+                }
+                Datum::Malformed(token) => {
+                    let line = task.machine.line();
+                    self.cancel_input(task, values);
+                    let detail = format!("line {line}: INPUT: a number expected, {token:?} found");
+                    return Step::Trouble(alarm::INVALID_CHANNEL, detail);
+                }
+            }
+        }
+        self.answer(task, Answer::Values(values), false)
+    }
+
+    fn cancel_input(&mut self, task: &mut Task, values: Vec<scol_mini::Number>) {
+        // A fault in storing the values would only repeat what the alarm that follows says.
+        if let Step::Trouble(..) = self.answer(task, Answer::Cancelled(values), false) {
+            task.doing = Doing::Ready;
+        }
+    }
+
+    fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
+        let line = task.machine.line();
+        if let Some((output, _)) = switches
+            .iter()
+            .find(|(output, _)| !Signals::is_user_output(*output))
+        {
+            task.machine.skip();
+            let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
+            return Step::Trouble(alarm::OUT_OF_RANGE, detail);
+        }
+        for &(output, on) in switches {
+            self.signals.switch(output, on);
+        }
+        self.answer(task, Answer::Done, false)
+    }
+
+    fn show_on_pendant(&mut self, data: &[u8]) {
+        let text = String::from_utf8_lossy(data).into_owned();
+        self.pendant.push_str(&text);
+        let surplus = self.pendant.len().saturating_sub(PENDANT_TEXT);
+        let cut = (surplus..=self.pendant.len())
+            .find(|&at| self.pendant.is_char_boundary(at))
+            .unwrap_or(0);
+        self.pendant.drain(..cut);
+        self.push_output(Output::Pendant(text));
+    }
+
+    /// Whether the port is an Ethernet channel without a peer. A serial line has no way to tell.
+    fn missing_peer(&self, port: Port) -> bool {
+        port.ethernet_index().is_some()
+            && self
+                .channels
+                .get(&port)
+                .is_none_or(|buffer| buffer.peer.is_none())
+    }
+
+    fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::channel::Channel> {
+        match Port::of_channel(channel) {
+            Some(port) => self.channels.get_mut(&port),
+            None => Some(&mut self.keys),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! One port of the simple protocol: where its text decoder stands, and which exchange is open. What a
+//! command does is in `ops`; this file knows only the conversation.
+//!
+//! ```text
+//!            command answered OK or NG
+//!            +-----------------------+
+//!            v                       |
+//!   +------ Idle <-------------------+----------------------------+
+//!   |        |                                                    |
+//!   |        | command answered FL        host OK, no text left;  |
+//!   |        v                            host NG; other command; |
+//!   |     Sending ---host OK, next text-> Sending ----10 s------->+
+//!   |                                                             |
+//!   +-- DL answered OK --> Receiving --block OK--> Receiving      |
+//!                             |  EOF stored or refused; host NG;  |
+//!                             +--other command; 10 s------------->+
+//! ```
+
+use crate::limits::HOST_TIMEOUT;
+use crate::port::Port;
+use crate::time::Time;
+use alloc::collections::BTreeSet;
+use alloc::string::String;
+use alloc::vec::Vec;
+use ts3100_proto::file::{FlReceiver, FlSender};
+use ts3100_proto::message::MessageJoiner;
+use ts3100_proto::name::FileName;
+use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::text::{Framing, TextDecoder, TextOptions};
+
+/// The exchange that is open on a port.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Exchange {
+    /// None: the port waits for a command.
+    Idle,
+    /// An FL text was sent; the host's OK is awaited.
+    Sending {
+        /// The texts still to be sent.
+        sender: FlSender,
+    },
+    /// DL was accepted; FL texts are awaited.
+    Receiving {
+        /// The file to be stored.
+        name: FileName,
+        /// What has come so far.
+        receiver: FlReceiver,
+        /// The first text has come.
+        begun: bool,
+    },
+}
+
+/// State of one protocol port.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Session {
+    /// The port.
+    pub port: Port,
+    /// The peer, while there is one.
+    pub peer: Option<String>,
+    /// Cuts the bytes into texts.
+    pub decoder: TextDecoder,
+    /// Joins texts into messages.
+    pub joiner: MessageJoiner,
+    /// The open exchange.
+    pub exchange: Exchange,
+    /// Form of the host's last text; answers take the same.
+    pub framing: Framing,
+    /// When the last byte came.
+    pub heard_at: Time,
+    /// When the last text was sent.
+    pub sent_at: Option<Time>,
+    /// An unsolicited SP waits for the open exchange to end.
+    pub waiting_sp: bool,
+    /// The SU body as last served here, for the SU request flag (SF-21).
+    pub last_status: Option<StatusBody>,
+    /// Rules of findings already reported to this peer.
+    pub reported: BTreeSet<&'static str>,
+}
+
+impl Session {
+    /// A port without a peer.
+    #[must_use]
+    pub fn new(port: Port, options: TextOptions) -> Session {
+        Session {
+            port,
+            peer: None,
+            decoder: TextDecoder::new(options),
+            joiner: MessageJoiner::default(),
+            exchange: Exchange::Idle,
+            framing: Framing::Stx,
+            heard_at: Time::ZERO,
+            sent_at: None,
+            waiting_sp: false,
+            last_status: None,
+            reported: BTreeSet::new(),
+        }
+    }
+
+    /// A peer came or went: nothing of the former conversation remains (ETH-07).
+    pub fn reset(&mut self, options: TextOptions, peer: Option<String>) {
+        *self = Session {
+            peer,
+            ..Session::new(self.port, options)
+        };
+    }
+
+    /// Whether a text or a message has begun and is not complete.
+    #[must_use]
+    pub fn is_partial(&self) -> bool {
+        self.decoder.is_partial() || self.joiner.is_partial()
+    }
+
+    /// Whether the host owes something: the rest of a text, an answer, a block.
+    #[must_use]
+    pub fn awaits_host(&self) -> bool {
+        self.is_partial() || self.exchange != Exchange::Idle
+    }
+
+    /// When the port gives up waiting (SER-06, SER-08).
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
+        self.awaits_host().then(|| since + HOST_TIMEOUT)
+    }
+
+    /// Gives up waiting, in silence (SER-07). Returns the bytes dropped.
+    pub fn give_up(&mut self) -> usize {
+        self.exchange = Exchange::Idle;
+        self.joiner.reset();
+        self.decoder.reset()
+    }
+
+    /// Whether a file of this name is being received here (TRN-11).
+    #[must_use]
+    pub fn receives(&self, file: &FileName) -> bool {
+        matches!(&self.exchange, Exchange::Receiving { name, .. } if name == file)
+    }
+
+    /// Takes in bytes at `now`.
+    pub fn push(&mut self, now: Time, bytes: &[u8]) {
+        self.heard_at = now;
+        self.decoder.push(bytes);
+    }
+}
+
+/// What a command comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// OK.
+    Ok,
+    /// NG, with the reason for the author of the host program.
+    Ng(String),
+    /// FL with these texts.
+    File(FlSender),
+    /// OK, and the file's texts are awaited.
+    Receive(FileName, FlReceiver),
+}
+
+impl Outcome {
+    /// NG with a reason.
+    pub fn ng(reason: impl Into<String>) -> Outcome {
+        Outcome::Ng(reason.into())
+    }
+
+    /// FL with a body that is cut into texts as needed.
+    #[must_use]
+    pub fn file(content: Vec<u8>) -> Outcome {
+        Outcome::File(FlSender::new(content))
+    }
+}

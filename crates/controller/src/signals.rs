@@ -1,0 +1,161 @@
+//! The digital lines: what is driven from outside (Din) and what the controller drives (Dout), by the
+//! numbers of the manual's SF tables. Their meaning (RUN, STOP, ACK) belongs to others.
+
+use alloc::collections::BTreeSet;
+
+/// Number ranges of the lines, each with the SF word at which it begins (SF-25 to SF-38).
+const RANGES: [(u16, u16, usize); 3] = [(1, 64, 0), (101, 164, 4), (201, 264, 8)];
+/// Words of one direction in SF, the reserved ones included.
+const WORDS: usize = 16;
+/// Outputs a program or IW may set: general, extension, hand (CMD-IW-04).
+const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
+/// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
+const RESET_OUTPUTS: (u16, u16) = (1, 24);
+
+/// State of all lines.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Signals {
+    inputs: BTreeSet<u16>,
+    outputs: BTreeSet<u16>,
+}
+
+fn within(ranges: &[(u16, u16)], line: u16) -> bool {
+    ranges.iter().any(|&(first, last)| (first..=last).contains(&line))
+}
+
+fn set(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
+    if on {
+        lines.insert(line);
+    } else {
+        lines.remove(&line);
+    }
+}
+
+fn words(lines: &BTreeSet<u16>) -> [u16; WORDS] {
+    let mut words = [0u16; WORDS];
+    for &line in lines {
+        for (first, last, word) in RANGES {
+            if (first..=last).contains(&line) {
+                let index = usize::from(line - first);
+                if let Some(word) = words.get_mut(word + index / 16) {
+                    *word |= 1 << (index % 16);
+                }
+            }
+        }
+    }
+    words
+}
+
+impl Signals {
+    /// Whether a line of this number exists.
+    #[must_use]
+    pub fn exists(line: u16) -> bool {
+        RANGES
+            .iter()
+            .any(|&(first, last, _)| (first..=last).contains(&line))
+    }
+
+    /// Whether a program or IW may set this output.
+    #[must_use]
+    pub fn is_user_output(line: u16) -> bool {
+        within(&USER_OUTPUTS, line)
+    }
+
+    /// Drives an input from outside; false if there is no such line.
+    pub fn drive(&mut self, line: u16, on: bool) -> bool {
+        let exists = Signals::exists(line);
+        if exists {
+            set(&mut self.inputs, line, on);
+        }
+        exists
+    }
+
+    /// State of an input.
+    #[must_use]
+    pub fn input(&self, line: u16) -> bool {
+        self.inputs.contains(&line)
+    }
+
+    /// State of an output.
+    #[must_use]
+    pub fn output(&self, line: u16) -> bool {
+        self.outputs.contains(&line)
+    }
+
+    /// Switches an output; false if there is no such line.
+    pub fn switch(&mut self, line: u16, on: bool) -> bool {
+        let exists = Signals::exists(line);
+        if exists {
+            set(&mut self.outputs, line, on);
+        }
+        exists
+    }
+
+    /// RS,SIG: Dout1 to Dout24 off.
+    pub fn reset_outputs(&mut self) {
+        self.outputs
+            .retain(|line| !(RESET_OUTPUTS.0..=RESET_OUTPUTS.1).contains(line));
+    }
+
+    /// Power off: every output drops; the inputs are the outside's.
+    pub fn drop_outputs(&mut self) {
+        self.outputs.clear();
+    }
+
+    /// The sixteen input words of SF.
+    #[must_use]
+    pub fn input_words(&self) -> [u16; WORDS] {
+        words(&self.inputs)
+    }
+
+    /// The sixteen output words of SF.
+    #[must_use]
+    pub fn output_words(&self) -> [u16; WORDS] {
+        words(&self.outputs)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // clause: SF-25 SF-26 SF-27 SF-33 SF-34 SF-41
+    #[test]
+    fn lines_stand_in_their_words() {
+        let mut signals = Signals::default();
+        for line in [1, 32, 64, 101, 164, 201] {
+            assert!(signals.drive(line, true));
+        }
+        let inputs = signals.input_words();
+        assert_eq!(inputs[0], 1);
+        assert_eq!(inputs[1], 1 << 15);
+        assert_eq!(inputs[3], 1 << 15);
+        assert_eq!(inputs[4], 1);
+        assert_eq!(inputs[7], 1 << 15);
+        assert_eq!(inputs[8], 1);
+        signals.switch(109, true);
+        assert_eq!(signals.output_words()[4], 1 << 8);
+    }
+
+    // clause: CMD-RS-07 CMD-RS-08
+    #[test]
+    fn signal_reset_touches_24_outputs() {
+        let mut signals = Signals::default();
+        for line in [1, 24, 25, 101] {
+            signals.switch(line, true);
+        }
+        signals.reset_outputs();
+        assert!(!signals.output(1) && !signals.output(24));
+        assert!(signals.output(25) && signals.output(101));
+    }
+
+    #[test]
+    fn lines_that_do_not_exist_are_refused() {
+        let mut signals = Signals::default();
+        for line in [0, 65, 100, 165, 200, 265] {
+            assert!(!signals.drive(line, true));
+            assert!(!signals.switch(line, true));
+        }
+        assert_eq!(signals, Signals::default());
+    }
+}

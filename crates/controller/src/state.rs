@@ -1,0 +1,100 @@
+//! What the operating panel and the host can set: power, key, modes, holds. The running program is
+//! `execution`'s, the arm's posture `arm`'s.
+
+use crate::input::{ControlRight, KeySwitch};
+use crate::time::Time;
+use core::time::Duration;
+use ts3100_proto::command::RunMode;
+use ts3100_proto::status::MasterMode;
+
+/// Guidance of the arm by hand, as SF shows it (SF-14 to SF-16).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Guide {
+    /// 0 joint, 1 tool, 2 work, 3 world.
+    pub coordinate: u16,
+    /// 0 slow, 1 mid, 2 fast.
+    pub rate: u16,
+    /// 0 jog, 1 inching, 2 free.
+    pub mode: u16,
+}
+
+/// State of the controller apart from program and arm.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Servo power.
+    pub servo: bool,
+    /// The emergency stop button is pressed.
+    pub emergency_stop: bool,
+    /// Position of the key switch.
+    pub key: KeySwitch,
+    /// EXTERNAL mode control right.
+    pub control_right: ControlRight,
+    /// Operation mode.
+    pub run_mode: RunMode,
+    /// Speed override in percent, 1 to 100.
+    pub override_percent: u8,
+    /// Programs run without the arm moving.
+    pub machine_lock: bool,
+    /// Feed hold is on.
+    pub feed_hold: bool,
+    /// Guidance by hand.
+    pub guide: Guide,
+    /// When the power came on.
+    pub powered_at: Time,
+    /// How long programs have run since then, up to `running_since`.
+    pub run_total: Duration,
+    /// Since when the present program runs.
+    pub running_since: Option<Time>,
+}
+
+impl State {
+    /// The state when the power comes on at `now` (D8, D9).
+    #[must_use]
+    pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> State {
+        State {
+            servo: false,
+            emergency_stop: false,
+            key,
+            control_right,
+            run_mode: RunMode::Cycle,
+            override_percent: 100,
+            machine_lock: false,
+            feed_hold: false,
+            guide: Guide::default(),
+            powered_at: now,
+            run_total: Duration::ZERO,
+            running_since: None,
+        }
+    }
+
+    /// The column of the permission tables that holds now.
+    #[must_use]
+    pub fn master_mode(&self) -> MasterMode {
+        match (self.key, self.control_right) {
+            (KeySwitch::Teaching, _) => MasterMode::Teaching,
+            (KeySwitch::Internal, _) => MasterMode::Internal,
+            (KeySwitch::Ext, ControlRight::Sig) => MasterMode::ExtSig,
+            (KeySwitch::Ext, ControlRight::Rs232c) => MasterMode::ExtRs232c,
+            (KeySwitch::Ext, ControlRight::Ether) => MasterMode::ExtEther,
+        }
+    }
+
+    /// Whole minutes since the power came on (SF-19).
+    #[must_use]
+    pub fn power_on_minutes(&self, now: Time) -> u32 {
+        minutes(now.since(self.powered_at))
+    }
+
+    /// Whole minutes in which a program ran since then (SF-20).
+    #[must_use]
+    pub fn run_minutes(&self, now: Time) -> u32 {
+        let present = self
+            .running_since
+            .map_or(Duration::ZERO, |since| now.since(since));
+        minutes(self.run_total + present)
+    }
+}
+
+fn minutes(duration: Duration) -> u32 {
+    u32::try_from(duration.as_secs() / 60).unwrap_or(u32::MAX)
+}

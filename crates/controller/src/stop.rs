@@ -1,0 +1,157 @@
+//! Everything that brings the robot to a stand: the end of a step, BREAK, servo off, emergency stop,
+//! alarms; and the SP text that tells the host of it (CMD-SP-05).
+
+use crate::Controller;
+use crate::alarm::{self, Alarm, AlarmCode};
+use crate::execution::{By, Course, Doing};
+use crate::output::Event;
+use crate::port::Port;
+use crate::session::Exchange;
+use alloc::format;
+use alloc::string::String;
+use scol_mini::Answer;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::status::{AlarmLevel, ExecutionStatus};
+
+impl Controller {
+    /// Automatic operation starts or goes on.
+    pub(crate) fn run_program(&mut self) {
+        self.execution.course = Course::Running { stop: None };
+        self.state.running_since = Some(self.now);
+        self.report_status();
+    }
+
+    /// Automatic operation has come to a stand.
+    pub(crate) fn stop_program(&mut self, course: Course, by: By) {
+        self.execution.course = course;
+        if let Some(since) = self.state.running_since.take() {
+            self.state.run_total += self.now.since(since);
+        }
+        self.report_status();
+        if by == By::Other && self.config.options.unsolicited_sp {
+            for session in self
+                .sessions
+                .values_mut()
+                .filter(|session| session.peer.is_some())
+            {
+                session.waiting_sp = true;
+            }
+        }
+    }
+
+    /// The program is to stop when the present step has ended.
+    pub(crate) fn stop_after_step(&mut self, by: By) {
+        if self.execution.course == (Course::Running { stop: None }) {
+            self.execution.course = Course::Running { stop: Some(by) };
+        }
+    }
+
+    /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
+    /// An INPUT that waits is cancelled all the same (INP-09).
+    pub(crate) fn interrupt(&mut self, by: By) {
+        self.arm.stop(self.now);
+        if self.execution.direct.take().is_some() {
+            self.report_status();
+        }
+        if !self.execution.program_runs() {
+            return;
+        }
+        let mut course = Course::Retry;
+        if let Some(mut task) = self.execution.main.take() {
+            if let Doing::Reading { got, .. } = &task.doing {
+                let values = got.clone();
+                if task
+                    .machine
+                    .answer(self.execution.memory_mut(), Answer::Cancelled(values))
+                    .is_err()
+                {
+                    task.machine.skip();
+                }
+                course = Course::Continue;
+            }
+            task.doing = Doing::Ready;
+            self.execution.main = Some(task);
+        }
+        self.stop_program(course, by);
+    }
+
+    /// Servo power goes off, and with it everything that moves.
+    pub(crate) fn servo_off(&mut self, by: By) {
+        self.interrupt(by);
+        if core::mem::take(&mut self.state.servo) {
+            self.event(Event::Servo(false));
+        }
+    }
+
+    /// Raises an alarm and lets its level act (D6).
+    pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
+        let text = if detail.is_empty() {
+            String::from(code.text)
+        } else {
+            format!("{}: {detail}", code.text)
+        };
+        self.event(Event::Alarm {
+            number: code.number(),
+            text,
+        });
+        self.alarms.raise(Alarm {
+            code,
+            detail,
+            at: self.calendar(),
+        });
+        match code.level {
+            AlarmLevel::L8 => self.servo_off(By::Other),
+            AlarmLevel::L4 => self.interrupt(By::Other),
+            AlarmLevel::L2 => self.stop_after_step(By::Other),
+            AlarmLevel::L1 => {}
+        }
+    }
+
+    /// Ends all alarms but those whose cause persists.
+    pub(crate) fn reset_alarms(&mut self) {
+        let pressed = self.state.emergency_stop;
+        if self
+            .alarms
+            .reset(|code| pressed && *code == alarm::EMERGENCY_STOP)
+        {
+            self.event(Event::AlarmsReset);
+        }
+    }
+
+    /// The emergency stop button.
+    pub(crate) fn emergency_stop(&mut self, pressed: bool) {
+        let newly = pressed && !self.state.emergency_stop;
+        self.state.emergency_stop = pressed;
+        if newly {
+            self.raise(alarm::EMERGENCY_STOP, String::new());
+        }
+    }
+
+    /// Tells the log where the program stands.
+    pub(crate) fn report_status(&mut self) {
+        let status = match self.execution.status() {
+            ExecutionStatus::Reset => "stop (reset)",
+            ExecutionStatus::Running => "running",
+            ExecutionStatus::Retry => "stop (retry)",
+            ExecutionStatus::Continue => "stop (continue)",
+        };
+        self.event(Event::Status {
+            status,
+            line: self.execution.line(),
+        });
+    }
+
+    /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
+    pub(crate) fn release_sp(&mut self) {
+        for port in [Port::Host, Port::Ip0] {
+            let Some(session) = self.sessions.get_mut(&port) else {
+                continue;
+            };
+            let free = session.exchange == Exchange::Idle && !session.is_partial();
+            if session.waiting_sp && free {
+                session.waiting_sp = false;
+                self.send_text(port, &Reply::Sp.encode());
+            }
+        }
+    }
+}

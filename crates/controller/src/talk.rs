@@ -1,0 +1,364 @@
+//! The conversation on the ports: bytes in, texts cut, exchanges carried on, answers out. What a command
+//! does is decided in `ops`.
+
+use crate::Controller;
+use crate::limits::{HOST_DELAY, MAX_SEND};
+use crate::output::{Event, Output};
+use crate::port::Port;
+use crate::session::{Exchange, Outcome};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use ts3100_proto::command::{Command, CommandError};
+use ts3100_proto::file::Received;
+use ts3100_proto::message::Joined;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault, encode_text};
+
+impl Controller {
+    pub(crate) fn connected(&mut self, port: Port, peer: String) {
+        let body = self.status_body();
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.reset(self.config.options.text, Some(peer));
+            session.last_status = Some(body);
+        } else if let Some(channel) = self.channels.get_mut(&port) {
+            channel.peer = Some(peer);
+        }
+    }
+
+    pub(crate) fn disconnected(&mut self, port: Port) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.reset(self.config.options.text, None);
+        } else if let Some(channel) = self.channels.get_mut(&port) {
+            channel.lose_peer();
+        }
+        let level = port
+            .ethernet_index()
+            .and_then(|index| self.ethernet.alarm_level[index]);
+        if let Some(level) = level.filter(|_| self.execution.program_runs()) {
+            self.raise(crate::alarm::ethernet(level), format!("{port}: the peer left"));
+        }
+    }
+
+    pub(crate) fn received(&mut self, port: Port, bytes: &[u8]) {
+        if self.sessions.contains_key(&port) {
+            self.received_protocol(port, bytes);
+        } else if port != Port::Ip3 {
+            self.received_data(port, bytes);
+        }
+    }
+
+    /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
+    fn received_data(&mut self, port: Port, bytes: &[u8]) {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let Some(channel) = self.channels.get_mut(&port) else {
+                return;
+            };
+            let taken = channel.push(rest);
+            rest = rest.get(taken..).unwrap_or_default();
+            let before = channel.len();
+            self.settle();
+            let drained = self
+                .channels
+                .get(&port)
+                .is_some_and(|channel| channel.len() < before);
+            if !rest.is_empty() && !drained {
+                let message = format!(
+                    "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
+                    rest.len()
+                );
+                self.event(Event::Finding {
+                    rule: "input-overflow",
+                    port: Some(port),
+                    message,
+                });
+                return;
+            }
+        }
+    }
+
+    fn received_protocol(&mut self, port: Port, bytes: &[u8]) {
+        let now = self.now;
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.push(now, bytes);
+        }
+        while let Some(decoded) = self
+            .sessions
+            .get_mut(&port)
+            .and_then(|session| session.decoder.next())
+        {
+            match decoded {
+                Decoded::Skipped { bytes } => {
+                    self.event(Event::Dropped {
+                        port,
+                        bytes,
+                        reason: "outside a text",
+                    });
+                }
+                Decoded::Text(text) => self.text(port, text),
+            }
+            // What the text started runs before the next text of the same segment is looked at.
+            self.settle();
+        }
+    }
+
+    /// Ports on which the host was silent for too long return to waiting for a command (SER-06, SER-08).
+    pub(crate) fn expire_sessions(&mut self) {
+        for port in [Port::Host, Port::Ip0] {
+            let now = self.now;
+            let Some(session) = self.sessions.get_mut(&port) else {
+                continue;
+            };
+            if session.deadline().is_some_and(|deadline| deadline <= now) {
+                let bytes = session.give_up();
+                self.event(Event::Dropped {
+                    port,
+                    bytes,
+                    reason: "the host was silent for 10 s",
+                });
+            }
+        }
+    }
+
+    fn text(&mut self, port: Port, text: Text) {
+        let Text { framing, data, fault } = text;
+        self.event(Event::TextIn {
+            port,
+            framing,
+            data: data.clone(),
+        });
+        let now = self.now;
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        session.framing = framing;
+        let early = session.sent_at.is_some_and(|sent| now.since(sent) < HOST_DELAY);
+        if early {
+            let message = "a text within 50 ms of the controller's; the manual advises to wait (5.1)";
+            self.finding(port, "answer-early", message);
+            if self.config.options.strict_50ms {
+                self.event(Event::Dropped {
+                    port,
+                    bytes: data.len(),
+                    reason: "strict_50ms",
+                });
+                return;
+            }
+        }
+        match fault {
+            Some(TextFault::OverLong { length }) => {
+                self.finding(
+                    port,
+                    "text-over-long",
+                    &format!("at most 253 data bytes expected, {length} found (5.2)"),
+                );
+                self.refuse_text(port, "text", "over-long text");
+            }
+            Some(TextFault::BadSum { expected, found }) => {
+                let reason = format!("checksum {expected:02X} expected, {found:02X} found");
+                self.refuse_text(port, "text", &reason);
+            }
+            Some(TextFault::NoEtx { .. }) => {
+                self.refuse_text(port, "text", "no ETX where the length says it stands")
+            }
+            None => self.whole_text(port, &data),
+        }
+    }
+
+    fn whole_text(&mut self, port: Port, data: &[u8]) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        if let Exchange::Receiving { begun, .. } = &session.exchange {
+            let begun = *begun;
+            if self.is_block(port, data, begun) {
+                return self.block(port, data);
+            }
+        }
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        match session.joiner.push(data) {
+            Joined::Partial => {}
+            Joined::Whole(message) => self.message(port, &message),
+            Joined::NoCr(message) if self.config.options.require_cr => {
+                self.finding(port, "no-cr", "CR is missing before ETX (5.2.2)");
+                let letters = String::from_utf8_lossy(message.get(..2).unwrap_or(&message)).into_owned();
+                self.refuse_text(port, &letters, "no CR before ETX");
+            }
+            Joined::NoCr(message) => {
+                self.finding(
+                    port,
+                    "no-cr",
+                    "CR is missing before ETX (5.2.2); taken all the same",
+                );
+                self.message(port, &message);
+            }
+            Joined::TooLong => self.refuse_text(port, "message", "a message of more than 1024 bytes"),
+        }
+    }
+
+    /// Whether a text that comes while a download is open is part of the file. The first text begins with
+    /// `FL,`; of the others one that is a command and nothing else means that the host has given up.
+    fn is_block(&mut self, port: Port, data: &[u8], begun: bool) -> bool {
+        let command = data
+            .split_last()
+            .filter(|(last, _)| **last == CR)
+            .map(|(_, message)| Command::parse(message));
+        match command {
+            Some(Ok(Command::Fl(_))) | None => true,
+            Some(Ok(Command::Ng)) => false,
+            Some(Ok(command)) => {
+                let message = format!(
+                    "{} came while a download was open; the download is given up",
+                    command.letters()
+                );
+                self.finding(port, "command-in-exchange", &message);
+                false
+            }
+            Some(Err(_)) => begun || data.starts_with(b"FL,"),
+        }
+    }
+
+    fn block(&mut self, port: Port, data: &[u8]) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let Exchange::Receiving {
+            receiver,
+            begun,
+            name,
+        } = &mut session.exchange
+        else {
+            return;
+        };
+        *begun = true;
+        match receiver.push(data) {
+            Received::More => self.send_text(port, &Reply::Ok.encode()),
+            Received::Complete(content) => {
+                let name = name.clone();
+                session.exchange = Exchange::Idle;
+                match self.finish_download(&name, &content) {
+                    Ok(()) => self.send_text(port, &Reply::Ok.encode()),
+                    Err(reason) => self.refuse_text(port, "FL", &reason),
+                }
+            }
+            Received::Refused(fault) => self.refuse_text(port, "FL", &fault.to_string()),
+        }
+    }
+
+    fn message(&mut self, port: Port, message: &[u8]) {
+        let command = Command::parse(message);
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let open = core::mem::replace(&mut session.exchange, Exchange::Idle);
+        match (command, open) {
+            (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
+                if let Some(text) = sender.next_text() {
+                    session.exchange = Exchange::Sending { sender };
+                    self.send_text(port, &text);
+                }
+            }
+            (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}
+            (Ok(Command::Ok | Command::Ng), _) => {
+                self.finding(port, "unexpected-answer", "OK or NG came, but nothing was asked");
+            }
+            (Ok(command), open) => {
+                if matches!(open, Exchange::Sending { .. }) {
+                    let message = format!(
+                        "{} came where OK or NG was awaited; that exchange is over",
+                        command.letters()
+                    );
+                    self.finding(port, "command-in-exchange", &message);
+                }
+                self.serve_command(port, command);
+            }
+            (Err(error), _) => {
+                let letters = match &error {
+                    CommandError::Unknown { letters } => letters.clone(),
+                    CommandError::Malformed { letters, .. } => (*letters).to_string(),
+                };
+                self.refuse_text(port, &letters, &error.to_string());
+            }
+        }
+    }
+
+    fn serve_command(&mut self, port: Port, command: Command) {
+        let letters = command.letters();
+        match self.command(port, command) {
+            Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
+            Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
+            Outcome::File(mut sender) => {
+                let Some(text) = sender.next_text() else { return };
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.exchange = Exchange::Sending { sender };
+                }
+                self.send_text(port, &text);
+            }
+            Outcome::Receive(name, receiver) => {
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.exchange = Exchange::Receiving {
+                        name,
+                        receiver,
+                        begun: false,
+                    };
+                }
+                self.send_text(port, &Reply::Ok.encode());
+            }
+        }
+    }
+
+    /// NG: whatever exchange was open is over.
+    fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.exchange = Exchange::Idle;
+            session.joiner.reset();
+        }
+        self.event(Event::Refused {
+            port,
+            command: command.to_string(),
+            reason: reason.to_string(),
+        });
+        self.send_text(port, &Reply::Ng.encode());
+    }
+
+    /// Sends a text in the form of the host's last one.
+    pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
+        let now = self.now;
+        let checksum = self.config.options.text.checksum;
+        let Some(session) = self
+            .sessions
+            .get_mut(&port)
+            .filter(|session| session.peer.is_some())
+        else {
+            return;
+        };
+        session.sent_at = Some(now);
+        let framing: Framing = session.framing;
+        let bytes: Vec<u8> = encode_text(data, framing, checksum);
+        debug_assert!(bytes.len() <= MAX_SEND);
+        self.event(Event::TextOut {
+            port,
+            framing,
+            data: data.to_vec(),
+        });
+        self.push_output(Output::Send { port, bytes });
+    }
+
+    /// Reports a rule the first time this peer breaks it.
+    pub(crate) fn finding(&mut self, port: Port, rule: &'static str, message: &str) {
+        let first = self
+            .sessions
+            .get_mut(&port)
+            .is_none_or(|session| session.reported.insert(rule));
+        if first {
+            self.event(Event::Finding {
+                rule,
+                port: Some(port),
+                message: message.to_string(),
+            });
+        }
+    }
+}
