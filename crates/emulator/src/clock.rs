@@ -30,7 +30,9 @@ pub enum TimeMode {
 
 /// Why a word is no time mode.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`")]
+#[error(
+    "expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`"
+)]
 pub struct TimeModeError(String);
 
 impl FromStr for TimeMode {
@@ -85,7 +87,11 @@ impl Clock {
     /// A clock that shows [`Time::ZERO`] now.
     #[must_use]
     pub fn start(mode: TimeMode) -> Clock {
-        Clock { mode, origin: Instant::now(), base: Time::ZERO }
+        Clock {
+            mode,
+            origin: Instant::now(),
+            base: Time::ZERO,
+        }
     }
 
     /// Virtual time now.
@@ -119,7 +125,9 @@ impl Clock {
     }
 
     fn wake_at(&self, wall: Instant, deadline: Option<Time>, host_is_silent: bool) -> Wake {
-        let Some(deadline) = deadline else { return Wake::Never };
+        let Some(deadline) = deadline else {
+            return Wake::Never;
+        };
         let left = deadline.since(self.at(wall));
         match self.mode {
             _ if left.is_zero() => Wake::After(Duration::ZERO),
@@ -143,8 +151,17 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
 /// The date and time of the wall clock in UTC; the year 2069 at most, what two digits can tell.
 #[must_use]
 pub fn calendar_now() -> CalendarTime {
-    let epoch = CalendarTime { year: 1970, month: 1, day: 1, hour: 0, minute: 0, second: 0 };
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |passed| passed.as_secs());
+    let epoch = CalendarTime {
+        year: 1970,
+        month: 1,
+        day: 1,
+        hour: 0,
+        minute: 0,
+        second: 0,
+    };
+    let seconds = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .map_or(0, |passed| passed.as_secs());
     epoch.plus_seconds(seconds)
 }
 
@@ -169,8 +186,14 @@ mod tests {
         let clock = Clock::start(TimeMode::Scaled(10.0));
         let later = clock.origin + SECOND;
         assert_eq!(clock.at(later), Time::from_millis(10_000));
-        assert_eq!(clock.wake_at(later, Some(Time::from_millis(20_000)), false), Wake::After(SECOND));
-        assert_eq!(clock.wake_at(later, Some(Time::from_millis(9_000)), false), Wake::After(Duration::ZERO));
+        assert_eq!(
+            clock.wake_at(later, Some(Time::from_millis(20_000)), false),
+            Wake::After(SECOND)
+        );
+        assert_eq!(
+            clock.wake_at(later, Some(Time::from_millis(9_000)), false),
+            Wake::After(Duration::ZERO)
+        );
         assert_eq!(clock.wake_at(later, None, true), Wake::Never);
     }
 
@@ -179,8 +202,14 @@ mod tests {
         let clock = Clock::start(TimeMode::Stepped);
         let later = clock.origin + SECOND;
         assert_eq!(clock.at(later), Time::ZERO);
-        assert_eq!(clock.wake_at(later, Some(Time::from_millis(1)), true), Wake::Never);
-        assert_eq!(clock.wake_at(later, Some(Time::ZERO), true), Wake::After(Duration::ZERO));
+        assert_eq!(
+            clock.wake_at(later, Some(Time::from_millis(1)), true),
+            Wake::Never
+        );
+        assert_eq!(
+            clock.wake_at(later, Some(Time::ZERO), true),
+            Wake::After(Duration::ZERO)
+        );
     }
 
     #[test]
@@ -188,8 +217,14 @@ mod tests {
         let mut clock = Clock::start(TimeMode::Auto);
         let start = clock.origin;
         let hour = Time::from_millis(3_600_000);
-        assert_eq!(clock.wake_at(start, Some(hour), true), Wake::JumpAfter(AUTO_GRACE));
-        assert_eq!(clock.wake_at(start, Some(hour), false), Wake::After(Duration::from_secs(3_600)));
+        assert_eq!(
+            clock.wake_at(start, Some(hour), true),
+            Wake::JumpAfter(AUTO_GRACE)
+        );
+        assert_eq!(
+            clock.wake_at(start, Some(hour), false),
+            Wake::After(Duration::from_secs(3_600))
+        );
         clock.jump(hour);
         assert!(clock.now() >= hour);
         clock.jump(Time::ZERO);

@@ -1,1 +1,16 @@
-//! stub
+//! The daemon around the pure controller: TCP links, clock, storage, configuration, command line, and
+//! [`embed`] for tests that want emulators in their own process. What bytes mean, what a command does and
+//! what SCOL is, is known elsewhere: in `ts3100-proto`, `ts3100-controller` and `scol-mini`.
+
+pub mod cli;
+pub mod clock;
+pub mod config;
+pub mod embed;
+pub mod hub;
+pub mod link;
+pub mod loading;
+pub mod log;
+pub mod ready;
+pub mod store;
+#[cfg(test)]
+mod testing;

@@ -61,7 +61,10 @@ impl Store {
     /// better refused than a wrong directory written to.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
-        let mut store = Store { directory: directory.to_path_buf(), files: BTreeMap::new() };
+        let mut store = Store {
+            directory: directory.to_path_buf(),
+            files: BTreeMap::new(),
+        };
         let mut found = Vec::new();
         for entry in fs::read_dir(directory).map_err(io_error("list", directory))? {
             let entry = entry.map_err(io_error("list", directory))?;
@@ -75,8 +78,13 @@ impl Store {
 
     fn admit(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
         let (path, file_name) = (entry.path(), entry.file_name());
-        let foreign = |reason: String| StoreError::Foreign { path: path.clone(), reason };
-        let text = file_name.to_str().ok_or_else(|| foreign("its name is no text".to_owned()))?;
+        let foreign = |reason: String| StoreError::Foreign {
+            path: path.clone(),
+            reason,
+        };
+        let text = file_name
+            .to_str()
+            .ok_or_else(|| foreign("its name is no text".to_owned()))?;
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED) {
                 fs::remove_file(&path).map_err(io_error("remove the unfinished file", &path))?;
@@ -89,14 +97,21 @@ impl Store {
             return Err(foreign("it is no file".to_owned()));
         }
         if metadata.len() > limits::MAX_FILE as u64 {
-            return Err(foreign(format!("{} bytes, at most {} fit", metadata.len(), limits::MAX_FILE)));
+            return Err(foreign(format!(
+                "{} bytes, at most {} fit",
+                metadata.len(),
+                limits::MAX_FILE
+            )));
         }
         if self.files.len() >= limits::MAX_FILES {
             return Err(foreign(format!("more than {} files", limits::MAX_FILES)));
         }
         let name = name.as_str().to_owned();
         if let Some(other) = self.files.insert(name.clone(), file_name.clone()) {
-            return Err(foreign(format!("the drive does not tell it from {}", other.display())));
+            return Err(foreign(format!(
+                "the drive does not tell it from {}",
+                other.display()
+            )));
         }
         let content = fs::read(&path).map_err(io_error("read", &path))?;
         Ok(Some((name, content)))
@@ -115,12 +130,18 @@ impl Store {
             let _ = fs::remove_file(&unfinished);
         }
         written?;
-        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
-        let previous = self.files.insert(name.to_owned(), OsString::from(name));
-        if let Some(previous) = previous.filter(|previous| previous.as_os_str() != name) {
+        // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
+        // file system sees two of them or none.
+        if let Some(previous) = self
+            .files
+            .get(name)
+            .filter(|previous| previous.as_os_str() != name)
+        {
             let path = self.directory.join(previous);
-            fs::remove_file(&path).map_err(io_error("remove", &path))?;
+            fs::rename(&path, &place).map_err(io_error("rename", &path))?;
         }
+        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
+        self.files.insert(name.to_owned(), OsString::from(name));
         self.sync()
     }
 
@@ -129,7 +150,9 @@ impl Store {
     /// # Errors
     /// The system's.
     pub fn remove(&mut self, name: &str) -> Result<(), StoreError> {
-        let Some(actual) = self.files.remove(name) else { return Ok(()) };
+        let Some(actual) = self.files.remove(name) else {
+            return Ok(());
+        };
         let path = self.directory.join(actual);
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error("remove", &path)(error)),
@@ -142,8 +165,14 @@ impl Store {
         let path = self.directory.join(name);
         match FileName::parse(name) {
             Ok(normal) if normal.as_str() == name => Ok(path),
-            Ok(_) => Err(StoreError::Foreign { path, reason: "its name is not in upper case".to_owned() }),
-            Err(error) => Err(StoreError::Foreign { path, reason: error.to_string() }),
+            Ok(_) => Err(StoreError::Foreign {
+                path,
+                reason: "its name is not in upper case".to_owned(),
+            }),
+            Err(error) => Err(StoreError::Foreign {
+                path,
+                reason: error.to_string(),
+            }),
         }
     }
 
@@ -151,7 +180,9 @@ impl Store {
         // A directory can be opened and synced on Unix only; elsewhere the rename has to do.
         if cfg!(unix) {
             let directory = &self.directory;
-            File::open(directory).and_then(|opened| opened.sync_all()).map_err(io_error("sync", directory))?;
+            File::open(directory)
+                .and_then(|opened| opened.sync_all())
+                .map_err(io_error("sync", directory))?;
         }
         Ok(())
     }

@@ -27,9 +27,16 @@ fn what_was_put_is_there_after_a_restart() {
     let (_, found) = Store::open(directory.path()).unwrap();
     assert_eq!(
         found,
-        vec![("PICK".to_owned(), b"END\n".to_vec()), ("USER.PAR".to_owned(), b"[END]\n".to_vec())]
+        vec![
+            ("PICK".to_owned(), b"END\n".to_vec()),
+            ("USER.PAR".to_owned(), b"[END]\n".to_vec())
+        ]
     );
-    assert_eq!(names(&directory), ["PICK", "USER.PAR"], "nothing else is left behind");
+    assert_eq!(
+        names(&directory),
+        ["PICK", "USER.PAR"],
+        "nothing else is left behind"
+    );
 }
 
 #[test]
@@ -53,7 +60,10 @@ fn a_write_that_fails_leaves_the_old_file_whole() {
     let in_the_way = directory.path().join(".PICK.unfinished");
     fs::create_dir(&in_the_way).unwrap();
     let error = store.put("PICK", b"new").unwrap_err().to_string();
-    assert!(error.contains("cannot write") && error.contains(".PICK.unfinished"), "{error}");
+    assert!(
+        error.contains("cannot write") && error.contains(".PICK.unfinished"),
+        "{error}"
+    );
     fs::remove_dir(&in_the_way).unwrap();
     assert_eq!(fs::read(directory.path().join("PICK")).unwrap(), b"old");
 }
@@ -73,8 +83,20 @@ fn a_file_put_there_by_hand_in_lower_case_is_replaced_not_doubled() {
 fn names_never_lead_out_of_the_directory() {
     let directory = TempDir::new("store-names");
     let (mut store, _) = Store::open(&directory.path().join("drive")).unwrap();
-    for name in ["../PICK", "/tmp/PICK", "", ".", "..", "PICK/X", "pick", "TOOLONGNAME.PAR"] {
-        assert!(matches!(store.put(name, b"x"), Err(StoreError::Foreign { .. })), "{name}");
+    for name in [
+        "../PICK",
+        "/tmp/PICK",
+        "",
+        ".",
+        "..",
+        "PICK/X",
+        "pick",
+        "TOOLONGNAME.PAR",
+    ] {
+        assert!(
+            matches!(store.put(name, b"x"), Err(StoreError::Foreign { .. })),
+            "{name}"
+        );
     }
     assert_eq!(names(&directory), ["drive"]);
 }
@@ -92,5 +114,10 @@ fn foreign_files_are_refused_by_name() {
     }
     let directory = TempDir::new("store-foreign");
     fs::create_dir(directory.path().join("SUB")).unwrap();
-    assert!(Store::open(directory.path()).unwrap_err().to_string().contains("no file"));
+    assert!(
+        Store::open(directory.path())
+            .unwrap_err()
+            .to_string()
+            .contains("no file")
+    );
 }

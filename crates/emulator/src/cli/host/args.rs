@@ -1,0 +1,263 @@
+//! The words of `ts3100 host`: commands and their operands as typed by a person, turned into a message that
+//! proto parses. So the operands are held to the same grammar as on the wire.
+
+use super::session::HostError;
+use crate::loading;
+use clap::{Args, Subcommand};
+use std::path::PathBuf;
+use std::time::Duration;
+use ts3100_proto::command::Command;
+
+/// Sends one command to a controller or an emulator and shows its answer.
+///
+/// Exit code: 0 OK, 1 NG, 2 communication error.
+#[derive(Debug, Args)]
+pub(in crate::cli) struct HostArgs {
+    /// IP0 of the controller, HOST:PORT
+    #[arg(value_name = "ADDR")]
+    pub(super) address: String,
+    #[command(subcommand)]
+    pub(super) command: Word,
+    /// Send texts without STX
+    #[arg(long, global = true)]
+    pub(super) no_stx: bool,
+    /// Show decoded answers as JSON
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+    /// Longest wait for an answer in seconds
+    #[arg(long, global = true, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
+    pub(super) timeout: Duration,
+}
+
+/// A number of seconds of a command line: more than 0, at most a day.
+fn seconds(word: &str) -> Result<Duration, String> {
+    const DAY: f64 = 86_400.0;
+    word.parse::<f64>()
+        .ok()
+        .filter(|seconds| *seconds > 0.0 && *seconds <= DAY)
+        .map(Duration::from_secs_f64)
+        .ok_or_else(|| "expected a number of seconds above 0, at most 86400".to_owned())
+}
+
+/// One command.
+#[derive(Debug, Subcommand)]
+pub(super) enum Word {
+    /// Status: modes, file, override, execution
+    Su,
+    /// System total status: alarms, lines, signals, positions
+    Sf,
+    /// Directory of the RAM drive
+    Ca,
+    /// Version
+    Vr,
+    /// Error history
+    Eu,
+    /// Upload: the file goes to stdout or --output
+    Ul {
+        /// File of the RAM drive
+        name: String,
+        /// Where to write it
+        #[arg(long, short, value_name = "FILE")]
+        output: Option<PathBuf>,
+    },
+    /// Download a file; pick.scol becomes PICK unless a name is given
+    Dl {
+        /// File of the PC
+        file: PathBuf,
+        /// Its name on the RAM drive
+        name: Option<String>,
+    },
+    /// Erase a file
+    Er {
+        /// File of the RAM drive
+        name: String,
+    },
+    /// Select a file
+    Sl {
+        /// File of the RAM drive
+        name: String,
+    },
+    /// Run the selected file
+    Rn {
+        /// Wait for the SP by which the controller reports the stop; SECONDS at most
+        #[arg(long, value_name = "SECONDS", num_args = 0..=1, value_parser = seconds)]
+        wait: Option<Option<Duration>>,
+    },
+    /// Stop the program
+    Sp,
+    /// Servo on
+    So,
+    /// Servo off
+    Br,
+    /// Reset: prg, stp, cyc, sig, sel
+    Rs {
+        /// What
+        what: String,
+    },
+    /// Read a global variable, for example COUNT or TABLE(2)
+    Mr {
+        /// Its name
+        name: String,
+        /// Type code: 0 integer, 1 real, 2 load, 3 coordinate, 4 position, 5-9 elements of such arrays
+        #[arg(
+            long = "type",
+            value_name = "CODE",
+            default_value = "-1",
+            allow_hyphen_values = true
+        )]
+        kind: i8,
+    },
+    /// Write a global variable
+    Mw {
+        /// Its name
+        name: String,
+        /// Type code as for mr; told from a single value if not given
+        #[arg(long = "type", value_name = "CODE")]
+        kind: Option<i8>,
+        /// Also write the value into the program file
+        #[arg(long)]
+        restore: bool,
+        /// Its values
+        #[arg(required = true, allow_hyphen_values = true)]
+        values: Vec<String>,
+    },
+    /// Force input lines: LINE STATE [LINE STATE ...]
+    Iw {
+        /// Line number and 0 or 1, in turn
+        #[arg(required = true)]
+        pairs: Vec<String>,
+    },
+    /// Execute one statement, for example: do MOVE "POINT(400,0,200)" WITH SPEED=50
+    Do {
+        /// The statement
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        statement: Vec<String>,
+    },
+    /// Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break
+    Ec {
+        /// The command and its operand
+        #[arg(required = true)]
+        words: Vec<String>,
+    },
+    /// Feed hold: once holds, again releases
+    Fd,
+}
+
+/// Which decoder an answer needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Show {
+    /// SU.
+    Status,
+    /// CA.
+    Directory,
+    /// VR.
+    Version,
+    /// EU.
+    History,
+    /// MR.
+    Values,
+}
+
+/// What an exchange consists of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Action {
+    /// OK or NG.
+    Plain,
+    /// OK, then the controller's SP, within the limit if one is given.
+    RunAndWait(Option<Duration>),
+    /// OK, then the file's texts.
+    Download { file: PathBuf },
+    /// A file, kept.
+    Upload { output: Option<PathBuf> },
+    /// A file, decoded.
+    Status(Show),
+    /// SF: read by length.
+    SystemStatus,
+}
+
+impl Word {
+    /// The command as proto understands it.
+    ///
+    /// # Errors
+    /// [`HostError::Command`] with what was expected and found.
+    pub(super) fn parse(&self) -> Result<Command, HostError> {
+        let message = self.message()?;
+        Command::parse(message.as_bytes()).map_err(|error| HostError::Command {
+            message,
+            reason: error.to_string(),
+        })
+    }
+
+    /// What is to be done with it.
+    pub(super) fn action(&self) -> Action {
+        match self {
+            Word::Su => Action::Status(Show::Status),
+            Word::Sf => Action::SystemStatus,
+            Word::Ca => Action::Status(Show::Directory),
+            Word::Vr => Action::Status(Show::Version),
+            Word::Eu => Action::Status(Show::History),
+            Word::Mr { .. } => Action::Status(Show::Values),
+            Word::Ul { output, .. } => Action::Upload {
+                output: output.clone(),
+            },
+            Word::Dl { file, .. } => Action::Download { file: file.clone() },
+            Word::Rn { wait: Some(limit) } => Action::RunAndWait(*limit),
+            Word::Rn { wait: None }
+            | Word::Er { .. }
+            | Word::Sl { .. }
+            | Word::Sp
+            | Word::So
+            | Word::Br
+            | Word::Rs { .. }
+            | Word::Mw { .. }
+            | Word::Iw { .. }
+            | Word::Do { .. }
+            | Word::Ec { .. }
+            | Word::Fd => Action::Plain,
+        }
+    }
+
+    fn message(&self) -> Result<String, HostError> {
+        Ok(match self {
+            Word::Su => "SU".to_owned(),
+            Word::Sf => "SF".to_owned(),
+            Word::Ca => "CA".to_owned(),
+            Word::Vr => "VR".to_owned(),
+            Word::Eu => "EU".to_owned(),
+            Word::Ul { name, .. } => format!("UL,{name}"),
+            Word::Dl { file, name: None } => format!("DL,{}", loading::drive_name(file)?),
+            Word::Dl { name: Some(name), .. } => format!("DL,{name}"),
+            Word::Er { name } => format!("ER,{name}"),
+            Word::Sl { name } => format!("SL,{name}"),
+            Word::Rn { .. } => "RN".to_owned(),
+            Word::Sp => "SP".to_owned(),
+            Word::So => "SO".to_owned(),
+            Word::Br => "BR".to_owned(),
+            Word::Rs { what } => format!("RS,{what}"),
+            Word::Mr { name, kind } => format!("MR,{name} {kind}"),
+            Word::Mw {
+                name,
+                kind,
+                restore,
+                values,
+            } => {
+                let kind = match (kind, values.as_slice()) {
+                    (Some(kind), _) => *kind,
+                    (None, [value]) => scalar_kind(name, value),
+                    (None, _) => return Err(HostError::KindNeeded),
+                };
+                format!("MW,{} {name} {kind} {}", u8::from(*restore), values.join(" "))
+            }
+            Word::Iw { pairs } => format!("IW,{}", pairs.join(" ")),
+            Word::Do { statement } => format!("DO,{}", statement.join(" ")),
+            Word::Ec { words } => format!("EC,{}", words.join(" ")),
+            Word::Fd => "FD".to_owned(),
+        })
+    }
+}
+
+/// Integer or real, of a variable or of an array's element.
+fn scalar_kind(name: &str, value: &str) -> i8 {
+    let real = i8::from(value.contains(['.', 'e', 'E']));
+    if name.contains('(') { real + 5 } else { real }
+}

@@ -1,0 +1,116 @@
+//! `ts3100 host ADDR <command>`: one command of the simple protocol, its answer decoded. Which bytes are
+//! sent is proto's knowledge; this module turns words of the command line into commands and chooses what is
+//! shown.
+
+mod args;
+mod render;
+mod session;
+mod transfer;
+
+pub(super) use args::HostArgs;
+
+use args::{Action, Show};
+use serde_json::Value;
+use session::{HostError, Session};
+use std::io::{self, Write};
+use std::process::ExitCode;
+use ts3100_proto::command::Command;
+
+/// Exit code of NG.
+const NEGATIVE: u8 = 1;
+/// Exit code when no answer could be had.
+const NO_ANSWER: u8 = 2;
+
+/// How an exchange ended that did not fail.
+pub(super) enum Answer {
+    /// OK, or a file in its place.
+    Positive,
+    /// NG.
+    Negative,
+}
+
+/// Does one command and shows its answer.
+pub(super) fn run(args: &HostArgs) -> ExitCode {
+    match exchange(args) {
+        Ok(Answer::Positive) => ExitCode::SUCCESS,
+        Ok(Answer::Negative) => {
+            println!("NG");
+            ExitCode::from(NEGATIVE)
+        }
+        Err(error) => {
+            eprintln!("ts3100 host: {error}");
+            ExitCode::from(NO_ANSWER)
+        }
+    }
+}
+
+fn exchange(args: &HostArgs) -> Result<Answer, HostError> {
+    // Before anything is sent: wrong words are the caller's mistake, not the controller's answer.
+    let command = args.command.parse()?;
+    let mut session = Session::connect(&args.address, args.no_stx, args.timeout)?;
+    match args.command.action() {
+        Action::Plain => plain(&mut session, &command),
+        Action::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
+        Action::Download { file } => transfer::download(&mut session, &command, &file),
+        Action::Upload { output } => transfer::upload(&mut session, &command, output.as_deref()),
+        Action::Status(show) => show_status(&mut session, &command, show, args.json),
+        Action::SystemStatus => {
+            let Some(status) = session.system_status(&command)? else {
+                return Ok(Answer::Negative);
+            };
+            print(&render::system_status(&status), args.json)?;
+            Ok(Answer::Positive)
+        }
+    }
+}
+
+fn plain(session: &mut Session, command: &Command) -> Result<Answer, HostError> {
+    let answer = session.plain(command)?;
+    if matches!(answer, Answer::Positive) {
+        println!("OK");
+    }
+    Ok(answer)
+}
+
+fn run_and_wait(
+    session: &mut Session,
+    command: &Command,
+    limit: Option<std::time::Duration>,
+) -> Result<Answer, HostError> {
+    let answer = plain(session, command)?;
+    if matches!(answer, Answer::Positive) {
+        session.wait_for_stop(limit)?;
+        println!("SP");
+    }
+    Ok(answer)
+}
+
+fn show_status(
+    session: &mut Session,
+    command: &Command,
+    show: Show,
+    json: bool,
+) -> Result<Answer, HostError> {
+    let Some(content) = session.file(command)? else {
+        return Ok(Answer::Negative);
+    };
+    let decoded = render::decode(show, &content).map_err(|error| HostError::Content {
+        letters: command.letters(),
+        reason: error.to_string(),
+        found: content,
+    })?;
+    print(&decoded, json)?;
+    Ok(Answer::Positive)
+}
+
+fn print(decoded: &Value, json: bool) -> Result<(), HostError> {
+    let text = if json {
+        format!("{decoded}\n")
+    } else {
+        render::table(decoded)
+    };
+    io::stdout()
+        .lock()
+        .write_all(text.as_bytes())
+        .map_err(HostError::Output)
+}

@@ -1,0 +1,274 @@
+//! Decoded answers as one JSON value each, and that value as a table for people. The values are proto's;
+//! only the names of fields and the layout of the table are made here.
+
+use super::args::Show;
+use serde_json::{Map, Value, json};
+use std::fmt::Write as _;
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::command::{Number, RunMode};
+use ts3100_proto::status::ca::{self, DirectoryEntry};
+use ts3100_proto::status::eu::{self, ErrorEntry};
+use ts3100_proto::status::sf::{self, SystemStatus};
+use ts3100_proto::status::su::StatusBody;
+use ts3100_proto::status::vr::{self, VersionRecord};
+use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, MasterMode, mr};
+
+/// Decodes the content of an answer.
+///
+/// # Errors
+/// The decoder's, with what was expected and found.
+pub(super) fn decode(show: Show, content: &[u8]) -> Result<Value, BodyError> {
+    Ok(match show {
+        Show::Status => status(&StatusBody::decode(content)?),
+        Show::Directory => list(&ca::decode_directory(content)?, directory_entry),
+        Show::Version => list(&vr::decode_versions(content)?, version),
+        Show::History => list(&eu::decode_history(content)?, error_entry),
+        Show::Values => list(&mr::decode_values(content)?, number),
+    })
+}
+
+fn list<T>(items: &[T], show: fn(&T) -> Value) -> Value {
+    Value::Array(items.iter().map(show).collect())
+}
+
+fn status(body: &StatusBody) -> Value {
+    json!({
+        "mode": master_mode(body.master_mode),
+        "run_mode": run_mode(body.run_mode),
+        "file": body.file,
+        "override_percent": body.override_percent,
+        "speed_limit_percent": body.speed_limit_percent,
+        "machine_lock": body.machine_lock,
+        "status": execution(body.execution),
+    })
+}
+
+fn directory_entry(entry: &DirectoryEntry) -> Value {
+    json!({ "name": entry.name, "size": entry.size, "attribute": entry.attribute })
+}
+
+fn version(record: &VersionRecord) -> Value {
+    json!({
+        "name": record.name,
+        "date": date(record.date),
+        "checksum": format!("{:04X}", record.checksum),
+    })
+}
+
+fn error_entry(entry: &ErrorEntry) -> Value {
+    json!({ "alarm": alarm(entry.level, entry.code), "at": date(entry.at) })
+}
+
+fn number(number: &Number) -> Value {
+    match number {
+        Number::Integer(value) => json!(value),
+        Number::Real(value) => json!(value),
+    }
+}
+
+/// All of SF; signals as the lists of lines that are on, positions as they came.
+pub(super) fn system_status(status: &SystemStatus) -> Value {
+    json!({
+        "servo": status.servo,
+        "emergency_stop": status.emergency_stop,
+        "status": execution(status.execution),
+        "su_request": status.su_request,
+        "alarms": status.alarms.iter().filter_map(|word| sf::alarm_of_word(*word)).map(|(level, code)| alarm(level, code)).collect::<Vec<_>>(),
+        "execution_line": status.execution_line,
+        "analysis_line": status.analysis_line,
+        "execution_task": status.execution_task,
+        "analysis_task": status.analysis_task,
+        "feed_hold": status.feed_hold,
+        "guide_coordinate": status.guide_coordinate,
+        "guide_rate": status.guide_rate,
+        "guide_mode": status.guide_mode,
+        "master_mode": sf_mode(status.master_mode),
+        "power_on_minutes": status.power_on_minutes,
+        "run_minutes": status.run_minutes,
+        "inputs_on": lines(&status.inputs),
+        "outputs_on": lines(&status.outputs),
+        "joint": rounded(&status.joint),
+        "world": rounded(&status.world),
+        "work": rounded(&status.work),
+        "work_name": status.work_name,
+        "tool_name": status.tool_name,
+        "base_name": status.base_name,
+    })
+}
+
+/// Numbers of the lines that are on: four words each from line 1, 101 and 201; the rest is reserved.
+fn lines(words: &[u16; 16]) -> Vec<usize> {
+    let mut on = Vec::new();
+    for (index, word) in words.iter().enumerate() {
+        let first = index / 4 * 100 + index % 4 * 16 + 1;
+        on.extend(
+            (0..16)
+                .filter(|bit| word & (1 << bit) != 0)
+                .map(|bit| first + bit),
+        );
+    }
+    on
+}
+
+/// Single precision shown without the digits it does not have.
+fn rounded(values: &[f32; 8]) -> Vec<f64> {
+    values
+        .iter()
+        .map(|value| (f64::from(*value) * 1_000.0).round() / 1_000.0)
+        .collect()
+}
+
+fn alarm(level: AlarmLevel, code: u16) -> String {
+    format!("{}-{code:03}", level.number())
+}
+
+fn date(at: CalendarTime) -> String {
+    let CalendarTime {
+        year,
+        month,
+        day,
+        hour,
+        minute,
+        second,
+    } = at;
+    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+fn master_mode(mode: MasterMode) -> &'static str {
+    match mode {
+        MasterMode::Teaching => "TEACHING",
+        MasterMode::Internal => "INTERNAL",
+        MasterMode::ExtSig => "EXT (SIG)",
+        MasterMode::ExtRs232c => "EXT (RS-232C)",
+        MasterMode::ExtEther => "EXT (ETHER)",
+    }
+}
+
+fn sf_mode(code: u16) -> Value {
+    match code {
+        0 => json!("TEACHING"),
+        1 => json!("INTERNAL"),
+        2 => json!("EXT (SIG)"),
+        3 => json!("EXT (HOST)"),
+        other => json!(other),
+    }
+}
+
+fn run_mode(mode: RunMode) -> &'static str {
+    match mode {
+        RunMode::Continuous => "continuous",
+        RunMode::Cycle => "cycle",
+        RunMode::Step => "step",
+        RunMode::Segment => "segment",
+    }
+}
+
+fn execution(status: ExecutionStatus) -> &'static str {
+    match status {
+        ExecutionStatus::Reset => "stop (reset)",
+        ExecutionStatus::Running => "running",
+        ExecutionStatus::Retry => "stop (retry)",
+        ExecutionStatus::Continue => "stop (continue)",
+    }
+}
+
+/// The value for people: an object as one `name  value` line a field, a list of objects as one line each
+/// under a heading, a list of numbers as one line.
+pub(super) fn table(value: &Value) -> String {
+    let mut text = String::new();
+    // Writing to a String cannot fail.
+    match value {
+        Value::Object(fields) => {
+            let width = fields.keys().map(String::len).max().unwrap_or(0);
+            for (name, value) in fields {
+                let _ = writeln!(text, "{:<width$}  {}", name.replace('_', " "), cell(value));
+            }
+        }
+        Value::Array(items) => match items.first() {
+            None => text.push_str("(none)\n"),
+            Some(Value::Object(first)) => text.push_str(&rows(items, first)),
+            Some(_) => {
+                let _ = writeln!(text, "{}", cell(value));
+            }
+        },
+        other => {
+            let _ = writeln!(text, "{}", cell(other));
+        }
+    }
+    text
+}
+
+fn rows(items: &[Value], first: &Map<String, Value>) -> String {
+    let columns: Vec<(&String, usize)> = first
+        .keys()
+        .map(|name| {
+            let width = items
+                .iter()
+                .map(|item| cell(&item[name.as_str()]).len())
+                .max()
+                .unwrap_or(0);
+            (name, width.max(name.len()))
+        })
+        .collect();
+    let mut text = String::new();
+    let mut line = |cells: Vec<String>| {
+        text.push_str(cells.join("  ").trim_end());
+        text.push('\n');
+    };
+    line(
+        columns
+            .iter()
+            .map(|(name, width)| format!("{name:<width$}"))
+            .collect(),
+    );
+    for item in items {
+        line(
+            columns
+                .iter()
+                .map(|(name, width)| format!("{:<width$}", cell(&item[name.as_str()])))
+                .collect(),
+        );
+    }
+    text
+}
+
+fn cell(value: &Value) -> String {
+    match value {
+        Value::Null => String::new(),
+        Value::Bool(true) => "on".to_owned(),
+        Value::Bool(false) => "off".to_owned(),
+        Value::String(text) if text.is_empty() => "-".to_owned(),
+        Value::String(text) => text.clone(),
+        Value::Number(number) => number.to_string(),
+        Value::Array(items) if items.is_empty() => "-".to_owned(),
+        Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" "),
+        Value::Object(_) => value.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_numbered_as_in_the_manual() {
+        let mut words = [0; 16];
+        words[0] = 1;
+        words[3] = 0x8000;
+        words[4] = 1;
+        words[11] = 0x8000;
+        assert_eq!(lines(&words), [1, 64, 101, 264]);
+    }
+
+    #[test]
+    fn tables_have_a_heading_and_one_line_each() {
+        let files = json!([{ "name": "PICK", "size": 120 }, { "name": "USER.PAR", "size": 7 }]);
+        assert_eq!(table(&files), "name      size\nPICK      120\nUSER.PAR  7\n");
+        assert_eq!(table(&json!([1, 2.5])), "1 2.5\n");
+        assert_eq!(table(&json!([])), "(none)\n");
+        assert_eq!(
+            table(&json!({ "file": "", "machine_lock": false })),
+            "file          -\nmachine lock  off\n"
+        );
+    }
+}

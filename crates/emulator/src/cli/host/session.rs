@@ -1,0 +1,447 @@
+//! One connection of the small host client: sends commands, reads texts, acknowledges files after the
+//! advised pause, and tells an unsolicited SP from an answer. Plain blocking sockets: a host does one
+//! thing at a time.
+
+use super::Answer;
+use crate::loading::LoadError;
+use crate::log::Readable;
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::{Duration, Instant};
+use ts3100_controller::limits;
+use ts3100_proto::command::Command;
+use ts3100_proto::file::{FileRule, FlReceiver, Received};
+use ts3100_proto::reply::Reply;
+use ts3100_proto::status::sf::{SfLayout, SystemStatus};
+use ts3100_proto::text::{self, Checksum, Decoded, Framing, StxRule, TextDecoder, TextOptions};
+
+/// Bytes read at once.
+const READ_BUFFER: usize = 1_024;
+/// Largest file taken from a controller: a full RAM drive and its directory are smaller.
+const MAX_CONTENT: usize = 4 * 1024 * 1024;
+
+/// Why an exchange failed.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum HostError {
+    /// The words of the command line make no command.
+    #[error("`{message}` is no command: {reason}")]
+    Command {
+        /// The message they made.
+        message: String,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// MW with several values.
+    #[error("several values: say what they are with --type (2 load, 3 coordinate, 4 position)")]
+    KindNeeded,
+    /// A file of the PC.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// No connection.
+    #[error("cannot connect to {address}: {source}")]
+    Connect {
+        /// Where.
+        address: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The connection broke.
+    #[error("expected {expected}, but the connection failed: {source}")]
+    Broken {
+        /// What was awaited.
+        expected: &'static str,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// The peer closed.
+    #[error("expected {expected}, but the peer closed the connection{}", after(found))]
+    Closed {
+        /// What was awaited.
+        expected: &'static str,
+        /// Bytes of an unfinished text.
+        found: Vec<u8>,
+    },
+    /// Nothing came.
+    #[error("expected {expected} within {limit:?}, found {}", nothing_or(found))]
+    Silent {
+        /// What was awaited.
+        expected: &'static str,
+        /// How long.
+        limit: Duration,
+        /// Bytes of an unfinished text.
+        found: Vec<u8>,
+    },
+    /// Something else came.
+    #[error("expected {expected}, found {}", Readable(found))]
+    Unexpected {
+        /// What was awaited.
+        expected: &'static str,
+        /// The text that came.
+        found: Vec<u8>,
+    },
+    /// A file that is not what the command asks for.
+    #[error("the answer to {letters} cannot be read: {reason}; found {}", Readable(found))]
+    Content {
+        /// The command.
+        letters: &'static str,
+        /// What was expected.
+        reason: String,
+        /// The content.
+        found: Vec<u8>,
+    },
+    /// The result cannot be written.
+    #[error("cannot write the result: {0}")]
+    Output(io::Error),
+}
+
+fn after(found: &[u8]) -> String {
+    if found.is_empty() {
+        String::new()
+    } else {
+        format!(" after {}", Readable(found))
+    }
+}
+
+fn nothing_or(found: &[u8]) -> String {
+    if found.is_empty() {
+        "nothing".to_owned()
+    } else {
+        format!("only {}", Readable(found))
+    }
+}
+
+/// How SF came: told by where its ETX stands.
+enum SfForm {
+    Whole(SfLayout),
+    /// The manual's two texts, 253 data bytes first (SF-02).
+    Several,
+}
+
+/// A connection to a controller.
+pub(super) struct Session {
+    stream: TcpStream,
+    framing: Framing,
+    limit: Duration,
+    decoder: TextDecoder,
+    /// Received, not yet given to the decoder.
+    raw: Vec<u8>,
+}
+
+impl Session {
+    /// Connects. `limit` is the longest wait for the connection and for each answer.
+    pub(super) fn connect(address: &str, no_stx: bool, limit: Duration) -> Result<Session, HostError> {
+        let refused = |source| HostError::Connect {
+            address: address.to_owned(),
+            source,
+        };
+        let mut last = io::Error::new(ErrorKind::NotFound, "no such address; expected HOST:PORT");
+        for candidate in address.to_socket_addrs().map_err(refused)? {
+            match TcpStream::connect_timeout(&candidate, limit) {
+                Ok(stream) => {
+                    stream.set_nodelay(true).map_err(refused)?;
+                    return Ok(Session::over(stream, no_stx, limit));
+                }
+                Err(error) => last = error,
+            }
+        }
+        Err(refused(last))
+    }
+
+    fn over(stream: TcpStream, no_stx: bool, limit: Duration) -> Session {
+        let (framing, stx) = if no_stx {
+            (Framing::Bare, StxRule::Detect)
+        } else {
+            (Framing::Stx, StxRule::Required)
+        };
+        let decoder = TextDecoder::new(TextOptions {
+            stx,
+            checksum: Checksum::None,
+        });
+        Session {
+            stream,
+            framing,
+            limit,
+            decoder,
+            raw: Vec::new(),
+        }
+    }
+
+    /// A command that is answered by OK or NG.
+    pub(super) fn plain(&mut self, command: &Command) -> Result<Answer, HostError> {
+        self.send(&command.encode())?;
+        self.ok_or_ng()
+    }
+
+    /// The OK or NG that answers the last text sent.
+    pub(super) fn ok_or_ng(&mut self) -> Result<Answer, HostError> {
+        const EXPECTED: &str = "OK or NG";
+        let data = self.answer(EXPECTED)?;
+        match Reply::parse(&data) {
+            Ok(Reply::Ok) => Ok(Answer::Positive),
+            Ok(Reply::Ng) => Ok(Answer::Negative),
+            _ => Err(HostError::Unexpected {
+                expected: EXPECTED,
+                found: data,
+            }),
+        }
+    }
+
+    /// A command that is answered by a file: its content without EOF; `None` if the answer is NG.
+    pub(super) fn file(&mut self, command: &Command) -> Result<Option<Vec<u8>>, HostError> {
+        self.send(&command.encode())?;
+        let data = self.answer(FILE)?;
+        if matches!(Reply::parse(&data), Ok(Reply::Ng)) {
+            return Ok(None);
+        }
+        self.receive(data).map(Some)
+    }
+
+    fn receive(&mut self, first: Vec<u8>) -> Result<Vec<u8>, HostError> {
+        let mut receiver = FlReceiver::new(MAX_CONTENT, FileRule::Parameter);
+        let mut data = first;
+        loop {
+            let received = receiver.push(&data);
+            if !matches!(received, Received::Refused(_)) {
+                self.acknowledge()?;
+            }
+            match received {
+                Received::Complete(content) => return Ok(content),
+                Received::More => data = self.answer("the next text of the file")?,
+                Received::Refused(fault) => {
+                    return Err(HostError::Content {
+                        letters: "FL",
+                        reason: fault.to_string(),
+                        found: data,
+                    });
+                }
+            }
+        }
+    }
+
+    /// SF, in one text or two, of either layout; `None` if the answer is NG.
+    pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, HostError> {
+        self.send(&command.encode())?;
+        let content = match self.system_status_form()? {
+            None => {
+                let data = self.answer(FILE)?;
+                return match Reply::parse(&data) {
+                    Ok(Reply::Ng) => Ok(None),
+                    _ => Err(HostError::Unexpected {
+                        expected: FILE,
+                        found: data,
+                    }),
+                };
+            }
+            Some(SfForm::Whole(layout)) => {
+                let ending = if matches!(layout, SfLayout::Six) { 2 } else { 1 };
+                let length = FL.len() + layout.len() + ending;
+                let data = self.binary(length)?;
+                self.acknowledge()?;
+                data.get(FL.len()..FL.len() + layout.len())
+                    .unwrap_or_default()
+                    .to_vec()
+            }
+            Some(SfForm::Several) => {
+                let mut data = self.binary(text::MAX_DATA)?;
+                self.acknowledge()?;
+                let rest = FL.len() + SfLayout::Eight.len() + 1 - text::MAX_DATA;
+                data.extend(self.binary(rest)?);
+                self.acknowledge()?;
+                data.get(FL.len()..FL.len() + SfLayout::Eight.len())
+                    .unwrap_or_default()
+                    .to_vec()
+            }
+        };
+        let layout = if content.len() == SfLayout::Six.len() {
+            SfLayout::Six
+        } else {
+            SfLayout::Eight
+        };
+        let decoded = SystemStatus::decode(&content, layout);
+        let failed = |reason: String| HostError::Content {
+            letters: "SF",
+            reason,
+            found: content.clone(),
+        };
+        decoded.map(Some).map_err(|error| failed(error.to_string()))
+    }
+
+    /// Waits until the form of an SF answer is plain; `None` if what came is no FL.
+    fn system_status_form(&mut self) -> Result<Option<SfForm>, HostError> {
+        let deadline = Instant::now() + self.limit;
+        loop {
+            let stx = usize::from(self.framing == Framing::Stx);
+            self.fill(stx + FL.len(), deadline)?;
+            let start = self.raw.get(stx..).unwrap_or_default();
+            if start.starts_with(b"SP") {
+                self.skip_stop(deadline)?;
+                continue;
+            }
+            if !start.starts_with(FL) {
+                return Ok(None);
+            }
+            // The shorter layout ends 1A 0D 03 after 255 bytes at most; the first of two texts has its ETX
+            // there; in the long text names stand there, which have no control codes.
+            let short = stx + text::MAX_DATA + 1;
+            self.fill(short, deadline)?;
+            let end = self.raw.get(..short).unwrap_or_default();
+            return Ok(Some(if end.ends_with(&[text::EOF, text::CR, text::ETX]) {
+                SfForm::Whole(SfLayout::Six)
+            } else if end.ends_with(&[text::ETX]) {
+                SfForm::Several
+            } else {
+                SfForm::Whole(SfLayout::Eight)
+            }));
+        }
+    }
+
+    /// An SP in front of an SF answer.
+    fn skip_stop(&mut self, deadline: Instant) -> Result<(), HostError> {
+        loop {
+            if let Some(end) = self.raw.iter().position(|byte| *byte == text::ETX) {
+                self.raw.drain(..=end);
+                report_stop();
+                return Ok(());
+            }
+            let more = self.raw.len() + 1;
+            self.fill(more, deadline)?;
+        }
+    }
+
+    /// A text cut by length.
+    fn binary(&mut self, length: usize) -> Result<Vec<u8>, HostError> {
+        self.decoder.expect_binary(length);
+        self.answer("a text of SF")
+    }
+
+    /// Waits for the SP by which the controller says that the program has stopped.
+    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<(), HostError> {
+        const EXPECTED: &str = "SP";
+        let deadline = limit.map(|limit| Instant::now() + limit);
+        let data = self.text(EXPECTED, deadline, limit.unwrap_or_default())?;
+        match Reply::parse(&data) {
+            Ok(Reply::Sp) => Ok(()),
+            _ => Err(HostError::Unexpected {
+                expected: EXPECTED,
+                found: data,
+            }),
+        }
+    }
+
+    /// Sends a text in one write.
+    pub(super) fn send(&mut self, data: &[u8]) -> Result<(), HostError> {
+        let bytes = text::encode_text(data, self.framing, Checksum::None);
+        self.stream.write_all(&bytes).map_err(|source| HostError::Broken {
+            expected: "to send a text",
+            source,
+        })
+    }
+
+    /// The pause a host should leave after a text of the controller (TRN-04).
+    pub(super) fn pause(&self) {
+        std::thread::sleep(limits::HOST_DELAY);
+    }
+
+    fn acknowledge(&mut self) -> Result<(), HostError> {
+        self.pause();
+        self.send(&Reply::Ok.encode())
+    }
+
+    /// The next text that is no SP of the controller's own accord.
+    fn answer(&mut self, expected: &'static str) -> Result<Vec<u8>, HostError> {
+        let deadline = Instant::now() + self.limit;
+        loop {
+            let data = self.text(expected, Some(deadline), self.limit)?;
+            if !matches!(Reply::parse(&data), Ok(Reply::Sp)) {
+                return Ok(data);
+            }
+            report_stop();
+        }
+    }
+
+    fn text(
+        &mut self,
+        expected: &'static str,
+        deadline: Option<Instant>,
+        limit: Duration,
+    ) -> Result<Vec<u8>, HostError> {
+        loop {
+            self.decoder.push(&std::mem::take(&mut self.raw));
+            match self.decoder.next() {
+                Some(Decoded::Text(text)) => match text.fault {
+                    None => return Ok(text.data),
+                    Some(_) => {
+                        return Err(HostError::Unexpected {
+                            expected,
+                            found: text.data,
+                        });
+                    }
+                },
+                Some(Decoded::Skipped { bytes }) => {
+                    eprintln!("ts3100 host: {bytes} bytes outside a text skipped");
+                }
+                None => self.read(expected, deadline, limit)?,
+            }
+        }
+    }
+
+    /// Reads until so many bytes stand ready for the decoder.
+    fn fill(&mut self, length: usize, deadline: Instant) -> Result<(), HostError> {
+        while self.raw.len() < length {
+            // A short answer (NG) is complete before the length is reached.
+            if self.raw.contains(&text::ETX) && !self.raw.windows(FL.len()).any(|part| part == FL) {
+                return Ok(());
+            }
+            self.read(FILE, Some(deadline), self.limit)?;
+        }
+        Ok(())
+    }
+
+    fn read(
+        &mut self,
+        expected: &'static str,
+        deadline: Option<Instant>,
+        limit: Duration,
+    ) -> Result<(), HostError> {
+        let broken = |source| HostError::Broken { expected, source };
+        let silent = |found: &[u8]| HostError::Silent {
+            expected,
+            limit,
+            found: found.to_vec(),
+        };
+        let left = match deadline {
+            None => None,
+            Some(deadline) => match deadline.saturating_duration_since(Instant::now()) {
+                Duration::ZERO => return Err(silent(&self.raw)),
+                left => Some(left),
+            },
+        };
+        self.stream.set_read_timeout(left).map_err(broken)?;
+        let mut buffer = [0; READ_BUFFER];
+        match self.stream.read(&mut buffer) {
+            Ok(0) => Err(HostError::Closed {
+                expected,
+                found: self.raw.clone(),
+            }),
+            Ok(length) => {
+                self.raw
+                    .extend_from_slice(buffer.get(..length).unwrap_or_default());
+                Ok(())
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
+                Err(silent(&self.raw))
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
+            Err(error) => Err(broken(error)),
+        }
+    }
+}
+
+/// Beginning of a file.
+const FL: &[u8] = b"FL,";
+/// What most commands are answered by.
+const FILE: &str = "FL or NG";
+
+fn report_stop() {
+    eprintln!("ts3100 host: SP came in between: the controller has stopped by itself");
+}

@@ -1,0 +1,34 @@
+//! The command line `ts3100 serve | host | check`: reads it, runs one of them, says the exit code.
+
+mod check;
+mod host;
+mod serve;
+
+use crate::config::ServeArgs;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
+#[derive(Debug, Parser)]
+#[command(name = "ts3100", version, max_term_width = 110)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Serve(Box<ServeArgs>),
+    Host(host::HostArgs),
+    Check(check::CheckArgs),
+}
+
+/// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
+#[must_use]
+pub fn main() -> ExitCode {
+    match Cli::parse().command {
+        Command::Serve(args) => serve::run(*args),
+        Command::Host(args) => host::run(&args),
+        Command::Check(args) => check::run(&args),
+    }
+}

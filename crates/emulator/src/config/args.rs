@@ -1,0 +1,236 @@
+//! The definition of the `serve` flags, which is also the definition of the environment variables and of
+//! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
+//! what the default is, is decided after all layers are read.
+
+use crate::clock::TimeMode;
+use clap::{Args, ValueEnum};
+use std::net::IpAddr;
+use std::path::PathBuf;
+use ts3100_controller::input;
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::options;
+
+/// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
+///
+/// Every flag is also an environment variable (--port-offset is TS3100_PORT_OFFSET) and a key of the TOML
+/// file given by --config (port-offset = 10000). Flags win over environment, environment over file, file
+/// over defaults. Exit code: 0 ended by a signal, 2 could not start.
+#[derive(Debug, Clone, Default, Args)]
+pub struct ServeArgs {
+    /// Address to listen on [default: 127.0.0.1]
+    #[arg(long, value_name = "ADDR")]
+    pub listen: Option<IpAddr>,
+    /// Added to the ports of ETHERNET.PAR (1000-1003 on a fresh drive) [default: 0]
+    #[arg(long, value_name = "N")]
+    pub port_offset: Option<u16>,
+    /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
+    #[arg(long, value_name = "WORD")]
+    pub ports: Option<PortsWord>,
+    /// Print one line of JSON on stdout once every port accepts
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub ready_json: Option<bool>,
+    /// Directory that keeps the files of the RAM drive [default: memory only]
+    #[arg(long, value_name = "DIR")]
+    pub drive: Option<PathBuf>,
+    /// Files to put on the RAM drive; pick.scol becomes PICK
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    pub load: Vec<PathBuf>,
+    /// File of the RAM drive to select
+    #[arg(long, value_name = "NAME")]
+    pub select: Option<String>,
+    /// Servo power on at the start
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    pub servo_on: Option<bool>,
+    /// Key switch [default: ext]
+    #[arg(long, value_name = "POSITION")]
+    pub key: Option<Key>,
+    /// Who commands the robot in EXT [default: ether]
+    #[arg(long, value_name = "WHO")]
+    pub control_right: Option<ControlRight>,
+    /// Preset of the named options [default: field]
+    #[arg(long, value_name = "DIALECT")]
+    pub dialect: Option<Dialect>,
+    /// Arm [default: ts3100-tv800]
+    #[arg(long, value_name = "MODEL")]
+    pub model: Option<Model>,
+    /// Controller type [default: ts3100]
+    #[arg(long, value_name = "TYPE")]
+    pub controller: Option<Controller>,
+    /// How time passes: real, xN, stepped, auto [default: real]
+    #[arg(long, value_name = "MODE")]
+    pub time: Option<TimeMode>,
+    /// Overrides one named option, for example text.stx=required
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Permission tables to use in place of the printed ones
+    #[arg(long, value_name = "FILE")]
+    pub permissions: Option<PathBuf>,
+    /// TOML file with the same keys; named options under [options]
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Log every text; twice: every byte
+    #[arg(long, short, action = clap::ArgAction::Count)]
+    pub verbose: u8,
+    /// Form of the log on stderr [default: text]
+    #[arg(long, value_name = "FORMAT")]
+    pub log_format: Option<LogFormat>,
+}
+
+impl ServeArgs {
+    /// These arguments, and where they are silent those of a layer below. Named options of the layer below
+    /// come first, so that a later one of the same name wins.
+    #[must_use]
+    pub fn over(self, below: ServeArgs) -> ServeArgs {
+        ServeArgs {
+            listen: self.listen.or(below.listen),
+            port_offset: self.port_offset.or(below.port_offset),
+            ports: self.ports.or(below.ports),
+            ready_json: self.ready_json.or(below.ready_json),
+            drive: self.drive.or(below.drive),
+            load: if self.load.is_empty() {
+                below.load
+            } else {
+                self.load
+            },
+            select: self.select.or(below.select),
+            servo_on: self.servo_on.or(below.servo_on),
+            key: self.key.or(below.key),
+            control_right: self.control_right.or(below.control_right),
+            dialect: self.dialect.or(below.dialect),
+            model: self.model.or(below.model),
+            controller: self.controller.or(below.controller),
+            time: self.time.or(below.time),
+            set: below.set.into_iter().chain(self.set).collect(),
+            permissions: self.permissions.or(below.permissions),
+            config: self.config.or(below.config),
+            verbose: if self.verbose > 0 {
+                self.verbose
+            } else {
+                below.verbose
+            },
+            log_format: self.log_format.or(below.log_format),
+        }
+    }
+}
+
+/// Where port numbers come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum PortsWord {
+    /// ETHERNET.PAR and the offset.
+    Parameter,
+    /// The system.
+    Auto,
+}
+
+/// Key switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[expect(missing_docs, reason = "the manual's words")]
+pub enum Key {
+    Teaching,
+    Internal,
+    Ext,
+}
+
+impl From<Key> for input::KeySwitch {
+    fn from(key: Key) -> input::KeySwitch {
+        match key {
+            Key::Teaching => input::KeySwitch::Teaching,
+            Key::Internal => input::KeySwitch::Internal,
+            Key::Ext => input::KeySwitch::Ext,
+        }
+    }
+}
+
+/// Control right in EXT.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[expect(missing_docs, reason = "the manual's words")]
+pub enum ControlRight {
+    Sig,
+    Rs232c,
+    Ether,
+}
+
+impl From<ControlRight> for input::ControlRight {
+    fn from(right: ControlRight) -> input::ControlRight {
+        match right {
+            ControlRight::Sig => input::ControlRight::Sig,
+            ControlRight::Rs232c => input::ControlRight::Rs232c,
+            ControlRight::Ether => input::ControlRight::Ether,
+        }
+    }
+}
+
+/// Preset of the named options.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Dialect {
+    /// The manual, and what real host programs need besides.
+    Field,
+    /// The letter of the manual.
+    Manual,
+}
+
+impl From<Dialect> for options::Dialect {
+    fn from(dialect: Dialect) -> options::Dialect {
+        match dialect {
+            Dialect::Field => options::Dialect::Field,
+            Dialect::Manual => options::Dialect::Manual,
+        }
+    }
+}
+
+/// Arm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Model {
+    /// Six axes.
+    #[value(name = "ts3100-tv800")]
+    Tv800,
+    /// SCARA.
+    #[value(name = "tsl3000-thl400")]
+    Thl400,
+}
+
+impl From<Model> for ArmModel {
+    fn from(model: Model) -> ArmModel {
+        match model {
+            Model::Tv800 => ArmModel::tv800(),
+            Model::Thl400 => ArmModel::thl400(),
+        }
+    }
+}
+
+impl From<Model> for scol_mini::Arm {
+    fn from(model: Model) -> scol_mini::Arm {
+        match model {
+            Model::Tv800 => scol_mini::Arm::SixAxis,
+            Model::Thl400 => scol_mini::Arm::Scara,
+        }
+    }
+}
+
+/// Controller type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Controller {
+    /// Key switch TEACHING, INTERNAL, EXT.
+    Ts3100,
+    /// Key switch TEACHING, EXT (GEN-05).
+    Tsl3100,
+}
+
+impl From<Controller> for options::ControllerType {
+    fn from(controller: Controller) -> options::ControllerType {
+        match controller {
+            Controller::Ts3100 => options::ControllerType::Ts3100,
+            Controller::Tsl3100 => options::ControllerType::Tsl3100,
+        }
+    }
+}
+
+/// Form of the log.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object a line.
+    Json,
+}

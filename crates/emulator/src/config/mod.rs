@@ -1,0 +1,128 @@
+//! How a `serve` is configured: flags over environment (`TS3100_*`) over TOML file over defaults. All three
+//! are read by the one definition of the flags in [`args`], so a key has the same name, values and error
+//! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
+
+pub mod args;
+mod layers;
+mod options;
+
+pub use args::ServeArgs;
+pub use layers::{ConfigError, Environment, read};
+pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+
+use crate::clock::{self, TimeMode};
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use ts3100_controller::input::KeySwitch;
+use ts3100_controller::options::{Config, ControllerType};
+use ts3100_proto::permission::PermissionTable;
+
+/// Which TCP ports the channels get.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ports {
+    /// The channel's own port of ETHERNET.PAR plus this many.
+    Offset(u16),
+    /// Free ones, chosen by the system.
+    Auto,
+}
+
+/// Everything a running emulator is made of.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Address the servers listen on.
+    pub listen: IpAddr,
+    /// Their ports.
+    pub ports: Ports,
+    /// The controller.
+    pub controller: Config,
+    /// The links.
+    pub links: LinkOptions,
+    /// How time passes.
+    pub time: TimeMode,
+    /// Backing directory of the RAM drive; memory only without.
+    pub drive: Option<PathBuf>,
+    /// Files of the PC to put on the drive at the start.
+    pub load: Vec<PathBuf>,
+    /// Files of the drive given by name and content, loaded after [`Settings::load`].
+    pub files: Vec<(String, Vec<u8>)>,
+    /// File to select at the start.
+    pub select: Option<String>,
+    /// Servo power on at the start.
+    pub servo_on: bool,
+}
+
+impl Settings {
+    /// The defaults around a controller: loopback, the ports of ETHERNET.PAR, real time, memory only.
+    #[must_use]
+    pub fn new(controller: Config) -> Settings {
+        Settings {
+            listen: IpAddr::V4(Ipv4Addr::LOCALHOST),
+            ports: Ports::Offset(0),
+            controller,
+            links: LinkOptions::default(),
+            time: TimeMode::default(),
+            drive: None,
+            load: Vec::new(),
+            files: Vec::new(),
+            select: None,
+            servo_on: false,
+        }
+    }
+
+    /// What the merged arguments say.
+    ///
+    /// # Errors
+    /// A value that no single flag can refuse by itself: a named option, the permission file, INTERNAL on
+    /// a TSL3100.
+    pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
+        let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
+        let mut links = LinkOptions::default();
+        for pair in &args.set {
+            let (key, value) = pair
+                .split_once('=')
+                .ok_or_else(|| ConfigError::Pair(pair.clone()))?;
+            set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
+        }
+        if let Some(model) = args.model {
+            controller.model = model.into();
+        }
+        controller.controller = args.controller.map_or_else(Default::default, Into::into);
+        controller.key = args.key.map_or_else(Default::default, Into::into);
+        controller.control_right = args.control_right.map_or_else(Default::default, Into::into);
+        if controller.controller == ControllerType::Tsl3100 && controller.key == KeySwitch::Internal {
+            return Err(ConfigError::NoInternal);
+        }
+        if let Some(path) = &args.permissions {
+            let text = layers::read_text(path)?;
+            controller.permissions =
+                PermissionTable::parse(&text).map_err(|error| ConfigError::Permissions {
+                    path: path.clone(),
+                    reason: error.to_string(),
+                })?;
+        }
+        let time = args.time.unwrap_or_default();
+        // A run whose time does not follow the wall repeats byte for byte, its dates included.
+        if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
+            controller.calendar = clock::calendar_now();
+        }
+        let ports = match args.ports {
+            Some(args::PortsWord::Auto) => Ports::Auto,
+            Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
+        };
+        let defaults = Settings::new(controller);
+        Ok(Settings {
+            listen: args.listen.unwrap_or(defaults.listen),
+            ports,
+            links,
+            time,
+            drive: args.drive.clone(),
+            load: args.load.clone(),
+            select: args.select.clone(),
+            servo_on: args.servo_on.unwrap_or(false),
+            ..defaults
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! The named options of decision D0 as words: one row per option says its key, its values and where it
+//! goes. Presets are the dialect's, effects are the controller's and the links'.
+
+use scol_mini::IntDivision;
+use std::time::Duration;
+use ts3100_controller::limits;
+use ts3100_controller::options::{Malformed, NoPeer, Options, SfTexts};
+use ts3100_proto::parameter::{LineEnd, OpenMode};
+use ts3100_proto::status::su::SuLayout;
+use ts3100_proto::status::vr::VrLayout;
+use ts3100_proto::text::{Checksum, StxRule};
+
+/// What happens to a second connection to a channel (`channel.second`, decision D3).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SecondConnection {
+    /// It is accepted and closed at once; the first is untouched (ETH-06).
+    #[default]
+    Refuse,
+    /// It takes the place of the first.
+    Replace,
+}
+
+/// Options of the links.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LinkOptions {
+    /// `channel.second`.
+    pub second: SecondConnection,
+    /// `channel.redial`: pause between two attempts of a client channel (ETH-05).
+    pub redial: Duration,
+}
+
+impl Default for LinkOptions {
+    fn default() -> LinkOptions {
+        LinkOptions {
+            second: SecondConnection::default(),
+            redial: Duration::from_secs(2),
+        }
+    }
+}
+
+/// Why a named option cannot be set.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum OptionError {
+    /// No option has this name.
+    #[error("unknown option `{key}`; known are {known}")]
+    Unknown {
+        /// The name.
+        key: String,
+        /// All names.
+        known: String,
+    },
+    /// The value does not fit.
+    #[error("option {key}: expected {expected}, found `{found}`")]
+    Value {
+        /// The option.
+        key: &'static str,
+        /// What it takes.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+}
+
+type Set = fn(&mut Options, &mut LinkOptions, &str) -> Option<()>;
+
+/// Key, values it takes, how it is set. `None` from the last: the value does not fit.
+const TABLE: &[(&str, &str, Set)] = &[
+    ("channel.no_peer", "alarm or silent", |o, _, v| {
+        put(
+            &mut o.no_peer,
+            word(v, &[("alarm", NoPeer::Alarm), ("silent", NoPeer::Silent)]),
+        )
+    }),
+    ("channel.redial", "a duration, for example 2s", |_, l, v| {
+        put(&mut l.redial, duration(v))
+    }),
+    ("channel.second", "refuse or replace", |_, l, v| {
+        put(
+            &mut l.second,
+            word(
+                v,
+                &[
+                    ("refuse", SecondConnection::Refuse),
+                    ("replace", SecondConnection::Replace),
+                ],
+            ),
+        )
+    }),
+    ("do.min_run", "a duration, for example 200ms", |o, _, v| {
+        put(&mut o.do_min_run, duration(v))
+    }),
+    (
+        "drive.capacity",
+        "a number of bytes of at least 99999",
+        |o, _, v| {
+            put(
+                &mut o.drive_capacity,
+                v.parse().ok().filter(|bytes| *bytes >= limits::MAX_FILE),
+            )
+        },
+    ),
+    (
+        "drive.open_mode",
+        "four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`",
+        |o, _, v| put(&mut o.open_mode, open_modes(v)),
+    ),
+    ("input.malformed", "alarm or leading_number", |o, _, v| {
+        put(
+            &mut o.malformed,
+            word(
+                v,
+                &[
+                    ("alarm", Malformed::Alarm),
+                    ("leading_number", Malformed::LeadingNumber),
+                ],
+            ),
+        )
+    }),
+    ("parameter.line_end", "lf or cr", |o, _, v| {
+        put(
+            &mut o.line_end,
+            word(v, &[("lf", LineEnd::Lf), ("cr", LineEnd::Cr)]),
+        )
+    }),
+    ("scol.int_division", "truncate or real", |o, _, v| {
+        put(
+            &mut o.int_division,
+            word(
+                v,
+                &[("truncate", IntDivision::Truncate), ("real", IntDivision::Real)],
+            ),
+        )
+    }),
+    ("scol.sticky_work", "true or false", |o, _, v| {
+        put(&mut o.sticky_work, v.parse().ok())
+    }),
+    ("sf.split", "one or several (texts)", |o, _, v| {
+        put(
+            &mut o.sf_texts,
+            word(v, &[("one", SfTexts::One), ("several", SfTexts::Several)]),
+        )
+    }),
+    ("sp.unsolicited", "true or false", |o, _, v| {
+        put(&mut o.unsolicited_sp, v.parse().ok())
+    }),
+    ("strict_50ms", "true or false", |o, _, v| {
+        put(&mut o.strict_50ms, v.parse().ok())
+    }),
+    ("su.layout", "one or six (records)", |o, _, v| {
+        put(
+            &mut o.su_layout,
+            word(v, &[("one", SuLayout::OneRecord), ("six", SuLayout::SixRecords)]),
+        )
+    }),
+    ("text.checksum", "none or sum", |o, _, v| {
+        put(
+            &mut o.text.checksum,
+            word(v, &[("none", Checksum::None), ("sum", Checksum::Sum)]),
+        )
+    }),
+    ("text.require_cr", "true or false", |o, _, v| {
+        put(&mut o.require_cr, v.parse().ok())
+    }),
+    ("text.stx", "detect or required", |o, _, v| {
+        put(
+            &mut o.text.stx,
+            word(v, &[("detect", StxRule::Detect), ("required", StxRule::Required)]),
+        )
+    }),
+    ("vr.layout", "blanks or packed", |o, _, v| {
+        put(
+            &mut o.vr_layout,
+            word(v, &[("blanks", VrLayout::Blanks), ("packed", VrLayout::Packed)]),
+        )
+    }),
+];
+
+/// The keys of all named options with the values they take, in alphabetical order.
+#[must_use]
+pub fn option_keys() -> Vec<(&'static str, &'static str)> {
+    TABLE.iter().map(|(key, values, _)| (*key, *values)).collect()
+}
+
+/// Sets one named option.
+///
+/// # Errors
+/// An unknown key, or a value the option does not take.
+pub fn set_option(
+    options: &mut Options,
+    links: &mut LinkOptions,
+    key: &str,
+    value: &str,
+) -> Result<(), OptionError> {
+    let Some((key, expected, set)) = TABLE.iter().find(|(known, _, _)| *known == key) else {
+        let known: Vec<&str> = TABLE.iter().map(|(known, _, _)| *known).collect();
+        return Err(OptionError::Unknown {
+            key: key.to_owned(),
+            known: known.join(", "),
+        });
+    };
+    set(options, links, value).ok_or_else(|| OptionError::Value {
+        key,
+        expected: (*expected).to_owned(),
+        found: value.to_owned(),
+    })
+}
+
+fn put<T>(place: &mut T, value: Option<T>) -> Option<()> {
+    *place = value?;
+    Some(())
+}
+
+fn word<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
+    words
+        .iter()
+        .find(|(word, _)| *word == value)
+        .map(|(_, meaning)| *meaning)
+}
+
+/// `200ms`, `2s`, `0.5s`; at most an hour.
+fn duration(text: &str) -> Option<Duration> {
+    const HOUR: Duration = Duration::from_secs(3_600);
+    let (number, unit) = match text.strip_suffix("ms") {
+        Some(number) => (number, 0.001),
+        None => (text.strip_suffix('s')?, 1.0),
+    };
+    let seconds = number.trim().parse::<f64>().ok()? * unit;
+    Duration::try_from_secs_f64(seconds)
+        .ok()
+        .filter(|duration| *duration <= HOUR)
+}
+
+fn open_modes(text: &str) -> Option<[OpenMode; 4]> {
+    let digits = text.split([' ', ',']).filter(|part| !part.is_empty());
+    let modes: Option<Vec<OpenMode>> = digits
+        .map(|digit| {
+            word(
+                digit,
+                &[
+                    ("0", OpenMode::NotUsed),
+                    ("1", OpenMode::Server),
+                    ("2", OpenMode::Client),
+                ],
+            )
+        })
+        .collect();
+    modes?.try_into().ok()
+}

@@ -1,0 +1,213 @@
+//! Tests of the configuration: which layer wins, what is refused and in which words.
+
+use super::args::{Key, PortsWord};
+use super::*;
+use crate::testing::TempDir;
+use clap::Parser;
+use std::time::Duration;
+use ts3100_controller::options::{Dialect, SfTexts};
+use ts3100_proto::text::StxRule;
+
+#[derive(Parser)]
+struct Flags {
+    #[command(flatten)]
+    serve: ServeArgs,
+}
+
+fn flags(words: &[&str]) -> ServeArgs {
+    Flags::try_parse_from(std::iter::once("serve").chain(words.iter().copied()))
+        .unwrap()
+        .serve
+}
+
+fn environment(pairs: &[(&str, &str)]) -> Environment {
+    pairs
+        .iter()
+        .map(|(name, value)| ((*name).into(), (*value).into()))
+        .collect()
+}
+
+fn error_of(words: &[&str], pairs: &[(&str, &str)]) -> String {
+    match read(flags(words), &environment(pairs)) {
+        Ok((args, _)) => Settings::from_args(&args).unwrap_err().to_string(),
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn flags_win_over_environment_over_file_over_defaults() {
+    let directory = TempDir::new("config");
+    let file = directory.path().join("ts3100.toml");
+    std::fs::write(
+        &file,
+        "key = \"teaching\"\nport-offset = 1\nservo_on = true\ndrive = \"drive\"\ntime = \"x10\"\n\
+         load = [\"a.scol\", \"/b.scol\"]\nverbose = 2\n\
+         [options]\n\"text.stx\" = \"required\"\nsf.split = \"several\"\nsp.unsolicited = false\n",
+    )
+    .unwrap();
+    let environment = environment(&[
+        ("TS3100_CONFIG", file.to_str().unwrap()),
+        ("TS3100_PORT_OFFSET", "2"),
+        ("TS3100_KEY", "internal"),
+        ("TS3100_SET", "sf.split=one,do.min_run=300ms"),
+        ("TS3100_UNHEARD_OF", "1"),
+        ("PATH", "/bin"),
+    ]);
+    let (args, unknown) = read(
+        flags(&["--key", "ext", "--servo-on=false", "--set", "do.min_run=100ms"]),
+        &environment,
+    )
+    .unwrap();
+    assert_eq!(unknown, ["TS3100_UNHEARD_OF"]);
+    assert_eq!(args.key, Some(Key::Ext), "flag over environment and file");
+    assert_eq!(args.port_offset, Some(2), "environment over file");
+    assert_eq!(
+        args.servo_on,
+        Some(false),
+        "a flag can take back what the file says"
+    );
+    assert_eq!(args.verbose, 2);
+    assert_eq!(
+        args.drive,
+        Some(directory.path().join("drive")),
+        "paths are seen from the file"
+    );
+    assert_eq!(
+        args.load,
+        [directory.path().join("a.scol"), PathBuf::from("/b.scol")]
+    );
+
+    let settings = Settings::from_args(&args).unwrap();
+    assert_eq!(settings.ports, Ports::Offset(2));
+    assert_eq!(settings.time, TimeMode::Scaled(10.0), "file over default");
+    assert_eq!(settings.listen.to_string(), "127.0.0.1", "default");
+    let options = &settings.controller.options;
+    assert_eq!(options.text.stx, StxRule::Required, "named option of the file");
+    assert_eq!(
+        options.sf_texts,
+        SfTexts::One,
+        "named option: environment over file"
+    );
+    assert_eq!(
+        options.do_min_run,
+        Duration::from_millis(100),
+        "named option: flag over environment"
+    );
+    assert!(!options.unsolicited_sp);
+}
+
+#[test]
+fn a_named_option_overrides_the_dialects_preset_alone() {
+    let (args, _) = read(
+        flags(&["--dialect", "manual", "--set", "text.stx=detect"]),
+        &Environment::new(),
+    )
+    .unwrap();
+    let options = Settings::from_args(&args).unwrap().controller.options;
+    let manual = ts3100_controller::options::Options::of(Dialect::Manual);
+    assert_eq!(options.text.stx, StxRule::Detect);
+    assert_eq!(
+        ts3100_controller::options::Options {
+            text: manual.text,
+            ..options
+        },
+        manual
+    );
+}
+
+#[test]
+fn every_named_option_is_known_and_refuses_what_it_does_not_take() {
+    let mut options = ts3100_controller::options::Options::of(Dialect::Field);
+    let mut links = LinkOptions::default();
+    for (key, values) in option_keys() {
+        let error = set_option(&mut options, &mut links, key, "nonsense")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(
+            error,
+            format!("option {key}: expected {values}, found `nonsense`")
+        );
+    }
+    set_option(&mut options, &mut links, "drive.open_mode", "1, 2,0 0").unwrap();
+    set_option(&mut options, &mut links, "channel.redial", "0.5s").unwrap();
+    set_option(&mut options, &mut links, "channel.second", "replace").unwrap();
+    assert_eq!(
+        links,
+        LinkOptions {
+            second: SecondConnection::Replace,
+            redial: Duration::from_millis(500)
+        }
+    );
+    for wrong in ["1 1 1", "1 1 1 1 1", "1 1 1 3"] {
+        assert!(
+            set_option(&mut options, &mut links, "drive.open_mode", wrong).is_err(),
+            "{wrong}"
+        );
+    }
+}
+
+#[test]
+fn what_is_not_understood_is_refused_with_its_place() {
+    let directory = TempDir::new("config-bad");
+    let file = directory.path().join("bad.toml");
+    let path = file.to_str().unwrap();
+    for (text, expected) in [
+        (
+            "prot-offset = 1",
+            "unknown key `prot-offset`; known are listen, port-offset",
+        ),
+        ("config = \"x\"", "unknown key `config`"),
+        ("key = \"extern\"", "invalid value 'extern'"),
+        ("port-offset = 70000", "invalid value '70000'"),
+        (
+            "port-offset = { a = 1 }",
+            "port-offset: expected a text, a number or true/false, found table",
+        ),
+        ("options = 3", "options: expected a table, found integer"),
+        ("verbose = true", "verbose: expected 0, 1 or 2, found `true`"),
+        ("a = = 2", "TOML parse error at line 1"),
+    ] {
+        std::fs::write(&file, text).unwrap();
+        let error = error_of(&["--config", path], &[]);
+        assert!(
+            error.contains(expected) && error.contains(path),
+            "{text}: {error}"
+        );
+    }
+    std::fs::write(&file, "[options]\ntext.sxt = \"detect\"").unwrap();
+    assert!(
+        error_of(&["--config", path], &[])
+            .starts_with("unknown option `text.sxt`; known are channel.no_peer")
+    );
+    assert!(
+        error_of(&["--config", "/nowhere/ts3100.toml"], &[]).starts_with("cannot read /nowhere/ts3100.toml")
+    );
+    let error = error_of(&[], &[("TS3100_TIME", "fast")]);
+    assert!(
+        error.starts_with("TS3100_TIME: ") && error.contains("expected `real`, `xN`"),
+        "{error}"
+    );
+    assert_eq!(
+        error_of(&["--set", "text.stx"], &[]),
+        "expected KEY=VALUE after --set, found `text.stx`"
+    );
+}
+
+// clause: GEN-05
+#[test]
+fn the_tsl3100_has_no_internal() {
+    assert!(error_of(&["--controller", "tsl3100", "--key", "internal"], &[]).contains("GEN-05"));
+    let (args, _) = read(flags(&["--key", "internal"]), &Environment::new()).unwrap();
+    assert!(Settings::from_args(&args).is_ok());
+}
+
+#[test]
+fn ports_come_from_the_parameters_or_the_system() {
+    let (args, _) = read(flags(&["--ports", "auto"]), &Environment::new()).unwrap();
+    assert_eq!(args.ports, Some(PortsWord::Auto));
+    assert_eq!(Settings::from_args(&args).unwrap().ports, Ports::Auto);
+    assert_eq!(
+        Settings::from_args(&ServeArgs::default()).unwrap().ports,
+        Ports::Offset(0)
+    );
+}

@@ -1,0 +1,239 @@
+//! An emulator inside another program, for its tests: as many as wanted, each on free ports of the
+//! loopback, each ended with its handle.
+//!
+//! ```no_run
+//! use ts3100_emulator::embed::Emulator;
+//! use ts3100_controller::port::Port;
+//!
+//! let robot = Emulator::builder().file("PICK", "PROGRAM PICK\nEND\n").select("PICK").servo_on(true).start()?;
+//! let host = std::net::TcpStream::connect(robot.address(Port::Ip0).ok_or("IP0 is closed")?)?;
+//! # drop(host);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::clock::TimeMode;
+use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
+use crate::hub::{Hub, StartError};
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use std::path::PathBuf;
+use std::thread::JoinHandle;
+use tokio::runtime::{self, Runtime};
+use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::input::Panel;
+use ts3100_controller::options::{Config, Dialect};
+use ts3100_controller::port::Port;
+
+/// What is to be started; see [`Emulator::builder`].
+#[derive(Debug, Clone)]
+pub struct Builder {
+    settings: Settings,
+}
+
+impl Builder {
+    /// The controller as a whole: dialect, options, model, key switch. Named options set before are lost.
+    #[must_use]
+    pub fn controller(mut self, controller: Config) -> Builder {
+        self.settings.controller = controller;
+        self
+    }
+
+    /// One named option (decision D0), for example `text.stx` and `required`.
+    ///
+    /// # Errors
+    /// An unknown name, or a value the option does not take.
+    pub fn option(mut self, key: &str, value: &str) -> Result<Builder, OptionError> {
+        set_option(
+            &mut self.settings.controller.options,
+            &mut self.settings.links,
+            key,
+            value,
+        )?;
+        Ok(self)
+    }
+
+    /// Options of the links.
+    #[must_use]
+    pub fn links(mut self, links: LinkOptions) -> Builder {
+        self.settings.links = links;
+        self
+    }
+
+    /// Address to listen on; 127.0.0.1 if not said.
+    #[must_use]
+    pub fn listen(mut self, address: IpAddr) -> Builder {
+        self.settings.listen = address;
+        self
+    }
+
+    /// Port numbers; free ones if not said.
+    #[must_use]
+    pub fn ports(mut self, ports: Ports) -> Builder {
+        self.settings.ports = ports;
+        self
+    }
+
+    /// How time passes; as on the wall if not said.
+    #[must_use]
+    pub fn time(mut self, time: TimeMode) -> Builder {
+        self.settings.time = time;
+        self
+    }
+
+    /// Backing directory of the RAM drive; memory only if not said.
+    #[must_use]
+    pub fn drive(mut self, directory: impl Into<PathBuf>) -> Builder {
+        self.settings.drive = Some(directory.into());
+        self
+    }
+
+    /// A file of the PC to put on the drive, as `--load` does.
+    #[must_use]
+    pub fn load(mut self, path: impl Into<PathBuf>) -> Builder {
+        self.settings.load.push(path.into());
+        self
+    }
+
+    /// A file of the drive by its name there and its content.
+    #[must_use]
+    pub fn file(mut self, name: &str, content: impl AsRef<[u8]>) -> Builder {
+        self.settings
+            .files
+            .push((name.to_ascii_uppercase(), content.as_ref().to_vec()));
+        self
+    }
+
+    /// File of the drive to select.
+    #[must_use]
+    pub fn select(mut self, name: &str) -> Builder {
+        self.settings.select = Some(name.to_owned());
+        self
+    }
+
+    /// Servo power at the start; off if not said.
+    #[must_use]
+    pub fn servo_on(mut self, on: bool) -> Builder {
+        self.settings.servo_on = on;
+        self
+    }
+
+    /// Starts it in a thread of its own and returns when every port accepts.
+    ///
+    /// # Errors
+    /// See [`StartError`].
+    pub fn start(self) -> Result<Emulator, StartError> {
+        let (tell, told) = std::sync::mpsc::sync_channel(1);
+        let (stop, stopped) = oneshot::channel::<()>();
+        let settings = self.settings;
+        let listen = settings.listen;
+        let thread = std::thread::Builder::new()
+            .name("ts3100".to_owned())
+            .spawn(move || {
+                let started = single_threaded().and_then(|runtime| {
+                    let (hub, panel) = runtime.block_on(Hub::open(&settings))?;
+                    Ok((runtime, hub, panel))
+                });
+                match started {
+                    Ok((runtime, hub, panel)) => {
+                        let ports = hub.ports().clone();
+                        if tell.send(Ok((ports, panel))).is_ok() {
+                            runtime.block_on(hub.run(async {
+                                // An error means that the handle is gone, which ends it as well.
+                                let _ = stopped.await;
+                            }));
+                        }
+                    }
+                    // Fails only when nobody waits for it.
+                    Err(error) => drop(tell.send(Err(error))),
+                }
+            })
+            .map_err(|source| StartError::System {
+                what: "thread",
+                source,
+            })?;
+        match told.recv() {
+            Ok(Ok((ports, panel))) => Ok(Emulator {
+                listen,
+                ports,
+                panel,
+                stop: Some(stop),
+                thread: Some(thread),
+            }),
+            Ok(Err(error)) => Err(error),
+            Err(_) => Err(StartError::System {
+                what: "start",
+                source: std::io::Error::other("its thread ended before it was ready"),
+            }),
+        }
+    }
+}
+
+/// The runtime every emulator runs in: one thread, which is all the hub needs.
+pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
+    let built = runtime::Builder::new_current_thread().enable_all().build();
+    built.map_err(|source| StartError::System {
+        what: "runtime",
+        source,
+    })
+}
+
+/// The panel has [`crate::hub::WAITING_ACTIONS`] actions waiting, or the emulator has ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
+pub struct PanelError;
+
+/// A running emulator; ended when dropped.
+#[derive(Debug)]
+pub struct Emulator {
+    listen: IpAddr,
+    ports: BTreeMap<Port, u16>,
+    panel: mpsc::Sender<Panel>,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Emulator {
+    /// An emulator in the field dialect on free ports of the loopback.
+    #[must_use]
+    pub fn builder() -> Builder {
+        let settings = Settings::new(Config::new(Dialect::default()));
+        Builder {
+            settings: Settings {
+                ports: Ports::Auto,
+                ..settings
+            },
+        }
+    }
+
+    /// The port each server channel accepted on when it started.
+    #[must_use]
+    pub fn ports(&self) -> &BTreeMap<Port, u16> {
+        &self.ports
+    }
+
+    /// Where a channel accepts; `None` if it is no server.
+    #[must_use]
+    pub fn address(&self, port: Port) -> Option<SocketAddr> {
+        self.ports
+            .get(&port)
+            .map(|number| SocketAddr::new(self.listen, *number))
+    }
+
+    /// Does something at the panel. It has been queued when this returns, not yet done.
+    ///
+    /// # Errors
+    /// [`PanelError`].
+    pub fn panel(&self, action: Panel) -> Result<(), PanelError> {
+        self.panel.try_send(action).map_err(|_| PanelError)
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            // An error is a panic of the thread, which has said so on stderr.
+            let _ = thread.join();
+        }
+    }
+}

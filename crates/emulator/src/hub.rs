@@ -1,0 +1,225 @@
+//! The one owner of the controller and its one loop: a link message, a panel action, a deadline or the end.
+//! One input, all its outputs, the next input. Nothing here knows what bytes or states mean.
+
+use crate::clock::{Clock, Wake};
+use crate::config::Settings;
+use crate::link::{LinkError, Links};
+use crate::loading::{self, LoadError, Loaded};
+use crate::log::EventLog;
+use crate::store::Store;
+use std::collections::{BTreeMap, VecDeque};
+use std::future::Future;
+use std::pin::pin;
+use tokio::sync::mpsc;
+use tracing::{error, info};
+use ts3100_controller::Controller;
+use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::output::Output;
+use ts3100_controller::port::Port;
+
+/// Panel actions that may wait for the hub.
+pub const WAITING_ACTIONS: usize = 64;
+
+/// Why the emulator cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// A file or the backing directory.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// A file the controller does not take.
+    #[error("{name} cannot be stored on the RAM drive: {reason}")]
+    Store {
+        /// Its name on the drive.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// The file to be selected.
+    #[error("{name} cannot be selected: {reason}")]
+    Select {
+        /// Its name on the drive.
+        name: String,
+        /// Why, with the diagnostics of the compiler.
+        reason: String,
+    },
+    /// A port.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// The runtime or the thread of an embedded emulator.
+    #[error("the operating system refuses a {what}: {source}")]
+    System {
+        /// What was asked for.
+        what: &'static str,
+        /// What it said.
+        source: std::io::Error,
+    },
+}
+
+/// A controller with its links, clock and store.
+pub struct Hub {
+    controller: Controller,
+    clock: Clock,
+    links: Links,
+    store: Option<Store>,
+    log: EventLog,
+    actions: mpsc::Receiver<Panel>,
+    ports: BTreeMap<Port, u16>,
+    demo: bool,
+}
+
+impl Hub {
+    /// Powers the controller on and opens its ports. The sender takes panel actions; when all senders are
+    /// dropped, [`Hub::run`] goes on without them.
+    ///
+    /// # Errors
+    /// See [`StartError`]; nothing is left open.
+    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Panel>), StartError> {
+        let Loaded {
+            store,
+            present,
+            put,
+            demo,
+        } = loading::load(settings)?;
+        let controller =
+            Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
+                name: "a file".to_owned(),
+                reason: error.to_string(),
+            })?;
+        let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
+        let mut hub = Hub {
+            controller,
+            clock: Clock::start(settings.time),
+            links: Links::new(settings.listen, settings.ports, settings.links),
+            store,
+            log: EventLog::default(),
+            actions,
+            ports: BTreeMap::new(),
+            demo,
+        };
+        for (name, content) in put {
+            let stored = hub.controller.put_file(&name, &content);
+            stored.map_err(|error| StartError::Store {
+                name,
+                reason: error.to_string(),
+            })?;
+        }
+        if let Some(name) = &settings.select {
+            let selected = hub.controller.select(hub.clock.now(), name);
+            selected.map_err(|error| StartError::Select {
+                name: name.clone(),
+                reason: error.to_string(),
+            })?;
+        }
+        hub.ports = hub.links.open(hub.controller.network())?;
+        if settings.servo_on {
+            hub.feed(Input::Panel(Panel::Servo(true))).await;
+        } else {
+            hub.feed(Input::Tick).await;
+        }
+        Ok((hub, sender))
+    }
+
+    /// The port each server channel accepts on.
+    #[must_use]
+    pub fn ports(&self) -> &BTreeMap<Port, u16> {
+        &self.ports
+    }
+
+    /// Whether the example program is on the drive.
+    #[must_use]
+    pub fn has_demo(&self) -> bool {
+        self.demo
+    }
+
+    /// Serves until `stop` is ready, then closes every port.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) {
+        let mut stop = pin!(stop);
+        let mut actions_open = true;
+        loop {
+            let deadline = self.controller.poll_deadline();
+            let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+            // In this order: `auto` may jump only when nothing else is there to be done.
+            tokio::select! {
+                biased;
+                () = &mut stop => break,
+                action = self.actions.recv(), if actions_open => match action {
+                    Some(action) => self.feed(Input::Panel(action)).await,
+                    None => actions_open = false,
+                },
+                message = self.links.next() => if let Some(message) = message {
+                    for input in self.links.take(message) {
+                        self.feed(input).await;
+                    }
+                },
+                () = sleep(wake) => {
+                    if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
+                        self.clock.jump(deadline);
+                    }
+                    self.feed(Input::Tick).await;
+                }
+            }
+        }
+        self.links.close().await;
+    }
+
+    /// One input and everything that follows from it.
+    async fn feed(&mut self, input: Input) {
+        let mut inputs = VecDeque::from([input]);
+        while let Some(input) = inputs.pop_front() {
+            let now = self.clock.now();
+            self.controller.handle(now, input);
+            while let Some(output) = self.controller.poll_output() {
+                self.perform(output, &mut inputs).await;
+            }
+        }
+    }
+
+    async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
+        match output {
+            Output::Send { port, bytes } => inputs.extend(self.links.send(port, bytes)),
+            Output::Stored { name, content } => {
+                // Before the answer that follows it leaves: what the host believes stored is stored.
+                let stored = self.store.as_mut().map(|store| store.put(&name, &content));
+                if let Some(Err(reason)) = stored {
+                    error!(
+                        file = name,
+                        "{name} is on the RAM drive but not in its directory: {reason}"
+                    );
+                }
+            }
+            Output::Erased { name } => {
+                if let Some(Err(reason)) = self.store.as_mut().map(|store| store.remove(&name)) {
+                    error!(
+                        file = name,
+                        "{name} is erased but still in the directory: {reason}"
+                    );
+                }
+            }
+            Output::PowerCycled => {
+                let gone = self.links.close().await;
+                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+                match self.links.open(self.controller.network()) {
+                    Ok(ports) => {
+                        info!("power cycled; ports: {ports:?}");
+                        self.ports = ports;
+                    }
+                    Err(reason) => {
+                        error!("after the power cycle no port is open: {reason}");
+                        self.ports.clear();
+                    }
+                }
+            }
+            Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
+            Output::Event(event) => self.log.write(self.clock.now(), &event),
+        }
+    }
+}
+
+async fn sleep(wake: Wake) {
+    match wake {
+        Wake::Never => std::future::pending().await,
+        // Something is due already, but the links get their turn.
+        Wake::After(duration) if duration.is_zero() => tokio::task::yield_now().await,
+        Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
+    }
+}

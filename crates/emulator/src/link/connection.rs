@@ -1,0 +1,211 @@
+//! One TCP connection: a reading and a writing task around one socket. Each text leaves in one write; the
+//! end is reported exactly once, whatever ended it.
+
+use super::LinkMessage;
+use socket2::{SockRef, TcpKeepalive};
+use std::future::Future;
+use std::io;
+use std::net::{Shutdown, SocketAddr};
+use std::pin::pin;
+use std::sync::Arc;
+use std::task::{Context, Poll, Waker};
+use std::time::Duration;
+use tokio::io::Interest;
+use tokio::net::TcpStream;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinHandle;
+use tokio::time::timeout;
+use tracing::{debug, trace};
+use ts3100_controller::port::Port;
+
+/// Writes that may wait for a peer that does not read: with texts of 255 bytes at most about 64 KiB on top
+/// of what the system buffers.
+pub(super) const WRITE_QUEUE: usize = 256;
+/// Bytes read at once.
+const READ_BUFFER: usize = 4_096;
+/// How long a peer that has closed its sending half may take to read what was queued before.
+const FINISH: Duration = Duration::from_secs(5);
+/// A silent peer is asked after this long whether it is still there, and again as often as
+/// [`KEEPALIVE_PROBES`] at [`KEEPALIVE_INTERVAL`] (decision D3).
+const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
+/// Pause between two such questions.
+const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
+/// Questions before the peer counts as gone.
+const KEEPALIVE_PROBES: u32 = 3;
+/// Longest time sent bytes may stay without the peer's acknowledgement: keepalive does not run meanwhile.
+#[cfg(target_os = "linux")]
+const UNACKNOWLEDGED: Duration = Duration::from_secs(30);
+
+/// The write queue is full.
+pub(super) struct Overflow;
+
+/// A connection with its two tasks.
+pub(super) struct Connection {
+    id: u64,
+    peer: SocketAddr,
+    stream: Arc<TcpStream>,
+    queue: mpsc::Sender<Vec<u8>>,
+    reader: JoinHandle<()>,
+    writer: JoinHandle<()>,
+    /// Dropped with the connection.
+    _gone: Option<oneshot::Sender<()>>,
+}
+
+impl Connection {
+    /// Starts reading and writing.
+    pub(super) fn start(
+        port: Port,
+        id: u64,
+        stream: TcpStream,
+        peer: SocketAddr,
+        gone: Option<oneshot::Sender<()>>,
+        hub: &mpsc::Sender<LinkMessage>,
+    ) -> Connection {
+        let stream = Arc::new(stream);
+        let (queue, queued) = mpsc::channel(WRITE_QUEUE);
+        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), hub.clone()));
+        let writer = tokio::spawn(write(port, Arc::clone(&stream), queued));
+        Connection {
+            id,
+            peer,
+            stream,
+            queue,
+            reader,
+            writer,
+            _gone: gone,
+        }
+    }
+
+    pub(super) fn id(&self) -> u64 {
+        self.id
+    }
+
+    pub(super) fn peer(&self) -> SocketAddr {
+        self.peer
+    }
+
+    /// Queues one write.
+    pub(super) fn send(&self, bytes: Vec<u8>) -> Result<(), Overflow> {
+        match self.queue.try_send(bytes) {
+            // Closed: the writing task met an error, and the reading task is about to report the end.
+            Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => Ok(()),
+            Err(mpsc::error::TrySendError::Full(_)) => Err(Overflow),
+        }
+    }
+
+    /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
+    pub(super) fn peer_has_closed(&self) -> bool {
+        let ready = pin!(self.stream.ready(Interest::READABLE));
+        match ready.poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(Ok(ready)) => ready.is_read_closed(),
+            Poll::Ready(Err(_)) => true,
+            Poll::Pending => false,
+        }
+    }
+
+    /// Ends the connection at once; its tasks have nothing more to say.
+    pub(super) fn cut(self) {
+        self.reader.abort();
+        self.writer.abort();
+        close(&self.stream, Shutdown::Both);
+    }
+
+    /// The peer has closed: what is queued is still sent, within limits.
+    pub(super) fn finish(self) {
+        let Connection {
+            queue,
+            mut writer,
+            reader,
+            ..
+        } = self;
+        reader.abort();
+        drop(queue);
+        tokio::spawn(async move {
+            if timeout(FINISH, &mut writer).await.is_err() {
+                writer.abort();
+            }
+        });
+    }
+}
+
+/// Sets what every connection has: no delay, and keepalive so that a vanished peer is found.
+pub(super) fn prepare(port: Port, stream: &TcpStream) {
+    let socket = SockRef::from(stream);
+    let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_IDLE);
+    #[cfg(unix)]
+    let keepalive = keepalive
+        .with_interval(KEEPALIVE_INTERVAL)
+        .with_retries(KEEPALIVE_PROBES);
+    let set = || -> io::Result<()> {
+        socket.set_tcp_nodelay(true)?;
+        socket.set_tcp_keepalive(&keepalive)?;
+        #[cfg(target_os = "linux")]
+        socket.set_tcp_user_timeout(Some(UNACKNOWLEDGED))?;
+        Ok(())
+    };
+    if let Err(error) = set() {
+        debug!(port = port.name(), "{port}: socket options not set: {error}");
+    }
+}
+
+/// Closes a connection nobody serves.
+pub(super) fn refuse(stream: &TcpStream) {
+    close(stream, Shutdown::Both);
+}
+
+fn close(stream: &TcpStream, how: Shutdown) {
+    // Fails when the peer was faster, which comes to the same.
+    let _ = SockRef::from(stream).shutdown(how);
+}
+
+async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<LinkMessage>) {
+    let mut buffer = [0; READ_BUFFER];
+    loop {
+        if stream.readable().await.is_err() {
+            break;
+        }
+        match stream.try_read(&mut buffer) {
+            Ok(0) => break,
+            Ok(length) => {
+                let bytes = buffer.get(..length).unwrap_or_default().to_vec();
+                trace!(port = port.name(), "{port} < {}", bytes.escape_ascii());
+                if hub.send(LinkMessage::Received { port, id, bytes }).await.is_err() {
+                    return;
+                }
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => {
+                debug!(port = port.name(), "{port}: reading ended: {error}");
+                break;
+            }
+        }
+    }
+    // Fails only when the hub is gone, and then nobody wants to know.
+    let _ = hub.send(LinkMessage::Ended { port, id }).await;
+}
+
+async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Vec<u8>>) {
+    while let Some(bytes) = queued.recv().await {
+        trace!(port = port.name(), "{port} > {}", bytes.escape_ascii());
+        if let Err(error) = write_all(&stream, &bytes).await {
+            debug!(port = port.name(), "{port}: writing ended: {error}");
+            // Wakes the reading task, which reports the end.
+            close(&stream, Shutdown::Both);
+            return;
+        }
+    }
+    close(&stream, Shutdown::Write);
+}
+
+async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
+    while !bytes.is_empty() {
+        stream.writable().await?;
+        match stream.try_write(bytes) {
+            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+            Ok(written) => bytes = bytes.get(written..).unwrap_or_default(),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,46 @@
+//! Client channels (ETH-04, ETH-05): dialled at power-on and again whenever there is no connection.
+
+use super::LinkMessage;
+use super::connection::prepare;
+use std::net::SocketAddr;
+use std::time::Duration;
+use tokio::net::TcpStream;
+use tokio::sync::{mpsc, oneshot};
+use tokio::time::{sleep, timeout};
+use tracing::debug;
+use ts3100_controller::port::Port;
+
+/// Longest wait for a peer to answer one attempt.
+const ATTEMPT: Duration = Duration::from_secs(5);
+
+/// Dials until the hub is gone, `pause` after each failure and each lost connection.
+pub(super) async fn dial(port: Port, peer: SocketAddr, pause: Duration, hub: mpsc::Sender<LinkMessage>) {
+    loop {
+        match timeout(ATTEMPT, TcpStream::connect(peer)).await {
+            Ok(Ok(stream)) => {
+                prepare(port, &stream);
+                let (gone, lost) = oneshot::channel();
+                if hub
+                    .send(LinkMessage::Arrived {
+                        port,
+                        stream,
+                        peer,
+                        gone: Some(gone),
+                    })
+                    .await
+                    .is_err()
+                {
+                    return;
+                }
+                // Ends, with an error that means just that, when the connection is dropped.
+                let _ = lost.await;
+            }
+            Ok(Err(error)) => debug!(port = port.name(), "{port}: {peer} does not answer: {error}"),
+            Err(_) => debug!(
+                port = port.name(),
+                "{port}: {peer} does not answer within {ATTEMPT:?}"
+            ),
+        }
+        sleep(pause).await;
+    }
+}

@@ -1,0 +1,292 @@
+//! The Ethernet channels as sockets: who is connected where, and bytes in both directions. Nothing here
+//! knows what the bytes mean. The hub owns [`Links`] and is the only one that changes it; accepting,
+//! dialling, reading and writing are tasks that talk to it by [`LinkMessage`]s.
+
+mod connection;
+mod dial;
+mod listen;
+
+pub use listen::LinkError;
+
+use crate::config::{LinkOptions, Ports, SecondConnection};
+use connection::{Connection, Overflow};
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use tokio::net::TcpStream;
+use tokio::sync::{mpsc, oneshot};
+use tokio::task::JoinHandle;
+use tracing::{debug, info, warn};
+use ts3100_controller::input::Input;
+use ts3100_controller::port::Port;
+use ts3100_controller::{ChannelPlan, NetworkPlan};
+use ts3100_proto::parameter::OpenMode;
+
+/// Messages of the link tasks that may wait for the hub; then the tasks wait, and TCP tells the peers.
+const WAITING_MESSAGES: usize = 64;
+
+/// What a link task tells the hub.
+#[derive(Debug)]
+pub enum LinkMessage {
+    /// A peer has connected, or was dialled.
+    Arrived {
+        /// To which channel.
+        port: Port,
+        /// The connection.
+        stream: TcpStream,
+        /// The peer's address.
+        peer: SocketAddr,
+        /// Dropped with the connection: tells the dialling task to dial again.
+        gone: Option<oneshot::Sender<()>>,
+    },
+    /// Bytes came in.
+    Received {
+        /// On which channel.
+        port: Port,
+        /// On which connection.
+        id: u64,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// The peer is gone; the last message of a connection.
+    Ended {
+        /// From which channel.
+        port: Port,
+        /// Which connection.
+        id: u64,
+    },
+}
+
+/// A connection that came while its predecessor, though closed by its peer, was not read to its end.
+type Waiting = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
+
+#[derive(Default)]
+struct Channel {
+    /// The accepting or dialling task.
+    source: Option<JoinHandle<()>>,
+    connection: Option<Connection>,
+    waiting: Option<Waiting>,
+}
+
+/// All Ethernet channels.
+pub struct Links {
+    listen: IpAddr,
+    ports: Ports,
+    options: LinkOptions,
+    channels: BTreeMap<Port, Channel>,
+    /// Own port of ETHERNET.PAR and port in use, kept so that a power cycle gives the same free port again.
+    assigned: BTreeMap<Port, (u16, u16)>,
+    next_id: u64,
+    sender: mpsc::Sender<LinkMessage>,
+    receiver: mpsc::Receiver<LinkMessage>,
+}
+
+impl Links {
+    /// No channel open yet.
+    #[must_use]
+    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Links {
+        let (sender, receiver) = mpsc::channel(WAITING_MESSAGES);
+        let (channels, assigned) = (BTreeMap::new(), BTreeMap::new());
+        Links {
+            listen,
+            ports,
+            options,
+            channels,
+            assigned,
+            next_id: 0,
+            sender,
+            receiver,
+        }
+    }
+
+    /// Opens every channel as planned: all listening sockets are bound before the first one accepts.
+    /// Returns the port in use of each server channel.
+    ///
+    /// # Errors
+    /// The first port that cannot be had; then none is open.
+    pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, LinkError> {
+        let mut bound = Vec::new();
+        for (port, channel) in planned(plan, OpenMode::Server) {
+            let wanted = self.wanted_port(port, channel.own_port)?;
+            bound.push((
+                port,
+                channel.own_port,
+                listen::bind(port, SocketAddr::new(self.listen, wanted))?,
+            ));
+        }
+        let mut ports = BTreeMap::new();
+        for (port, own, (listener, actual)) in bound {
+            let source = tokio::spawn(listen::accept(port, listener, self.sender.clone()));
+            self.channels.entry(port).or_default().source = Some(source);
+            self.assigned.insert(port, (own, actual));
+            ports.insert(port, actual);
+        }
+        for (port, channel) in planned(plan, OpenMode::Client) {
+            let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
+            info!(port = port.name(), "{port} dials {peer}");
+            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, self.sender.clone()));
+            self.channels.entry(port).or_default().source = Some(source);
+        }
+        Ok(ports)
+    }
+
+    /// Closes every channel and connection. Returns the channels that were connected.
+    pub async fn close(&mut self) -> Vec<Port> {
+        let mut connected = Vec::new();
+        for (port, channel) in std::mem::take(&mut self.channels) {
+            if let Some(source) = channel.source {
+                source.abort();
+                // A listening socket is free only when its task is gone.
+                let _ = source.await;
+            }
+            if let Some(connection) = channel.connection {
+                connection.cut();
+                connected.push(port);
+            }
+        }
+        // What the tasks of closed connections still had to say goes with the old queue.
+        (self.sender, self.receiver) = mpsc::channel(WAITING_MESSAGES);
+        connected
+    }
+
+    /// The next message of a link task. Cancel safe.
+    pub async fn next(&mut self) -> Option<LinkMessage> {
+        self.receiver.recv().await
+    }
+
+    /// Takes note of a message and says what it means for the controller, in order.
+    pub fn take(&mut self, message: LinkMessage) -> Vec<Input> {
+        match message {
+            LinkMessage::Arrived {
+                port,
+                stream,
+                peer,
+                gone,
+            } => self.arrived(port, (stream, peer, gone)),
+            LinkMessage::Received { port, id, bytes } if self.is_current(port, id) => {
+                vec![Input::Received { port, bytes }]
+            }
+            LinkMessage::Ended { port, id } if self.is_current(port, id) => self.ended(port),
+            LinkMessage::Received { .. } | LinkMessage::Ended { .. } => Vec::new(),
+        }
+    }
+
+    /// Queues bytes for the peer of a port. `Some` if the peer has left so much unread that the connection
+    /// had to be closed.
+    pub fn send(&mut self, port: Port, bytes: Vec<u8>) -> Option<Input> {
+        let channel = self.channels.get_mut(&port);
+        let Some((channel, connection)) = channel.and_then(|channel| {
+            let connection = channel.connection.take()?;
+            Some((channel, connection))
+        }) else {
+            debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
+            return None;
+        };
+        match connection.send(bytes) {
+            Ok(()) => {
+                channel.connection = Some(connection);
+                None
+            }
+            Err(Overflow) => {
+                warn!(
+                    port = port.name(),
+                    "{port}: {} does not read, closed with {} texts unsent",
+                    connection.peer(),
+                    connection::WRITE_QUEUE
+                );
+                connection.cut();
+                Some(Input::Disconnected { port })
+            }
+        }
+    }
+
+    fn wanted_port(&self, port: Port, own: u16) -> Result<u16, LinkError> {
+        match self.ports {
+            Ports::Offset(offset) => own.checked_add(offset).ok_or(LinkError::PortRange {
+                channel: port,
+                own,
+                offset,
+            }),
+            Ports::Auto => Ok(match self.assigned.get(&port) {
+                Some((same, actual)) if *same == own => *actual,
+                _ => 0,
+            }),
+        }
+    }
+
+    fn is_current(&self, port: Port, id: u64) -> bool {
+        self.channels
+            .get(&port)
+            .and_then(|channel| channel.connection.as_ref())
+            .is_some_and(|connection| connection.id() == id)
+    }
+
+    fn arrived(&mut self, port: Port, newcomer: Waiting) -> Vec<Input> {
+        let second = self.options.second;
+        let channel = self.channels.entry(port).or_default();
+        match &channel.connection {
+            None => vec![self.connect(port, newcomer)],
+            // The host has closed the old connection and is already back: nobody is refused, the new
+            // connection is served as soon as the old one is read to its end.
+            Some(old) if old.peer_has_closed() && channel.waiting.is_none() => {
+                channel.waiting = Some(newcomer);
+                Vec::new()
+            }
+            Some(old) if second == SecondConnection::Refuse => {
+                info!(
+                    port = port.name(),
+                    "{port}: {} refused, {} is connected (channel.second=refuse)",
+                    newcomer.1,
+                    old.peer()
+                );
+                connection::refuse(&newcomer.0);
+                Vec::new()
+            }
+            Some(_) => {
+                channel.waiting = None;
+                if let Some(old) = channel.connection.take() {
+                    info!(
+                        port = port.name(),
+                        "{port}: {} replaced by {}",
+                        old.peer(),
+                        newcomer.1
+                    );
+                    old.cut();
+                }
+                vec![Input::Disconnected { port }, self.connect(port, newcomer)]
+            }
+        }
+    }
+
+    fn connect(&mut self, port: Port, (stream, peer, gone): Waiting) -> Input {
+        self.next_id += 1;
+        info!(port = port.name(), "{port}: {peer} connected");
+        let connection = Connection::start(port, self.next_id, stream, peer, gone, &self.sender);
+        self.channels.entry(port).or_default().connection = Some(connection);
+        Input::Connected {
+            port,
+            peer: peer.to_string(),
+        }
+    }
+
+    fn ended(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        if let Some(connection) = channel.connection.take() {
+            info!(port = port.name(), "{port}: {} disconnected", connection.peer());
+            connection.finish();
+        }
+        let waiting = channel.waiting.take();
+        let mut inputs = vec![Input::Disconnected { port }];
+        inputs.extend(waiting.map(|newcomer| self.connect(port, newcomer)));
+        inputs
+    }
+}
+
+fn planned(plan: &NetworkPlan, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelPlan)> {
+    Port::ETHERNET
+        .into_iter()
+        .zip(&plan.channels)
+        .filter(move |(_, channel)| channel.mode == mode)
+}
+
+#[cfg(test)]
+mod tests;

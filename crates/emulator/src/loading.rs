@@ -1,0 +1,174 @@
+//! What is on the RAM drive when the power comes on: the backing directory, the files given by `--load`,
+//! or the example program. Files of a PC become files of the drive here: their name and their line ends.
+
+use crate::config::Settings;
+use crate::store::{Store, StoreError, StoredFiles};
+use std::io;
+use std::path::{Path, PathBuf};
+use ts3100_controller::limits;
+use ts3100_proto::name::FileName;
+use ts3100_proto::parameter::LineEnd;
+
+/// Name of the example program.
+pub const DEMO_NAME: &str = "DEMO";
+/// The example program, on the drive when neither a directory nor a file is given.
+pub const DEMO: &str = include_str!("../assets/demo.scol");
+
+/// Why a file of the PC cannot become a file of the drive.
+#[derive(Debug, thiserror::Error)]
+pub enum LoadError {
+    /// The file cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    Read {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Its name cannot be a name of the drive.
+    #[error("{}: no name on the RAM drive: {reason}", path.display())]
+    Name {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The backing directory.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// What was found and given.
+pub struct Loaded {
+    /// The open backing directory.
+    pub store: Option<Store>,
+    /// Files that are there when the power comes on: what the directory has, and parameter files given,
+    /// since those act only then (PAR-FILE-03).
+    pub present: StoredFiles,
+    /// Files to be put on the drive after it.
+    pub put: StoredFiles,
+    /// The example program is among them.
+    pub demo: bool,
+}
+
+/// Collects the files for these settings.
+///
+/// # Errors
+/// See [`LoadError`].
+pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
+    let line_end = settings.controller.options.line_end;
+    let mut given = Vec::new();
+    for path in &settings.load {
+        given.push((drive_name(path)?, drive_content(&read(path)?, line_end)));
+    }
+    given.extend(settings.files.iter().cloned());
+    let (mut store, mut present) = match &settings.drive {
+        Some(directory) => Store::open(directory).map(|(store, files)| (Some(store), files))?,
+        None => (None, Vec::new()),
+    };
+    let demo = settings.drive.is_none() && given.is_empty();
+    if demo {
+        given.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
+    }
+    let (parameters, put): (StoredFiles, StoredFiles) = given
+        .into_iter()
+        .partition(|(name, _)| FileName::parse(name).is_ok_and(|name| name.is_parameter()));
+    for (name, content) in parameters {
+        if let Some(store) = &mut store {
+            store.put(&name, &content)?;
+        }
+        present.retain(|(other, _)| *other != name);
+        present.push((name, content));
+    }
+    Ok(Loaded {
+        store,
+        present,
+        put,
+        demo,
+    })
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
+    let read = || -> io::Result<Vec<u8>> {
+        // Line ends may shrink, but a file this much too large is a mistake.
+        if std::fs::metadata(path)?.len() > 2 * limits::MAX_FILE as u64 {
+            return Err(io::Error::other(format!(
+                "larger than the {} bytes of a file of the drive",
+                limits::MAX_FILE
+            )));
+        }
+        std::fs::read(path)
+    };
+    read().map_err(|source| LoadError::Read {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// The name on the drive of a file of the PC: its stem in upper case (`pick.scol` is PICK); a parameter
+/// file keeps its ending (`user.par` is USER.PAR).
+///
+/// # Errors
+/// [`LoadError::Name`] when that is no name of the drive.
+pub fn drive_name(path: &Path) -> Result<String, LoadError> {
+    let name_error = |reason: String| LoadError::Name {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let is_parameter = path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("par"));
+    let part = if is_parameter {
+        path.file_name()
+    } else {
+        path.file_stem()
+    };
+    let text = part
+        .and_then(|part| part.to_str())
+        .ok_or_else(|| name_error("it is no text".to_owned()))?;
+    let name = FileName::parse(text).map_err(|error| name_error(error.to_string()))?;
+    Ok(name.as_str().to_owned())
+}
+
+/// A text of the PC as the drive holds it: line ends CRLF and LF become the drive's, as the vendor's
+/// library does (hosts.md 1.7), and an EOF at the end, which the library leaves in what it uploads, goes.
+#[must_use]
+pub fn drive_content(text: &[u8], line_end: LineEnd) -> Vec<u8> {
+    let text = text.strip_suffix(&[ts3100_proto::text::EOF]).unwrap_or(text);
+    let end = match line_end {
+        LineEnd::Lf => b'\n',
+        LineEnd::Cr => b'\r',
+    };
+    let mut content = Vec::with_capacity(text.len());
+    let mut bytes = text.iter().copied().peekable();
+    while let Some(byte) = bytes.next() {
+        match byte {
+            b'\r' if bytes.peek() == Some(&b'\n') => {}
+            b'\n' => content.push(end),
+            other => content.push(other),
+        }
+    }
+    content
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_the_pc_gets_the_drives_name_and_line_ends() {
+        assert_eq!(drive_name(Path::new("a/b/pick.scol")).unwrap(), "PICK");
+        assert_eq!(drive_name(Path::new("Pick2")).unwrap(), "PICK2");
+        assert_eq!(drive_name(Path::new("user.par")).unwrap(), "USER.PAR");
+        let error = drive_name(Path::new("x/2pick.scol")).unwrap_err().to_string();
+        assert!(
+            error.starts_with("x/2pick.scol: no name on the RAM drive: "),
+            "{error}"
+        );
+        assert_eq!(
+            drive_content(b"A\r\nB\nC\rD\r\n\x1a", LineEnd::Lf),
+            b"A\nB\nC\rD\n"
+        );
+        assert_eq!(drive_content(b"A\r\nB\nC", LineEnd::Cr), b"A\rB\rC");
+    }
+}

@@ -1,0 +1,157 @@
+//! The log on stderr: every event of the controller as one readable line, control codes by name, or as one
+//! JSON object. `<` came in from the host, `>` went out to it. What is worth an event is the
+//! controller's decision.
+
+use crate::config::args::LogFormat;
+use std::collections::BTreeSet;
+use std::fmt::{self, Write as _};
+use tracing::level_filters::LevelFilter;
+use tracing::{debug, info, warn};
+use tracing_subscriber::fmt::format::debug_fn;
+use ts3100_controller::output::Event;
+use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
+use ts3100_proto::text::{self, Framing};
+
+/// Starts logging to stderr for the whole process; the second and later calls change nothing.
+/// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
+pub fn start(verbose: u8, format: LogFormat) {
+    let level = match verbose {
+        0 => LevelFilter::INFO,
+        1 => LevelFilter::DEBUG,
+        _ => LevelFilter::TRACE,
+    };
+    let builder = tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .with_target(false)
+        .with_ansi(false);
+    // Fails when the process has a logger already, which is then the one to use.
+    let _ = match format {
+        LogFormat::Json => builder.json().flatten_event(true).try_init(),
+        LogFormat::Text => {
+            // The fields repeat the message for machines; people read the message.
+            let message_only = debug_fn(|writer, field, value| match field.name() {
+                "message" => write!(writer, "{value:?}"),
+                _ => Ok(()),
+            });
+            builder.fmt_fields(message_only).try_init()
+        }
+    };
+}
+
+/// Bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
+#[derive(Debug, Clone, Copy)]
+pub struct Readable<'a>(pub &'a [u8]);
+
+impl fmt::Display for Readable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| match *byte {
+            text::STX => f.write_str("<STX>"),
+            text::ETX => f.write_str("<ETX>"),
+            text::CR => f.write_str("<CR>"),
+            text::LF => f.write_str("<LF>"),
+            text::EOF => f.write_str("<EOF>"),
+            printable @ b' '..=b'~' => f.write_char(char::from(printable)),
+            other => write!(f, "<{other:02X}>"),
+        })
+    }
+}
+
+/// A text as it stands on the wire, without a checksum.
+#[must_use]
+pub fn readable_text(framing: Framing, data: &[u8]) -> String {
+    match framing {
+        Framing::Stx => format!("<STX>{}<ETX>", Readable(data)),
+        Framing::Bare => format!("{}<ETX>", Readable(data)),
+    }
+}
+
+/// Writes the events of one controller.
+#[derive(Debug, Default)]
+pub struct EventLog {
+    /// Rules whose finding has been shown: a host that breaks a rule breaks it in every text.
+    found: BTreeSet<&'static str>,
+}
+
+impl EventLog {
+    /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
+    pub fn write(&mut self, now: Time, event: &Event) {
+        let t = now.to_string();
+        let t = t.as_str();
+        match event {
+            Event::TextIn { port, framing, data } => {
+                let text = readable_text(*framing, data);
+                debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
+            }
+            Event::TextOut { port, framing, data } => {
+                let text = readable_text(*framing, data);
+                debug!(event = "text-out", t, port = port.name(), text, "{port} > {text}");
+            }
+            Event::Dropped { port, bytes, reason } => {
+                info!(
+                    event = "dropped",
+                    t,
+                    port = port.name(),
+                    bytes,
+                    "{port}: {bytes} bytes dropped: {reason}"
+                );
+            }
+            Event::Refused {
+                port,
+                command,
+                reason,
+            } => {
+                info!(
+                    event = "refused",
+                    t,
+                    port = port.name(),
+                    command,
+                    reason,
+                    "{port}: {command} refused: {reason}"
+                );
+            }
+            Event::Finding { rule, port, message } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Alarm { number, text } => {
+                warn!(event = "alarm", t, number, text, "alarm {number} {text}");
+            }
+            Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
+            Event::Status { status, line } => {
+                info!(event = "status", t, status, line, "status: {status}, line {line}");
+            }
+            Event::Servo(on) => {
+                let word = if *on { "on" } else { "off" };
+                info!(event = "servo", t, on, "servo {word}");
+            }
+            Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),
+            Event::Selected(None) => info!(event = "selected", t, "selected: none"),
+        }
+    }
+
+    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&str>, message: &str) {
+        let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+        if self.found.insert(rule) {
+            info!(
+                event = "finding",
+                t, rule, port, "{place}finding {rule}: {message}"
+            );
+        } else {
+            debug!(
+                event = "finding",
+                t, rule, port, "{place}finding {rule}: {message}"
+            );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_codes_are_named_and_other_bytes_are_hex() {
+        assert_eq!(readable_text(Framing::Stx, b"SO\r"), "<STX>SO<CR><ETX>");
+        assert_eq!(readable_text(Framing::Bare, b"FL,A\n\x1a"), "FL,A<LF><EOF><ETX>");
+        assert_eq!(Readable(&[0, 0x7F, 0xFF, b'~']).to_string(), "<00><7F><FF>~");
+    }
+}

@@ -1,0 +1,110 @@
+//! What `serve` says once every port accepts: one line of JSON on stdout for programs, or a short text on
+//! stderr for people.
+
+use crate::config::Settings;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::net::SocketAddr;
+use ts3100_controller::port::Port;
+
+/// The line on stdout. Keys may be added; none changes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Ready {
+    event: &'static str,
+    ports: ReadyPorts,
+}
+
+/// The port each server channel accepts on; a channel that is no server has no key.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+struct ReadyPorts {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ip0: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ip1: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ip2: Option<u16>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ip3: Option<u16>,
+}
+
+impl Ready {
+    /// Of the ports in use.
+    #[must_use]
+    pub fn new(ports: &BTreeMap<Port, u16>) -> Ready {
+        let of = |port| ports.get(&port).copied();
+        let ports = ReadyPorts {
+            ip0: of(Port::Ip0),
+            ip1: of(Port::Ip1),
+            ip2: of(Port::Ip2),
+            ip3: of(Port::Ip3),
+        };
+        Ready {
+            event: "ready",
+            ports,
+        }
+    }
+
+    /// The line, without its end.
+    ///
+    /// # Errors
+    /// None that this value can cause; serde's signature.
+    pub fn line(&self) -> serde_json::Result<String> {
+        serde_json::to_string(self)
+    }
+}
+
+/// What a person who has just started `serve` wants to know.
+#[must_use]
+pub fn banner(settings: &Settings, ports: &BTreeMap<Port, u16>, demo: bool) -> String {
+    let mut text = String::from("ts3100 is ready.\n");
+    for (port, number) in ports {
+        let purpose = match port {
+            Port::Ip0 => "commands of the host (simple protocol)",
+            Port::Ip1 | Port::Ip2 => "PRINT and INPUT of the SCOL program",
+            Port::Ip3 => "dedicated protocol; what arrives is discarded",
+            Port::Host | Port::Com1 => "serial",
+        };
+        let address = SocketAddr::new(settings.listen, *number);
+        // Writing to a String cannot fail.
+        let _ = writeln!(text, "  {port}  {address:<22} {purpose}");
+    }
+    let file = settings.select.as_deref().unwrap_or("none");
+    let _ = writeln!(
+        text,
+        "  selected file: {file}; arm: {}; time: {}",
+        settings.controller.model.name, settings.time
+    );
+    if let Some(ip0) = ports.get(&Port::Ip0) {
+        let host = format!("ts3100 host {}", SocketAddr::new(settings.listen, *ip0));
+        let _ = writeln!(text, "Try in a second terminal:");
+        let _ = writeln!(text, "  {host} su");
+        if demo {
+            let _ = writeln!(
+                text,
+                "  {host} so    then  sl DEMO  and  rn; the program talks on IP1"
+            );
+        }
+    }
+    text.push_str("Ctrl-C ends it.\n");
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_line_is_the_documented_one() {
+        let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
+        assert_eq!(
+            Ready::new(&all).line().unwrap(),
+            r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
+        );
+        let one = BTreeMap::from([(Port::Ip0, 40_001)]);
+        assert_eq!(
+            Ready::new(&one).line().unwrap(),
+            r#"{"event":"ready","ports":{"ip0":40001}}"#
+        );
+    }
+}
