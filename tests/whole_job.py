@@ -1,0 +1,472 @@
+#!/usr/bin/env python3
+"""A host's whole day on TCP: servo on, download, select, run, talk to the program on IP1, read status, stop.
+
+    python3 tests/whole_job.py --serve target/release/ts3100 [--no-stx]
+    python3 tests/whole_job.py --ip0 127.0.0.1:1000 --ip1 127.0.0.1:1001
+
+It speaks raw bytes and shares no code with the product. Each step prints one line; the exit code is 0 when
+all of them held. The program that it downloads stands below and is ours."""
+
+import os
+import struct
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, run, true  # noqa: E402
+
+NAME = b"DAYJOB"
+PROGRAM = b"""GLOBAL
+COUNT = 10
+RATE = 1.5
+END
+PROGRAM DAYJOB
+REMARK One branch for each thing a host wants to see; the host chooses by a number.
+K = 0
+A = 0
+B = 0
+C = 0
+X = 0.0
+Y = 0.0
+PRINT IP1, "READY", CR
+INPUT IP1, K
+GOTO(K) FORMAT, TALK, CLEAN, TRIP, LINGER, LISTEN
+PRINT IP1, "UNKNOWN", K, CR
+GOTO FINISH
+FORMAT:
+REMARK Numbers stand in blocks of twelve characters.
+PRINT IP1, "THIRD =", -1000.0/3, CR
+PRINT IP1, 7, -5, 1234567890, CR
+PRINT IP1, "A", 1, "B", X + 1.5, CR
+PRINT IP1, COUNT * 2 + 1, 2.0 / 3, CR
+PRINT IP1, "OPEN END"
+GOTO FINISH
+TALK:
+INPUT IP1, A, X
+PRINT IP1, "ONE", A, X, CR
+INPUT IP1, A, B, Y
+PRINT IP1, "THREE", A, B, Y, CR
+INPUT IP1, A
+INPUT IP1, B, C
+PRINT IP1, "SURPLUS", A, B, C, CR
+INPUT IP1, A, B
+PRINT IP1, "SHORT", A, B, CR
+GOTO FINISH
+CLEAN:
+INPUT IP1, A
+PRINT IP1, "BUFFRESET"
+PRINT IP1, "CLEANED", CR
+INPUT IP1, B
+PRINT IP1, "AFTER", A, B, CR
+GOTO FINISH
+TRIP:
+REMARK Out and back; the way out is slow enough to be looked at.
+MOVE HOME WITH SPEED=100
+PRINT IP1, "AT HOME", CR
+MOVE FAR WITH SPEED=10
+PRINT IP1, "AT FAR", CR
+MOVE HOME WITH SPEED=100
+PRINT IP1, "BACK", CR
+GOTO FINISH
+LINGER:
+DELAY 0.4
+GOTO FINISH
+LISTEN:
+COUNT = COUNT + 1
+A = 7
+B = 7
+INPUT IP1, A, B
+PRINT IP1, "CANCELLED", A, B, COUNT, CR
+FINISH:
+END
+DATA
+POINT HOME=400,0,200,0,0,0,0,0/
+POINT FAR=400,200,50,0,0,0,0,0/
+END
+"""
+HOME = (400.0, 0.0, 200.0)
+FAR = (400.0, 200.0, 50.0)
+RUNNING, RETRY, CONTINUE, RESET = 1, 2, 3, 0
+POLLS = 400
+
+
+def world(body):
+    """X, Y, Z of the tool point in an SF body."""
+    return struct.unpack(">3f", body[148:160])
+
+
+def near(found, expected, within=0.01):
+    """Whether two points are the same to so many millimetres."""
+    return all(abs(a - b) <= within for a, b in zip(found, expected))
+
+
+def block(value):
+    """A number as PRINT shows it: three decimals if real, right-justified in twelve columns."""
+    text = "%.3f" % value if isinstance(value, float) else "%d" % value
+    return text.rjust(12).encode()
+
+
+def settle(host, what):
+    """Poll SF until the motion status leaves 1; the last body."""
+    for _ in range(POLLS):
+        body = host.total()
+        if body[2] != RUNNING:
+            return body
+    raise Failed("%s ends\n     found    still running" % what)
+
+
+def start(host, robot, choice):
+    """RN, and the choice of a branch on IP1."""
+    host.command(b"RN")
+    equal("the program asks on IP1", b"READY\r", robot.until(CR))
+    robot.raw(b"%d\r" % choice)
+
+
+def cycle_end(host, what):
+    """The unsolicited SP at the end of a cycle."""
+    if host.unsolicited:
+        host.unsolicited -= 1
+    else:
+        data = host.receive()
+        if data != b"SP\r":
+            raise Failed("SP arrives unasked when %s\n     found    %r" % (what, data))
+    ok("SP arrives unasked when %s" % what)
+
+
+def texts(host):
+    """Commands that are no commands, and the two sides of a text."""
+    equal("a fresh connection hears nothing first", b"", host.silence(0.1))
+    equal("an unknown command gets NG", b"NG\r", host.ask(b"ZZ"))
+    equal("a command without comma gets NG", b"NG\r", host.ask(b"RSPRG"))
+    host.text(b"RN")
+    equal("a command without CR gets NG", b"NG\r", host.reply())
+    equal("surplus operands get NG", b"NG\r", host.ask(b"SL"))
+    host.text(b"OK\r")
+    equal("an OK that nobody awaits is not answered", b"", host.silence(0.15))
+
+
+def download(host):
+    """DL in several texts, CA, UL."""
+    equal("UL of a missing file gets NG", b"NG\r", host.ask(b"UL," + NAME))
+    count = host.download(NAME, PROGRAM)
+    true("DL of %d bytes in %d texts, each answered OK" % (len(PROGRAM), count), len(PROGRAM) > 1000 and count > 4)
+    files = directory(host)
+    equal("CA shows the file with its size", len(PROGRAM), files.get(NAME))
+    true("CA shows the parameter files", b"USER.PAR" in files and b"ETHERNET.PAR" in files, repr(files))
+    blocks = []
+    equal("UL returns the file byte for byte", PROGRAM, host.file(b"UL," + NAME, blocks))
+    equal("UL fills its texts to 253 data bytes", [253] * (len(blocks) - 1), [len(b) for b in blocks[:-1]])
+    true("the last text of UL ends in EOF", blocks[-1].endswith(EOF), blocks[-1][-4:])
+    host.text(b"UL," + NAME + CR)
+    host.reply()
+    host.text(b"NG\r")
+    equal("NG of the host ends an upload in silence", b"", host.silence(0.15))
+
+
+def directory(host):
+    """CA as name and size."""
+    records = host.file(b"CA").split(CR)
+    if records.pop() != b"":
+        raise Failed("the last record of CA ends in CR")
+    return {name: int(size) for name, size in (record.split(b" ")[:2] for record in records)}
+
+
+def servo_and_selection(host):
+    """SO, SL, and what RN says before them."""
+    equal("SL of a missing file gets NG", b"NG\r", host.ask(b"SL,NOFILE"))
+    equal("SL gets OK", b"OK\r", host.ask(b"SL," + NAME))
+    equal("RN with servo off gets NG", b"NG\r", host.ask(b"RN"))
+    equal("DO with servo off gets NG", b"NG\r", host.ask(b"DO,DOUT(1)"))
+    equal("SF shows servo off", 0, host.total()[0])
+    equal("SO gets OK", b"OK\r", host.ask(b"SO"))
+    body = host.total()
+    equal("SF shows servo on", 1, body[0])
+    equal("SF shows no alarm", b"\xff" * 20, body[4:24])
+    equal("SF shows no emergency stop", 0, body[1])
+    equal("SU to the byte", b"MODE:external(ethernet)/cycle FILE:DAYJOB OVRD:100% LSPEED:100% "
+          b"MACHINE:free STATUS:stop(reset)", host.file(b"SU"))
+
+
+def formats(host, robot):
+    """PRINT's blocks, exactly, and the end of a cycle."""
+    start(host, robot, 1)
+    equal("a string and a real, rounded", b"THIRD =" + block(-1000.0 / 3) + CR, robot.until(CR))
+    equal("three integers", block(7) + block(-5) + block(1234567890) + CR, robot.until(CR))
+    equal("strings and numbers by turns", b"A" + block(1) + b"B" + block(1.5) + CR, robot.until(CR))
+    equal("expressions", block(21) + block(2.0 / 3) + CR, robot.until(CR))
+    equal("without CR nothing is appended", b"OPEN END", robot.count(8))
+    cycle_end(host, "the program ends")
+    equal("after the end of the cycle SU says stop(reset)", "stop(reset)", host.status()["STATUS"])
+    equal("nothing else came on IP1", b"", robot.silence(0.05))
+
+
+def dialogue(host, robot):
+    """INPUT from one record, from several, with surplus and with shortage."""
+    start(host, robot, 2)
+    robot.raw(b"3,4.5\r")
+    equal("INPUT of two values in one record", b"ONE" + block(3) + block(4.5) + CR, robot.until(CR))
+    robot.raw(b"11\r")
+    robot.raw(b"-12\r\n")
+    robot.raw(b" 0.25 \r")
+    equal("INPUT of three values in three records", b"THREE" + block(11) + block(-12) + block(0.25) + CR,
+          robot.until(CR))
+    robot.raw(b"1,2,3\r")
+    equal("surplus serves the next INPUT", b"SURPLUS" + block(1) + block(2) + block(3) + CR, robot.until(CR))
+    robot.raw(b"5\r")
+    equal("INPUT waits while a value is short", b"", robot.silence(0.2))
+    equal("and SU says running meanwhile", "running", host.status()["STATUS"])
+    forbidden_while_running(host)
+    robot.raw(b"6")
+    equal("digits without CR are no value yet", b"", robot.silence(0.1))
+    robot.raw(b"6\r")
+    equal("the missing value completes it", b"SHORT" + block(5) + block(66) + CR, robot.until(CR))
+    cycle_end(host, "the dialogue ends")
+
+
+def forbidden_while_running(host):
+    """What the permission table and the command pages forbid while a program runs."""
+    for command in (b"RN", b"DO,DOUT(1)", b"DL,OTHER", b"UL," + NAME, b"ER," + NAME, b"SL," + NAME,
+                    b"RS,PRG", b"EC,MODE STEP"):
+        equal("%s gets NG while the program runs" % command.decode(), b"NG\r", host.ask(command))
+    equal("the program still runs", RUNNING, host.total()[2])
+
+
+def buffer_reset(host, robot):
+    """BUFFRESET discards what is left over."""
+    start(host, robot, 3)
+    robot.raw(b"1,2,3\r")
+    equal("BUFFRESET itself sends nothing", b"CLEANED\r", robot.until(CR))
+    equal("after BUFFRESET the INPUT waits", b"", robot.silence(0.15))
+    robot.raw(b"9\r")
+    equal("and takes only what came later", b"AFTER" + block(1) + block(9) + CR, robot.until(CR))
+    cycle_end(host, "that program ends")
+
+
+def stop_and_go_on(host, robot):
+    """Positions change while it moves; SP in mid-motion; RN goes on with the next step."""
+    start(host, robot, 4)
+    equal("the first MOVE has ended before its PRINT", b"AT HOME\r", robot.until(CR))
+    first = host.total()
+    second = host.total()
+    equal("SF says running while it moves", (RUNNING, RUNNING), (first[2], second[2]))
+    true("positions change in SF while it moves", world(first) != world(second), repr(world(second)))
+    true("joints change in SF while it moves", first[116:148] != second[116:148])
+    asked = time.monotonic()
+    equal("SP in mid-motion gets OK", b"OK\r", host.ask(b"SP"))
+    true("within 200 ms", time.monotonic() - asked < 0.2)
+    body = settle(host, "the step under way")
+    equal("the motion status is then stop (continue)", CONTINUE, body[2])
+    true("the step under way was completed", near(world(body), FAR), repr(world(body)))
+    equal("the next step was not begun", b"", robot.silence(0.15))
+    equal("a stop by SP brings no SP back", 0, host.unsolicited)
+    host.command(b"RN")
+    equal("RN goes on with the next step", b"AT FAR\r", robot.until(CR))
+    equal("to the end", b"BACK\r", robot.until(CR))
+    cycle_end(host, "the trip ends")
+    true("and the arm is back", near(world(host.total()), HOME))
+
+
+def open_exchange(host, robot):
+    """The unsolicited SP waits until an open exchange has ended."""
+    start(host, robot, 5)
+    host.text(b"SU\r")
+    data = host.reply()
+    true("SU is answered while the program runs", b"STATUS:running" in data, data)
+    equal("no SP inside the open exchange", b"", host.silence(0.8))
+    host.text(b"OK\r")
+    cycle_end(host, "the exchange has been closed")
+
+
+def cancelled_input(host, robot):
+    """SP cancels a waiting INPUT; RS,PRG starts anew with the data of the file."""
+    start(host, robot, 6)
+    robot.raw(b"5\r")
+    equal("INPUT waits for the second value", b"", robot.silence(0.1))
+    host.command(b"SP")
+    equal("SP while INPUT waits: stop (continue)", "stop(continue)", host.status()["STATUS"])
+    host.command(b"RN")
+    equal("the INPUT was cancelled, what it had not got is 0",
+          b"CANCELLED" + block(5) + block(0) + block(11) + CR, robot.until(CR))
+    cycle_end(host, "it ends")
+    host.command(b"RN")
+    equal("it runs again", b"READY\r", robot.until(CR))
+    host.command(b"SP")
+    host.command(b"RS,PRG")
+    equal("RS,PRG gives stop (reset)", RESET, host.total()[2])
+    equal("and the data of the file", b"10\r", host.file(b"MR,COUNT 0"))
+    start(host, robot, 99)
+    equal("RN after RS,PRG begins at step 1", b"UNKNOWN" + block(99) + CR, robot.until(CR))
+    cycle_end(host, "it ends")
+
+
+def variables(host):
+    """MR and MW of a global, with and without the file."""
+    equal("MR of an integer", b"10\r", host.file(b"MR,COUNT 0"))
+    equal("MR of a real", b"1.500\r", host.file(b"MR,RATE 1"))
+    equal("MR of a position", b"400.000 0.000 200.000 0.000 0.000 0.000 0.000 0.000 0.000\r",
+          host.file(b"MR,HOME 4"))
+    equal("MR of an unknown name gets NG", b"NG\r", host.ask(b"MR,NOBODY 0"))
+    host.command(b"MW,0 COUNT 0 77")
+    equal("MW with flag 0 writes the memory", b"77\r", host.file(b"MR,COUNT 0"))
+    equal("and not the file", PROGRAM, host.file(b"UL," + NAME))
+    host.command(b"RS,STP")
+    equal("RS,STP keeps the data", b"77\r", host.file(b"MR,COUNT 0"))
+    host.command(b"RS,PRG")
+    equal("RS,PRG brings the data of the file", b"10\r", host.file(b"MR,COUNT 0"))
+    host.command(b"MW,1 COUNT 0 25")
+    equal("MW with flag 1 writes the memory", b"25\r", host.file(b"MR,COUNT 0"))
+    equal("and the file, and nothing else in it", PROGRAM.replace(b"COUNT = 10", b"COUNT = 25"),
+          host.file(b"UL," + NAME))
+    host.command(b"RS,PRG")
+    equal("which RS,PRG brings back", b"25\r", host.file(b"MR,COUNT 0"))
+    equal("MW with a bad flag gets NG", b"NG\r", host.ask(b"MW,2 COUNT 0 1"))
+
+
+def direct(host):
+    """DO: OK before the motion ends, motion status 1 until it has, override and outputs."""
+    host.command(b"EC,OVRD 40")
+    equal("EC,OVRD shows in SU", "40%", host.status()["OVRD"])
+    asked = time.monotonic()
+    equal("DO,MOVE gets OK", b"OK\r", host.ask(b"DO,MOVE POINT(400,200,50) WITH SPEED=50"))
+    true("at once", time.monotonic() - asked < 0.2)
+    body = host.total()
+    equal("before the motion ends: motion status 1", RUNNING, body[2])
+    true("and the arm is not there", not near(world(body), FAR), repr(world(body)))
+    equal("a second DO meanwhile gets NG", b"NG\r", host.ask(b"DO,MOVE POINT(400,0,200)"))
+    body = settle(host, "the DO motion")
+    true("when the status leaves 1 the arm is there", near(world(body), FAR), repr(world(body)))
+    host.command(b"EC,OVRD 100")
+    equal("DO of no statement gets NG", b"NG\r", host.ask(b"DO,XYZZY 1"))
+    equal("the end of a DO sends no SP", b"", host.silence(0.1))
+    host.command(b"DO,MOVE POINT(400,0,200) WITH SPEED=5")
+    host.total()
+    host.command(b"EC,BREAK")
+    body = settle(host, "EC,BREAK")
+    true("EC,BREAK leaves the arm on its way", not near(world(body), HOME, 1.0) and not near(world(body), FAR, 0.01),
+         repr(world(body)))
+    host.command(b"IW,3 1 5 1")
+    equal("IW shows in SF", 0b10100, struct.unpack(">H", host.total()[84:86])[0])
+    host.command(b"RS,SIG")
+    equal("RS,SIG clears it", 0, struct.unpack(">H", host.total()[84:86])[0])
+
+
+def hold(host, robot):
+    """FD holds a program's motion and lets it go on."""
+    start(host, robot, 4)
+    equal("on the way", b"AT HOME\r", robot.until(CR))
+    host.command(b"FD")
+    held = [host.total() for _ in range(8)]
+    equal("FD shows in SF", 1, struct.unpack(">H", held[-1][32:34])[0])
+    true("and the arm stands", world(held[-1]) == world(held[-2]) and not near(world(held[-1]), FAR))
+    equal("while the status stays running", RUNNING, held[-1][2])
+    host.command(b"FD")
+    equal("a second FD lets it go on", b"AT FAR\r", robot.until(CR))
+    equal("to the end", b"BACK\r", robot.until(CR))
+    cycle_end(host, "it ends")
+
+
+def rough_hosts(host, ip0, stx):
+    """Hosts that send garbage, half a text, half a file, and vanish."""
+    rival = Line(ip0)
+    true("a second connection is closed at once", rival.closed_by_peer(2.0))
+    rival.close()
+    equal("and the first one still works", "stop(reset)", host.status()["STATUS"])
+    host.close()
+    for what, data in (("garbage", bytes(range(0x80, 0x100)) + b"\x00\x01garbage"),
+                       ("half a text", b"SU"), ("half a text with STX", STX + b"SF\r"),
+                       ("an over-long text", STX + b"x" * 5000)):
+        rough = Host(again(ip0), stx)
+        rough.raw(data)
+        rough.close()
+        host = Host(again(ip0), stx)
+        true("%s and a disconnect: the next host is served" % what, "OVRD" in host.status())
+        host.close()
+    rough = Host(again(ip0), stx)
+    rough.command(b"DL,HALF")
+    rough.text(b"FL," + PROGRAM[:250])
+    equal("half a download is answered so far", b"OK\r", rough.reply())
+    rough.close()
+    host = Host(again(ip0), stx)
+    true("and stores nothing", b"HALF" not in directory(host))
+    if stx:
+        host.raw(b"XY" + STX + b"S" + STX + b"SU\r" + ETX)
+        equal("noise before STX, and a text begun anew: one answer", True, host.reply().startswith(b"FL,MODE:"))
+        host.text(b"OK\r")
+    for byte in host.stx + b"CA\r" + ETX:
+        host.raw(bytes([byte]))
+        time.sleep(0.002)
+    true("a command in single bytes is answered", host.reply().startswith(b"FL,"))
+    host.text(b"OK\r")
+    return host
+
+
+def again(address):
+    """The address, after a moment in which the controller sees that the last host has gone."""
+    time.sleep(0.05)
+    return address
+
+
+def tidy(host):
+    """ER, BR, EU, VR."""
+    equal("ER of the selected file gets NG", b"NG\r", host.ask(b"ER," + NAME))
+    host.command(b"RS,SEL")
+    equal("RS,SEL leaves no file selected", "", host.status()["FILE"])
+    equal("RN without a file gets NG", b"NG\r", host.ask(b"RN"))
+    equal("ER gets OK", b"OK\r", host.ask(b"ER," + NAME))
+    true("and the file is gone", NAME not in directory(host))
+    equal("ER of a missing file gets NG", b"NG\r", host.ask(b"ER," + NAME))
+    equal("EU without errors", b"0\r", host.file(b"EU"))
+    version = host.file(b"VR")
+    true("VR has its columns", version[10:11] == b" " and version[15:16] == b"-" and version[24:25] == b":"
+         or version[11:15].isdigit() and version[15:16] == b"-", version)
+    equal("BR gets OK", b"OK\r", host.ask(b"BR"))
+    equal("SF shows servo off", 0, host.total()[0])
+
+
+def other_modes(binary, stx):
+    """What the key switch and the control right forbid."""
+    for flags, mode in ((("--key", "teaching"), "teaching/cycle"), (("--key", "internal"), "internal/cycle"),
+                        (("--control-right", "sig"), "external(sig)/cycle"),
+                        (("--control-right", "rs232c"), "external(host)/cycle")):
+        emulator = Emulator(binary, *flags)
+        try:
+            host = Host(emulator.address("ip0"), stx)
+            equal("SU in %s" % mode, mode, host.status()["MODE"])
+            for command in (b"RN", b"SO", b"RS,STP", b"SL,DEMO", b"EC,OVRD 50", b"IW,1 1", b"DO,DOUT(1)"):
+                if host.ask(command) != b"NG\r":
+                    raise Failed("%s gets NG in %s\n     found    OK" % (command.decode(), mode))
+            ok("RN SO RS SL EC IW DO get NG in %s" % mode)
+            equal("SP gets OK in %s" % mode, b"OK\r", host.ask(b"SP"))
+            host.close()
+        finally:
+            emulator.kill()
+
+
+def main():
+    arguments = options("The whole day of a host on TCP.").parse_args()
+
+    def job(ip0, ip1):
+        host = Host(ip0, arguments.stx)
+        robot = Line(ip1)
+        texts(host)
+        download(host)
+        servo_and_selection(host)
+        variables_first = (formats, dialogue, buffer_reset, stop_and_go_on, open_exchange, cancelled_input, hold)
+        for part in variables_first:
+            part(host, robot)
+        host.command(b"RS,PRG")
+        variables(host)
+        direct(host)
+        host.command(b"RS,PRG")
+        host = rough_hosts(host, ip0, arguments.stx)
+        tidy(host)
+        host.close()
+        robot.close()
+        if arguments.serve:
+            other_modes(arguments.serve, arguments.stx)
+
+    return run(job, arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
