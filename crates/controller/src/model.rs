@@ -95,7 +95,8 @@ impl ArmModel {
     /// `ts3100-tv800`: the default, a six-axis arm reaching 850 mm to the wrist centre (assumed).
     ///
     /// Axes 4 and 6 go a full turn both ways, so that SINGLE and DOUBLE both exist for every position
-    /// (DATA-04). Ready: tool straight down, 408 mm in front at a height of 293 mm, configuration 11111.
+    /// (DATA-04); axes 1, 2, 3 and 5 go so far that LEFTY and RIGHTY, ABOVE and BELOW, NFLIP and FLIP exist for the
+    /// manual's sample positions. Ready: tool straight down, 408 mm in front at a height of 293 mm, configuration 11111.
     #[must_use]
     pub fn tv800() -> ArmModel {
         ArmModel {
@@ -110,10 +111,10 @@ impl ArmModel {
             }),
             axes: [
                 axis(190.0, 240.0, 960.0),
-                axis(150.0, 240.0, 960.0),
+                axis(179.0, 240.0, 960.0),
                 axis(165.0, 300.0, 1200.0),
                 axis(360.0, 375.0, 1500.0),
-                axis(150.0, 375.0, 1500.0),
+                axis(175.0, 375.0, 1500.0),
                 axis(360.0, 600.0, 2400.0),
             ]
             .to_vec(),

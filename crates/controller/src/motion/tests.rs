@@ -1,1 +1,542 @@
 //! Whole motions, from plan to rest.
+
+use super::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::model::{ArmModel, Joints};
+use core::time::Duration;
+
+const KEEP: [u8; 5] = [0; 5];
+
+fn down(x: f64, y: f64, z: f64) -> Pose {
+    Pose {
+        xyz: [x, y, z],
+        ..Pose::default()
+    }
+}
+
+/// Posture with the tool down there.
+fn posture(model: &ArmModel, x: f64, y: f64, z: f64) -> Joints {
+    model.inverse(&down(x, y, z), KEEP, &model.ready).unwrap()
+}
+
+fn planned(model: &ArmModel, from: &Joints, target: &Target, limits: &Limits) -> Motion {
+    plan(model, from, target, &Transform::IDENTITY, limits).unwrap()
+}
+
+fn seconds(value: f64) -> Duration {
+    Duration::from_secs_f64(value)
+}
+
+fn point(model: &ArmModel, motion: &Motion, t: Duration) -> [f64; 3] {
+    model.forward(&motion.joints_at(model, t)).0.xyz
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b) * (a - b))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// Fastest the tool point is between any two of many samples, mm/s.
+fn top_speed(model: &ArmModel, motion: &Motion, tool: &Transform) -> f64 {
+    let step = motion.duration() / 2000;
+    let at = |index: u32| {
+        model
+            .forward(&motion.joints_at(model, step * index))
+            .0
+            .transform()
+            .compose(tool)
+            .origin
+    };
+    (0..2000)
+        .map(|index| distance(at(index), at(index + 1)) / step.as_secs_f64())
+        .fold(0.0, f64::max)
+}
+
+#[track_caller]
+fn assert_close(found: &Joints, expected: &Joints) {
+    for (found, expected) in found.iter().zip(expected) {
+        assert!((found - expected).abs() < 1e-6, "{found} is not {expected}");
+    }
+}
+
+fn teaching() -> Limits {
+    Limits {
+        tool_speed_cap: Some(250.0),
+        ..Limits::FULL
+    }
+}
+
+// clause: PRM-SPD-01 PRM-SPD-02
+#[test]
+fn teaching_caps_the_tool_speed_and_ext_is_faster() {
+    let model = ArmModel::tv800();
+    let tool = Transform::from_coords([30.0, 0.0, -120.0, 0.0, 20.0, 0.0]);
+    let from = posture(&model, 400.0, -250.0, 300.0);
+    let there = model
+        .forward(&posture(&model, 400.0, 250.0, 300.0))
+        .0
+        .transform()
+        .compose(&tool);
+    let end = Pose::from_transform(&there, [0.0; 2]);
+    for target in [Target::Line(end, KEEP), Target::Joint(end, KEEP)] {
+        let slow = plan(&model, &from, &target, &tool, &teaching()).unwrap();
+        let fast = plan(&model, &from, &target, &tool, &Limits::FULL).unwrap();
+        assert!(top_speed(&model, &slow, &tool) <= 250.0 + 1e-3);
+        assert!(slow.duration() >= seconds(2.0), "{:?}", slow.duration());
+        assert!(
+            slow.duration() < seconds(2.6),
+            "the cap is not needlessly low: {:?}",
+            slow.duration()
+        );
+        assert!(top_speed(&model, &fast, &tool) > 300.0 && fast.duration() < slow.duration());
+    }
+}
+
+// clause: PRM-SPD-01
+#[test]
+fn no_joint_motion_breaks_the_cap() {
+    let model = ArmModel::tv800();
+    let postures = [
+        [-150.0, -60.0, 20.0, 0.0, 30.0, 0.0, 0.0, 0.0],
+        [150.0, 90.0, 5.0, 170.0, -80.0, 200.0, 0.0, 0.0],
+        [0.0, 60.0, -90.0, -300.0, 120.0, -300.0, 0.0, 0.0],
+    ];
+    let tool = Transform::from_coords([0.0, 0.0, -200.0, 0.0, 0.0, 0.0]);
+    for from in postures {
+        for to in postures {
+            let motion = plan(&model, &from, &Target::Joints(to), &tool, &teaching()).unwrap();
+            if from != to {
+                assert!(top_speed(&model, &motion, &tool) <= 250.0);
+            }
+        }
+    }
+    let scara = ArmModel::thl400();
+    let target = Target::Joints([120.0, -100.0, 100.0, 90.0, 30.0, 0.0, 0.0, 0.0]);
+    let motion = planned(&scara, &scara.ready, &target, &teaching());
+    assert!(top_speed(&scara, &motion, &Transform::IDENTITY) <= 250.0);
+}
+
+#[test]
+fn durations_are_those_of_the_trapezoid() {
+    let model = ArmModel::tv800();
+    let far = planned(
+        &model,
+        &model.ready,
+        &Target::Axis {
+            axis: 0,
+            value: 100.0,
+        },
+        &Limits::FULL,
+    );
+    // Axis 1: 240 degrees/s, 960 degrees/s²: 0.25 s up, 0.25 s down, 40 degrees at speed.
+    assert_eq!(far.duration(), Duration::from_micros(666_667));
+    let short = planned(
+        &model,
+        &model.ready,
+        &Target::Axis { axis: 0, value: 15.0 },
+        &Limits::FULL,
+    );
+    assert_eq!(short.duration(), seconds(0.25));
+    let slow = Limits {
+        speed: 0.5,
+        accel: 0.5,
+        decel: 0.25,
+        tool_speed_cap: None,
+    };
+    let slow = planned(
+        &model,
+        &model.ready,
+        &Target::Axis {
+            axis: 0,
+            value: 100.0,
+        },
+        &slow,
+    );
+    // 120 degrees/s, 480 up, 240 down: 0.25 s and 0.5 s, 15 and 30 degrees; 55 degrees at speed.
+    assert_eq!(slow.duration(), Duration::from_micros(1_208_334));
+    let scara = ArmModel::thl400();
+    let line = Target::Line(down(300.0, 50.0, 0.0), KEEP);
+    let limits = Limits {
+        speed: 0.1,
+        ..Limits::FULL
+    };
+    let line = planned(&scara, &posture(&scara, 300.0, -50.0, 0.0), &line, &limits);
+    // 100 mm at 250 mm/s, 10 m/s².
+    assert!(
+        (line.duration().as_secs_f64() - (0.4 + 0.025)).abs() < 2e-6,
+        "{:?}",
+        line.duration()
+    );
+    let nothing = planned(&model, &model.ready, &Target::Joints(model.ready), &Limits::FULL);
+    assert_eq!(nothing.duration(), Duration::ZERO);
+    assert!((nothing.percent_at(Duration::ZERO) - 100.0).abs() < 1e-12);
+}
+
+#[test]
+fn slowest_axis_leads_and_all_arrive_together() {
+    let model = ArmModel::tv800();
+    let to = [100.0, 20.0, 100.0, 40.0, 60.0, -90.0, 0.0, 0.0];
+    let motion = planned(&model, &model.ready, &Target::Joints(to), &Limits::FULL);
+    assert_eq!(motion.duration(), Duration::from_micros(666_667));
+    let half = motion.joints_at(&model, motion.duration() / 2);
+    for (joint, (from, to)) in half.iter().zip(model.ready.iter().zip(to)) {
+        assert!((joint - f64::midpoint(*from, to)).abs() < 1e-3);
+    }
+    assert_eq!(motion.joints_at(&model, motion.duration()), to);
+    assert_eq!(motion.end(), to);
+}
+
+#[test]
+fn a_line_is_a_line_and_turns_evenly() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 350.0, -200.0, 150.0);
+    let (a, b) = ([350.0, -200.0, 150.0], [500.0, 200.0, 350.0]);
+    let end = Pose {
+        xyz: b,
+        abc: [40.0, 0.0, 0.0],
+        uv: [0.0; 2],
+    };
+    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let length = distance(a, b);
+    for index in 0..=997 {
+        let t = motion.duration() * index / 997;
+        let pose = model.forward(&motion.joints_at(&model, t)).0;
+        let part = motion.percent_at(t) / 100.0;
+        assert!(distance(pose.xyz, a) + distance(pose.xyz, b) - length < 1e-6);
+        assert!(
+            (distance(pose.xyz, a) - part * length).abs() < 1e-6,
+            "TCP exactly where the profile says"
+        );
+        assert!(
+            (pose.abc[0] - 40.0 * part).abs() < 1e-6 && pose.abc[1].abs() < 1e-6,
+            "{pose:?}"
+        );
+    }
+    assert_close(&motion.end(), &model.inverse(&end, KEEP, &from).unwrap());
+}
+
+#[test]
+fn an_arc_keeps_its_radius_and_passes_the_via_point() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 400.0, -100.0, 250.0);
+    let arc = Target::Arc {
+        via: down(500.0, 0.0, 250.0),
+        end: down(400.0, 100.0, 250.0),
+        config: KEEP,
+    };
+    let motion = planned(&model, &from, &arc, &Limits::FULL);
+    let mut closest = f64::MAX;
+    for index in 0..=1000 {
+        let at = point(&model, &motion, motion.duration() * index / 1000);
+        assert!((distance(at, [400.0, 0.0, 250.0]) - 100.0).abs() < 1e-6 && (at[2] - 250.0).abs() < 1e-6);
+        closest = closest.min(distance(at, [500.0, 0.0, 250.0]));
+    }
+    assert!(closest < 1.0, "{closest}");
+    assert!(distance(point(&model, &motion, motion.duration()), [400.0, 100.0, 250.0]) < 1e-6);
+    // The long way round: three quarters of the circle.
+    let long = Target::Arc {
+        via: down(500.0, 0.0, 250.0),
+        end: down(300.0, 0.0, 250.0),
+        config: KEEP,
+    };
+    let long = planned(&model, &from, &long, &Limits::FULL);
+    assert!(distance(point(&model, &long, long.duration()), [300.0, 0.0, 250.0]) < 1e-6);
+    let flat = Target::Arc {
+        via: down(400.0, 0.0, 250.0),
+        end: down(400.0, 100.0, 250.0),
+        config: KEEP,
+    };
+    assert_eq!(
+        plan(&model, &from, &flat, &Transform::IDENTITY, &Limits::FULL),
+        Err(MotionError::NoArc)
+    );
+}
+
+// clause: CMD-FD-01 CMD-FD-02
+#[test]
+fn feed_hold_rests_on_the_path_and_resume_reaches_the_same_end() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 400.0, -250.0, 300.0);
+    for target in [
+        Target::Line(down(400.0, 250.0, 300.0), KEEP),
+        Target::Joint(down(500.0, 100.0, 200.0), KEEP),
+    ] {
+        let plain = planned(&model, &from, &target, &Limits::FULL);
+        let mut motion = plain.clone();
+        let at = plain.duration() / 3;
+        motion.hold(&model, at);
+        let rest = motion.rest_at().unwrap();
+        assert!(motion.is_held() && rest > at && rest < plain.duration());
+        assert!(
+            distance(point(&model, &motion, at), point(&model, &plain, at)) < 1e-9,
+            "no jump"
+        );
+        let resting = motion.joints_at(&model, rest);
+        assert_eq!(resting, motion.joints_at(&model, rest + seconds(3600.0)));
+        let percent = motion.percent_at(rest);
+        assert!(percent > plain.percent_at(at) && percent < 100.0);
+
+        motion.resume(rest + seconds(5.0));
+        assert!(!motion.is_held() && motion.rest_at().is_none());
+        assert_eq!(motion.joints_at(&model, rest + seconds(5.0)), resting);
+        assert!(motion.duration() > rest + seconds(5.0));
+        assert_eq!(motion.joints_at(&model, motion.duration()), plain.end());
+        assert_eq!(motion.end(), plain.end());
+    }
+}
+
+#[test]
+fn hold_released_while_still_slowing_goes_on_from_that_speed() {
+    let model = ArmModel::tv800();
+    let plain = planned(
+        &model,
+        &model.ready,
+        &Target::Axis {
+            axis: 0,
+            value: 100.0,
+        },
+        &Limits::FULL,
+    );
+    let mut motion = plain.clone();
+    motion.hold(&model, seconds(0.25));
+    motion.resume(seconds(0.35));
+    // Down from 240 to 144 degrees/s and up again costs 0.2 s at 192 instead of 240: 0.04 s.
+    assert_eq!(motion.duration(), Duration::from_micros(706_667));
+    assert_eq!(motion.end(), plain.end());
+}
+
+// clause: CMD-EC-04 CMD-BR-02
+#[test]
+fn stop_ends_where_the_arm_rests_and_for_good() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 400.0, -250.0, 300.0);
+    let target = Target::Line(down(400.0, 250.0, 300.0), KEEP);
+    let gentle = Limits {
+        decel: 0.1,
+        ..Limits::FULL
+    };
+    let mut motion = planned(&model, &from, &target, &gentle);
+    let mut held = motion.clone();
+    let at = motion.duration() / 3;
+    held.hold(&model, at);
+    motion.stop(at);
+    assert!(
+        motion.duration() > at && motion.duration() < held.duration(),
+        "full deceleration, not that of the motion"
+    );
+    let end = motion.end();
+    assert_eq!(motion.joints_at(&model, motion.duration()), end);
+    let pose = model.forward(&end).0;
+    assert!(pose.xyz[1] > -250.0 && pose.xyz[1] < 250.0 && (pose.xyz[0] - 400.0).abs() < 1e-6);
+    let stopped = motion.clone();
+    motion.resume(seconds(10.0));
+    motion.set_limits(seconds(10.0), &Limits::FULL);
+    motion.hold(&model, seconds(10.0));
+    motion.stop(seconds(10.0));
+    assert_eq!(motion, stopped);
+
+    let rest = held.rest_at().unwrap() + seconds(1.0);
+    held.stop(rest);
+    assert_eq!(held.duration(), rest, "at rest already: it ends at once");
+    assert!(!held.is_held());
+}
+
+#[test]
+fn new_limits_take_over_from_the_present_place_and_speed() {
+    let model = ArmModel::tv800();
+    let target = Target::Axis {
+        axis: 0,
+        value: 100.0,
+    };
+    let plain = planned(&model, &model.ready, &target, &Limits::FULL);
+    let mut motion = plain.clone();
+    let half = Limits {
+        speed: 0.5,
+        ..Limits::FULL
+    };
+    motion.set_limits(seconds(0.3), &half);
+    // 42 degrees gone at 240; 0.125 s down to 120 (22.5), 28 at 120, 0.125 s to rest (7.5).
+    let expected = 0.3 + 0.125 + 28.0 / 120.0 + 0.125;
+    assert!(
+        (motion.duration().as_secs_f64() - expected).abs() < 2e-6,
+        "{:?}",
+        motion.duration()
+    );
+    assert_eq!(motion.end(), plain.end());
+    // A held motion takes them when it goes on.
+    let mut held = plain.clone();
+    held.hold(&model, seconds(0.3));
+    held.set_limits(seconds(2.0), &half);
+    assert!(held.is_held());
+    held.resume(seconds(3.0));
+    assert!((held.duration().as_secs_f64() - (3.0 + 0.25 / 2.0 * 2.0 + (28.0 - 15.0) / 120.0)).abs() < 2e-6);
+}
+
+#[test]
+fn the_answer_does_not_depend_on_what_was_asked_before() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 350.0, -200.0, 150.0);
+    let end = Pose {
+        xyz: [450.0, 200.0, 250.0],
+        abc: [0.0, 30.0, 170.0],
+        uv: [0.0; 2],
+    };
+    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let (mut asked, mut once) = (motion.clone(), motion);
+    for index in 0..500 {
+        let _ = asked.joints_at(&model, asked.duration() * index / 500);
+    }
+    let at = once.duration() / 3;
+    asked.hold(&model, at);
+    once.hold(&model, at);
+    assert_eq!(asked, once);
+    let resumed = once.duration();
+    once.resume(resumed);
+    let way = once.duration() - resumed;
+    let mut last = once.joints_at(&model, resumed);
+    for index in 0..=5000 {
+        let joints = once.joints_at(&model, resumed + way * index / 5000);
+        for (joint, last) in joints.iter().zip(last) {
+            assert!(
+                (joint - last).abs() < 1.0,
+                "joints never jump: {joint} from {last}"
+            );
+        }
+        last = joints;
+    }
+}
+
+// clause: DATA-04
+#[test]
+fn paths_that_cannot_be_gone_are_refused_before_the_start() {
+    let model = ArmModel::tv800();
+    let no_tool = Transform::IDENTITY;
+    let go = |from: &Joints, target: Target| plan(&model, from, &target, &no_tool, &Limits::FULL);
+    let from = posture(&model, 400.0, -100.0, 250.0);
+    let end = down(400.0, 100.0, 250.0);
+    assert!(matches!(
+        go(&from, Target::Line(down(1500.0, 0.0, 0.0), KEEP)),
+        Err(MotionError::Unreachable(_))
+    ));
+    // Both ends are in reach, the middle is inside the foot.
+    let left = model
+        .inverse(&down(0.0, -400.0, 250.0), KEEP, &model.ready)
+        .unwrap();
+    assert!(matches!(
+        go(&left, Target::Line(down(1.0, 400.0, 250.0), KEEP)),
+        Err(MotionError::OnPath { .. } | MotionError::Singular { .. })
+    ));
+    assert_eq!(
+        go(&from, Target::Line(end, [0, 2, 0, 0, 0])),
+        Err(MotionError::Configuration {
+            place: 2,
+            reached: 1,
+            wanted: 2
+        })
+    );
+    assert_eq!(
+        go(&from, Target::Line(end, [0, 0, 0, 2, 0])),
+        Err(MotionError::Configuration {
+            place: 4,
+            reached: 1,
+            wanted: 2
+        })
+    );
+}
+
+#[test]
+fn targets_that_mean_nothing_to_the_arm_are_refused() {
+    let model = ArmModel::tv800();
+    let from = model.ready;
+    let go = |from: &Joints, target: Target| plan(&model, from, &target, &Transform::IDENTITY, &Limits::FULL);
+    let end = down(400.0, 100.0, 250.0);
+    assert_eq!(
+        go(&from, Target::Axis { axis: 6, value: 1.0 }),
+        Err(MotionError::NoSuchAxis { axis: 7, axes: 6 })
+    );
+    assert!(
+        go(
+            &from,
+            Target::Axis {
+                axis: usize::MAX,
+                value: 1.0
+            }
+        )
+        .is_err()
+    );
+    assert!(
+        go(
+            &from,
+            Target::Axis {
+                axis: 1,
+                value: 179.1
+            }
+        )
+        .is_err()
+    );
+    assert!(
+        go(
+            &from,
+            Target::Axis {
+                axis: 1,
+                value: f64::NAN
+            }
+        )
+        .is_err()
+    );
+    assert!(go(&from, Target::Joints([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 5.0, 0.0])).is_err());
+    assert!(
+        go(
+            &from,
+            Target::Arc {
+                via: down(f64::NAN, 0.0, 0.0),
+                end,
+                config: KEEP
+            }
+        )
+        .is_err()
+    );
+}
+
+#[test]
+fn scara_lines_keep_the_configuration_and_carry_t() {
+    let model = ArmModel::thl400();
+    let from = model
+        .inverse(&down(300.0, -100.0, 0.0), [2, 0, 0, 0, 0], &model.ready)
+        .unwrap();
+    let end = Pose {
+        xyz: [250.0, 150.0, -20.0],
+        abc: [0.0, 0.0, 90.0],
+        uv: [30.0, 0.0],
+    };
+    let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
+    let (pose, digits) = model.forward(&motion.end());
+    assert_eq!(digits, [2, 0, 0, 0, 0]);
+    assert!(distance(pose.xyz, end.xyz) < 1e-6 && (pose.abc[2] - 90.0).abs() < 1e-6);
+    let half = motion.joints_at(&model, motion.duration() / 2);
+    assert!((half[4] - 15.0).abs() < 1e-3, "{half:?}");
+}
+
+#[test]
+fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
+    let model = ArmModel::tv800();
+    let target = Target::Axis { axis: 0, value: 1.0 };
+    let wild = Limits {
+        speed: 7.0,
+        accel: f64::INFINITY,
+        decel: 1.5,
+        tool_speed_cap: None,
+    };
+    let full = planned(&model, &model.ready, &target, &Limits::FULL).duration();
+    assert_eq!(planned(&model, &model.ready, &target, &wild).duration(), full);
+    let none = Limits {
+        speed: f64::NAN,
+        accel: 0.0,
+        decel: -1.0,
+        tool_speed_cap: Some(0.0),
+    };
+    let crawling = planned(&model, &model.ready, &target, &none);
+    assert!(crawling.duration() > full && crawling.duration() < seconds(3600.0));
+}
