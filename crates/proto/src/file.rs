@@ -79,7 +79,12 @@ struct LineCheck {
 
 impl LineCheck {
     fn new(rule: FileRule) -> LineCheck {
-        LineCheck { rule, line: 1, column: 0, after_cr: false }
+        LineCheck {
+            rule,
+            line: 1,
+            column: 0,
+            after_cr: false,
+        }
     }
 
     fn push(&mut self, bytes: &[u8]) -> Result<(), FileFault> {
@@ -129,14 +134,23 @@ impl FlSender {
     /// the last (FL-02, FL-03, FL-05).
     #[must_use]
     pub fn new(content: Vec<u8>) -> FlSender {
-        FlSender { bytes: [PREFIX, &content, &[EOF]].concat(), sent: 0, per_text: MAX_DATA }
+        FlSender {
+            per_text: MAX_DATA,
+            ..FlSender::single(content, &[EOF])
+        }
     }
 
     /// A file in one text whatever its length, with `tail` after it: EOF, or EOF and CR (SF; hosts 7.3).
     #[must_use]
     pub fn single(content: Vec<u8>, tail: &[u8]) -> FlSender {
-        let bytes = [PREFIX, &content, tail].concat();
-        FlSender { per_text: bytes.len(), bytes, sent: 0 }
+        let mut bytes = content;
+        bytes.splice(0..0, PREFIX.iter().copied());
+        bytes.extend_from_slice(tail);
+        FlSender {
+            per_text: bytes.len(),
+            bytes,
+            sent: 0,
+        }
     }
 
     /// The data section of the next text; none when all has been given out.
@@ -179,7 +193,13 @@ impl FlReceiver {
     /// Awaits a file of at most `limit` bytes (without EOF) that keeps to `rule`.
     #[must_use]
     pub fn new(limit: usize, rule: FileRule) -> FlReceiver {
-        FlReceiver { limit, check: LineCheck::new(rule), content: Vec::new(), begun: false, ended: false }
+        FlReceiver {
+            limit,
+            check: LineCheck::new(rule),
+            content: Vec::new(),
+            begun: false,
+            ended: false,
+        }
     }
 
     /// Takes in the data section of one text.
@@ -230,3 +250,6 @@ impl FlReceiver {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

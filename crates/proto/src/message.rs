@@ -71,3 +71,76 @@ pub fn split_message(message: &[u8]) -> Vec<Vec<u8>> {
     whole.push(CR);
     whole.chunks(MAX_DATA).map(<[u8]>::to_vec).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::vec;
+
+    // clause: TRN-07 TRN-08
+    #[test]
+    fn full_texts_without_cr_are_parts() {
+        let message = [b"DO,".as_slice(), &[b'A'; 300]].concat();
+        let mut joiner = MessageJoiner::default();
+        let texts = split_message(&message);
+        assert_eq!(texts.iter().map(Vec::len).collect::<Vec<_>>(), [253, 51]);
+        assert_eq!(joiner.push(&texts[0]), Joined::Partial);
+        assert!(joiner.is_partial());
+        assert_eq!(joiner.push(&texts[1]), Joined::Whole(message));
+        assert!(!joiner.is_partial());
+    }
+
+    // clause: TRN-07
+    #[test]
+    fn every_length_is_cut_and_joined() {
+        for length in 0..=MAX_MESSAGE {
+            let message = vec![b'A'; length];
+            let texts = split_message(&message);
+            let mut joiner = MessageJoiner::default();
+            let (last, parts) = texts.split_last().unwrap();
+            for part in parts {
+                assert_eq!((part.len(), joiner.push(part)), (MAX_DATA, Joined::Partial));
+            }
+            assert!(last.len() <= MAX_DATA);
+            assert_eq!(joiner.push(last), Joined::Whole(message));
+        }
+    }
+
+    // clause: FRM-10
+    #[test]
+    fn a_short_text_without_cr_ends_the_message_without_cr() {
+        let mut joiner = MessageJoiner::default();
+        assert_eq!(joiner.push(b"RN"), Joined::NoCr(b"RN".to_vec()));
+        assert_eq!(joiner.push(b""), Joined::NoCr(Vec::new()));
+        assert_eq!(joiner.push(b"RN\r"), Joined::Whole(b"RN".to_vec()));
+        assert_eq!(
+            joiner.push(&[b'A'; MAX_DATA - 1]),
+            Joined::NoCr(vec![b'A'; MAX_DATA - 1])
+        );
+        assert_eq!(joiner.push(&[b'A'; MAX_DATA]), Joined::Partial);
+        assert_eq!(
+            joiner.push(b"B"),
+            Joined::NoCr([vec![b'A'; MAX_DATA], vec![b'B']].concat())
+        );
+    }
+
+    #[test]
+    fn too_long_a_message_is_dropped_to_its_end_and_the_next_is_read() {
+        let mut joiner = MessageJoiner::default();
+        for _ in 0..100 {
+            assert_eq!(joiner.push(&[b'A'; MAX_DATA]), Joined::Partial);
+            assert!(joiner.is_partial() && joiner.parts.len() <= MAX_MESSAGE);
+        }
+        assert_eq!(joiner.push(b"end\r"), Joined::TooLong);
+        assert_eq!(joiner.push(b"SU\r"), Joined::Whole(b"SU".to_vec()));
+        assert_eq!(joiner.push(&[b'A'; 2 * MAX_MESSAGE]), Joined::TooLong);
+    }
+
+    #[test]
+    fn a_reset_forgets() {
+        let mut joiner = MessageJoiner::default();
+        joiner.push(&[b'A'; MAX_DATA]);
+        joiner.reset();
+        assert_eq!(joiner.push(b"SU\r"), Joined::Whole(b"SU".to_vec()));
+    }
+}

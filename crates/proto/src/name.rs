@@ -66,9 +66,19 @@ impl FileName {
                 ('.', None) => extension = Some(at),
                 (c, _) if c.is_ascii_alphanumeric() => {}
                 (found, None) => {
-                    return Err(NameError::Character { expected: "a letter, a digit or one dot", found, at });
+                    return Err(NameError::Character {
+                        expected: "a letter, a digit or one dot",
+                        found,
+                        at,
+                    });
                 }
-                (found, Some(_)) => return Err(NameError::Character { expected: "a letter or a digit", found, at }),
+                (found, Some(_)) => {
+                    return Err(NameError::Character {
+                        expected: "a letter or a digit",
+                        found,
+                        at,
+                    });
+                }
             }
         }
         if extension.is_some_and(|at| at + 1 == text.len()) {
@@ -117,22 +127,37 @@ impl VariableName {
             None => (text, Vec::new()),
             Some(at) => {
                 let (name, rest) = text.split_at(at);
-                let bad = || NameError::Subscripts { found: String::from(rest) };
-                let inner = rest.strip_prefix('(').and_then(|rest| rest.strip_suffix(')')).ok_or_else(bad)?;
+                let bad = || NameError::Subscripts {
+                    found: String::from(rest),
+                };
+                let inner = rest
+                    .strip_prefix('(')
+                    .and_then(|rest| rest.strip_suffix(')'))
+                    .ok_or_else(bad)?;
                 if inner.split(',').count() > MAX_SUBSCRIPTS {
                     return Err(bad());
                 }
-                let values: Result<Vec<i32>, _> = inner.split(',').map(|one| one.trim_matches(' ').parse()).collect();
+                let values: Result<Vec<i32>, _> = inner
+                    .split(',')
+                    .map(|one| one.trim_matches(' ').parse())
+                    .collect();
                 (name, values.map_err(|_| bad())?)
             }
         };
         check_first(name, MAX_VARIABLE_NAME)?;
         for (at, found) in name.chars().enumerate() {
             if !found.is_ascii_alphanumeric() && found != '_' {
-                return Err(NameError::Character { expected: "a letter, a digit or an underscore", found, at });
+                return Err(NameError::Character {
+                    expected: "a letter, a digit or an underscore",
+                    found,
+                    at,
+                });
             }
         }
-        Ok(VariableName { name: name.to_ascii_uppercase(), subscripts })
+        Ok(VariableName {
+            name: name.to_ascii_uppercase(),
+            subscripts,
+        })
     }
 }
 
@@ -142,7 +167,11 @@ impl fmt::Display for VariableName {
         for (index, subscript) in self.subscripts.iter().enumerate() {
             write!(f, "{}{subscript}", if index == 0 { "(" } else { "," })?;
         }
-        if self.subscripts.is_empty() { Ok(()) } else { f.write_str(")") }
+        if self.subscripts.is_empty() {
+            Ok(())
+        } else {
+            f.write_str(")")
+        }
     }
 }
 
@@ -150,8 +179,111 @@ impl fmt::Display for VariableName {
 fn check_first(text: &str, limit: usize) -> Result<(), NameError> {
     let found = text.chars().next().ok_or(NameError::Empty)?;
     if !found.is_ascii_alphabetic() {
-        return Err(NameError::Character { expected: "a letter", found, at: 0 });
+        return Err(NameError::Character {
+            expected: "a letter",
+            found,
+            at: 0,
+        });
     }
     let length = text.chars().count();
-    if length > limit { Err(NameError::TooLong { limit, length }) } else { Ok(()) }
+    if length > limit {
+        Err(NameError::TooLong { limit, length })
+    } else {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    // clause: DIR-01 DIR-04 CMD-DL-08
+    #[test]
+    fn file_names() {
+        for (text, name) in [
+            ("A", "A"),
+            ("abc", "ABC"),
+            ("Abc.D", "ABC.D"),
+            ("ETHERNET.PAR", "ETHERNET.PAR"),
+            ("abcdefghijkl", "ABCDEFGHIJKL"),
+            ("A1.2", "A1.2"),
+        ] {
+            let parsed = FileName::parse(text).unwrap();
+            assert_eq!((parsed.as_str(), parsed.to_string().as_str()), (name, name));
+        }
+        for text in [
+            "",
+            "1ABC",
+            "ABCDEFGHIJKLM",
+            "A.B.C",
+            "A.",
+            ".A",
+            "A B",
+            "A_B",
+            "A/B",
+            "..",
+            "\u{c4}B",
+            "A\u{c4}",
+        ] {
+            assert!(FileName::parse(text).is_err(), "{text}");
+        }
+        assert_eq!(
+            FileName::parse("A.").map_err(|error| error.to_string()),
+            Err(NameError::NoExtension.to_string())
+        );
+        let error = FileName::parse("AB.C.D").map_err(|error| error.to_string());
+        assert_eq!(
+            error,
+            Err("a letter or a digit expected, '.' found at character 4".to_string())
+        );
+    }
+
+    #[test]
+    fn parameter_files_are_known_by_name() {
+        for (text, expected) in [
+            ("user.par", true),
+            ("ETHERNET.PAR", true),
+            ("OTHER.PAR", false),
+            ("USER", false),
+        ] {
+            assert_eq!(
+                FileName::parse(text).map(|name| name.is_parameter()),
+                Ok(expected)
+            );
+        }
+    }
+
+    // clause: CMD-MR-02 CMD-MR-03 CMD-MW-03
+    #[test]
+    fn variable_names() {
+        for (text, shown) in [
+            ("a", "A"),
+            ("ABCDEFGHIJ", "ABCDEFGHIJ"),
+            ("Tbl(2)", "TBL(2)"),
+            ("TBL(1, 3)", "TBL(1,3)"),
+            ("A_1(-1,2,3,4)", "A_1(-1,2,3,4)"),
+        ] {
+            let parsed = VariableName::parse(text).unwrap();
+            assert_eq!(parsed.to_string(), shown);
+            assert_eq!(VariableName::parse(shown), Ok(parsed));
+        }
+        for text in [
+            "",
+            "1A",
+            "ABCDEFGHIJK",
+            "A(",
+            "A()",
+            "A(1",
+            "A(1,)",
+            "A(x)",
+            "A(1)2",
+            "A B",
+            "(1)",
+            "A(1,2,3,4,5)",
+            "A(99999999999)",
+        ] {
+            assert!(VariableName::parse(text).is_err(), "{text}");
+        }
+    }
 }

@@ -21,7 +21,7 @@ pub enum Reply {
 
 /// A text that the controller would not send.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("reply: OK, NG, SP or FL, expected, {found:?} found")]
+#[error("reply: OK, NG, SP or \"FL,\" expected, \"{found}\" found")]
 pub struct ReplyError {
     /// The data section, as far as it is worth showing.
     pub found: String,
@@ -41,7 +41,9 @@ impl Reply {
             b"OK" => Ok(Reply::Ok),
             b"NG" => Ok(Reply::Ng),
             b"SP" => Ok(Reply::Sp),
-            _ => Err(ReplyError { found: crate::command::excerpt(data) }),
+            _ => Err(ReplyError {
+                found: crate::command::excerpt(data),
+            }),
         }
     }
 
@@ -62,5 +64,52 @@ impl Reply {
         let Reply::Fl(body) = self else { return None };
         let end = body.strip_suffix(&[CR]).unwrap_or(body);
         end.strip_suffix(&[EOF])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    // clause: CMD-OK-01 CMD-NG-01 CMD-SP-05 FL-01 CMD-LST-02
+    #[test]
+    fn replies_to_the_byte() {
+        for (reply, data) in [
+            (Reply::Ok, b"OK\r".as_slice()),
+            (Reply::Ng, b"NG\r"),
+            (Reply::Sp, b"SP\r"),
+            (Reply::Fl(b"NEW 24\r\x1a".to_vec()), b"FL,NEW 24\r\x1a"),
+            (Reply::Fl(Vec::new()), b"FL,"),
+        ] {
+            assert_eq!(reply.encode(), data);
+            assert_eq!(Reply::parse(data), Ok(reply));
+        }
+        assert_eq!(Reply::parse(b"OK"), Ok(Reply::Ok));
+    }
+
+    #[test]
+    fn other_texts_are_errors() {
+        for data in [b"".as_slice(), b"OKAY\r", b"ok\r", b"FL", b"SU\r", b"\xff"] {
+            assert!(Reply::parse(data).is_err(), "{data:02X?}");
+        }
+        let error = Reply::parse(b"XY\r").map_err(|error| error.to_string());
+        assert_eq!(
+            error,
+            Err("reply: OK, NG, SP or \"FL,\" expected, \"XY\\r\" found".to_string())
+        );
+    }
+
+    #[test]
+    fn the_content_of_a_file_in_one_text() {
+        for (data, content) in [
+            (b"FL,A\x1a".as_slice(), Some(b"A".as_slice())),
+            (b"FL,A\r\x1a\r", Some(b"A\r")),
+            (b"FL,\x1a", Some(b"")),
+            (b"FL,A", None),
+            (b"OK\r", None),
+        ] {
+            assert_eq!(Reply::parse(data).unwrap().content(), content);
+        }
     }
 }

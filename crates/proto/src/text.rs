@@ -112,54 +112,271 @@ pub enum Decoded {
     },
 }
 
-/// Cuts a stream of bytes into texts.
+/// A text that has begun.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Partial {
+    framing: Framing,
+    /// The first bytes of the data section, as many as are kept.
+    data: Vec<u8>,
+    /// All bytes of the data section so far.
+    length: usize,
+    sum: u8,
+}
+
+impl Partial {
+    fn new(framing: Framing) -> Partial {
+        Partial {
+            framing,
+            data: Vec::new(),
+            length: 0,
+            sum: 0,
+        }
+    }
+
+    fn add(&mut self, byte: u8, kept: usize) {
+        self.length = self.length.saturating_add(1);
+        self.sum = self.sum.wrapping_add(byte);
+        if self.data.len() < kept {
+            self.data.push(byte);
+        }
+    }
+
+    /// Bytes that came for it, STX included.
+    fn received(&self) -> usize {
+        self.length
+            .saturating_add(usize::from(self.framing == Framing::Stx))
+    }
+
+    /// Whether it says OK, NG or SP and nothing else.
+    fn is_answer(&self) -> bool {
+        matches!(
+            self.data.strip_suffix(&[CR]).unwrap_or(&self.data),
+            b"OK" | b"NG" | b"SP"
+        )
+    }
+
+    fn into_text(self) -> Text {
+        let over_long = self.length > self.data.len();
+        let fault = over_long.then_some(TextFault::OverLong { length: self.length });
+        Text {
+            framing: self.framing,
+            data: self.data,
+            fault,
+        }
+    }
+}
+
+/// Where the decoder stands in the stream.
+///
+/// ```text
+///   Outside --STX, or any byte with Detect--> Inside --ETX--> Outside
+///                                                  \--ETX, with checksum--> Sum --one byte--> Outside
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Place {
+    Outside,
+    Inside(Partial),
+    Sum { text: Text, expected: u8 },
+}
+
+/// Cuts a stream of bytes into texts. Bytes wait in it until [`TextDecoder::next`] reads them, so that what is
+/// read may depend on the texts before (see [`TextDecoder::expect_binary`]); it holds at most
+/// [`MAX_BUFFERED`] bytes and one text.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TextDecoder {
     options: TextOptions,
     input: BytesMut,
+    place: Place,
+    /// Bytes read that belong to no text and are not reported yet.
+    noise: usize,
+    /// Bytes that came when there was no room.
+    lost: usize,
+    /// Length of the data section of the next text, if it is cut by length.
+    binary: Option<usize>,
 }
 
 impl TextDecoder {
     /// A decoder that has seen nothing.
     #[must_use]
     pub fn new(options: TextOptions) -> TextDecoder {
-        TextDecoder { options, input: BytesMut::new() }
+        TextDecoder {
+            options,
+            input: BytesMut::new(),
+            place: Place::Outside,
+            noise: 0,
+            lost: 0,
+            binary: None,
+        }
     }
 
-    /// Takes in bytes as they came; how they were cut into segments does not matter (FRM-05).
+    /// Takes in bytes as they came; how they were cut into segments does not matter (FRM-05). Bytes for which
+    /// there is no room are dropped and reported by [`TextDecoder::next`] in their turn.
     pub fn push(&mut self, bytes: &[u8]) {
-        self.input.extend_from_slice(bytes);
+        let room = if self.lost > 0 {
+            0
+        } else {
+            MAX_BUFFERED.saturating_sub(self.input.len())
+        };
+        let (kept, dropped) = bytes.split_at_checked(room).unwrap_or((bytes, &[]));
+        self.input.extend_from_slice(kept);
+        self.lost = self.lost.saturating_add(dropped.len());
     }
 
     /// The next text or gap; none when more bytes are needed.
-    #[expect(clippy::should_implement_trait, reason = "not an iterator: more may come after None")]
+    #[expect(
+        clippy::should_implement_trait,
+        reason = "not an iterator: more may come after None"
+    )]
     pub fn next(&mut self) -> Option<Decoded> {
-        None
+        while let Some(&byte) = self.input.first() {
+            let decoded = match core::mem::replace(&mut self.place, Place::Outside) {
+                Place::Outside => self.outside(byte),
+                Place::Inside(partial) => self.inside(partial, byte),
+                Place::Sum { text, expected } => Some(self.sum(text, expected, byte)),
+            };
+            if decoded.is_some() {
+                return decoded;
+            }
+        }
+        if self.lost > 0 {
+            // The text under way has a hole: its rest must not be taken for its continuation.
+            self.noise = self.noise.saturating_add(self.lost).saturating_add(self.begun());
+            self.place = Place::Outside;
+            self.lost = 0;
+        }
+        self.gap()
     }
 
     /// Whether a text has begun and its end has not come.
     #[must_use]
     pub fn is_partial(&self) -> bool {
-        self.buffered() > 0
+        if self.input.is_empty() {
+            return self.place != Place::Outside;
+        }
+        let mut ahead = self.clone();
+        while ahead.next().is_some() {}
+        ahead.place != Place::Outside
     }
 
     /// Forgets everything that is not given out yet; returns the number of bytes dropped.
     pub fn reset(&mut self) -> usize {
-        let dropped = self.buffered();
-        self.input.clear();
+        let dropped = self.input.len() + self.begun() + self.noise + self.lost;
+        *self = TextDecoder::new(self.options);
         dropped
     }
 
     /// The next text has `data_len` data bytes (at most [`MAX_BINARY`]) and is cut by length, not by ETX
-    /// (FRM-17): for a host that awaits SF.
+    /// (FRM-17): for a host that awaits SF. If OK, NG or SP comes in its place, it is read as ever; after SP,
+    /// which is unsolicited, the long text is still awaited.
     pub fn expect_binary(&mut self, data_len: usize) {
-        let _ = data_len;
+        self.binary = Some(data_len.min(MAX_BINARY));
     }
 
     /// Bytes held that are not given out yet.
     #[must_use]
     pub fn buffered(&self) -> usize {
-        self.input.remaining()
+        let held = match &self.place {
+            Place::Outside => 0,
+            Place::Inside(partial) => partial.data.len(),
+            Place::Sum { text, .. } => text.data.len(),
+        };
+        self.input.len() + held
+    }
+
+    /// Bytes that came for the text under way.
+    fn begun(&self) -> usize {
+        match &self.place {
+            Place::Outside => 0,
+            Place::Inside(partial) => partial.received(),
+            Place::Sum { text, .. } => text.data.len() + 1 + usize::from(text.framing == Framing::Stx),
+        }
+    }
+
+    /// Reports the noise so far.
+    fn gap(&mut self) -> Option<Decoded> {
+        let bytes = core::mem::take(&mut self.noise);
+        (bytes > 0).then_some(Decoded::Skipped { bytes })
+    }
+
+    /// A byte outside a text. An ETX that ends nothing is noise even where texts need no STX.
+    fn outside(&mut self, byte: u8) -> Option<Decoded> {
+        let noise = byte != STX && (self.options.stx == StxRule::Required || byte == ETX);
+        if noise {
+            self.noise = self.noise.saturating_add(1);
+            self.input.advance(1);
+            return None;
+        }
+        if self.noise > 0 {
+            return self.gap();
+        }
+        if byte == STX {
+            self.input.advance(1);
+            self.place = Place::Inside(Partial::new(Framing::Stx));
+        } else {
+            self.place = Place::Inside(Partial::new(Framing::Bare));
+        }
+        None
+    }
+
+    /// A byte of a text under way.
+    fn inside(&mut self, mut partial: Partial, byte: u8) -> Option<Decoded> {
+        let binary = self.binary.filter(|&length| partial.length <= length);
+        match binary {
+            Some(length) if partial.length < length && !(byte == ETX && partial.is_answer()) => {
+                self.input.advance(1);
+                partial.add(byte, length);
+                self.place = Place::Inside(partial);
+                None
+            }
+            Some(_) if byte != ETX => {
+                self.binary = None;
+                let fault = Some(TextFault::NoEtx { found: byte });
+                Some(Decoded::Text(Text {
+                    fault,
+                    ..partial.into_text()
+                }))
+            }
+            _ if byte == ETX => {
+                self.input.advance(1);
+                self.end(partial)
+            }
+            _ if byte == STX => {
+                self.noise = self.noise.saturating_add(partial.received());
+                None
+            }
+            _ => {
+                self.input.advance(1);
+                partial.add(byte, MAX_DATA);
+                self.place = Place::Inside(partial);
+                None
+            }
+        }
+    }
+
+    /// ETX has come.
+    fn end(&mut self, partial: Partial) -> Option<Decoded> {
+        let unsolicited = partial.is_answer() && partial.data.starts_with(b"SP");
+        if !unsolicited {
+            self.binary = None;
+        }
+        let expected = partial.sum.wrapping_add(ETX);
+        let text = partial.into_text();
+        match self.options.checksum {
+            Checksum::None => Some(Decoded::Text(text)),
+            Checksum::Sum => {
+                self.place = Place::Sum { text, expected };
+                None
+            }
+        }
+    }
+
+    /// The byte after ETX.
+    fn sum(&mut self, mut text: Text, expected: u8, found: u8) -> Decoded {
+        self.input.advance(1);
+        if text.fault.is_none() && found != expected {
+            text.fault = Some(TextFault::BadSum { expected, found });
+        }
+        Decoded::Text(text)
     }
 }
 
@@ -177,3 +394,6 @@ pub fn encode_text(data: &[u8], framing: Framing, checksum: Checksum) -> Vec<u8>
     }
     wire
 }
+
+#[cfg(test)]
+mod tests;

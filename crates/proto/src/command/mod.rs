@@ -2,21 +2,29 @@
 //! grammar, its encoder and its tests; the table here wires them. Whether a command is permitted, and what it
 //! does, is the controller's.
 
+mod files;
+mod internal;
+mod lines;
 mod number;
+mod operand;
+mod reset;
+mod statement;
+mod table;
 mod variable;
 
+pub use internal::{Internal, RunMode};
+pub use lines::{LineWrite, MAX_LINES};
 pub use number::Number;
-pub use variable::{VariableKind, VariableRead, VariableWrite};
+pub use reset::Reset;
+pub use table::{COMMANDS, CommandRow, Sender};
+pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
 
 use crate::name::FileName;
+use crate::text::CR;
 use alloc::string::String;
 use alloc::vec::Vec;
+use operand::Operands;
 use thiserror::Error;
-
-/// Values an MW may carry.
-pub const MAX_VALUES: usize = 16;
-/// Lines an IW may force (CMD-IW-02).
-pub const MAX_LINES: usize = 32;
 
 /// A command of the host.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,75 +77,11 @@ pub enum Command {
     Do(String),
 }
 
-/// What RS resets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reset {
-    /// `PRG`: back to step 1, program data initialised (CMD-RS-03).
-    Program,
-    /// `STP`: back to step 1, program data kept (CMD-RS-04).
-    Step,
-    /// `CYC`: to the label RCYCLE (CMD-RS-05).
-    Cycle,
-    /// `SIG`: output signals (CMD-RS-07).
-    Signal,
-    /// `SEL`: the selection of the execution file (CMD-RS-09).
-    Select,
-}
-
-/// An internal command of EC.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Internal {
-    /// `MODE`: the operation mode (CMD-EC-03).
-    Mode(RunMode),
-    /// `OVRD`: the speed override in percent, 1 to 100 (CMD-EC-02).
-    Override(u8),
-    /// `BREAK`: stop at once (CMD-EC-04).
-    Break,
-}
-
-/// Operation mode (CMD-RN-06).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum RunMode {
-    /// Begins again at the end.
-    Continuous,
-    /// Once to the end.
-    Cycle,
-    /// One statement.
-    Step,
-    /// Through the next motion.
-    Segment,
-}
-
-impl RunMode {
-    /// All modes.
-    pub const ALL: [RunMode; 4] = [RunMode::Continuous, RunMode::Cycle, RunMode::Step, RunMode::Segment];
-
-    /// The word in lower case, as the status file has it (SU-04).
-    #[must_use]
-    pub fn word(self) -> &'static str {
-        match self {
-            RunMode::Continuous => "continuous",
-            RunMode::Cycle => "cycle",
-            RunMode::Step => "step",
-            RunMode::Segment => "segment",
-        }
-    }
-}
-
-/// One line that IW forces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LineWrite {
-    /// Number of the line.
-    pub line: u16,
-    /// ON or OFF.
-    pub on: bool,
-}
-
 /// Why a message is no command.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
-    #[error("command letters of Table 5.1 expected, {letters:?} found")]
+    #[error("command letters of Table 5.1 expected, \"{letters}\" found")]
     Unknown {
         /// What stands in their place.
         letters: String,
@@ -156,45 +100,47 @@ pub enum CommandError {
     },
 }
 
-/// Who sends a command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sender {
-    /// The host alone.
-    Host,
-    /// Host and controller.
-    Both,
-}
-
-/// A row of Table 5.1.
-#[derive(Debug, Clone, Copy)]
-pub struct CommandRow {
-    /// The two letters.
-    pub letters: &'static str,
-    /// What it is for.
-    pub description: &'static str,
-    /// How it is written.
-    pub form: &'static str,
-    /// Who sends it.
-    pub sender: Sender,
-}
-
-/// Table 5.1 in the order of the manual.
-pub const COMMANDS: &[CommandRow] = &[];
-
 impl Command {
     /// Reads a message (without its CR).
     ///
     /// # Errors
     /// Unknown letters, or operands that do not fit them.
     pub fn parse(message: &[u8]) -> Result<Command, CommandError> {
-        Err(CommandError::Unknown { letters: excerpt(message) })
+        let letters = message.get(..2).unwrap_or(message);
+        let row = COMMANDS
+            .iter()
+            .find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters));
+        let row = row.ok_or_else(|| CommandError::Unknown {
+            letters: excerpt(letters),
+        })?;
+        (row.read)(Operands::new(row.letters, message))
     }
 
     /// The data section that says the command, CR included (not so for FL), in the form that the vendor's
     /// client library sends.
     #[must_use]
     pub fn encode(&self) -> Vec<u8> {
-        self.letters().as_bytes().to_vec()
+        let mut data = self.letters().as_bytes().to_vec();
+        match self {
+            Command::Rn | Command::Sp | Command::Br | Command::So | Command::Ca | Command::Su => {}
+            Command::Eu | Command::Ok | Command::Ng | Command::Fd | Command::Sf | Command::Vr => {}
+            Command::Rs(reset) => operand(&mut data, reset.word()),
+            Command::Sl(name) | Command::Ul(name) | Command::Dl(name) | Command::Er(name) => {
+                operand(&mut data, name.as_str());
+            }
+            Command::Ec(internal) => operand(&mut data, &internal::encode(*internal)),
+            Command::Mw(write) => operand(&mut data, &variable::encode_write(write)),
+            Command::Mr(read) => operand(&mut data, &variable::encode_read(read)),
+            Command::Iw(lines) => operand(&mut data, &lines::encode(lines)),
+            Command::Do(statement) => operand(&mut data, statement),
+            Command::Fl(content) => {
+                data.push(b',');
+                data.extend_from_slice(content);
+                return data;
+            }
+        }
+        data.push(CR);
+        data
     }
 
     /// The two letters.
@@ -228,10 +174,23 @@ impl Command {
     }
 }
 
+/// Adds a comma and the operands.
+fn operand(data: &mut Vec<u8>, text: &str) {
+    data.push(b',');
+    data.extend_from_slice(text.as_bytes());
+}
+
 /// Bytes of a peer as they may stand in a message: not too many, and printable.
 pub(crate) fn excerpt(bytes: &[u8]) -> String {
     /// Bytes worth showing.
     const SHOWN: usize = 24;
     let shown = bytes.get(..SHOWN).unwrap_or(bytes);
-    alloc::format!("{}{}", shown.escape_ascii(), if shown.len() < bytes.len() { "..." } else { "" })
+    alloc::format!(
+        "{}{}",
+        shown.escape_ascii(),
+        if shown.len() < bytes.len() { "..." } else { "" }
+    )
 }
+
+#[cfg(test)]
+mod tests;

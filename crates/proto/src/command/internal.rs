@@ -1,0 +1,186 @@
+//! EC: internal commands. Their page of the manual is lost; the forms are those of public clients
+//! (CMD-EC-01 to CMD-EC-04, hosts 2).
+
+use crate::command::operand::{Operands, Read, Unmet};
+use crate::command::{Command, CommandError};
+use alloc::format;
+use alloc::string::String;
+use nom::Parser;
+use nom::character::complete::{alpha1, digit1, space1};
+use nom::combinator::{map_opt, success};
+use nom::error::context;
+use nom::sequence::preceded;
+
+/// Letters that an abbreviated operation mode must have.
+const SHORTEST: usize = 2;
+/// Full speed in percent.
+const FULL: u8 = 100;
+
+/// An internal command of EC.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Internal {
+    /// `MODE`: the operation mode (CMD-EC-03).
+    Mode(RunMode),
+    /// `OVRD`: the speed override in percent, 1 to 100 (CMD-EC-02).
+    Override(u8),
+    /// `BREAK`: stop at once (CMD-EC-04).
+    Break,
+}
+
+/// Operation mode (CMD-RN-06).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RunMode {
+    /// Begins again at the end.
+    Continuous,
+    /// Once to the end.
+    Cycle,
+    /// One statement.
+    Step,
+    /// Through the next motion.
+    Segment,
+}
+
+impl RunMode {
+    /// All modes.
+    pub const ALL: [RunMode; 4] = [
+        RunMode::Continuous,
+        RunMode::Cycle,
+        RunMode::Step,
+        RunMode::Segment,
+    ];
+
+    /// The word in lower case, as the status file has it (SU-04).
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            RunMode::Continuous => "continuous",
+            RunMode::Cycle => "cycle",
+            RunMode::Step => "step",
+            RunMode::Segment => "segment",
+        }
+    }
+
+    /// The mode with this word, which may be cut short as long as it is unambiguous (CMD-EC-03); case does
+    /// not matter.
+    #[must_use]
+    pub fn from_word(word: &str) -> Option<RunMode> {
+        let fits = |mode: &RunMode| {
+            word.len() >= SHORTEST
+                && mode
+                    .word()
+                    .get(..word.len())
+                    .is_some_and(|start| start.eq_ignore_ascii_case(word))
+        };
+        let mut modes = RunMode::ALL.into_iter().filter(fits);
+        modes.next().filter(|_| modes.next().is_none())
+    }
+}
+
+/// `MODE word`, `OVRD percent` or `BREAK`.
+pub(super) fn ec(operands: Operands<'_>) -> Result<Command, CommandError> {
+    operands.read("MODE, OVRD or BREAK", internal).map(Command::Ec)
+}
+
+/// The operands as the vendor's client library sends them.
+pub(super) fn encode(internal: Internal) -> String {
+    match internal {
+        Internal::Mode(RunMode::Continuous) => String::from("MODE CONT"),
+        Internal::Mode(mode) => format!("MODE {}", mode.word().to_ascii_uppercase()),
+        Internal::Override(percent) => format!("OVRD {percent}"),
+        Internal::Break => String::from("BREAK"),
+    }
+}
+
+fn internal(input: &str) -> Read<'_, Internal> {
+    let (rest, word) = alpha1(input)?;
+    match word.to_ascii_uppercase().as_str() {
+        "MODE" => {
+            let mode = context(
+                "STEP, CONTINUOUS, CYCLE or SEGMENT",
+                map_opt(alpha1, RunMode::from_word),
+            );
+            preceded(blank, mode).map(Internal::Mode).parse(rest)
+        }
+        "OVRD" => {
+            let percent = |digits: &str| digits.parse().ok().filter(|percent| (1..=FULL).contains(percent));
+            preceded(
+                blank,
+                context("a percentage from 1 to 100", map_opt(digit1, percent)),
+            )
+            .map(Internal::Override)
+            .parse(rest)
+        }
+        "BREAK" => success(Internal::Break).parse(rest),
+        _ => Err(nom::Err::Error(Unmet {
+            rest: input,
+            expected: "MODE, OVRD or BREAK",
+        })),
+    }
+}
+
+fn blank(input: &str) -> Read<'_, ()> {
+    context("a blank", space1).map(|_| ()).parse(input)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // clause: CMD-EC-01 CMD-EC-02
+    #[test]
+    fn internal_commands_of_the_vendors_client() {
+        assert_eq!(Command::parse(b"EC,BREAK"), Ok(Command::Ec(Internal::Break)));
+        assert_eq!(
+            Command::parse(b"EC,OVRD 50"),
+            Ok(Command::Ec(Internal::Override(50)))
+        );
+        assert_eq!(
+            Command::parse(b"ec, ovrd  100"),
+            Ok(Command::Ec(Internal::Override(100)))
+        );
+        for mode in RunMode::ALL {
+            let command = Command::Ec(Internal::Mode(mode));
+            let full = format!("EC,MODE {}", mode.word());
+            assert_eq!(Command::parse(full.as_bytes()), Ok(command));
+        }
+    }
+
+    // clause: CMD-EC-03
+    #[test]
+    fn operation_modes_may_be_cut_short_while_unambiguous() {
+        for mode in RunMode::ALL {
+            for length in SHORTEST..=mode.word().len() {
+                assert_eq!(RunMode::from_word(&mode.word()[..length]), Some(mode));
+            }
+        }
+        for word in ["", "C", "S", "CYCLES", "XYZ", "STEPS", "continuously", "\u{e9}"] {
+            assert_eq!(RunMode::from_word(word), None, "{word}");
+        }
+    }
+
+    // clause: CMD-EC-01 CMD-EC-02 CMD-EC-03 FRM-18
+    #[test]
+    fn anything_else_is_malformed_where_it_is() {
+        for (message, position) in [
+            ("EC,DIR", 3),
+            ("EC,", 3),
+            ("EC,OVRD 0", 8),
+            ("EC,OVRD 101", 8),
+            ("EC,OVRD 1000", 8),
+            ("EC,OVRD=50", 7),
+            ("EC,OVRD 5.5", 9),
+            ("EC,OVRD", 7),
+            ("EC,MODE XYZ", 8),
+            ("EC,MODE", 7),
+            ("EC,BREAK 1", 8),
+            ("EC BREAK", 2),
+        ] {
+            match Command::parse(message.as_bytes()) {
+                Err(CommandError::Malformed {
+                    letters: "EC", at, ..
+                }) => assert_eq!(at, position, "{message}"),
+                other => panic!("{message}: {other:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! What the grammars of the commands share: the comma after the letters, blanks, separators, and errors that
+//! say what was expected and where.
+
+use crate::command::{Command, CommandError, excerpt};
+use alloc::string::String;
+use nom::branch::alt;
+use nom::bytes::complete::take_while1;
+use nom::character::complete::{char, space0, space1};
+use nom::combinator::eof;
+use nom::error::{ContextError, ErrorKind, FromExternalError, ParseError, context};
+use nom::{IResult, Parser};
+
+/// Letters of a command, before its comma.
+const LETTERS: usize = 2;
+/// What must follow the last operand.
+const END: &str = "the end of the message";
+
+/// Where a grammar did not fit, and what it wanted there.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Unmet<'a> {
+    pub(super) rest: &'a str,
+    pub(super) expected: &'static str,
+}
+
+impl<'a> ParseError<&'a str> for Unmet<'a> {
+    fn from_error_kind(rest: &'a str, _: ErrorKind) -> Unmet<'a> {
+        Unmet { rest, expected: "" }
+    }
+
+    fn append(_: &'a str, _: ErrorKind, other: Unmet<'a>) -> Unmet<'a> {
+        other
+    }
+}
+
+impl<'a> ContextError<&'a str> for Unmet<'a> {
+    /// The innermost name stands, at the start of what it names.
+    fn add_context(rest: &'a str, expected: &'static str, other: Unmet<'a>) -> Unmet<'a> {
+        if other.expected.is_empty() {
+            Unmet { rest, expected }
+        } else {
+            other
+        }
+    }
+}
+
+impl<'a, E> FromExternalError<&'a str, E> for Unmet<'a> {
+    fn from_external_error(rest: &'a str, _: ErrorKind, _: E) -> Unmet<'a> {
+        Unmet { rest, expected: "" }
+    }
+}
+
+/// Result of a grammar.
+pub(super) type Read<'a, T> = IResult<&'a str, T, Unmet<'a>>;
+
+/// Between operands: blanks, or a comma with or without them (Table 5.1 prints commas, the formats blanks).
+pub(super) fn separator(input: &str) -> Read<'_, ()> {
+    let comma = (space0, char(','), space0).map(|_| ());
+    context("a blank", alt((comma, space1.map(|_| ())))).parse(input)
+}
+
+/// A run of the characters that numbers are made of.
+pub(super) fn number_token(input: &str) -> Read<'_, &str> {
+    take_while1(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E')).parse(input)
+}
+
+/// A message whose letters are known, about to be read on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Operands<'a> {
+    letters: &'static str,
+    message: &'a [u8],
+}
+
+impl<'a> Operands<'a> {
+    /// `message` begins with `letters`, in upper or lower case.
+    pub(super) fn new(letters: &'static str, message: &'a [u8]) -> Operands<'a> {
+        Operands { letters, message }
+    }
+
+    /// Bytes of the whole message.
+    pub(super) fn len(self) -> usize {
+        self.message.len()
+    }
+
+    /// There are none; blanks at the end do not count.
+    pub(super) fn none(self, command: Command) -> Result<Command, CommandError> {
+        let rest = self.message.get(LETTERS..).unwrap_or_default();
+        if rest.trim_ascii_end().is_empty() {
+            Ok(command)
+        } else {
+            Err(self.malformed(END, LETTERS))
+        }
+    }
+
+    /// Everything after the comma.
+    pub(super) fn raw(self) -> Result<&'a [u8], CommandError> {
+        match self.message.get(LETTERS..) {
+            Some([b',', rest @ ..]) => Ok(rest),
+            _ => Err(self.malformed("a comma after the letters", LETTERS)),
+        }
+    }
+
+    /// The text after the comma without the blanks in front of it: printable ASCII, not empty.
+    pub(super) fn text(self, expected: &str) -> Result<&'a str, CommandError> {
+        let raw = self.raw()?;
+        let start = self.message.len() - raw.len();
+        if let Some(at) = raw.iter().position(|byte| !(0x20..=0x7E).contains(byte)) {
+            return Err(self.malformed("printable ASCII", start + at));
+        }
+        let text = core::str::from_utf8(raw)
+            .unwrap_or_default()
+            .trim_start_matches(' ');
+        if text.is_empty() {
+            Err(self.malformed(expected, self.message.len()))
+        } else {
+            Ok(text)
+        }
+    }
+
+    /// Reads the operands with a grammar; blanks may stand after them.
+    pub(super) fn read<T>(
+        self,
+        expected: &'static str,
+        grammar: impl Parser<&'a str, Output = T, Error = Unmet<'a>>,
+    ) -> Result<T, CommandError> {
+        let text = self.text(expected)?;
+        let end = context(END, (space0, eof));
+        match context(expected, (grammar, end)).parse(text) {
+            Ok((_, (value, _))) => Ok(value),
+            Err(nom::Err::Error(unmet) | nom::Err::Failure(unmet)) => {
+                Err(self.malformed(unmet.expected, self.message.len() - unmet.rest.len()))
+            }
+            Err(nom::Err::Incomplete(_)) => Err(self.malformed(expected, self.message.len())),
+        }
+    }
+
+    /// The error that wants `expected` at byte `at` of the message.
+    pub(super) fn malformed(self, expected: &str, at: usize) -> CommandError {
+        let found = match self.message.get(at..) {
+            None | Some([]) => String::from(END),
+            Some(rest) => alloc::format!("\"{}\"", excerpt(rest)),
+        };
+        CommandError::Malformed {
+            letters: self.letters,
+            expected: String::from(expected),
+            found,
+            at,
+        }
+    }
+}

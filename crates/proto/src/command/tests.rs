@@ -1,0 +1,204 @@
+//! Tests that walk Table 5.1, so that every command is held to the same rules.
+
+use super::*;
+use crate::text::MAX_DATA;
+use alloc::format;
+use alloc::string::ToString;
+use std::collections::BTreeSet;
+
+fn parsed(row: &CommandRow) -> Command {
+    Command::parse(row.example.as_bytes()).unwrap()
+}
+
+// clause: CMD-LST-01
+#[test]
+fn the_table_has_the_23_commands_of_the_manual() {
+    let letters: Vec<&str> = COMMANDS.iter().map(|row| row.letters).collect();
+    let manual = "RN SP BR SO RS SL UL DL CA SU EU ER FL OK NG EC MW FD SF MR IW VR DO";
+    assert_eq!(letters.join(" "), manual);
+    assert_eq!(letters.iter().collect::<BTreeSet<_>>().len(), 23);
+    for row in COMMANDS {
+        assert!(row.form.starts_with(row.letters) && row.example.starts_with(row.letters));
+        assert!(!row.description.is_empty());
+    }
+}
+
+// clause: CMD-LST-02 CMD-SP-06
+#[test]
+fn the_controller_sends_four_of_them() {
+    let both: Vec<&str> = COMMANDS
+        .iter()
+        .filter(|row| row.sender == Sender::Both)
+        .map(|row| row.letters)
+        .collect();
+    assert_eq!(both, ["SP", "FL", "OK", "NG"]);
+}
+
+// clause: FRM-06 FRM-07 FRM-09 CMD-OK-01 CMD-NG-01
+#[test]
+fn every_example_is_read_and_written_back() {
+    for row in COMMANDS {
+        let command = parsed(row);
+        assert_eq!(command.letters(), row.letters);
+        let ending = if row.letters == "FL" { "" } else { "\r" };
+        assert_eq!(command.encode(), format!("{}{ending}", row.example).into_bytes());
+    }
+    assert_eq!(Command::Ok.encode(), b"OK\r");
+    assert_eq!(Command::Ng.encode(), b"NG\r");
+}
+
+// clause: FRM-13
+#[test]
+fn case_does_not_matter() {
+    for row in COMMANDS.iter().filter(|row| !matches!(row.letters, "FL" | "DO")) {
+        let lower = row.example.to_ascii_lowercase();
+        assert_eq!(Command::parse(lower.as_bytes()), Ok(parsed(row)), "{lower}");
+    }
+    assert_eq!(Command::parse(b"fl,a"), Ok(Command::Fl(b"a".to_vec())));
+    assert_eq!(
+        Command::parse(b"do,move a1"),
+        Ok(Command::Do("move a1".to_string()))
+    );
+}
+
+// clause: FRM-08
+#[test]
+fn blanks_after_the_comma_are_skipped() {
+    for row in COMMANDS
+        .iter()
+        .filter(|row| row.letters != "FL" && row.example.contains(','))
+    {
+        let (letters, operands) = row.example.split_once(',').unwrap();
+        let message = format!("{letters},  {operands}");
+        assert_eq!(Command::parse(message.as_bytes()), Ok(parsed(row)), "{message}");
+    }
+}
+
+// clause: FRM-18
+#[test]
+fn missing_and_surplus_operands_are_malformed() {
+    for row in COMMANDS {
+        let has_operand = row.example.contains(',');
+        let bare = Command::parse(row.letters.as_bytes());
+        assert_eq!(bare.is_err(), has_operand, "{}", row.letters);
+        let surplus: &[&str] = if has_operand {
+            &[]
+        } else {
+            &[",", ",X", "X", " X", ", "]
+        };
+        for rest in surplus {
+            let message = format!("{}{rest}", row.letters);
+            let error = Command::parse(message.as_bytes());
+            assert!(
+                matches!(error, Err(CommandError::Malformed { at: 2, .. })),
+                "{message}: {error:?}"
+            );
+        }
+        if !matches!(row.letters, "DO" | "FL" | "MW") && has_operand {
+            let message = format!("{} 77", row.example);
+            let error = Command::parse(message.as_bytes());
+            assert!(
+                matches!(error, Err(CommandError::Malformed { .. })),
+                "{message}: {error:?}"
+            );
+        }
+    }
+}
+
+// clause: FRM-06 CMD-LST-04 CMD-LST-05
+#[test]
+fn other_letters_are_unknown() {
+    for message in [
+        b"".as_slice(),
+        b"S",
+        b"S1",
+        b"ZZ",
+        b"PR,0",
+        b"SM,1",
+        b"1SU",
+        b" SU",
+        b",SU",
+        b"\xff\xfe",
+        b"\0",
+    ] {
+        assert!(
+            matches!(Command::parse(message), Err(CommandError::Unknown { .. })),
+            "{message:02X?}"
+        );
+    }
+    let error = Command::parse(b"ZZ,1").map_err(|error| error.to_string());
+    assert_eq!(
+        error,
+        Err("command letters of Table 5.1 expected, \"ZZ\" found".to_string())
+    );
+}
+
+// clause: FRM-12 FRM-11
+#[test]
+fn only_printable_ascii_stands_in_operands() {
+    for row in COMMANDS
+        .iter()
+        .filter(|row| row.letters != "FL" && row.example.contains(','))
+    {
+        for byte in (0..0x20).chain(0x7F..=0xFF) {
+            for at in 3..=row.example.len() {
+                let (front, back) = row.example.as_bytes().split_at(at);
+                let message = [front, &[byte], back].concat();
+                let error = Command::parse(&message);
+                assert!(
+                    matches!(error, Err(CommandError::Malformed { at: found, .. }) if found == at),
+                    "{error:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_truncation_and_every_changed_byte_is_survived() {
+    for row in COMMANDS {
+        let example = row.example.as_bytes();
+        for length in 0..example.len() {
+            // What it reads as does not matter; that it does not panic and can be said again does.
+            check(&example[..length]);
+        }
+        for at in 0..example.len() {
+            for byte in 0..=u8::MAX {
+                let mut message = example.to_vec();
+                message[at] = byte;
+                check(&message);
+            }
+        }
+    }
+}
+
+/// A message that reads as a command reads as the same command after it is written again.
+fn check(message: &[u8]) {
+    match Command::parse(message) {
+        Ok(command) => {
+            let data = command.encode();
+            let again = data
+                .strip_suffix(b"\r")
+                .filter(|_| command.letters() != "FL")
+                .unwrap_or(&data);
+            assert_eq!(Command::parse(again), Ok(command), "{message:02X?}");
+        }
+        Err(CommandError::Malformed {
+            expected, found, at, ..
+        }) => {
+            assert!(
+                !expected.is_empty() && !found.is_empty() && at <= message.len(),
+                "{message:02X?}"
+            );
+        }
+        Err(CommandError::Unknown { .. }) => {}
+    }
+}
+
+#[test]
+fn errors_show_little_and_printable() {
+    let long = [b"SL,".as_slice(), &[b'9'; 5000]].concat();
+    let shown = Command::parse(&long).map_err(|error| error.to_string());
+    assert!(shown.is_err_and(|text| text.len() < MAX_DATA && text.ends_with("...\" found at byte 3")));
+    assert_eq!(excerpt(b"\x02\xff\r"), "\\x02\\xff\\r");
+}
