@@ -151,7 +151,7 @@ impl Controller {
                 self.execution.direct = Some(Direct {
                     moved: direct.moved || motion,
                     ..direct
-                })
+                });
             }
             Step::Stopped | Step::Ended => {
                 let shown = if direct.moved {

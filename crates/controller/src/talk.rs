@@ -160,7 +160,7 @@ impl Controller {
                 self.refuse_text(port, "text", &reason);
             }
             Some(TextFault::NoEtx { .. }) => {
-                self.refuse_text(port, "text", "no ETX where the length says it stands")
+                self.refuse_text(port, "text", "no ETX where the length says it stands");
             }
             None => self.whole_text(port, &data),
         }

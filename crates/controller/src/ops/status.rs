@@ -183,7 +183,10 @@ fn version(name: alloc::string::String) -> VersionRecord {
     }
 }
 
+/// Below this, in mm or degrees, a coordinate is rounding noise of the kinematics and shown as zero.
+const NOISE: f64 = 1e-9;
+
 #[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
 fn single(values: [f64; 8]) -> [f32; 8] {
-    values.map(|value| value as f32)
+    values.map(|value| if value.abs() < NOISE { 0.0 } else { value as f32 })
 }
