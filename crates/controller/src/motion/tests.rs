@@ -1,6 +1,6 @@
 //! Whole motions, from plan to rest.
 
-use super::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use super::{Limits, Motion, MotionError, Pose, Target, Transform, Unreachable, plan};
 use crate::model::{ArmModel, Joints};
 use core::time::Duration;
 
@@ -539,4 +539,65 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
     };
     let crawling = planned(&model, &model.ready, &target, &none);
     assert!(crawling.duration() > full && crawling.duration() < seconds(3600.0));
+}
+
+#[test]
+fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
+    let model = ArmModel::tv800();
+    let over = |from: &Joints, end: Pose| {
+        plan(
+            &model,
+            from,
+            &Target::Line(end, KEEP),
+            &Transform::IDENTITY,
+            &Limits::FULL,
+        )
+    };
+    let from = posture(&model, 0.0, -300.0, 600.0);
+    assert!(matches!(
+        over(&from, down(0.0, 300.0, 600.0)),
+        Err(MotionError::Singular { axis: 1, .. })
+    ));
+    // Both ends are within the limits; between them axis 2 would have to fold further than it can.
+    let scara = ArmModel::thl400();
+    let target = Target::Line(down(100.0, 250.0, 0.0), KEEP);
+    let found = plan(
+        &scara,
+        &posture(&scara, 100.0, -250.0, 0.0),
+        &target,
+        &Transform::IDENTITY,
+        &Limits::FULL,
+    );
+    assert!(
+        matches!(
+            found,
+            Err(MotionError::OnPath {
+                reason: Unreachable::Limit { axis: 2, .. },
+                ..
+            })
+        ),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn no_axis_is_faster_than_it_can_on_a_line() {
+    let model = ArmModel::tv800();
+    let from = posture(&model, 300.0, -250.0, 300.0);
+    let motion = planned(
+        &model,
+        &from,
+        &Target::Line(down(300.0, 250.0, 300.0), KEEP),
+        &Limits::FULL,
+    );
+    let step = motion.duration() / 500;
+    for index in 0..500 {
+        let (first, second) = (
+            motion.joints_at(&model, step * index),
+            motion.joints_at(&model, step * (index + 1)),
+        );
+        for (axis, (first, second)) in model.axes.iter().zip(first.iter().zip(second)) {
+            assert!((second - first).abs() / step.as_secs_f64() <= axis.max_speed * 1.001);
+        }
+    }
 }

@@ -273,3 +273,23 @@ fn what_cannot_be_reached_is_named() {
         Err(Unreachable::Reach { .. })
     ));
 }
+
+// clause: DATA-04
+#[test]
+fn single_and_double_decide_the_turn_of_axis_4() {
+    let model = ArmModel::tv800();
+    let near = [0.0, 10.0, 130.0, 170.0, 40.0, 0.0, 0.0, 0.0];
+    let mut there = near;
+    there[3] = -175.0;
+    let pose = model.forward(&there).0;
+    for (digit, expected) in [(0, -175.0), (1, -175.0), (2, 185.0)] {
+        let found = model.inverse(&pose, [0, 0, 0, digit, 0], &near).unwrap();
+        assert!((found[3] - expected).abs() < 1e-6, "{digit}: {found:?}");
+    }
+    // DOUBLE is kept as well, though the nearer turn is SINGLE.
+    let mut near = near;
+    near[3] = 190.0;
+    there[3] = 175.0;
+    let found = model.inverse(&model.forward(&there).0, [0; 5], &near).unwrap();
+    assert!((found[3] + 185.0).abs() < 1e-6, "{found:?}");
+}
