@@ -31,17 +31,20 @@ extern crate alloc;
 #[cfg(test)]
 extern crate std;
 
+mod builtin;
+mod compile;
 mod conditions;
 mod diagnostic;
+mod lexer;
 mod machine;
 mod memory;
 mod options;
+mod parser;
 mod program;
 mod request;
 mod rewrite;
+mod tree;
 mod value;
-
-mod compile;
 
 pub use compile::{Compilation, compile, compile_direct};
 pub use conditions::{Conditions, Frame};

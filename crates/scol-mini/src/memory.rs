@@ -1,8 +1,12 @@
-//! skeleton
-use alloc::string::String;
+//! The values of all variables and the motion conditions of one selected file, shared by its tasks.
+//! Who may read or write them over the protocol, and in which form, is left to the controller.
 
-use crate::conditions::Conditions;
-use crate::program::Program;
+use alloc::string::{String, ToString};
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use crate::conditions::{Conditions, Frame};
+use crate::program::{Owner, Program, Slot};
 use crate::value::{Kind, Value};
 
 /// Why a variable could not be reached from outside.
@@ -15,7 +19,7 @@ pub enum AccessError {
     #[error("{0} is a variable of a program, not of GLOBAL or DATA")]
     NotGlobal(String),
     /// The value is of another kind.
-    #[error("{name} holds {expected:?}, found {found:?}", expected = expected, found = found)]
+    #[error("{name} holds {}, found {}", expected.word(), found.word())]
     KindMismatch {
         /// The variable.
         name: String,
@@ -37,49 +41,154 @@ pub enum AccessError {
     #[error("{0} has no value yet")]
     Undefined(String),
     /// `rewrite_value`: the source is not the one of the program.
-    #[error("the source has no initial value of {0}")]
+    #[error("the source does not declare {0}")]
     NotInSource(String),
+    /// `rewrite_value`: a number is not finite or beyond the range of a real.
+    #[error("a number for {0} is too large to be written down")]
+    TooLarge(String),
 }
 
 /// The variables and conditions of one selected file, shared by all its tasks.
+///
+/// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
+    cells: Vec<Cell>,
     conditions: Conditions,
+}
+
+/// The values of one slot.
+#[derive(Debug, Clone, PartialEq)]
+struct Cell {
+    /// Fixed by a declaration or the first assignment.
+    kind: Option<Kind>,
+    values: Vec<Option<Value>>,
 }
 
 impl Memory {
     /// Initial values of GLOBAL and DATA, everything else without a value, default conditions.
     #[must_use]
-    pub fn new(_program: &Program) -> Self {
-        Self { conditions: Conditions::default() }
+    pub fn new(program: &Program) -> Self {
+        let cells = program.symbols.slots.iter().map(Cell::new).collect();
+        Self { cells, conditions: Conditions::default() }
     }
-    /// Reads a variable of GLOBAL or DATA.
+
+    /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
     ///
     /// # Errors
-    /// See [`AccessError`].
-    pub fn global(&self, _program: &Program, name: &str, _subscripts: &[i32]) -> Result<Value, AccessError> {
-        Err(AccessError::Unknown(name.into()))
+    /// See [`AccessError`]; a variable without a value is `Undefined`.
+    pub fn global(&self, program: &Program, name: &str, subscripts: &[i32]) -> Result<Value, AccessError> {
+        let (slot, index) = shared(program, name, subscripts)?;
+        let value = self.cells.get(slot).and_then(|cell| cell.values.get(index)).cloned().flatten();
+        value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
-    /// Writes a variable of GLOBAL or DATA.
+
+    /// Writes a variable of GLOBAL or DATA. The kind must fit exactly; nothing is converted.
+    ///
+    /// A position without a coordinate system of its own keeps that of the position it replaces.
     ///
     /// # Errors
     /// See [`AccessError`].
     pub fn set_global(
         &mut self,
-        _program: &Program,
+        program: &Program,
         name: &str,
-        _subscripts: &[i32],
-        _value: Value,
+        subscripts: &[i32],
+        value: Value,
     ) -> Result<(), AccessError> {
-        Err(AccessError::Unknown(name.into()))
+        let (slot, index) = shared(program, name, subscripts)?;
+        let old = self.value(slot, index);
+        let expected = self.kind(slot).unwrap_or_else(|| value.kind());
+        if expected != value.kind() {
+            let name = name.to_ascii_uppercase();
+            return Err(AccessError::KindMismatch { name, expected, found: value.kind() });
+        }
+        let value = match (value, old) {
+            (Value::Position(mut new), Some(Value::Position(old))) => {
+                new.work = new.work.take().or_else(|| old.work.clone());
+                Value::Position(new)
+            }
+            (value, _) => value,
+        };
+        self.store(program, slot, index, value);
+        Ok(())
     }
+
     /// The motion conditions.
     #[must_use]
     pub fn conditions(&self) -> &Conditions {
         &self.conditions
     }
+
     /// The motion conditions, to change.
     pub fn conditions_mut(&mut self) -> &mut Conditions {
         &mut self.conditions
     }
+
+    pub(crate) fn value(&self, slot: usize, index: usize) -> Option<&Value> {
+        self.cells.get(slot)?.values.get(index)?.as_ref()
+    }
+
+    pub(crate) fn kind(&self, slot: usize) -> Option<Kind> {
+        self.cells.get(slot)?.kind
+    }
+
+    /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.
+    pub(crate) fn store(&mut self, program: &Program, slot: usize, index: usize, value: Value) {
+        let Some(cell) = self.cells.get_mut(slot) else { return };
+        cell.kind = Some(value.kind());
+        let frame = match (&value, program.symbols.slots.get(slot)) {
+            (Value::Coordinate(trans), Some(slot)) if slot.is_work => {
+                Some(Frame { name: Some(slot.name.clone()), trans: trans.clone() })
+            }
+            _ => None,
+        };
+        if let Some(place) = cell.values.get_mut(index) {
+            *place = Some(value);
+        }
+        if let Some(frame) = frame {
+            self.move_work(&Arc::new(frame));
+        }
+    }
+
+    /// Positions that stand in a coordinate system follow when it is changed.
+    fn move_work(&mut self, frame: &Arc<Frame>) {
+        for value in self.cells.iter_mut().flat_map(|cell| cell.values.iter_mut()).flatten() {
+            if let Value::Position(position) = value
+                && position.work.as_ref().is_some_and(|work| work.name == frame.name)
+            {
+                position.work = Some(Arc::clone(frame));
+            }
+        }
+    }
+}
+
+impl Cell {
+    fn new(slot: &Slot) -> Self {
+        let zero = slot.kind.filter(|_| slot.zeroed).map(Kind::zero);
+        let mut values: Vec<Option<Value>> = (0..slot.length()).map(|_| zero.clone()).collect();
+        for (index, value) in &slot.initial {
+            if let Some(place) = values.get_mut(*index) {
+                *place = Some(value.clone());
+            }
+        }
+        Self { kind: slot.kind, values }
+    }
+}
+
+/// Slot and flat index of a variable that all programs share.
+pub(crate) fn shared(program: &Program, name: &str, subscripts: &[i32]) -> Result<(usize, usize), AccessError> {
+    let name = name.to_ascii_uppercase();
+    let symbols = &program.symbols;
+    let Some((at, slot)) = symbols.shared.get(&name).and_then(|at| Some((*at, symbols.slots.get(*at)?))) else {
+        let local = symbols.slots.iter().any(|slot| slot.owner == Owner::Local && slot.name == name);
+        return Err(if local { AccessError::NotGlobal(name) } else { AccessError::Unknown(name) });
+    };
+    match (slot.bounds.is_some(), subscripts.is_empty()) {
+        (true, true) => return Err(AccessError::IsArray(name)),
+        (false, false) => return Err(AccessError::NotArray(name)),
+        _ => {}
+    }
+    let index = slot.index(subscripts).ok_or_else(|| AccessError::Subscript(name.to_string()))?;
+    Ok((at, index))
 }

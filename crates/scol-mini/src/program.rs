@@ -1,15 +1,24 @@
-//! skeleton
+//! The compiled file: variables with their initial values, and a flat list of steps.
+//! Immutable and shared; what changes while it runs is in `Memory` and `Machine`.
+
+use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::options::LanguageOptions;
-use crate::value::Kind;
+use crate::tree::{Expression, Simple, Variable};
+use crate::value::{Kind, Value};
 
-/// A compiled file.
+/// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    options: LanguageOptions,
+    pub(crate) options: LanguageOptions,
+    pub(crate) symbols: Arc<Symbols>,
+    pub(crate) blocks: Vec<Entry>,
+    pub(crate) steps: Vec<Step>,
+    /// Step of the label `RCYCLE` in the main program.
+    pub(crate) rcycle: Option<usize>,
 }
 
 /// What is known about a variable that all programs share.
@@ -21,35 +30,171 @@ pub struct VariableInfo {
     pub array: bool,
 }
 
+/// A PROGRAM block.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Entry {
+    pub name: String,
+    /// Its first step.
+    pub step: usize,
+}
+
+/// A step and where it came from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Step {
+    /// File line, from 1.
+    pub line: u32,
+    /// It begins a statement and costs fuel; the others continue one.
+    pub head: bool,
+    pub operation: Operation,
+}
+
+/// What a step does. Steps are numbered through the whole file.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Operation {
+    Simple(Simple),
+    Wait(Expression),
+    /// Goes on when true, to `otherwise` when false.
+    Branch { condition: Expression, otherwise: usize },
+    Jump(usize),
+    Select { selector: Expression, targets: Vec<usize> },
+    /// `exit` is the step after the NEXT.
+    For { variable: Variable, from: Expression, to: Expression, step: Option<Expression>, exit: usize },
+    Next { opener: usize },
+    Call { block: usize, arguments: Vec<Expression> },
+    Return,
+}
+
+/// The variables of a file.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Symbols {
+    pub slots: Vec<Slot>,
+    /// Names of GLOBAL and DATA.
+    pub shared: BTreeMap<String, usize>,
+    /// Elements of all arrays together.
+    pub elements: usize,
+}
+
+/// A variable or an array.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Slot {
+    pub name: String,
+    pub owner: Owner,
+    /// The declared kind, or that of the initial value.
+    pub kind: Option<Kind>,
+    /// Upper bounds; `None` for a plain variable.
+    pub bounds: Option<Vec<u32>>,
+    /// Every element begins as the zero of `kind`.
+    pub zeroed: bool,
+    /// Initial values by flat index.
+    pub initial: Vec<(usize, Value)>,
+    /// Positions of DATA stand in this coordinate system.
+    pub is_work: bool,
+}
+
+/// Who sees a variable.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Owner {
+    Global,
+    Data,
+    /// A variable of one PROGRAM block.
+    Local,
+}
+
+impl Slot {
+    pub fn plain(name: &str, owner: Owner) -> Self {
+        Slot {
+            name: name.into(),
+            owner,
+            kind: None,
+            bounds: None,
+            zeroed: false,
+            initial: Vec::new(),
+            is_work: false,
+        }
+    }
+
+    /// How many values it holds.
+    pub fn length(&self) -> usize {
+        self.bounds.as_ref().map_or(1, |bounds| flat_length(bounds))
+    }
+
+    /// The flat index of an element; `None` for a wrong number of subscripts or one out of bounds.
+    pub fn index(&self, subscripts: &[i32]) -> Option<usize> {
+        let bounds = self.bounds.as_deref().unwrap_or_default();
+        if bounds.len() != subscripts.len() {
+            return None;
+        }
+        bounds.iter().zip(subscripts).try_fold(0_usize, |index, (bound, subscript)| {
+            let subscript = u32::try_from(*subscript).ok().filter(|subscript| subscript <= bound)?;
+            Some(index * (*bound as usize + 1) + subscript as usize)
+        })
+    }
+}
+
+/// Elements of an array with these upper bounds; subscripts begin at 0.
+pub(crate) fn flat_length(bounds: &[u32]) -> usize {
+    bounds.iter().fold(1_usize, |length, bound| length.saturating_mul((*bound as usize).saturating_add(1)))
+}
+
 impl Program {
-    /// A program without anything.
+    /// A program without blocks, variables and steps: what a statement is executed in when no file is selected.
     #[must_use]
     pub fn empty(options: &LanguageOptions) -> Arc<Program> {
-        Arc::new(Program { options: *options })
+        Arc::new(Program {
+            options: *options,
+            symbols: Arc::default(),
+            blocks: Vec::new(),
+            steps: Vec::new(),
+            rcycle: None,
+        })
     }
+
     /// The options it was compiled with.
     #[must_use]
     pub fn options(&self) -> &LanguageOptions {
         &self.options
     }
+
     /// The names of the PROGRAM blocks in file order, upper case; the first is the main program.
     #[must_use]
     pub fn program_names(&self) -> Vec<String> {
-        Vec::new()
+        self.blocks.iter().map(|block| block.name.clone()).collect()
     }
+
     /// The main program has the label `RCYCLE`.
     #[must_use]
     pub fn has_rcycle(&self) -> bool {
-        false
+        self.rcycle.is_some()
     }
-    /// File line of step 1.
+
+    /// File line of step 1, the first statement of the main program; 1 when there is none.
     #[must_use]
     pub fn first_line(&self) -> u32 {
-        1
+        self.steps.first().map_or(1, |step| step.line)
     }
-    /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter.
+
+    /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
     #[must_use]
-    pub fn variable(&self, _name: &str) -> Option<VariableInfo> {
-        None
+    pub fn variable(&self, name: &str) -> Option<VariableInfo> {
+        let slot = self.symbols.slots.get(*self.symbols.shared.get(&name.to_ascii_uppercase())?)?;
+        Some(VariableInfo { kind: slot.kind, array: slot.bounds.is_some() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // clause: CMD-MR-03
+    #[test]
+    fn subscripts_run_from_0_to_the_bound() {
+        let slot = Slot { bounds: Some(Vec::from([2, 3])), ..Slot::plain("T", Owner::Global) };
+        assert_eq!(slot.length(), 12);
+        assert_eq!(slot.index(&[0, 0]), Some(0));
+        assert_eq!(slot.index(&[2, 3]), Some(11));
+        assert_eq!(slot.index(&[3, 0]), None);
+        assert_eq!(slot.index(&[-1, 0]), None);
+        assert_eq!(slot.index(&[1]), None);
+        assert_eq!(Slot::plain("N", Owner::Local).index(&[]), Some(0));
     }
 }

@@ -1,20 +1,209 @@
-//! skeleton
-use alloc::string::String;
+//! Puts a new initial value into the source of a file, for MW with the flag that restores into the file.
+//! Storing the file is left to the caller.
 
-use crate::memory::AccessError;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+use crate::diagnostic::{Sink, Span};
+use crate::memory::{AccessError, shared};
+use crate::options::Arm;
+use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::Program;
 use crate::value::Value;
 
-/// Replaces an initial value.
+/// The source with the initial value of `name` in GLOBAL or DATA replaced; everything else stays byte for byte.
+///
+/// The source must be the one `program` was compiled from, or a result of this function. A name of GLOBAL without an
+/// initial value gets one; an element of an array gets a line of its own after the declaration if it has none.
+/// A `WORK` line before a position stays. (CMD-MW-02, CMD-MW-05)
 ///
 /// # Errors
-/// See [`AccessError`].
+/// As [`Memory::set_global`](crate::Memory::set_global); `NotInSource` when the source does not declare the name,
+/// `TooLarge` when a number cannot be written down.
 pub fn rewrite_value(
-    _source: &str,
-    _program: &Program,
+    source: &str,
+    program: &Program,
     name: &str,
-    _subscripts: &[i32],
-    _value: &Value,
+    subscripts: &[i32],
+    value: &Value,
 ) -> Result<String, AccessError> {
-    Err(AccessError::Unknown(name.into()))
+    let (slot, _) = shared(program, name, subscripts)?;
+    let name = name.to_ascii_uppercase();
+    let kind = program.symbols.slots.get(slot).and_then(|slot| slot.kind);
+    if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
+        return Err(AccessError::KindMismatch { name, expected, found: value.kind() });
+    }
+    let file = parse_file(source, &program.options, &mut Sink::new(source));
+    let arm = program.options.arm;
+    let datum = file.data.iter().find(|datum| datum.name.text == name);
+    let too_large = || AccessError::TooLarge(name.clone());
+    let (span, text) = match datum {
+        Some(datum) => {
+            let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
+            (datum.value, text)
+        }
+        None => {
+            let text = global_text(value, arm).ok_or_else(too_large)?;
+            global_site(source, &file, &name, subscripts, &text).ok_or(AccessError::NotInSource(name))?
+        }
+    };
+    let (Some(head), Some(tail)) = (source.get(..span.start), source.get(span.end..)) else {
+        return Err(AccessError::NotInSource(String::new()));
+    };
+    Ok(format!("{head}{text}{tail}"))
+}
+
+/// What to replace in GLOBAL, and by what.
+fn global_site(
+    source: &str,
+    file: &File,
+    name: &str,
+    subscripts: &[i32],
+    text: &str,
+) -> Option<(Span, String)> {
+    let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
+    let same = |d: &&&Declaration| {
+        !d.dim && d.subscripts.iter().copied().map(i64::from).eq(subscripts.iter().copied().map(i64::from))
+    };
+    // The last line wins, as it does in the compiler.
+    if let Some(found) = mine.iter().rev().find(same) {
+        return Some(match &found.value {
+            Some(value) => (value.span, text.to_string()),
+            None => (Span { start: found.name.span.end, end: found.name.span.end }, format!(" = {text}")),
+        });
+    }
+    let last = mine.last()?;
+    if subscripts.is_empty() {
+        // DIM X AS REAL: the plain assignment declares as much; a DIM of several names cannot be split.
+        let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
+        return alone.then(|| (last.line, format!("{name} = {text}")));
+    }
+    let rest = source.get(last.line.end..)?;
+    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+    let line_end = match rest.get(length..) {
+        Some(tail) if tail.starts_with("\r\n") => "\r\n",
+        Some(tail) if tail.starts_with('\n') => "\n",
+        _ => "\r",
+    };
+    let at = last.line.end + length;
+    let list = subscripts.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
+    Some((Span { start: at, end: at }, format!("{line_end}{name}({list}) = {text}")))
+}
+
+/// A value as GLOBAL writes it.
+fn global_text(value: &Value, arm: Arm) -> Option<String> {
+    Some(match value {
+        Value::Integer(value) => value.to_string(),
+        Value::Real(value) if value.is_finite() => format!("{value:?}"),
+        Value::Real(_) => return None,
+        Value::Load(load) => format!("PAYLOAD({})", list(&load.listed(arm))?),
+        Value::Coordinate(trans) => format!("TRANS({})", list(&trans.listed(arm))?),
+        Value::Position(position) => {
+            let mut numbers = position.listed(arm);
+            numbers.pop();
+            let config = position.config.number_on(arm);
+            match arm {
+                Arm::SixAxis => format!("POINT({},{config:05})", list(&numbers)?),
+                Arm::Scara => format!("POINT({},{config})", list(&numbers)?),
+            }
+        }
+    })
+}
+
+/// A value as DATA writes it; the braces of a load stay as they were.
+fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<String> {
+    Some(match value {
+        Value::Load(load) => {
+            let numbers = list(&load.listed(arm))?;
+            let braced = source.get(datum.value.start..).is_some_and(|text| text.starts_with('{'));
+            if braced { format!("{{{numbers}}}") } else { numbers }
+        }
+        Value::Coordinate(trans) => list(&trans.listed(arm))?,
+        Value::Position(position) => {
+            let mut numbers = position.listed(arm);
+            numbers.pop();
+            let config = match (arm, position.config.number_on(arm)) {
+                (_, 0) => String::new(),
+                (Arm::SixAxis, number) => format!("{number:05}"),
+                (Arm::Scara, 1) => "LEFTY".to_string(),
+                (Arm::Scara, _) => "RIGHTY".to_string(),
+            };
+            format!("{}/{config}", list(&numbers)?)
+        }
+        Value::Integer(_) | Value::Real(_) => return None,
+    })
+}
+
+fn list(numbers: &[f64]) -> Option<String> {
+    Some(numbers.iter().map(|number| decimal(*number)).collect::<Option<Vec<_>>>()?.join(","))
+}
+
+/// A number the lexer reads back; `None` beyond the range of a real.
+fn decimal(number: f64) -> Option<String> {
+    let size = libm::fabs(number);
+    if size.is_nan() || size > f64::from(f32::MAX) {
+        return None;
+    }
+    let plain = size == 0.0 || (1e-5..1e9).contains(&size);
+    Some(if plain { format!("{number}") } else { format!("{number:e}") })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::value::{Configuration, Payload, Position, Trans};
+    use crate::{LanguageOptions, Memory, compile};
+
+    const SOURCE: &str = "global\r\n  a = 10   ' count\r\n  X=1.5\r\n B\r\n dim T(3) as real, U(1)\r\n\
+        DIM S AS INTEGER\r\nEND\r\nPROGRAM P\r\nB=1\r\nEND\r\nDATA\r\nPOINT P1 = 1,,3/ ' taught\r\n\
+        WORK W\r\nPOINT P2=1\r\nTRANS W=1,2\r\nPAYLOAD H={3,100}\r\nPAYLOAD G=5\r\nEND\r\n";
+
+    fn rewrite(name: &str, subscripts: &[i32], value: &Value, from: &str, to: &str) {
+        let options = LanguageOptions::default();
+        let program = compile(SOURCE, &options).program.unwrap();
+        let text = rewrite_value(SOURCE, &program, name, subscripts, value).unwrap();
+        assert!(SOURCE.contains(from));
+        assert_eq!(text, SOURCE.replacen(from, to, 1));
+        let again = compile(&text, &options).program.unwrap();
+        assert_eq!(Memory::new(&again).global(&again, name, subscripts).as_ref(), Ok(value), "{text}");
+        // A second rewrite works on the result of the first.
+        assert_eq!(rewrite_value(&text, &program, name, subscripts, value).as_ref(), Ok(&text));
+    }
+
+    // clause: CMD-MW-02 CMD-MW-05
+    #[test]
+    fn only_the_value_changes_and_reads_back() {
+        rewrite("A", &[], &Value::Integer(-25), "a = 10 ", "a = -25 ");
+        rewrite("x", &[], &Value::Real(1e20), "X=1.5", "X=1e20");
+        rewrite("b", &[], &Value::Real(2.0), " B\r", " B = 2.0\r");
+        rewrite("S", &[], &Value::Integer(4), "DIM S AS INTEGER", "S = 4");
+        rewrite("t", &[2], &Value::Real(0.5), "U(1)\r\n", "U(1)\r\nT(2) = 0.5\r\n");
+        let coords = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.5];
+        let config = Configuration::from_number(12111).unwrap();
+        let position = Value::Position(Position { coords, config, work: None });
+        rewrite("P1", &[], &position, "1,,3/ ", "1,2,3,4,5,6,7,8.5/12111 ");
+        let trans = Value::Coordinate(Trans { coords: [0.0, 1e9, -3.0, 0.0, 0.0, 1e-7] });
+        rewrite("W", &[], &trans, "W=1,2", "W=0,1e9,-3,0,0,1e-7");
+        let load = |mass| Value::Load(Payload { mass, ..Payload::default() });
+        rewrite("H", &[], &load(4.0), "{3,100}", "{4,0,0,0,0,0,0}");
+        rewrite("G", &[], &load(4.0), "G=5", "G=4,0,0,0,0,0,0");
+    }
+
+    // clause: CMD-MW-06
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let program = compile(SOURCE, &LanguageOptions::default()).program.unwrap();
+        let at = |name: &str, subscripts: &[i32], value: Value| {
+            rewrite_value(SOURCE, &program, name, subscripts, &value).unwrap_err()
+        };
+        assert!(matches!(at("NOPE", &[], Value::Integer(1)), AccessError::Unknown(_)));
+        assert!(matches!(at("A", &[], Value::Real(1.0)), AccessError::KindMismatch { .. }));
+        assert!(matches!(at("A", &[1], Value::Integer(1)), AccessError::NotArray(_)));
+        assert!(matches!(at("T", &[], Value::Real(1.0)), AccessError::IsArray(_)));
+        assert!(matches!(at("T", &[4], Value::Real(1.0)), AccessError::Subscript(_)));
+        assert!(matches!(at("X", &[], Value::Real(f32::NAN)), AccessError::TooLarge(_)));
+        let other = rewrite_value("PROGRAM P\nEND\n", &program, "A", &[], &Value::Integer(1));
+        assert!(matches!(other, Err(AccessError::NotInSource(_))));
+    }
 }

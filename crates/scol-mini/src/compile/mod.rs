@@ -1,30 +1,85 @@
-//! skeleton
+//! The compiler: parsed file in, flat program out.
+//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps.
+
+mod declare;
+mod direct;
+mod emit;
+mod kinds;
+mod names;
+
+use alloc::format;
+use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::diagnostic::Diagnostic;
+use crate::MAX_SOURCE;
+use crate::diagnostic::{Diagnostic, Problem, Sink, Span};
 use crate::options::LanguageOptions;
-use crate::program::Program;
+use crate::parser::parse_file;
+use crate::program::{Entry, Program, Symbols};
+use crate::tree::Name;
+
+pub use direct::compile_direct;
 
 /// What became of a source.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compilation {
     /// The program; `None` exactly when there is an error among the diagnostics.
     pub program: Option<Arc<Program>>,
-    /// Errors and warnings in the order of the source.
+    /// Errors and warnings in the order of the source, at most [`MAX_DIAGNOSTICS`](crate::MAX_DIAGNOSTICS).
     pub diagnostics: Vec<Diagnostic>,
 }
 
-/// Compiles a file.
+/// Compiles a file of at most [`MAX_SOURCE`] bytes; an error in one line does not hide those in others.
 #[must_use]
-pub fn compile(_source: &str, options: &LanguageOptions) -> Compilation {
-    Compilation { program: Some(Program::empty(options)), diagnostics: Vec::new() }
+pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
+    let mut sink = Sink::new(source);
+    let program = build(source, options, &mut sink);
+    let program = program.filter(|_| !sink.has_errors()).map(Arc::new);
+    Compilation { program, diagnostics: sink.finish() }
 }
 
-/// Compiles one statement.
-///
-/// # Errors
-/// Diagnostics.
-pub fn compile_direct(_statement: &str, base: &Program) -> Result<Arc<Program>, Vec<Diagnostic>> {
-    Ok(Program::empty(base.options()))
+fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Program> {
+    if source.len() > MAX_SOURCE {
+        let message = format!("a file has at most {MAX_SOURCE} bytes, this one has {}", source.len());
+        sink.error(Problem::new("E0001", Span::default(), message));
+        return None;
+    }
+    let mut file = parse_file(source, options, sink);
+    let mut symbols = Symbols::default();
+    declare::globals(&file, options, &mut symbols, sink);
+    declare::data(&file, options, &mut symbols, sink);
+    let signatures: Vec<Signature> = file
+        .blocks
+        .iter()
+        .map(|block| Signature { name: block.name.text.clone(), parameters: block.parameters.len() })
+        .collect();
+    duplicates(&file.blocks.iter().map(|block| &block.name).collect::<Vec<_>>(), "program", sink);
+    let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
+    for (number, block) in file.blocks.iter_mut().enumerate() {
+        names::resolve_block(block, &mut symbols, sink);
+        kinds::check_block(block, &symbols, sink);
+        blocks.push(Entry { name: block.name.text.clone(), step: steps.len() });
+        let label = emit::block(core::mem::take(&mut block.statements), block, &signatures, &mut steps, sink);
+        if number == 0 {
+            rcycle = label;
+        }
+    }
+    Some(Program { options: *options, symbols: Arc::new(symbols), blocks, steps, rcycle })
+}
+
+/// What a call needs to know of a program.
+struct Signature {
+    name: String,
+    parameters: usize,
+}
+
+/// Reports names that stand twice.
+fn duplicates(names: &[&Name], what: &str, sink: &mut Sink) {
+    let mut seen = alloc::collections::BTreeSet::new();
+    for name in names.iter().filter(|name| !name.text.is_empty()) {
+        if !seen.insert(name.text.as_str()) {
+            sink.error(Problem::new("E0205", name.span, format!("the {what} {} stands twice", name.text)));
+        }
+    }
 }

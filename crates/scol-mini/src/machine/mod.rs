@@ -1,54 +1,266 @@
-//! skeleton
+//! The machine that runs a compiled program: it executes steps until something outside has to happen.
+//! `evaluate` computes, `execute` does one step, `functions` and `print` do what their names say. The machine
+//! holds only its place in the program; values are in `Memory`, which several machines may share.
+
+mod evaluate;
+mod execute;
+mod functions;
+mod place;
+mod print;
+#[cfg(test)]
+mod tests;
+
+use alloc::format;
+use alloc::string::String;
 use alloc::sync::Arc;
+use alloc::vec::Vec;
 
 use crate::memory::Memory;
+use crate::options::LanguageOptions;
 use crate::program::Program;
-use crate::request::{Answer, Fault, Inputs, Pause, Request};
+use crate::request::{Answer, Fault, FaultKind, Inputs, Number, Pause, Request};
+use crate::tree::Expression;
+use crate::value::{Position, Value};
 
-/// A running program.
+pub(crate) use evaluate::convert;
+use place::{Argument, Place};
+
+/// A fault before its line is known.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Trouble {
+    pub kind: FaultKind,
+    pub message: String,
+}
+
+impl Trouble {
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into() }
+    }
+}
+
+/// A program under way: where it is, what it waits for, which calls and loops are open.
+///
+/// ```text
+///            run: statement begins             request
+///  Ready ---------------------------> (step) ----------> Asked
+///    ^  ^                                |  WAIT false      | answer, skip
+///    |  |        WAIT true, skip         v                  |
+///    |  +---------------------------- Waiting               |
+///    +------------------------------------------------------+
+///  END of the main program: Ended, until restart or go_to_rcycle
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     program: Arc<Program>,
+    /// The step under way or next.
+    at: usize,
+    frames: Vec<Frame>,
+    state: State,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum State {
+    /// Before a step.
+    Ready,
+    /// A WAIT has begun and looks again at each run.
+    Waiting,
+    /// A request is out.
+    Asked(Pending),
+    /// The main program is over.
+    Ended,
+}
+
+/// A request and where its numbers go.
+#[derive(Debug, Clone, PartialEq)]
+struct Pending {
+    request: Request,
+    targets: Vec<Place>,
+}
+
+/// A program that was called, the main program first.
+#[derive(Debug, Clone, PartialEq)]
+struct Frame {
+    return_to: usize,
+    arguments: Vec<Argument>,
+    loops: Vec<Loop>,
+}
+
+/// A FOR under way.
+#[derive(Debug, Clone, PartialEq)]
+struct Loop {
+    opener: usize,
+    exit: usize,
+    limit: Number,
+    step: Number,
 }
 
 impl Machine {
     /// Stands before step 1 of the main program.
     #[must_use]
     pub fn main(program: Arc<Program>) -> Self {
-        Self { program }
+        Self { program, at: 0, frames: Self::bottom(), state: State::Ready }
     }
-    /// Stands before the statement of `compile_direct`.
+
+    /// Stands before the statement of [`compile_direct`](crate::compile_direct), and ends after it.
     #[must_use]
     pub fn direct(program: Arc<Program>) -> Self {
-        Self { program }
+        Self::main(program)
     }
-    /// Runs.
-    pub fn run(&mut self, _memory: &mut Memory, _inputs: &dyn Inputs, _fuel: &mut u32) -> Pause {
-        Pause::Ended
+
+    fn bottom() -> Vec<Frame> {
+        Vec::from([Frame { return_to: 0, arguments: Vec::new(), loops: Vec::new() }])
     }
-    /// Answers the pending request.
+
+    /// Runs until the fuel is used up or something outside has to happen.
+    ///
+    /// Each statement takes 1 from `fuel` when it begins; labels, blank lines and comments cost nothing, END costs
+    /// 1. A statement that has begun is finished without more fuel. While a request is pending, returns the same
+    /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
+    pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
+        let program = Arc::clone(&self.program);
+        loop {
+            match &self.state {
+                State::Asked(pending) => return Pause::Request(pending.request.clone()),
+                State::Ended => return Pause::Ended,
+                State::Ready | State::Waiting => {}
+            }
+            let Some(step) = program.steps.get(self.at) else {
+                self.state = State::Ended;
+                return Pause::Ended;
+            };
+            if step.head && self.state == State::Ready {
+                if *fuel == 0 {
+                    return Pause::Fuel;
+                }
+                *fuel -= 1;
+            }
+            self.state = State::Ready;
+            match self.execute(&program, &step.operation, memory, inputs) {
+                Ok(true) => {}
+                Ok(false) => {
+                    self.state = State::Waiting;
+                    return Pause::Waiting;
+                }
+                Err(trouble) => return Pause::Fault(self.fault(trouble)),
+            }
+        }
+    }
+
+    /// Gives the pending request its answer; the next [`run`](Machine::run) goes on with the next statement.
     ///
     /// # Errors
-    /// Fault.
-    pub fn answer(&mut self, _memory: &mut Memory, _answer: Answer) -> Result<(), Fault> {
+    /// `Type` when nothing is pending or the answer is not one for the request, `Range` when the count of numbers is
+    /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
+    pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
+        let State::Asked(pending) = &self.state else {
+            return Err(self.fault(Trouble::new(FaultKind::Type, "no request is pending")));
+        };
+        let pending = pending.clone();
+        let numbers = numbers(&pending.request, answer).map_err(|trouble| self.fault(trouble))?;
+        self.state = State::Ready;
+        for (place, number) in pending.targets.iter().zip(numbers) {
+            let value = match number {
+                Number::Integer(value) => Value::Integer(value),
+                Number::Real(value) => Value::Real(value),
+            };
+            let program = Arc::clone(&self.program);
+            self.write(&program, memory, *place, value).map_err(|trouble| self.fault(trouble))?;
+        }
+        self.at += 1;
         Ok(())
     }
-    /// Back to step 1.
-    pub fn restart(&mut self) {}
-    /// To the label RCYCLE.
-    pub fn go_to_rcycle(&mut self) -> bool {
-        false
+
+    /// Back to step 1 of the main program; calls, loops and a pending request are dropped.
+    pub fn restart(&mut self) {
+        self.go_to(0);
     }
-    /// File line.
+
+    /// To the label `RCYCLE` of the main program, calls and loops dropped; `false` (and nothing done) without one.
+    pub fn go_to_rcycle(&mut self) -> bool {
+        let Some(step) = self.program.rcycle else { return false };
+        self.go_to(step);
+        true
+    }
+
+    fn go_to(&mut self, step: usize) {
+        self.at = step;
+        self.frames = Self::bottom();
+        self.state = State::Ready;
+    }
+
+    /// File line, from 1, of the statement under way or next.
     #[must_use]
     pub fn line(&self) -> u32 {
-        self.program.first_line()
+        self.program.steps.get(self.at).map_or_else(|| self.program.first_line(), |step| step.line)
     }
-    /// Abandons the statement under way.
-    pub fn skip(&mut self) {}
-    /// The pending request.
+
+    /// Abandons the statement under way (a pending request or a `WAIT`): the next one follows. Between statements
+    /// nothing happens.
+    pub fn skip(&mut self) {
+        if matches!(self.state, State::Asked(_) | State::Waiting) {
+            self.at += 1;
+            self.state = State::Ready;
+        }
+    }
+
+    /// The request that waits for its answer.
     #[must_use]
     pub fn pending(&self) -> Option<&Request> {
-        None
+        match &self.state {
+            State::Asked(pending) => Some(&pending.request),
+            State::Ready | State::Waiting | State::Ended => None,
+        }
+    }
+
+    fn fault(&self, trouble: Trouble) -> Fault {
+        Fault { kind: trouble.kind, line: self.line(), message: trouble.message }
+    }
+}
+
+/// The numbers an answer holds, filled up with zeros after a cancellation (INP-10).
+fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
+    match (request, answer) {
+        (Request::Input { wanted, .. }, Answer::Values(numbers)) if numbers.len() == *wanted => Ok(numbers),
+        (Request::Input { wanted, .. }, Answer::Cancelled(mut numbers)) if numbers.len() <= *wanted => {
+            numbers.resize(*wanted, Number::Integer(0));
+            Ok(numbers)
+        }
+        (Request::Input { wanted, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
+            let message = format!("INPUT wants {wanted} numbers, found {}", numbers.len());
+            Err(Trouble::new(FaultKind::Range, message))
+        }
+        (Request::Input { .. }, Answer::Done) => Err(Trouble::new(FaultKind::Type, "INPUT wants numbers")),
+        (_, Answer::Done) => Ok(Vec::new()),
+        (_, Answer::Values(_) | Answer::Cancelled(_)) => {
+            Err(Trouble::new(FaultKind::Type, "only INPUT takes numbers"))
+        }
+    }
+}
+
+/// The value of an expression that is constant.
+pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value, Trouble> {
+    let program = Program::empty(options);
+    let memory = Memory::new(&program);
+    evaluate::Context { program: &program, memory: &memory, inputs: &Nowhere, frames: &[] }.evaluate(expression)
+}
+
+/// The world of a constant: none.
+struct Nowhere;
+
+impl Inputs for Nowhere {
+    fn din(&self, _: u16) -> bool {
+        false
+    }
+    fn dout(&self, _: u16) -> bool {
+        false
+    }
+    fn motion_percent(&self) -> f64 {
+        100.0
+    }
+    fn here(&self) -> Position {
+        Position::default()
+    }
+    fn mode(&self) -> i32 {
+        0
     }
 }

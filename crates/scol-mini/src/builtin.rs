@@ -1,0 +1,207 @@
+//! The words of the language: functions, constants, system variables, and the words that are reserved.
+//! What functions compute is in `machine::functions`.
+
+use crate::options::Arm;
+use crate::tree::Condition;
+use crate::value::coordinates;
+
+/// A function, or a constructor of a vector value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Builtin {
+    Int,
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Atan2,
+    Sqrt,
+    Abs,
+    Sgn,
+    Real,
+    Exp,
+    Ln,
+    Log10,
+    Max,
+    Min,
+    Mod,
+    Point,
+    Trans,
+    Payload,
+    Din,
+    Dout,
+}
+
+const BUILTINS: &[(&str, Builtin)] = &[
+    ("INT", Builtin::Int),
+    ("SIN", Builtin::Sin),
+    ("COS", Builtin::Cos),
+    ("TAN", Builtin::Tan),
+    ("ASIN", Builtin::Asin),
+    ("ACOS", Builtin::Acos),
+    ("ATAN", Builtin::Atan),
+    ("ATAN2", Builtin::Atan2),
+    ("SQRT", Builtin::Sqrt),
+    ("ABS", Builtin::Abs),
+    ("SGN", Builtin::Sgn),
+    ("REAL", Builtin::Real),
+    ("EXP", Builtin::Exp),
+    ("LN", Builtin::Ln),
+    ("LOG10", Builtin::Log10),
+    ("MAX", Builtin::Max),
+    ("MIN", Builtin::Min),
+    ("MOD", Builtin::Mod),
+    ("POINT", Builtin::Point),
+    ("TRANS", Builtin::Trans),
+    ("PAYLOAD", Builtin::Payload),
+    ("DIN", Builtin::Din),
+    ("DOUT", Builtin::Dout),
+];
+
+/// Most arguments of `MAX`, `MIN`, `DIN` and `DOUT`.
+pub(crate) const MAX_ARGUMENTS: usize = 32;
+
+impl Builtin {
+    pub fn from_word(word: &str) -> Option<Self> {
+        BUILTINS.iter().find(|(spelling, _)| *spelling == word).map(|(_, builtin)| *builtin)
+    }
+
+    pub fn word(self) -> &'static str {
+        BUILTINS.iter().find(|(_, builtin)| *builtin == self).map_or("", |(spelling, _)| spelling)
+    }
+
+    /// Fewest and most arguments.
+    pub fn arity(self, arm: Arm) -> (usize, usize) {
+        match self {
+            Builtin::Atan2 | Builtin::Mod => (2, 2),
+            Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
+            Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
+            Builtin::Point => (1, coordinates(arm) + 1),
+            Builtin::Trans => (1, crate::value::Trans::order(arm).len()),
+            Builtin::Payload => (1, crate::value::Payload::width(arm)),
+            _ => (1, 1),
+        }
+    }
+}
+
+/// A system variable that is read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum System {
+    Motion,
+    Here,
+    Mode,
+    Condition(Condition),
+}
+
+impl System {
+    pub fn from_word(word: &str) -> Option<Self> {
+        Some(match word {
+            "MOTION" => System::Motion,
+            "HERE" => System::Here,
+            "MODE" => System::Mode,
+            // PAYLOAD in an expression is the constructor.
+            "PAYLOAD" => return None,
+            _ => System::Condition(condition(word)?),
+        })
+    }
+}
+
+/// The motion condition of this name.
+pub(crate) fn condition(word: &str) -> Option<Condition> {
+    Some(match word {
+        "SPEED" => Condition::Speed,
+        "ACCEL" => Condition::Accel,
+        "DECEL" => Condition::Decel,
+        "CONFIG" => Condition::Config,
+        "PAYLOAD" => Condition::Payload,
+        "WORK" => Condition::Work,
+        "TOOL" => Condition::Tool,
+        "BASE" => Condition::Base,
+        _ => return None,
+    })
+}
+
+/// The value of a constant word.
+///
+/// On a SCARA `LEFTY` is 1 and `RIGHTY` 2. On a six-axis arm each word is the number of its own digit
+/// (`LEFTY` 10000, `BELOW` 2000 ...), so that words add up to a configuration, and words of five letters such as
+/// `LAFSS` name a whole one.
+pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
+    let digits = match word {
+        "ON" => return Some(1),
+        "OFF" | "FREE" => return Some(0),
+        "LEFTY" => 10_000,
+        "RIGHTY" => 20_000,
+        "ABOVE" => 1_000,
+        "BELOW" => 2_000,
+        "NFLIP" => 100,
+        "FLIP" => 200,
+        "SINGLE4" => 10,
+        "DOUBLE4" => 20,
+        "SINGLE6" => 1,
+        "DOUBLE6" => 2,
+        _ => five_letters(word)?,
+    };
+    match arm {
+        Arm::SixAxis => Some(digits),
+        Arm::Scara => (digits % 10_000 == 0).then_some(digits / 10_000),
+    }
+}
+
+/// `LAFSS` and its 31 sisters: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D.
+fn five_letters(word: &str) -> Option<i32> {
+    const LETTERS: [[u8; 2]; 5] = [*b"LR", *b"AB", *b"NF", *b"SD", *b"SD"];
+    if word.len() != LETTERS.len() {
+        return None;
+    }
+    word.bytes().zip(LETTERS).try_fold(0, |number, (letter, pair)| {
+        let digit = pair.iter().position(|known| *known == letter)?;
+        Some(number * 10 + if digit == 0 { 1 } else { 2 })
+    })
+}
+
+/// Words of the language that this implementation does not carry out.
+const UNSUPPORTED: &[&str] = &[
+    "ACCUR", "BCDIN", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COARSE", "DEST", "DISABLE",
+    "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "MOVEJ", "NOWAIT", "OPEN1", "OPEN2", "OPENI1",
+    "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN", "SWITCH", "TASK", "TID", "TIMER",
+    "TORQUE",
+];
+
+/// `true` for a word of the language that is not supported yet.
+pub(crate) fn is_unsupported(word: &str) -> bool {
+    UNSUPPORTED.contains(&word)
+}
+
+/// Words that begin or join statements.
+const STATEMENTS: &[&str] = &[
+    "AND", "AS", "COM1", "CR", "CRE", "DATA", "DELAY", "DIM", "DO", "ELSE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO",
+    "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVES", "NEXT", "NOT", "OR", "PRINT", "PROGRAM",
+    "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP", "WAIT", "WITH",
+];
+
+/// `true` when the word cannot be the name of a variable, label or program.
+pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
+    STATEMENTS.contains(&word)
+        || is_unsupported(word)
+        || Builtin::from_word(word).is_some()
+        || System::from_word(word).is_some()
+        || constant(word, arm).is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // clause: DATA-04
+    #[test]
+    fn configuration_words() {
+        assert_eq!(constant("LAFSS", Arm::SixAxis), Some(11_211));
+        assert_eq!(constant("RBNDD", Arm::SixAxis), Some(22_122));
+        assert_eq!(constant("LAFSX", Arm::SixAxis), None);
+        assert_eq!(constant("RIGHTY", Arm::Scara), Some(2));
+        assert_eq!(constant("FLIP", Arm::Scara), None);
+        assert_eq!(constant("LAFSS", Arm::Scara), None);
+    }
+}

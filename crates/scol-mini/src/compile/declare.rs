@@ -1,0 +1,161 @@
+//! The variables of GLOBAL and DATA with their initial values, and those of `DIM`.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use crate::conditions::Frame;
+use crate::diagnostic::{Problem, Sink};
+use crate::machine::constant_value;
+use crate::options::LanguageOptions;
+use crate::parser::{Datum, Declaration, File};
+use crate::program::{Owner, Slot, Symbols, flat_length};
+use crate::tree::Name;
+use crate::value::{Kind, Payload, Position, Trans, Value};
+use crate::{MAX_ARRAY, MAX_DATA_NAME};
+
+/// Makes the variables of GLOBAL.
+pub(super) fn globals(file: &File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
+    for declaration in &file.globals {
+        if let Err(problem) = global(declaration, options, symbols) {
+            sink.error(problem);
+        } else if declaration.name.text.len() > MAX_DATA_NAME {
+            let message = format!("{} is too long to be read or written by a host", declaration.name.text);
+            let problem = Problem::new("W0209", declaration.name.span, message);
+            sink.warning(problem.help(format!("hosts reach names of at most {MAX_DATA_NAME} characters")));
+        }
+    }
+}
+
+fn global(declaration: &Declaration, options: &LanguageOptions, symbols: &mut Symbols) -> Result<(), Problem> {
+    let name = &declaration.name;
+    if declaration.dim {
+        let slot = dim_slot(declaration, Owner::Global, symbols)?;
+        return add(symbols, name, slot);
+    }
+    let value = match &declaration.value {
+        None => None,
+        Some(expression) if !expression.is_constant() => {
+            let message = "an initial value is made of constants only";
+            return Err(Problem::new("E0210", expression.span, message));
+        }
+        Some(expression) => Some(constant_value(expression, options).map_err(|trouble| {
+            Problem::new("E0207", expression.span, trouble.message)
+        })?),
+    };
+    if declaration.subscripts.is_empty() {
+        let kind = value.as_ref().map(Value::kind);
+        let initial = value.into_iter().map(|value| (0, value)).collect();
+        return add(symbols, name, Slot { kind, initial, ..Slot::plain(&name.text, Owner::Global) });
+    }
+    let Some(value) = value else { return Ok(()) };
+    element(declaration, value, symbols)
+}
+
+/// `name(i) = value` in GLOBAL: the initial value of one element.
+fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Result<(), Problem> {
+    let name = &declaration.name;
+    let slot = symbols.shared.get(&name.text).and_then(|at| symbols.slots.get_mut(*at));
+    let Some(slot) = slot.filter(|slot| slot.bounds.is_some()) else {
+        let problem = Problem::new("E0212", name.span, format!("{} is not an array", name.text));
+        return Err(problem.help("declare it before with DIM"));
+    };
+    let subscripts: Vec<i32> =
+        declaration.subscripts.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
+    let Some(index) = slot.index(&subscripts) else {
+        return Err(Problem::new("E0213", name.span, format!("{} has no such element", name.text)));
+    };
+    let kind = *slot.kind.get_or_insert(value.kind());
+    let Some(value) = converted(value, kind) else {
+        return Err(Problem::new("E0207", name.span, format!("{} holds {}", name.text, kind.word())));
+    };
+    slot.initial.retain(|(known, _)| *known != index);
+    slot.initial.push((index, value));
+    Ok(())
+}
+
+/// The value as the kind of its variable; numbers convert, reals toward zero.
+fn converted(value: Value, kind: Kind) -> Option<Value> {
+    crate::machine::convert(value, kind).ok()
+}
+
+/// The slot of a `DIM`.
+pub(super) fn dim_slot(declaration: &Declaration, owner: Owner, symbols: &mut Symbols) -> Result<Slot, Problem> {
+    let name = &declaration.name;
+    let plain = Slot { kind: declaration.kind, ..Slot::plain(&name.text, owner) };
+    if declaration.subscripts.is_empty() {
+        return if declaration.kind.is_some() {
+            Ok(Slot { zeroed: true, ..plain })
+        } else {
+            let problem = Problem::new("E0101", name.span, "expected bounds or a kind after the name");
+            Err(problem.help("DIM TABLE(10) AS INTEGER"))
+        };
+    }
+    let length = flat_length(&declaration.subscripts);
+    if length > MAX_ARRAY.saturating_sub(symbols.elements) {
+        let message = format!("the arrays of a file have at most {MAX_ARRAY} elements together");
+        return Err(Problem::new("E0214", name.span, message));
+    }
+    symbols.elements += length;
+    Ok(Slot { bounds: Some(declaration.subscripts.clone()), zeroed: declaration.kind.is_some(), ..plain })
+}
+
+/// Makes the names of DATA. Coordinate data comes first, because WORK may name data of a later line.
+pub(super) fn data(file: &File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
+    for wanted in [true, false] {
+        for datum in file.data.iter().filter(|datum| (datum.kind == Kind::Coordinate) == wanted) {
+            let added = work(datum, symbols).and_then(|work| {
+                let value = datum_value(datum, work, options);
+                let slot = Slot {
+                    kind: Some(datum.kind),
+                    initial: Vec::from([(0, value)]),
+                    ..Slot::plain(&datum.name.text, Owner::Data)
+                };
+                add(symbols, &datum.name, slot)
+            });
+            if let Err(problem) = added {
+                sink.error(problem);
+            }
+        }
+    }
+}
+
+fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
+    match datum.kind {
+        Kind::Position => {
+            let mut position = Position { config: datum.config, work, ..Position::default() };
+            for (to, from) in position.coords.iter_mut().zip(&datum.numbers) {
+                *to = *from;
+            }
+            Value::Position(position)
+        }
+        Kind::Coordinate => Value::Coordinate(Trans::from_leading(options.arm, &datum.numbers)),
+        Kind::Load | Kind::Integer | Kind::Real => Value::Load(Payload::from_leading(&datum.numbers)),
+    }
+}
+
+/// The coordinate system a WORK line names (DATA-09, DATA-11).
+fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Problem> {
+    let Some(name) = &datum.work else { return Ok(None) };
+    let slot = symbols.shared.get(&name.text).and_then(|at| symbols.slots.get_mut(*at));
+    if let Some(slot) = slot
+        && let Some((_, Value::Coordinate(trans))) = slot.initial.first()
+    {
+        slot.is_work = true;
+        let frame = Frame { name: Some(name.text.clone()), trans: trans.clone() };
+        return Ok(Some(Arc::new(frame)));
+    }
+    let message = format!("expected the name of coordinate data, found {}", name.text);
+    Err(Problem::new("E0404", name.span, message).help(format!("add TRANS {}=... to DATA", name.text)))
+}
+
+fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Problem> {
+    if symbols.shared.contains_key(&name.text) {
+        let message = format!("{} stands twice in GLOBAL and DATA", name.text);
+        return Err(Problem::new("E0205", name.span, message));
+    }
+    symbols.shared.insert(String::clone(&name.text), symbols.slots.len());
+    symbols.slots.push(slot);
+    Ok(())
+}

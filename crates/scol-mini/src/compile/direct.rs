@@ -1,0 +1,59 @@
+//! One statement for the host command DO: what needs a program around it is refused (CMD-DO-04).
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use super::{kinds, names};
+use crate::diagnostic::{Diagnostic, Problem, Sink, Span};
+use crate::parser::parse_direct;
+use crate::program::{Operation, Program, Step, Symbols};
+use crate::tree::Statement;
+
+/// Compiles one statement for direct execution.
+///
+/// Names resolve in GLOBAL and DATA of `base`, so the [`Memory`](crate::Memory) of `base` fits the result. Control
+/// flow, labels, calls and names `base` does not have are errors.
+///
+/// # Errors
+/// The diagnostics, at least one of them an error; lines count from 1 within `statement`.
+pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, Vec<Diagnostic>> {
+    let mut sink = Sink::new(statement);
+    let mut symbols = Symbols::clone(&base.symbols);
+    match parse(statement, base) {
+        Ok(mut parsed) => {
+            names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
+            kinds::check_statement(&parsed, &symbols, &mut sink);
+            if let (Statement::Simple(simple), false) = (parsed, sink.has_errors()) {
+                let step = |operation, head| Step { line: 1, head, operation };
+                return Ok(Arc::new(Program {
+                    options: base.options,
+                    symbols: Arc::clone(&base.symbols),
+                    blocks: Vec::new(),
+                    steps: Vec::from([step(Operation::Simple(simple), true), step(Operation::Return, false)]),
+                    rcycle: None,
+                }));
+            }
+        }
+        Err(problem) => sink.error(problem),
+    }
+    Err(sink.finish())
+}
+
+fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
+    let whole = Span { start: 0, end: statement.len() };
+    let refused = |what: &str| {
+        let message = alloc::format!("{what} cannot be executed directly");
+        Err(Problem::new("E0501", whole, message))
+    };
+    match parse_direct(statement, &base.options)? {
+        None => Err(Problem::new("E0101", whole, "expected a statement, found nothing")),
+        Some(parsed @ Statement::Simple(_)) => Ok(parsed),
+        Some(Statement::Wait(_)) => refused("WAIT"),
+        Some(Statement::If { .. }) => refused("IF"),
+        Some(Statement::For { .. }) => refused("FOR"),
+        Some(Statement::Next(_)) => refused("NEXT"),
+        Some(Statement::Goto(_) | Statement::Select(..)) => refused("GOTO"),
+        Some(Statement::Return) => refused("RETURN"),
+        Some(Statement::Call(name, _)) => refused(&alloc::format!("a call of {}", name.text)),
+    }
+}

@@ -1,0 +1,209 @@
+//! Finds kinds that cannot fit, as far as they are known before the program runs.
+//! Kinds that only the run decides are checked by the machine.
+
+use alloc::format;
+
+use crate::builtin::{Builtin, System};
+use crate::diagnostic::{Problem, Sink};
+use crate::parser::Block;
+use crate::program::Symbols;
+use crate::tree::{Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Variable};
+use crate::value::Kind;
+
+/// What a statement takes.
+#[derive(Clone, Copy)]
+enum Wanted {
+    Number,
+    Exactly(Kind),
+}
+
+/// Checks the statements of a block.
+pub(super) fn check_block(block: &Block, symbols: &Symbols, sink: &mut Sink) {
+    for located in &block.statements {
+        check_statement(&located.statement, symbols, sink);
+    }
+}
+
+/// Checks one statement.
+pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &mut Sink) {
+    let mut number = |e: &Expression| expect(e, Wanted::Number, symbols, sink);
+    match statement {
+        Statement::Simple(simple) => check_simple(simple, symbols, sink),
+        Statement::Wait(e) | Statement::Select(e, _) => number(e),
+        Statement::If { condition, then, otherwise } => {
+            number(condition);
+            check_statement(then, symbols, sink);
+            if let Some(otherwise) = otherwise {
+                check_statement(otherwise, symbols, sink);
+            }
+        }
+        Statement::For { from, to, step, .. } => {
+            number(from);
+            number(to);
+            step.iter().for_each(number);
+        }
+        Statement::Call(_, arguments) => {
+            for argument in arguments {
+                let _ = known(argument, symbols, sink);
+            }
+        }
+        Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
+    }
+}
+
+fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
+    let position = Wanted::Exactly(Kind::Position);
+    match simple {
+        Simple::Assign { target, component, value } => {
+            let found = known(value, symbols, sink);
+            let kind = variable_kind(target, symbols);
+            let number = component.is_some() || kind.is_some_and(Kind::is_number);
+            if let Some(found) = found
+                && let Some(kind) = kind.or(component.map(|_| Kind::Real))
+                && (if number { !found.is_number() } else { found != kind })
+            {
+                let wanted = if number { "a number" } else { kind.word() };
+                let message = format!("{} takes {wanted}, found {}", target.name.text, found.word());
+                sink.error(Problem::new("E0207", value.span, message));
+            }
+        }
+        Simple::Set(condition, value) => expect(value, condition_kind(*condition), symbols, sink),
+        Simple::Move { course, with } => {
+            match course {
+                Course::Ptp(a) | Course::Line(a) => expect(a, position, symbols, sink),
+                Course::Arc(a, b) => {
+                    expect(a, position, symbols, sink);
+                    expect(b, position, symbols, sink);
+                }
+                Course::Axis(a, b) | Course::AxisBy(a, b) => {
+                    expect(a, Wanted::Number, symbols, sink);
+                    expect(b, Wanted::Number, symbols, sink);
+                }
+                Course::Ready => {}
+            }
+            for (_, value) in with {
+                expect(value, Wanted::Number, symbols, sink);
+            }
+        }
+        Simple::Print { items, .. } => {
+            for item in items {
+                if let Item::Value(value) = item {
+                    expect(value, Wanted::Number, symbols, sink);
+                }
+            }
+        }
+        Simple::Input { targets, .. } => {
+            for target in targets {
+                if variable_kind(target, symbols).is_some_and(|kind| !kind.is_number()) {
+                    let message = format!("INPUT takes numbers only, {} is none", target.name.text);
+                    sink.error(Problem::new("E0207", target.name.span, message));
+                }
+            }
+        }
+        Simple::Delay(e) => expect(e, Wanted::Number, symbols, sink),
+        Simple::Outputs(lines) => lines.iter().for_each(|e| expect(e, Wanted::Number, symbols, sink)),
+        Simple::FreeLoad | Simple::Stop => {}
+    }
+}
+
+fn condition_kind(condition: Condition) -> Wanted {
+    match condition {
+        Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config => Wanted::Number,
+        Condition::Payload => Wanted::Exactly(Kind::Load),
+        Condition::Work | Condition::Tool | Condition::Base => Wanted::Exactly(Kind::Coordinate),
+    }
+}
+
+fn expect(expression: &Expression, wanted: Wanted, symbols: &Symbols, sink: &mut Sink) {
+    let Some(found) = known(expression, symbols, sink) else { return };
+    let (fits, word) = match wanted {
+        Wanted::Number => (found.is_number(), "a number"),
+        Wanted::Exactly(kind) => (found == kind, kind.word()),
+    };
+    if !fits {
+        sink.error(Problem::new("E0207", expression.span, format!("expected {word}, found {}", found.word())));
+    }
+}
+
+fn variable_kind(variable: &Variable, symbols: &Symbols) -> Option<Kind> {
+    match variable.reference {
+        Reference::Slot(at) => symbols.slots.get(at)?.kind,
+        Reference::Parameter(_) | Reference::Unresolved => None,
+    }
+}
+
+/// The kind of an expression where it is certain; reports operands that cannot go together.
+fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<Kind> {
+    match &expression.node {
+        Node::Literal(value) => Some(value.kind()),
+        Node::Variable(variable) => {
+            for subscript in &variable.subscripts {
+                expect(subscript, Wanted::Number, symbols, sink);
+            }
+            variable_kind(variable, symbols)
+        }
+        Node::Component(of, _) => {
+            let kind = known(of, symbols, sink);
+            if let Some(kind @ (Kind::Integer | Kind::Real | Kind::Load)) = kind {
+                let message = format!("expected positional or coordinate data before the dot, found {}", kind.word());
+                sink.error(Problem::new("E0207", of.span, message));
+            }
+            Some(Kind::Real)
+        }
+        Node::Unary(_, of) => {
+            expect(of, Wanted::Number, symbols, sink);
+            None
+        }
+        Node::Binary(operator, left, right) => binary(*operator, left, right, symbols, sink),
+        Node::Function(builtin, arguments) => {
+            for argument in arguments {
+                expect(argument, Wanted::Number, symbols, sink);
+            }
+            match builtin {
+                Builtin::Point => Some(Kind::Position),
+                Builtin::Trans => Some(Kind::Coordinate),
+                Builtin::Payload => Some(Kind::Load),
+                Builtin::Int | Builtin::Sgn | Builtin::Din | Builtin::Dout => Some(Kind::Integer),
+                _ => None,
+            }
+        }
+        Node::System(system) => Some(match system {
+            System::Motion => Kind::Real,
+            System::Here => Kind::Position,
+            System::Mode => Kind::Integer,
+            System::Condition(condition) => match condition_kind(*condition) {
+                Wanted::Number if *condition == Condition::Config => Kind::Integer,
+                Wanted::Number => Kind::Real,
+                Wanted::Exactly(kind) => kind,
+            },
+        }),
+    }
+}
+
+fn binary(
+    operator: Binary,
+    left: &Expression,
+    right: &Expression,
+    symbols: &Symbols,
+    sink: &mut Sink,
+) -> Option<Kind> {
+    if !matches!(operator, Binary::Add | Binary::Subtract) {
+        expect(left, Wanted::Number, symbols, sink);
+        expect(right, Wanted::Number, symbols, sink);
+        let arithmetic = matches!(operator, Binary::Multiply | Binary::Divide | Binary::Modulo | Binary::Power);
+        return if arithmetic { None } else { Some(Kind::Integer) };
+    }
+    let (left_kind, right_kind) = (known(left, symbols, sink), known(right, symbols, sink));
+    let (Some(a), Some(b)) = (left_kind, right_kind) else {
+        // One side positional decides: nothing else can be added to it.
+        return left_kind.or(right_kind).filter(|kind| !kind.is_number());
+    };
+    if a.is_number() && b.is_number() {
+        return Some(if a == b { a } else { Kind::Real });
+    }
+    if a != b || a == Kind::Load {
+        let message = format!("{} and {} cannot be added or subtracted", a.word(), b.word());
+        sink.error(Problem::new("E0207", left.span.to(right.span), message));
+    }
+    Some(a)
+}

@@ -1,0 +1,136 @@
+//! Looks up the variables of a block: parameter, then `DIM`, then GLOBAL and DATA, then implicit local.
+//! Labels and calls are the matter of `emit`.
+
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
+
+use super::declare::dim_slot;
+use super::duplicates;
+use crate::diagnostic::{Problem, Sink};
+use crate::parser::Block;
+use crate::program::{Owner, Slot, Symbols};
+use crate::tree::{Expression, Node, Reference, Statement, Variable};
+
+/// Resolves every variable of a block.
+pub(super) fn resolve_block(block: &mut Block, symbols: &mut Symbols, sink: &mut Sink) {
+    let mut scope = Scope { locals: BTreeMap::new(), symbols };
+    for (at, parameter) in block.parameters.iter().enumerate() {
+        scope.locals.insert(parameter.text.clone(), Reference::Parameter(at));
+    }
+    let names: alloc::vec::Vec<_> = block.parameters.iter().chain(block.dims.iter().map(|d| &d.name)).collect();
+    duplicates(&names, "local variable", sink);
+    for declaration in &block.dims {
+        match dim_slot(declaration, Owner::Local, scope.symbols) {
+            Ok(slot) => scope.local(slot),
+            Err(problem) => sink.error(problem),
+        }
+    }
+    for located in &mut block.statements {
+        located.statement.targets(&mut |variable| scope.define(variable));
+        passed(&mut located.statement, &mut |variable| scope.define(variable));
+    }
+    for located in &mut block.statements {
+        located.statement.targets(&mut |variable| {
+            scope.resolve(variable, sink);
+            for subscript in &mut variable.subscripts {
+                subscript.variables(&mut |inner| scope.resolve(inner, sink));
+            }
+        });
+        located.statement.expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+    }
+}
+
+/// Resolves a statement that is executed directly: GLOBAL and DATA only.
+pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
+    let scope = Scope { locals: BTreeMap::new(), symbols };
+    statement.targets(&mut |variable| {
+        scope.resolve(variable, sink);
+        for subscript in &mut variable.subscripts {
+            subscript.variables(&mut |inner| scope.resolve(inner, sink));
+        }
+    });
+    statement.expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+}
+
+/// Plain variables handed to a subprogram, which may give them a value.
+fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
+    match statement {
+        Statement::Call(_, arguments) => {
+            for argument in arguments {
+                if let Expression { node: Node::Variable(variable), .. } = argument {
+                    visit(variable);
+                }
+            }
+        }
+        Statement::If { then, otherwise, .. } => {
+            passed(then, visit);
+            if let Some(otherwise) = otherwise {
+                passed(otherwise, visit);
+            }
+        }
+        _ => {}
+    }
+}
+
+struct Scope<'a> {
+    locals: BTreeMap<String, Reference>,
+    symbols: &'a mut Symbols,
+}
+
+impl Scope<'_> {
+    fn local(&mut self, slot: Slot) {
+        self.locals.insert(slot.name.clone(), Reference::Slot(self.symbols.slots.len()));
+        self.symbols.slots.push(slot);
+    }
+
+    /// Makes a local variable of a name that is assigned and not known yet.
+    fn define(&mut self, variable: &mut Variable) {
+        if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
+            self.local(Slot::plain(&variable.name.text, Owner::Local));
+        }
+    }
+
+    fn lookup(&self, name: &str) -> Option<Reference> {
+        let shared = || self.symbols.shared.get(name).copied().map(Reference::Slot);
+        self.locals.get(name).copied().or_else(shared)
+    }
+
+    fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
+        let name = &variable.name;
+        let Some(reference) = self.lookup(&name.text) else {
+            sink.error(self.undefined(variable));
+            return;
+        };
+        variable.reference = reference;
+        let bounds = match reference {
+            Reference::Slot(at) => self.symbols.slots.get(at).and_then(|slot| slot.bounds.as_ref()),
+            Reference::Parameter(_) | Reference::Unresolved => None,
+        };
+        let found = variable.subscripts.len();
+        match bounds {
+            Some(_) if found == 0 => {
+                let message = format!("{} is an array: a subscript is missing", name.text);
+                sink.error(Problem::new("E0212", name.span, message));
+            }
+            Some(bounds) if bounds.len() != found => {
+                let message = format!("{} has {} subscripts, found {found}", name.text, bounds.len());
+                sink.error(Problem::new("E0213", name.span, message));
+            }
+            None if found > 0 => {
+                sink.error(Problem::new("E0212", name.span, format!("{} is not an array", name.text)));
+            }
+            _ => {}
+        }
+    }
+
+    fn undefined(&self, variable: &Variable) -> Problem {
+        let name = &variable.name;
+        if !variable.subscripts.is_empty() {
+            let problem = Problem::new("E0201", name.span, format!("{} is no array and no function", name.text));
+            return problem.help(format!("declare an array with DIM {}(n)", name.text));
+        }
+        Problem::new("E0201", name.span, format!("{} is never given a value", name.text))
+            .help("assign it, or declare it in GLOBAL or DATA")
+    }
+}

@@ -1,0 +1,143 @@
+//! What the functions compute. Angles are in degrees. Results are computed in double precision and rounded to a
+//! real once.
+
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::Trouble;
+use super::evaluate::{Context, double, real, truncated};
+use crate::builtin::Builtin;
+use crate::options::Arm;
+use crate::request::{FaultKind, Number};
+use crate::tree::{Binary, Expression};
+use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
+
+const DEGREES: f64 = 180.0 / core::f64::consts::PI;
+
+impl Context<'_> {
+    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
+        match builtin {
+            Builtin::Din => self.signals(arguments, |line| self.inputs.din(line)),
+            Builtin::Dout => self.signals(arguments, |line| self.inputs.dout(line)),
+            Builtin::Point | Builtin::Trans | Builtin::Payload => self.vector(builtin, arguments),
+            _ => {
+                let numbers: Vec<Number> =
+                    arguments.iter().map(|argument| self.number(argument)).collect::<Result<_, _>>()?;
+                self.numeric(builtin, &numbers)
+            }
+        }
+    }
+
+    fn numeric(&self, builtin: Builtin, numbers: &[Number]) -> Result<Value, Trouble> {
+        let first = numbers.first().copied().unwrap_or(Number::Integer(0));
+        let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
+        match (builtin, first) {
+            (Builtin::Mod, _) => {
+                super::evaluate::binary(Binary::Modulo, first, second, self.program.options.int_division)
+            }
+            (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
+            (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
+            (Builtin::Int, Number::Integer(value)) => Ok(Value::Integer(value)),
+            (Builtin::Int, Number::Real(value)) => truncated(value).map(Value::Integer),
+            (Builtin::Abs, Number::Integer(value)) => value
+                .checked_abs()
+                .map(Value::Integer)
+                .ok_or_else(|| Trouble::new(FaultKind::Overflow, "the result does not fit an integer of 32 bits")),
+            (Builtin::Abs, Number::Real(value)) => Ok(Value::Real(libm::fabsf(value))),
+            (Builtin::Sgn, _) => {
+                let value = double(first);
+                Ok(Value::Integer(i32::from(value > 0.0) - i32::from(value < 0.0)))
+            }
+            _ => {
+                let result = scalar(builtin, double(first), double(second));
+                if result.is_nan() {
+                    let message = format!("{} is not defined for {}", builtin.word(), double(first));
+                    return Err(Trouble::new(FaultKind::Domain, message));
+                }
+                real(result as f32)
+            }
+        }
+    }
+
+    /// `DIN(a, -b)`: 1 when all are on, those with a minus sign off.
+    fn signals(&self, arguments: &[Expression], state: impl Fn(u16) -> bool) -> Result<Value, Trouble> {
+        let mut all = true;
+        for argument in arguments {
+            let (line, on) = self.signal(argument)?;
+            all &= state(line) == on;
+        }
+        Ok(Value::Integer(i32::from(all)))
+    }
+
+    /// A signal and the state its sign names.
+    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool), Trouble> {
+        let number = self.integer(argument)?;
+        match u16::try_from(number.unsigned_abs()) {
+            Ok(line) if line > 0 => Ok((line, number > 0)),
+            _ => Err(Trouble::new(FaultKind::Range, format!("there is no signal {number}"))),
+        }
+    }
+
+    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
+        let arm = self.program.options.arm;
+        let numbers: Vec<f64> = arguments.iter().map(|e| self.double(e)).collect::<Result<_, _>>()?;
+        match builtin {
+            Builtin::Trans => Ok(Value::Coordinate(Trans::from_leading(arm, &numbers))),
+            Builtin::Payload => Ok(Value::Load(Payload::from_leading(&numbers))),
+            _ => {
+                let mut position = Position::default();
+                for (to, from) in position.coords.iter_mut().zip(numbers.iter().take(coordinates(arm))) {
+                    *to = *from;
+                }
+                if let Some(number) = numbers.get(coordinates(arm)) {
+                    position.config = configuration(arm, *number)?;
+                }
+                Ok(Value::Position(position))
+            }
+        }
+    }
+}
+
+/// The configuration of a number.
+pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trouble> {
+    Configuration::listed(arm, number as i64).ok_or_else(|| {
+        let wanted = match arm {
+            Arm::SixAxis => "five digits 0 to 2",
+            Arm::Scara => "0, 1 or 2",
+        };
+        Trouble::new(FaultKind::Range, format!("a configuration is {wanted}, found {number}"))
+    })
+}
+
+/// The largest or smallest; real when any is real.
+fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Value {
+    let any_real = numbers.iter().any(|number| matches!(number, Number::Real(_)));
+    let best = numbers.iter().copied().reduce(|best, number| {
+        if better(double(number), double(best)) { number } else { best }
+    });
+    match best {
+        Some(Number::Integer(value)) if !any_real => Value::Integer(value),
+        best => Value::Real(best.map_or(0.0, double) as f32),
+    }
+}
+
+/// Functions of one or two reals; NaN outside the domain.
+fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
+    match builtin {
+        Builtin::Sin => libm::sin(x / DEGREES),
+        Builtin::Cos => libm::cos(x / DEGREES),
+        Builtin::Tan => libm::tan(x / DEGREES),
+        Builtin::Asin => libm::asin(x) * DEGREES,
+        Builtin::Acos => libm::acos(x) * DEGREES,
+        Builtin::Atan => libm::atan(x) * DEGREES,
+        Builtin::Atan2 => libm::atan2(x, y) * DEGREES,
+        Builtin::Sqrt => libm::sqrt(x),
+        Builtin::Real => x,
+        Builtin::Exp => libm::exp(x),
+        Builtin::Ln | Builtin::Log10 if x <= 0.0 => f64::NAN,
+        Builtin::Ln => libm::log(x),
+        Builtin::Log10 => libm::log10(x),
+        // The others are not functions of reals alone and are computed before.
+        _ => f64::NAN,
+    }
+}

@@ -1,0 +1,379 @@
+//! Tests of the machine: pausing, fuel, jumps, loops, calls, faults.
+
+use super::*;
+use crate::request::{Channel, Path};
+use crate::{LanguageOptions, compile, compile_direct};
+use std::string::ToString;
+use std::vec;
+
+struct World {
+    din: u16,
+    motion: f64,
+}
+
+impl Inputs for World {
+    fn din(&self, line: u16) -> bool {
+        line == self.din
+    }
+    fn dout(&self, line: u16) -> bool {
+        line == 2
+    }
+    fn motion_percent(&self) -> f64 {
+        self.motion
+    }
+    fn here(&self) -> Position {
+        Position { coords: [9.0; 8], ..Position::default() }
+    }
+    fn mode(&self) -> i32 {
+        3
+    }
+}
+
+const STILL: World = World { din: 1, motion: 100.0 };
+
+fn start(body: &str) -> (Machine, Memory) {
+    let compilation = compile(body, &LanguageOptions::default());
+    let program = compilation.program.unwrap_or_else(|| panic!("{:?}", compilation.diagnostics));
+    (Machine::main(Arc::clone(&program)), Memory::new(&program))
+}
+
+/// Runs to the end, answering every PRINT; returns the text printed on TP, or the last pause.
+fn printed(body: &str) -> Result<String, Pause> {
+    let (mut machine, mut memory) = start(body);
+    let mut text = String::new();
+    let mut fuel = 10_000;
+    loop {
+        match machine.run(&mut memory, &STILL, &mut fuel) {
+            Pause::Request(Request::Print { data, .. }) => {
+                text.push_str(&String::from_utf8(data).unwrap().replace('\r', "|").replace("  ", ""));
+                machine.answer(&mut memory, Answer::Done).unwrap();
+            }
+            Pause::Ended => return Ok(text),
+            pause => return Err(pause),
+        }
+    }
+}
+
+fn main_of(lines: &str) -> Result<String, Pause> {
+    printed(&format!("PROGRAM M\n{lines}\nEND\n"))
+}
+
+fn fault_of(lines: &str) -> FaultKind {
+    match main_of(lines) {
+        Err(Pause::Fault(fault)) => fault.kind,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn one_unit_of_fuel_is_one_statement() {
+    let (mut machine, mut memory) = start("PROGRAM M\n\n' c\nL:\nA=1\nIF A==1 THEN B=2 ELSE B=3\nSUB(B)\nEND\nPROGRAM SUB(X)\nX=X+1\nEND\n");
+    let mut lines = Vec::new();
+    for _ in 0..10 {
+        lines.push(machine.line());
+        if machine.run(&mut memory, &STILL, &mut 1) == Pause::Ended {
+            break;
+        }
+    }
+    assert_eq!(lines, vec![5, 6, 7, 10, 11, 8]);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Ended);
+    machine.restart();
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 0), Pause::Fuel);
+    assert_eq!(machine.line(), 5);
+}
+
+#[test]
+fn a_request_stays_until_it_is_answered() {
+    let (mut machine, mut memory) = start("PROGRAM M\nPRINT COM1,\"A\"\nSTOP\nDELAY 0.5\nEND\n");
+    let mut fuel = 1;
+    let first = machine.run(&mut memory, &STILL, &mut fuel);
+    assert_eq!(first, Pause::Request(Request::Print { channel: Channel::Com1, data: b"A".to_vec() }));
+    assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), first);
+    assert!(machine.answer(&mut memory, Answer::Values(vec![])).is_err());
+    machine.answer(&mut memory, Answer::Done).unwrap();
+    assert!(machine.answer(&mut memory, Answer::Done).is_err());
+    assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Fuel);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Request(Request::Stop));
+    assert_eq!(machine.pending(), Some(&Request::Stop));
+    machine.skip();
+    assert_eq!(machine.pending(), None);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Request(Request::Delay { seconds: 0.5 }));
+}
+
+#[test]
+fn wait_looks_again_without_fuel() {
+    let (mut machine, mut memory) = start("PROGRAM M\nWAIT MOTION >= 100\nA=1\nEND\n");
+    let mut fuel = 1;
+    let half = World { din: 0, motion: 50.0 };
+    assert_eq!(machine.run(&mut memory, &half, &mut fuel), Pause::Waiting);
+    assert_eq!(machine.run(&mut memory, &half, &mut fuel), Pause::Waiting);
+    assert_eq!(machine.line(), 2);
+    let mut other = machine.clone();
+    other.skip();
+    assert_eq!(other.line(), 3);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Fuel);
+    assert_eq!(machine.line(), 3);
+}
+
+// clause: INP-05 INP-09 INP-10 INP-15 NPC-01
+#[test]
+fn input_fills_variables_in_their_kind_and_cancelled_ones_are_0() {
+    let source = "GLOBAL\nN=7\nX=0.0\nM\nEND\nPROGRAM P\nINPUT COM1,N,X,M\nEND\n";
+    let (mut machine, mut memory) = start(source);
+    let program = compile(source, &LanguageOptions::default()).program.unwrap();
+    let run = |machine: &mut Machine, memory: &mut Memory, answer: Answer| {
+        machine.restart();
+        let asked = Pause::Request(Request::Input { channel: Channel::Com1, wanted: 3 });
+        assert_eq!(machine.run(memory, &STILL, &mut 1), asked);
+        machine.answer(memory, answer)
+    };
+    let three = vec![Number::Real(2.7), Number::Integer(3), Number::Real(4.5)];
+    assert!(run(&mut machine, &mut memory, Answer::Values(three[..2].to_vec())).is_err());
+    assert!(run(&mut machine, &mut memory, Answer::Done).is_err());
+    run(&mut machine, &mut memory, Answer::Values(three)).unwrap();
+    assert_eq!(memory.global(&program, "N", &[]), Ok(Value::Integer(2)));
+    assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(3.0)));
+    assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(4.5)));
+    run(&mut machine, &mut memory, Answer::Cancelled(vec![Number::Integer(5)])).unwrap();
+    assert_eq!(memory.global(&program, "N", &[]), Ok(Value::Integer(5)));
+    assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(0.0)));
+    assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(0.0)));
+    assert_eq!(machine.line(), 8);
+}
+
+#[test]
+fn precedence_is_that_of_the_language() {
+    for (expression, value) in [
+        ("1+2*3", "7"),
+        ("(1+2)*3", "9"),
+        ("-2^2", "4"),
+        ("2^3^2", "64"),
+        ("10-3-2", "5"),
+        ("7/2", "3"),
+        ("-7/2", "-3"),
+        ("7.0/2", "3.500"),
+        ("7 MOD 4", "3"),
+        ("MOD(-7,4)", "-3"),
+        ("1+1==2", "1"),
+        ("2>1 AND 1>2 OR 1=<1", "1"),
+        ("NOT 0", "1"),
+        ("NOT 1 OR 1", "1"),
+        ("3 <> 3.0", "0"),
+        ("INT(2.7)+INT(-2.7)", "0"),
+        ("SIN(30)", "0.500"),
+        ("ATAN2(1,-1)", "135.000"),
+        ("SQRT(2)", "1.414"),
+        ("MAX(1,2.5,2)", "2.500"),
+        ("MIN(3,1,2)", "1"),
+        ("ABS(-3)+SGN(-0.5)", "2"),
+        ("LOG10(1000)", "3.000"),
+        ("-2147483648", "-2147483648"),
+        ("POINT(1,2,3).Z+HERE.X", "12.000"),
+        ("DIN(1)+DIN(-2)+DIN(1,2)", "2"),
+        ("DOUT(2)-DOUT(1)", "1"),
+        ("LEFTY+BELOW", "12000"),
+        ("LAFSS", "11211"),
+        ("ON*MODE", "3"),
+    ] {
+        assert_eq!(main_of(&format!("PRINT {expression}")).map(|t| t.trim().to_string()), Ok(value.into()), "{expression}");
+    }
+}
+
+#[test]
+fn integer_division_may_be_real() {
+    let options = LanguageOptions { int_division: crate::IntDivision::Real, ..Default::default() };
+    let program = compile("PROGRAM M\nPRINT 7/2\nEND\n", &options).program.unwrap();
+    let mut memory = Memory::new(&program);
+    let Pause::Request(Request::Print { data, .. }) = Machine::main(program).run(&mut memory, &STILL, &mut 9) else {
+        panic!()
+    };
+    assert_eq!(data, b"       3.500");
+}
+
+#[test]
+fn loops_run_as_often_as_they_say() {
+    for (body, text) in [
+        ("FOR K=1 TO 3\nPRINT \"a\"\nNEXT K", "aaa"),
+        ("FOR K=1 TO 0\nPRINT \"a\"\nNEXT K", ""),
+        ("FOR K=3 TO 1 STEP -1\nPRINT \"a\"\nNEXT", "aaa"),
+        ("FOR K=0.0 TO 1 STEP 0.5\nPRINT \"a\"\nNEXT", "aaa"),
+        ("FOR K=1 TO 2\nFOR J=1 TO 2\nPRINT \"a\"\nNEXT J\nNEXT K", "aaaa"),
+        ("N=0\nL:\nN=N+1\nFOR K=1 TO 5\nIF N<40 THEN GOTO L\nPRINT \"a\"\nNEXT", "aaaaa"),
+        ("FOR K=1 TO 2\nFOR J=1 TO 9\nPRINT \"a\"\nGOTO X\nNEXT J\nX:\nNEXT K", "aa"),
+    ] {
+        assert_eq!(main_of(body).as_deref(), Ok(text), "{body}");
+    }
+}
+
+// clause: EXAMPLE-04
+#[test]
+fn a_computed_goto_falls_through_outside_its_list() {
+    for (k, text) in [(0, "f"), (1, "1"), (2, "2"), (3, "f"), (-1, "f")] {
+        let body = format!("GOTO({k}) A,B\nPRINT \"f\"\nGOTO C\nA: PRINT \"1\"\nGOTO C\nB: PRINT \"2\"\nC:");
+        assert_eq!(main_of(&body).as_deref(), Ok(text));
+    }
+}
+
+#[test]
+fn arguments_are_references_when_they_can_be() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nEND\nPROGRAM M\nA=1\nADD(A,5)\nADD(T(2),A)\nADD(A+1,1)\nB=A\n\
+        PRINT A,T(2),CR\nTWICE(A)\nPRINT A\nRETURN\nPRINT \"no\"\nEND\n\
+        PROGRAM ADD(X,Y)\nX=X+Y\nEND\nPROGRAM TWICE(Z)\nADD(Z,Z)\nEND\n";
+    assert_eq!(printed(source).unwrap().replace(' ', ""), "66|12");
+}
+
+#[test]
+fn locals_are_kept_over_the_end_of_a_cycle_and_belong_to_their_program() {
+    let (mut machine, mut memory) = start("PROGRAM M\nIF MODE==3 THEN GOTO L\nN=5\nL:\nS\nEND\nPROGRAM S\nN=1\nEND\n");
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 99), Pause::Ended);
+    let program = Arc::clone(&machine.program);
+    assert!(matches!(memory.global(&program, "N", &[]), Err(crate::AccessError::NotGlobal(_))));
+    assert!(matches!(memory.global(&program, "Q", &[]), Err(crate::AccessError::Unknown(_))));
+    let (mut machine, mut memory) = start("PROGRAM M\nGOTO L\nN=0\nL:\nPRINT N\nEND\n");
+    assert!(matches!(machine.run(&mut memory, &STILL, &mut 99), Pause::Fault(f) if f.kind == FaultKind::Undefined));
+}
+
+#[test]
+fn faults_name_kind_and_line() {
+    for (body, kind) in [
+        ("PRINT 1/0", FaultKind::DivisionByZero),
+        ("PRINT 1.0/0.0", FaultKind::DivisionByZero),
+        ("PRINT MOD(1,0)", FaultKind::DivisionByZero),
+        ("GOTO L\nA=1\nL: PRINT A", FaultKind::Undefined),
+        ("A=1\nMOVE A", FaultKind::Type),
+        ("A=1\nA=POINT(1)", FaultKind::Type),
+        ("A=POINT(1)\nA=1", FaultKind::Type),
+        ("A=POINT(1)\nINPUT A", FaultKind::Type),
+        ("SPEED=0", FaultKind::Range),
+        ("SPEED=101", FaultKind::Range),
+        ("CONFIG=13000", FaultKind::Range),
+        ("DOUT(0)", FaultKind::Range),
+        ("DELAY -1", FaultKind::Range),
+        ("MOVEA 9,1", FaultKind::Range),
+        ("A=POINT(0,0,0,0,0,0,0,0,3)", FaultKind::Range),
+        ("FOR I=1 TO 2 STEP 0\nNEXT", FaultKind::Range),
+        ("DIM T(2) AS REAL\nA=3\nT(A)=1", FaultKind::Subscript),
+        ("M", FaultKind::Nesting),
+        ("A=2147483647\nA=A+1", FaultKind::Overflow),
+        ("A=3.0E38\nB=A*10", FaultKind::Overflow),
+        ("A=1\nA=3.0E10", FaultKind::Overflow),
+        ("GOTO L\nFOR I=1 TO 2\nL:\nNEXT", FaultKind::NextWithoutFor),
+        ("A=SQRT(-1)", FaultKind::Domain),
+        ("A=LN(0)", FaultKind::Domain),
+        ("A=(-1.0)^0.5", FaultKind::Domain),
+    ] {
+        if body.contains("INPUT") {
+            let (mut machine, mut memory) = start(&format!("PROGRAM M\n{body}\nEND\n"));
+            machine.run(&mut memory, &STILL, &mut 9);
+            let fault = machine.answer(&mut memory, Answer::Values(vec![Number::Integer(1)])).unwrap_err();
+            assert_eq!((fault.kind, fault.line), (kind, 3));
+        } else {
+            assert_eq!(fault_of(body), kind, "{body}");
+        }
+    }
+}
+
+// clause: PRT-09 PRT-10 BUF-03 BUF-04 SER-03
+#[test]
+fn a_print_is_one_text() {
+    let first = |line: &str| {
+        let (mut machine, mut memory) = start(&format!("PROGRAM M\n{line}\nEND\n"));
+        machine.run(&mut memory, &STILL, &mut 9)
+    };
+    let text = |channel, data: &[u8]| Pause::Request(Request::Print { channel, data: data.to_vec() });
+    let ten = b"INPUT DATA =    -333.333\r";
+    assert_eq!(first("PRINT COM1,\"INPUT DATA =\",-1000.0/3,CR"), text(Channel::Com1, ten));
+    assert_eq!(first("print ip2,\"BUFFRESET\""), Pause::Request(Request::BufferReset { channel: Channel::Ip2 }));
+    assert_eq!(first("PRINT IP1,\"BUFFRESET\",CR"), text(Channel::Ip1, b"BUFFRESET\r"));
+    assert_eq!(first("PRINT TP,\"BUFFRESET\""), text(Channel::Tp, b"BUFFRESET"));
+    assert_eq!(first("PRINT CR"), text(Channel::Tp, b"\r"));
+    let long = format!("PRINT \"{}\",1,1,1,1,1,CR", "x".repeat(200));
+    let Pause::Request(Request::Print { data, .. }) = first(&long) else { panic!() };
+    assert_eq!(data.len(), crate::MAX_PRINT);
+}
+
+#[test]
+fn motions_carry_their_conditions() {
+    let source = "PROGRAM M\nSPEED=20\nWORK=W1\nTOOL=TRANS(1,2)\nPAYLOAD=H1\n\
+        MOVES P1-POINT(0,1) WITH ACCEL=60, config=12111\nFREELOAD\nMOVEC P1 P1\nMOVEC P1,P1 + P1\nMOVEA 1, 30.5 WITH SPEED=5\nMOVEI 2,-1\nREADY\n\
+        P1.X=7\nMOVE P1\nEND\nDATA\nWORK W1\nPOINT P1=1,2,3/00100\nTRANS W1=5\nPAYLOAD H1=3\nEND\n";
+    let (mut machine, mut memory) = start(source);
+    let mut motions = Vec::new();
+    while let Pause::Request(Request::Move(motion)) = machine.run(&mut memory, &STILL, &mut 99) {
+        motions.push(motion);
+        machine.answer(&mut memory, Answer::Done).unwrap();
+    }
+    let first = &motions[0].conditions;
+    assert_eq!((first.speed, first.accel, first.decel), (20.0, 60.0, 100.0));
+    assert_eq!(first.config.number(), 12111);
+    assert_eq!((first.work.name.as_deref(), first.work.trans.coords[0]), (Some("W1"), 5.0));
+    assert_eq!((first.tool.name.as_deref(), first.tool.trans.coords[1]), (None, 2.0));
+    assert_eq!(first.payload.as_ref().unwrap().0.as_deref(), Some("H1"));
+    let Path::Line(to) = &motions[0].path else { panic!() };
+    assert_eq!((to.coords[1], to.config.number()), (1.0, 100));
+    assert_eq!(to.work.as_ref().unwrap().name.as_deref(), Some("W1"));
+    assert_eq!(motions[1].conditions.accel, 100.0);
+    assert_eq!(motions[1].conditions.payload, None);
+    assert!(matches!(&motions[2].path, Path::Arc { end, .. } if end.coords[0] == 2.0));
+    assert_eq!(motions[3].path, Path::Axis { axis: 1, value: 30.5 });
+    assert_eq!(motions[3].conditions.speed, 5.0);
+    assert_eq!(motions[4].path, Path::AxisBy { axis: 2, delta: -1.0 });
+    assert_eq!(motions[5].path, Path::Ready);
+    assert!(matches!(&motions[6].path, Path::Ptp(to) if to.coords[..2] == [7.0, 2.0]));
+}
+
+// clause: CMD-DO-01 CMD-DO-04 INP-12
+#[test]
+fn direct_statements_see_global_and_data_only() {
+    let source = "GLOBAL\nA=1\nEND\nPROGRAM M\nL=1\nEND\nDATA\nPOINT P1=1\nEND\n";
+    let base = compile(source, &LanguageOptions::default()).program.unwrap();
+    let mut memory = Memory::new(&base);
+    let outputs = compile_direct("DOUT(1,-2)", &base).unwrap();
+    let mut machine = Machine::direct(outputs);
+    let (mut fuel, asked) = (1, Pause::Request(Request::Outputs(vec![(1, true), (2, false)])));
+    assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), asked);
+    machine.answer(&mut memory, Answer::Done).unwrap();
+    assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Ended);
+    let assign = compile_direct("a = a + 41", &base).unwrap();
+    assert_eq!(Machine::direct(assign).run(&mut memory, &STILL, &mut 1), Pause::Ended);
+    assert_eq!(memory.global(&base, "A", &[]), Ok(Value::Integer(42)));
+    for good in ["MOVE P1 WITH SPEED=5", "INPUT COM1,A", "SPEED=10", "READY", "move point (1,2,3)", "PRINT TP,A"] {
+        assert!(compile_direct(good, &base).is_ok(), "{good}");
+    }
+    for bad in [
+        "", "XYZZY 1", "XYZZY", "M", "L=2", "N=2", "PRINT Q", "GOTO L", "IF A THEN A=1", "FOR A=1 TO 2", "NEXT",
+        "WAIT A", "RETURN", "END", "PROGRAM X", "GLOBAL", "DATA", "X: A=1", "MOVE A", "A=1\nA=2", "PRINT CRE",
+        "BREAK", "DIM X(1)",
+    ] {
+        assert!(compile_direct(bad, &base).is_err(), "{bad}");
+    }
+    let empty = Program::empty(&LanguageOptions::default());
+    assert!(compile_direct("DELAY 1", &empty).is_ok());
+    assert_eq!(Machine::main(empty.clone()).run(&mut Memory::new(&empty), &STILL, &mut 1), Pause::Ended);
+}
+
+#[test]
+fn rcycle_is_a_place_to_go_on_from() {
+    let (mut machine, mut memory) = start("PROGRAM M\nA=0\nRCYCLE:\nA=A+1\nEND\n");
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 99), Pause::Ended);
+    assert!(machine.go_to_rcycle());
+    assert_eq!(machine.line(), 4);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Fuel);
+    let (mut machine, _) = start("PROGRAM M\nEND\n");
+    assert!(!machine.go_to_rcycle());
+}
+
+// clause: DATA-09 CMD-MW-06
+#[test]
+fn positions_follow_their_coordinate_system() {
+    let source = "PROGRAM M\nMOVE P1\nEND\nDATA\nWORK W\nPOINT P1=1\nTRANS W=5\nEND\n";
+    let program = compile(source, &LanguageOptions::default()).program.unwrap();
+    let mut memory = Memory::new(&program);
+    let trans = crate::Trans { coords: [6.0; 6] };
+    memory.set_global(&program, "w", &[], Value::Coordinate(trans.clone())).unwrap();
+    memory.set_global(&program, "P1", &[], Value::Position(Position::default())).unwrap();
+    let Ok(Value::Position(p1)) = memory.global(&program, "P1", &[]) else { panic!() };
+    assert_eq!(p1.work.unwrap().trans, trans);
+    let wrong = memory.set_global(&program, "P1", &[], Value::Integer(1));
+    assert!(matches!(wrong, Err(crate::AccessError::KindMismatch { .. })));
+}

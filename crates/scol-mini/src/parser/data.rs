@@ -1,0 +1,219 @@
+//! Lines of DATA and declarations of GLOBAL and `DIM`.
+
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::{Cursor, Datum, Declaration};
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Sign, Token};
+use crate::options::Arm;
+use crate::tree::Name;
+use crate::value::{Configuration, Kind, Payload, Trans, coordinates};
+use crate::{MAX_DATA_NAME, MAX_SUBSCRIPTS};
+
+/// What a line of DATA says.
+pub(super) enum DataLine {
+    Datum(Datum),
+    /// The coordinate system of the next position (DATA-09).
+    Work(Name),
+}
+
+impl Cursor<'_> {
+    /// A line of DATA.
+    pub(super) fn data_line(&mut self) -> Result<DataLine, Problem> {
+        let kind = match self.peek() {
+            Some(Token::Word(word)) => match word.as_str() {
+                "POINT" => Kind::Position,
+                "TRANS" => Kind::Coordinate,
+                "PAYLOAD" => Kind::Load,
+                "WORK" => {
+                    self.advance();
+                    let name = self.name("the name of coordinate data")?;
+                    self.end_of_line()?;
+                    return Ok(DataLine::Work(name));
+                }
+                _ => return Err(self.expected("POINT, TRANS, PAYLOAD, WORK or END")),
+            },
+            _ => return Err(self.expected("POINT, TRANS, PAYLOAD, WORK or END")),
+        };
+        self.advance();
+        let name = self.name("a name")?;
+        if name.text.len() > MAX_DATA_NAME {
+            let message = format!("a name of DATA has at most {MAX_DATA_NAME} characters, found {}", name.text.len());
+            return Err(Problem::new("E0403", name.span, message));
+        }
+        self.expect_sign(Sign::Assign, "=")?;
+        let start = self.span();
+        let braced = kind == Kind::Load && self.sign(Sign::OpenBrace);
+        let numbers = self.numbers(self.width(kind), kind)?;
+        if braced {
+            self.expect_sign(Sign::CloseBrace, "}")?;
+        }
+        let config = if kind == Kind::Position { self.posture()? } else { Configuration::default() };
+        self.end_of_line()?;
+        let value = start.to(self.before());
+        Ok(DataLine::Datum(Datum { name, kind, numbers, config, work: None, value }))
+    }
+
+    fn width(&self, kind: Kind) -> usize {
+        match kind {
+            Kind::Position => coordinates(self.arm),
+            Kind::Coordinate => Trans::order(self.arm).len(),
+            Kind::Load => Payload::width(self.arm),
+            Kind::Integer | Kind::Real => 1,
+        }
+    }
+
+    /// Numbers separated by commas, each of which may be left out and then is 0 (DATA-03).
+    fn numbers(&mut self, most: usize, kind: Kind) -> Result<Vec<f64>, Problem> {
+        let start = self.span();
+        let mut numbers = Vec::new();
+        loop {
+            numbers.push(self.number()?.unwrap_or(0.0));
+            if !self.sign(Sign::Comma) {
+                break;
+            }
+        }
+        if numbers.len() > most {
+            let message = format!("{} takes at most {most} numbers, found {}", kind.word(), numbers.len());
+            return Err(Problem::new("E0401", start.to(self.before()), message));
+        }
+        Ok(numbers)
+    }
+
+    fn number(&mut self) -> Result<Option<f64>, Problem> {
+        let negative = self.sign(Sign::Minus);
+        let signed = negative || self.sign(Sign::Plus);
+        if !matches!(self.peek(), Some(Token::Integer(_) | Token::Real(_))) {
+            return if signed { Err(self.expected("a number")) } else { Ok(None) };
+        }
+        let span = self.span();
+        self.advance();
+        // The digits are read again: DATA holds more of them than a real of 32 bits keeps.
+        let text = self.source.get(span.start..span.end).unwrap_or_default();
+        let Ok(value) = text.parse::<f64>() else {
+            return Err(Problem::new("E0007", span, format!("{text} is not a number")));
+        };
+        Ok(Some(if negative { -value } else { value }))
+    }
+
+    /// What follows the slash of a position: nothing, digits, or on a SCARA a word.
+    fn posture(&mut self) -> Result<Configuration, Problem> {
+        if !self.sign(Sign::Slash) {
+            return if self.peek().is_none() {
+                Ok(Configuration::default())
+            } else {
+                Err(self.expected("\",\", \"/\" or the end of the line"))
+            };
+        }
+        let span = self.span();
+        let number = match self.peek() {
+            None => return Ok(Configuration::default()),
+            Some(Token::Integer(number)) => Some(*number),
+            Some(Token::Word(word)) => crate::builtin::constant(word, self.arm)
+                .filter(|_| !matches!(word.as_str(), "ON" | "OFF"))
+                .map(i64::from),
+            Some(_) => None,
+        };
+        let short = span.end - span.start <= 5 || matches!(self.peek(), Some(Token::Word(_)));
+        match number.filter(|_| short).and_then(|number| Configuration::listed(self.arm, number)) {
+            Some(config) => {
+                self.advance();
+                Ok(config)
+            }
+            None => Err(self.bad_posture(span)),
+        }
+    }
+
+    fn bad_posture(&self, span: Span) -> Problem {
+        let wanted = match self.arm {
+            Arm::SixAxis => "a configuration of up to five digits 0 to 2",
+            Arm::Scara => "LEFTY, RIGHTY, FREE or a digit 0 to 2",
+        };
+        Problem { code: "E0402", span, ..self.expected(wanted) }
+    }
+
+    /// A line of GLOBAL: `DIM`, `name = value` or a bare name.
+    pub(super) fn global_line(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
+        let line = self.span();
+        if self.word("DIM") {
+            return self.dim(into);
+        }
+        let name = self.name("a variable, DIM or END")?;
+        let mut subscripts = Vec::new();
+        if self.sign(Sign::Open) {
+            subscripts = self.bounds()?;
+        }
+        let value = if self.sign(Sign::Assign) {
+            Some(self.expression()?)
+        } else if subscripts.is_empty() {
+            None
+        } else {
+            return Err(self.expected("\"=\"").help("an array is declared with DIM"));
+        };
+        self.end_of_line()?;
+        let line = line.to(self.before());
+        into.push(Declaration { name, subscripts, dim: false, kind: None, value, line });
+        Ok(())
+    }
+
+    /// `DIM name(n, m) AS kind, ...` with the cursor after DIM.
+    pub(super) fn dim(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
+        let line = self.before();
+        let mut list = Vec::new();
+        loop {
+            let name = self.name("a variable")?;
+            let subscripts = if self.sign(Sign::Open) { self.bounds()? } else { Vec::new() };
+            let kind = if self.word("AS") { Some(self.kind()?) } else { None };
+            list.push(Declaration { name, subscripts, dim: true, kind, value: None, line });
+            if !self.sign(Sign::Comma) {
+                break;
+            }
+        }
+        self.end_of_line()?;
+        let line = line.to(self.before());
+        into.extend(list.into_iter().map(|declaration| Declaration { line, ..declaration }));
+        Ok(())
+    }
+
+    fn bounds(&mut self) -> Result<Vec<u32>, Problem> {
+        let start = self.span();
+        let mut list = Vec::new();
+        loop {
+            let Some(bound) = (match self.peek() {
+                Some(Token::Integer(value)) => u32::try_from(*value).ok(),
+                _ => None,
+            }) else {
+                return Err(self.expected("a subscript"));
+            };
+            self.advance();
+            list.push(bound);
+            if self.sign(Sign::Close) {
+                break;
+            }
+            self.expect_sign(Sign::Comma, ",")?;
+        }
+        if list.len() > MAX_SUBSCRIPTS {
+            let message = format!("an array has at most {MAX_SUBSCRIPTS} subscripts, found {}", list.len());
+            return Err(Problem::new("E0213", start.to(self.before()), message));
+        }
+        Ok(list)
+    }
+
+    fn kind(&mut self) -> Result<Kind, Problem> {
+        let kind = match self.peek() {
+            Some(Token::Word(word)) => match word.as_str() {
+                "INTEGER" => Some(Kind::Integer),
+                "REAL" => Some(Kind::Real),
+                "PAYLOAD" => Some(Kind::Load),
+                "TRANS" => Some(Kind::Coordinate),
+                "POINT" => Some(Kind::Position),
+                _ => None,
+            },
+            _ => None,
+        };
+        let kind = kind.ok_or_else(|| self.expected("INTEGER, REAL, POINT, TRANS or PAYLOAD"))?;
+        self.advance();
+        Ok(kind)
+    }
+}

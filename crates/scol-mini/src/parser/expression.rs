@@ -1,0 +1,205 @@
+//! Expressions, tightest first: parentheses, sign and `NOT`, `^`, `* / MOD`, `+ -`, relations, `AND`, `OR`;
+//! operators of one level from the left.
+
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::{Cursor, unsupported};
+use crate::builtin::{self, Builtin, System};
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Sign, Token, too_large};
+use crate::options::Arm;
+use crate::tree::{Binary, Expression, Node, Reference, Unary, Variable};
+use crate::value::Value;
+
+/// The operator a token is and how tightly it binds.
+fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
+    Some(match token? {
+        Token::Word(word) => match word.as_str() {
+            "OR" => (Binary::Or, 1),
+            "AND" => (Binary::And, 2),
+            "MOD" => (Binary::Modulo, 5),
+            _ => return None,
+        },
+        Token::Sign(sign) => match sign {
+            Sign::Equal => (Binary::Equal, 3),
+            Sign::NotEqual => (Binary::NotEqual, 3),
+            Sign::Less => (Binary::Less, 3),
+            Sign::LessEqual => (Binary::LessEqual, 3),
+            Sign::Greater => (Binary::Greater, 3),
+            Sign::GreaterEqual => (Binary::GreaterEqual, 3),
+            Sign::Plus => (Binary::Add, 4),
+            Sign::Minus => (Binary::Subtract, 4),
+            Sign::Star => (Binary::Multiply, 5),
+            Sign::Slash => (Binary::Divide, 5),
+            Sign::Caret => (Binary::Power, 6),
+            _ => return None,
+        },
+        _ => return None,
+    })
+}
+
+impl Cursor<'_> {
+    /// An expression; stops at the first token that cannot continue it.
+    pub fn expression(&mut self) -> Result<Expression, Problem> {
+        self.nested(|cursor| cursor.binary(1))
+    }
+
+    fn binary(&mut self, weakest: u8) -> Result<Expression, Problem> {
+        let mut left = self.unary()?;
+        while let Some((operator, strength)) = operator(self.peek()) {
+            if strength < weakest {
+                break;
+            }
+            self.advance();
+            let right = self.binary(strength + 1)?;
+            let span = left.span.to(right.span);
+            left = Expression { node: Node::Binary(operator, Box::new(left), Box::new(right)), span };
+        }
+        if weakest == 1 && self.peek() == Some(&Token::Sign(Sign::Assign)) {
+            let problem = Problem::new("E0101", self.span(), "expected an operator, found \"=\"");
+            return Err(problem.help("\"=\" assigns; two values are compared with \"==\""));
+        }
+        Ok(left)
+    }
+
+    fn unary(&mut self) -> Result<Expression, Problem> {
+        let start = self.span();
+        let operator = match self.peek() {
+            Some(Token::Sign(Sign::Minus)) => Unary::Minus,
+            Some(Token::Sign(Sign::Plus)) => Unary::Plus,
+            Some(Token::Word(word)) if word == "NOT" => Unary::Not,
+            _ => return self.postfix(),
+        };
+        self.advance();
+        if operator == Unary::Minus && self.peek() == Some(&Token::Integer(-i64::from(i32::MIN))) {
+            let span = start.to(self.span());
+            self.advance();
+            return Ok(Expression { node: Node::Literal(Value::Integer(i32::MIN)), span });
+        }
+        let of = self.nested(Self::unary)?;
+        let span = start.to(of.span);
+        Ok(Expression { node: Node::Unary(operator, Box::new(of)), span })
+    }
+
+    fn postfix(&mut self) -> Result<Expression, Problem> {
+        let mut of = self.primary()?;
+        while self.sign(Sign::Dot) {
+            let letter = self.component()?;
+            let span = of.span.to(self.before());
+            of = Expression { node: Node::Component(Box::new(of), letter), span };
+        }
+        Ok(of)
+    }
+
+    /// The letter after the dot of `P.X`.
+    pub fn component(&mut self) -> Result<u8, Problem> {
+        let letters: &[u8] = match self.arm {
+            Arm::SixAxis => b"XYZABCUV",
+            Arm::Scara => b"XYZCT",
+        };
+        let list = letters.iter().map(|l| char::from(*l)).collect::<alloc::string::String>();
+        let problem = self.expected(&format!("a coordinate, one of {list}"));
+        let Some(Token::Word(word)) = self.peek() else { return Err(problem) };
+        match word.as_bytes() {
+            [letter] if letters.contains(letter) => {
+                self.advance();
+                Ok(*letter)
+            }
+            _ => Err(problem),
+        }
+    }
+
+    fn primary(&mut self) -> Result<Expression, Problem> {
+        let span = self.span();
+        let node = match self.peek() {
+            Some(Token::Integer(value)) => {
+                let Ok(value) = i32::try_from(*value) else {
+                    return Err(too_large(self.source.get(span.start..span.end).unwrap_or_default(), span));
+                };
+                Node::Literal(Value::Integer(value))
+            }
+            Some(Token::Real(value)) => Node::Literal(Value::Real(*value)),
+            Some(Token::Sign(Sign::Open)) => {
+                self.advance();
+                let inner = self.expression()?;
+                self.expect_sign(Sign::Close, ")")?;
+                return Ok(Expression { node: inner.node, span: span.to(self.before()) });
+            }
+            Some(Token::Sign(Sign::OpenBrace)) => return self.braces(span),
+            Some(Token::Word(word)) => return self.word_value(word, span),
+            Some(Token::Text(_)) => {
+                let problem = Problem::new("E0101", span, "expected a value, found a text");
+                return Err(problem.help("a text can only be an item of PRINT"));
+            }
+            _ => return Err(self.expected("a value")),
+        };
+        self.advance();
+        Ok(Expression { node, span })
+    }
+
+    /// `{mass, x, y, ...}`: load data written in place.
+    fn braces(&mut self, span: Span) -> Result<Expression, Problem> {
+        self.advance();
+        let arguments = self.list(Sign::CloseBrace, "}")?;
+        self.function(Builtin::Payload, arguments, span)
+    }
+
+    fn word_value(&mut self, word: &str, span: Span) -> Result<Expression, Problem> {
+        let call = self.peek_at(1) == Some(&Token::Sign(Sign::Open));
+        if let Some(builtin) = Builtin::from_word(word) {
+            self.advance();
+            self.expect_sign(Sign::Open, "(")?;
+            let arguments = self.list(Sign::Close, ")")?;
+            return self.function(builtin, arguments, span);
+        }
+        let node = if let Some(value) = builtin::constant(word, self.arm) {
+            self.advance();
+            Node::Literal(Value::Integer(value))
+        } else if let Some(system) = System::from_word(word) {
+            self.advance();
+            Node::System(system)
+        } else if builtin::is_unsupported(word) {
+            return Err(unsupported(word, span));
+        } else {
+            let name = self.name("a value")?;
+            let subscripts = if call {
+                self.advance();
+                self.list(Sign::Close, ")")?
+            } else {
+                Vec::new()
+            };
+            Node::Variable(Variable { name, reference: Reference::Unresolved, subscripts })
+        };
+        Ok(Expression { node, span: span.to(self.before()) })
+    }
+
+    fn function(&self, builtin: Builtin, arguments: Vec<Expression>, start: Span) -> Result<Expression, Problem> {
+        let span = start.to(self.before());
+        let (fewest, most) = builtin.arity(self.arm);
+        if arguments.len() < fewest || arguments.len() > most {
+            let wanted = if fewest == most { format!("{most}") } else { format!("{fewest} to {most}") };
+            let message = format!("{} takes {wanted} arguments, found {}", builtin.word(), arguments.len());
+            return Err(Problem::new("E0206", span, message));
+        }
+        Ok(Expression { node: Node::Function(builtin, arguments), span })
+    }
+
+    /// Expressions separated by commas up to the closing sign; may be empty.
+    pub fn list(&mut self, close: Sign, spelling: &str) -> Result<Vec<Expression>, Problem> {
+        let mut list = Vec::new();
+        if self.sign(close) {
+            return Ok(list);
+        }
+        loop {
+            list.push(self.expression()?);
+            if self.sign(close) {
+                return Ok(list);
+            }
+            if !self.sign(Sign::Comma) {
+                return Err(self.expected(&format!("\",\" or \"{spelling}\"")));
+            }
+        }
+    }
+}

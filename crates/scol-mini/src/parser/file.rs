@@ -1,0 +1,265 @@
+//! The layout of a file: GLOBAL, PROGRAM blocks, DATA, in this order, each closed by END (RAM-04).
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::data::DataLine;
+use super::{Block, Cursor, File, Label, Located};
+use crate::builtin;
+use crate::diagnostic::{Problem, Sink, Span};
+use crate::lexer::{self, Lexeme, Line, Sign, Token};
+use crate::options::LanguageOptions;
+use crate::tree::Name;
+
+/// Parses a whole file; what could not be parsed is reported to `sink` and left out.
+pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sink) -> File {
+    let mut parser = Parser {
+        source,
+        options,
+        sink,
+        file: File::default(),
+        place: Place::Outside,
+        opened: None,
+        after_data: false,
+        work: None,
+    };
+    for line in lexer::lines(source) {
+        match lexer::tokens(source, line) {
+            Ok(tokens) if tokens.is_empty() => {}
+            Ok(tokens) => {
+                if let Err(problem) = parser.line(line, &tokens) {
+                    parser.sink.error(problem);
+                }
+            }
+            Err(problem) => parser.sink.error(problem),
+        }
+    }
+    parser.finish();
+    parser.file
+}
+
+/// Where in the file the parser is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Outside,
+    Global,
+    Program,
+    Data,
+}
+
+struct Parser<'a> {
+    source: &'a str,
+    options: &'a LanguageOptions,
+    sink: &'a mut Sink,
+    file: File,
+    place: Place,
+    /// The line that opened the present block.
+    opened: Option<Span>,
+    after_data: bool,
+    /// The WORK line that waits for its position.
+    work: Option<Name>,
+}
+
+impl Parser<'_> {
+    fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Problem> {
+        let mut cursor = Cursor::new(self.source, self.options.arm, tokens);
+        let word = match cursor.peek() {
+            Some(Token::Word(word)) => word.as_str(),
+            _ => "",
+        };
+        let alone = tokens.len() == 1;
+        match (word, self.place) {
+            ("END", Place::Outside) => Err(Problem::new("E0303", cursor.span(), "END without a block to close")),
+            ("END", _) if alone => {
+                self.close(line.number);
+                Ok(())
+            }
+            ("GLOBAL" | "DATA", _) if alone => {
+                self.unclosed(cursor.span(), word, line.number);
+                self.open(word, cursor.span())
+            }
+            ("PROGRAM", _) => {
+                self.unclosed(cursor.span(), word, line.number);
+                self.program(&mut cursor)
+            }
+            (_, Place::Outside) => {
+                let message = if self.after_data {
+                    "nothing follows the DATA block"
+                } else {
+                    "expected GLOBAL, PROGRAM or DATA"
+                };
+                let place = Span { start: line.span.start, end: cursor.span().end };
+                let problem = Problem::new("E0301", place, format!("{message}, found this line"));
+                Err(problem.help("every statement belongs between PROGRAM and END"))
+            }
+            (_, Place::Global) => cursor.global_line(&mut self.file.globals),
+            (_, Place::Data) => self.data(&mut cursor),
+            (_, Place::Program) => self.statement(line.number, &mut cursor),
+        }
+    }
+
+    fn open(&mut self, word: &str, span: Span) -> Result<(), Problem> {
+        self.opened = Some(span);
+        if word == "GLOBAL" {
+            self.place = Place::Global;
+            if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data {
+                return Err(Problem::new("E0301", span, "GLOBAL must come first, and once only"));
+            }
+        } else {
+            self.place = Place::Data;
+            if self.after_data {
+                return Err(Problem::new("E0301", span, "a file has one DATA block"));
+            }
+            self.after_data = true;
+        }
+        Ok(())
+    }
+
+    /// Reports a block that lacks its END and closes it.
+    fn unclosed(&mut self, span: Span, word: &str, line: u32) {
+        if self.place != Place::Outside {
+            self.sink.error(Problem::new("E0302", span, format!("expected END before {word}")));
+            self.close(line);
+        }
+    }
+
+    fn close(&mut self, line: u32) {
+        if self.place == Place::Program
+            && let Some(block) = self.file.blocks.last_mut()
+        {
+            block.end_line = line;
+        }
+        if !self.options.sticky_work {
+            self.lonely_work();
+        }
+        self.work = None;
+        self.place = Place::Outside;
+        self.opened = None;
+    }
+
+    fn lonely_work(&mut self) {
+        if let Some(name) = self.work.take() {
+            let problem = Problem::new("W0404", name.span, "this WORK is not followed by a POINT");
+            self.sink.warning(problem.help("WORK holds for the next line only"));
+        }
+    }
+
+    fn program(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+        let span = cursor.span();
+        cursor.advance();
+        self.place = Place::Program;
+        self.opened = Some(span);
+        let mut block = Block {
+            name: Name { text: String::new(), span },
+            parameters: Vec::new(),
+            dims: Vec::new(),
+            labels: Vec::new(),
+            statements: Vec::new(),
+            end_line: 0,
+        };
+        let heading = heading(cursor, &mut block);
+        self.file.blocks.push(block);
+        heading?;
+        if self.after_data {
+            return Err(Problem::new("E0301", span, "programs stand before the DATA block"));
+        }
+        Ok(())
+    }
+
+    fn data(&mut self, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+        match cursor.data_line()? {
+            DataLine::Work(name) => {
+                if !self.options.sticky_work {
+                    self.lonely_work();
+                }
+                self.work = Some(name);
+            }
+            DataLine::Datum(mut datum) => {
+                if datum.kind == crate::value::Kind::Position {
+                    datum.work = if self.options.sticky_work { self.work.clone() } else { self.work.take() };
+                } else if !self.options.sticky_work {
+                    self.lonely_work();
+                }
+                self.file.data.push(datum);
+            }
+        }
+        Ok(())
+    }
+
+    fn statement(&mut self, line: u32, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
+        let Some(block) = self.file.blocks.last_mut() else { return Ok(()) };
+        if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
+            let name = cursor.name("a label")?;
+            cursor.advance();
+            block.labels.push(Label { name, statement: block.statements.len() });
+        }
+        if cursor.peek().is_none() {
+            return Ok(());
+        }
+        let start = cursor.span();
+        if block.statements.is_empty() && cursor.word("DIM") {
+            return cursor.dim(&mut block.dims);
+        }
+        if cursor.word("END") {
+            // END behind a label closes the block as well.
+            cursor.end_of_line()?;
+            self.close(line);
+            return Ok(());
+        }
+        let statement = cursor.statement_line()?;
+        let span = start.to(cursor.before());
+        block.statements.push(Located { line, span, statement });
+        Ok(())
+    }
+
+    fn finish(&mut self) {
+        if let Some(span) = self.opened {
+            let word = self.source.get(span.start..span.end).unwrap_or_default().to_ascii_uppercase();
+            self.sink.error(Problem::new("E0302", span, format!("this {word} has no END")));
+        } else if self.file.blocks.is_empty() {
+            let problem = Problem::new("E0304", Span::default(), "expected a PROGRAM, found none in the file");
+            self.sink.error(problem);
+        }
+    }
+}
+
+/// `name` or `name(p, q)`.
+fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
+    block.name = cursor.name("the name of the program")?;
+    if cursor.sign(Sign::Open) && !cursor.sign(Sign::Close) {
+        loop {
+            let name = cursor.name("a parameter")?;
+            if block.parameters.len() >= builtin::MAX_ARGUMENTS {
+                let message = format!("a program has at most {} parameters", builtin::MAX_ARGUMENTS);
+                return Err(Problem::new("E0206", name.span, message));
+            }
+            if block.parameters.iter().any(|known| known.text == name.text) {
+                return Err(Problem::new("E0205", name.span, format!("{} stands twice", name.text)));
+            }
+            block.parameters.push(name);
+            if cursor.sign(Sign::Close) {
+                break;
+            }
+            cursor.expect_sign(Sign::Comma, ",")?;
+        }
+    }
+    cursor.end_of_line()
+}
+
+/// Parses one statement for direct execution; labels and lines of the file layout are errors.
+pub(crate) fn parse_direct(
+    source: &str,
+    options: &LanguageOptions,
+) -> Result<Option<crate::tree::Statement>, Problem> {
+    let line = Line { number: 1, span: Span { start: 0, end: source.len() } };
+    let tokens = lexer::tokens(source, line)?;
+    let mut cursor = Cursor::new(source, options.arm, &tokens);
+    if tokens.is_empty() {
+        return Ok(None);
+    }
+    if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
+        return Err(Problem::new("E0501", cursor.span(), "a label cannot be executed directly"));
+    }
+    cursor.statement_line().map(Some)
+}

@@ -1,0 +1,194 @@
+//! From tokens to trees: the cursor all parsers share, and the entry points.
+//! Names are not looked up here. A line with an error is dropped and the next one parsed, so one run finds the
+//! errors of all lines.
+
+mod data;
+mod expression;
+mod file;
+mod statement;
+
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+use crate::builtin;
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Lexeme, Sign, Token};
+use crate::options::Arm;
+use crate::tree::{Name, Statement};
+use crate::value::{Configuration, Kind};
+
+pub(crate) use file::{parse_direct, parse_file};
+
+/// A file as parsed.
+#[derive(Debug, Default)]
+pub(crate) struct File {
+    pub globals: Vec<Declaration>,
+    pub blocks: Vec<Block>,
+    pub data: Vec<Datum>,
+}
+
+/// A PROGRAM block.
+#[derive(Debug)]
+pub(crate) struct Block {
+    pub name: Name,
+    pub parameters: Vec<Name>,
+    pub dims: Vec<Declaration>,
+    pub labels: Vec<Label>,
+    pub statements: Vec<Located>,
+    /// File line of its END.
+    pub end_line: u32,
+}
+
+/// A label and the number of the statement that follows it.
+#[derive(Debug)]
+pub(crate) struct Label {
+    pub name: Name,
+    pub statement: usize,
+}
+
+/// A statement, its line, its place.
+#[derive(Debug)]
+pub(crate) struct Located {
+    pub line: u32,
+    pub span: Span,
+    pub statement: Statement,
+}
+
+/// A line of GLOBAL, or a `DIM`.
+#[derive(Debug)]
+pub(crate) struct Declaration {
+    pub name: Name,
+    /// Upper bounds of a `DIM`, or the subscripts of an element that gets an initial value.
+    pub subscripts: Vec<u32>,
+    pub dim: bool,
+    pub kind: Option<Kind>,
+    pub value: Option<crate::tree::Expression>,
+    /// The whole line without a comment.
+    pub line: Span,
+}
+
+/// A line of DATA; a WORK line belongs to the position after it.
+#[derive(Debug)]
+pub(crate) struct Datum {
+    pub name: Name,
+    pub kind: Kind,
+    /// As many as written, in order.
+    pub numbers: Vec<f64>,
+    pub config: Configuration,
+    pub work: Option<Name>,
+    /// From after the equals sign to the end of the datum.
+    pub value: Span,
+}
+
+/// Walks over the tokens of one line.
+pub(crate) struct Cursor<'a> {
+    pub source: &'a str,
+    pub arm: Arm,
+    tokens: &'a [Lexeme],
+    at: usize,
+    /// End of the line, for messages about what is missing.
+    end: usize,
+    depth: usize,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(source: &'a str, arm: Arm, tokens: &'a [Lexeme]) -> Self {
+        let end = tokens.last().map_or(0, |lexeme| lexeme.span.end);
+        Self { source, arm, tokens, at: 0, end, depth: 0 }
+    }
+
+    pub fn peek(&self) -> Option<&'a Token> {
+        self.tokens.get(self.at).map(|lexeme| &lexeme.token)
+    }
+
+    pub fn peek_at(&self, ahead: usize) -> Option<&'a Token> {
+        self.tokens.get(self.at + ahead).map(|lexeme| &lexeme.token)
+    }
+
+    /// The place of the next token, or of the end of the line.
+    pub fn span(&self) -> Span {
+        let end = Span { start: self.end, end: self.end };
+        self.tokens.get(self.at).map_or(end, |lexeme| lexeme.span)
+    }
+
+    /// The place of the token before.
+    pub fn before(&self) -> Span {
+        let before = self.at.checked_sub(1).and_then(|at| self.tokens.get(at));
+        before.map_or_else(|| self.span(), |lexeme| lexeme.span)
+    }
+
+    pub fn advance(&mut self) {
+        self.at += 1;
+    }
+
+    pub fn sign(&mut self, sign: Sign) -> bool {
+        let found = self.peek() == Some(&Token::Sign(sign));
+        self.at += usize::from(found);
+        found
+    }
+
+    pub fn word(&mut self, word: &str) -> bool {
+        let found = matches!(self.peek(), Some(Token::Word(found)) if found == word);
+        self.at += usize::from(found);
+        found
+    }
+
+    pub fn expect_sign(&mut self, sign: Sign, spelling: &str) -> Result<(), Problem> {
+        if self.sign(sign) { Ok(()) } else { Err(self.expected(&format!("\"{spelling}\""))) }
+    }
+
+    pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
+        if self.word(word) { Ok(()) } else { Err(self.expected(word)) }
+    }
+
+    /// A name that is no word of the language.
+    pub fn name(&mut self, what: &str) -> Result<Name, Problem> {
+        let span = self.span();
+        let Some(Token::Word(word)) = self.peek() else { return Err(self.expected(what)) };
+        if builtin::is_reserved(word, self.arm) {
+            let message = format!("expected {what}, found {word}, which is a word of the language");
+            return Err(Problem::new("E0208", span, message));
+        }
+        self.advance();
+        Ok(Name { text: word.clone(), span })
+    }
+
+    pub fn end_of_line(&self) -> Result<(), Problem> {
+        if self.peek().is_none() { Ok(()) } else { Err(self.expected("the end of the line")) }
+    }
+
+    /// The problem "expected this, found the next token".
+    pub fn expected(&self, what: &str) -> Problem {
+        Problem::new("E0101", self.span(), format!("expected {what}, found {}", self.found()))
+    }
+
+    fn found(&self) -> String {
+        match self.peek() {
+            None => "the end of the line".to_string(),
+            Some(Token::Word(word)) => word.clone(),
+            Some(Token::Text(_)) => "a text".to_string(),
+            Some(_) => {
+                let span = self.span();
+                format!("\"{}\"", self.source.get(span.start..span.end).unwrap_or_default())
+            }
+        }
+    }
+
+    /// Runs `parse` one level deeper.
+    pub fn nested<T>(&mut self, parse: impl FnOnce(&mut Self) -> Result<T, Problem>) -> Result<T, Problem> {
+        if self.depth >= crate::MAX_EXPRESSION_NESTING {
+            let message = format!("nested more than {} deep", crate::MAX_EXPRESSION_NESTING);
+            return Err(Problem::new("E0104", self.span(), message));
+        }
+        self.depth += 1;
+        let result = parse(self);
+        self.depth -= 1;
+        result
+    }
+}
+
+/// The problem of a word that is known but not carried out.
+pub(crate) fn unsupported(word: &str, span: Span) -> Problem {
+    Problem::new("E0105", span, format!("{word} is not supported yet"))
+}

@@ -1,0 +1,306 @@
+//! Statements, one a line; `IF` holds one or two more. Which statements may stand where is checked here,
+//! what their names mean is not.
+
+use alloc::boxed::Box;
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::{Cursor, unsupported};
+use crate::builtin::{self, Builtin, MAX_ARGUMENTS};
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Sign, Token};
+use crate::request::Channel;
+use crate::tree::{Condition, Course, Expression, Item, Reference, Simple, Statement, Variable};
+
+impl Cursor<'_> {
+    /// A statement up to the end of the line.
+    pub fn statement_line(&mut self) -> Result<Statement, Problem> {
+        let statement = self.statement()?;
+        self.end_of_line()?;
+        Ok(statement)
+    }
+
+    fn statement(&mut self) -> Result<Statement, Problem> {
+        let span = self.span();
+        let Some(Token::Word(word)) = self.peek() else { return Err(self.expected("a statement")) };
+        if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
+            && let Some(condition) = builtin::condition(word)
+        {
+            let value = self.setting()?;
+            return Ok(Statement::Simple(Simple::Set(condition, value)));
+        }
+        let course = match word.as_str() {
+            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "READY" => return self.motion(word),
+            _ => self.flow(word)?,
+        };
+        if let Some(statement) = course {
+            return Ok(statement);
+        }
+        let simple = match word.as_str() {
+            "PRINT" => self.print()?,
+            "INPUT" => self.input()?,
+            "DOUT" => self.outputs()?,
+            "DELAY" => {
+                self.advance();
+                Simple::Delay(self.expression()?)
+            }
+            "FREELOAD" => self.bare(Simple::FreeLoad),
+            "STOP" => self.bare(Simple::Stop),
+            "ON" | "DO" => return Err(unsupported(word, span)),
+            _ if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
+            _ if builtin::is_reserved(word, self.arm) => return Err(self.misplaced(word, span)),
+            _ => return self.named(),
+        };
+        Ok(Statement::Simple(simple))
+    }
+
+    fn bare(&mut self, simple: Simple) -> Simple {
+        self.advance();
+        simple
+    }
+
+    fn misplaced(&self, word: &str, span: Span) -> Problem {
+        let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
+        match word {
+            "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
+            "HERE" | "MOTION" | "MODE" => problem.help(format!("{word} can only be read")),
+            _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
+            _ => problem,
+        }
+    }
+
+    /// Control flow; `None` when the word does not begin any.
+    fn flow(&mut self, word: &str) -> Result<Option<Statement>, Problem> {
+        Ok(Some(match word {
+            "IF" => self.nested(Self::branch)?,
+            "FOR" => self.for_loop()?,
+            "NEXT" => {
+                self.advance();
+                let named = self.peek().is_some();
+                Statement::Next(if named { Some(self.name("the variable of the FOR")?) } else { None })
+            }
+            "GOTO" => self.goto()?,
+            "WAIT" => {
+                self.advance();
+                Statement::Wait(self.expression()?)
+            }
+            "RETURN" => {
+                self.advance();
+                Statement::Return
+            }
+            _ => return Ok(None),
+        }))
+    }
+
+    fn branch(&mut self) -> Result<Statement, Problem> {
+        self.advance();
+        let condition = self.expression()?;
+        self.expect_word("THEN")?;
+        let then = Box::new(self.inner()?);
+        let otherwise = if self.word("ELSE") { Some(Box::new(self.inner()?)) } else { None };
+        Ok(Statement::If { condition, then, otherwise })
+    }
+
+    /// The statement after THEN or ELSE.
+    fn inner(&mut self) -> Result<Statement, Problem> {
+        let span = self.span();
+        if self.peek().is_none() {
+            let problem = self.expected("a statement");
+            return Err(problem.help("an IF stands on one line, with a statement after THEN and ELSE"));
+        }
+        let statement = self.statement()?;
+        if matches!(statement, Statement::For { .. } | Statement::Next(_)) {
+            return Err(Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF"));
+        }
+        Ok(statement)
+    }
+
+    fn for_loop(&mut self) -> Result<Statement, Problem> {
+        self.advance();
+        let name = self.name("a variable")?;
+        self.expect_sign(Sign::Assign, "=")?;
+        let from = self.expression()?;
+        self.expect_word("TO")?;
+        let to = self.expression()?;
+        let step = if self.word("STEP") { Some(self.expression()?) } else { None };
+        let variable = Variable { name, reference: Reference::Unresolved, subscripts: Vec::new() };
+        Ok(Statement::For { variable, from, to, step })
+    }
+
+    fn goto(&mut self) -> Result<Statement, Problem> {
+        self.advance();
+        if !self.sign(Sign::Open) {
+            return Ok(Statement::Goto(self.name("a label")?));
+        }
+        let selector = self.expression()?;
+        self.expect_sign(Sign::Close, ")")?;
+        let mut labels = Vec::new();
+        loop {
+            labels.push(self.name("a label")?);
+            if !self.sign(Sign::Comma) {
+                return Ok(Statement::Select(selector, labels));
+            }
+        }
+    }
+
+    fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
+        self.advance();
+        let course = match word {
+            "READY" => Course::Ready,
+            "MOVE" => Course::Ptp(self.expression()?),
+            "MOVES" => Course::Line(self.expression()?),
+            "MOVEC" => {
+                let via = self.expression()?;
+                self.sign(Sign::Comma);
+                Course::Arc(via, self.expression()?)
+            }
+            _ => {
+                let axis = self.expression()?;
+                self.expect_sign(Sign::Comma, ",")?;
+                let value = self.expression()?;
+                if word == "MOVEA" { Course::Axis(axis, value) } else { Course::AxisBy(axis, value) }
+            }
+        };
+        let with = if self.word("WITH") { self.with()? } else { Vec::new() };
+        Ok(Statement::Simple(Simple::Move { course, with }))
+    }
+
+    fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Problem> {
+        let mut list: Vec<(Condition, Expression)> = Vec::new();
+        loop {
+            let span = self.span();
+            let Some(Token::Word(word)) = self.peek() else { return Err(self.expected("a motion condition")) };
+            let condition = match builtin::condition(word) {
+                Some(c @ (Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config)) => c,
+                Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
+                None if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
+                None => return Err(self.expected("SPEED, ACCEL, DECEL or CONFIG")),
+            };
+            if list.iter().any(|(known, _)| *known == condition) {
+                return Err(Problem::new("E0205", span, format!("{word} stands twice in one WITH")));
+            }
+            list.push((condition, self.setting()?));
+            if !self.sign(Sign::Comma) {
+                return Ok(list);
+            }
+        }
+    }
+
+    /// `NAME = value` with the cursor on the name.
+    fn setting(&mut self) -> Result<Expression, Problem> {
+        self.advance();
+        self.expect_sign(Sign::Assign, "=")?;
+        self.expression()
+    }
+
+    /// The channel of PRINT or INPUT; `COM1` and its kin are reserved, so one word decides.
+    fn channel(&mut self) -> Option<Channel> {
+        let Some(Token::Word(word)) = self.peek() else { return None };
+        let channel = match word.as_str() {
+            "TP" => Channel::Tp,
+            "COM1" => Channel::Com1,
+            "IP1" => Channel::Ip1,
+            "IP2" => Channel::Ip2,
+            _ => return None,
+        };
+        self.advance();
+        Some(channel)
+    }
+
+    fn print(&mut self) -> Result<Simple, Problem> {
+        self.advance();
+        let channel = self.channel();
+        if channel.is_some() {
+            self.expect_sign(Sign::Comma, ",")?;
+        }
+        let (mut items, mut cr) = (Vec::new(), false);
+        loop {
+            let span = self.span();
+            match self.peek() {
+                Some(Token::Text(text)) => {
+                    self.advance();
+                    items.push(Item::Text(text.clone()));
+                }
+                Some(Token::Word(word)) if word == "CR" => {
+                    self.advance();
+                    cr = true;
+                    if self.peek() == Some(&Token::Sign(Sign::Comma)) {
+                        return Err(Problem::new("E0102", span, "CR is the last item of a PRINT"));
+                    }
+                    break;
+                }
+                Some(Token::Word(word)) if word == "CRE" => {
+                    let problem = Problem::new("E0106", span, "CRE is not a constant");
+                    return Err(problem.help("the record end is CR"));
+                }
+                _ => items.push(Item::Value(self.expression()?)),
+            }
+            if !self.sign(Sign::Comma) {
+                break;
+            }
+        }
+        Ok(Simple::Print { channel: channel.unwrap_or(Channel::Tp), items, cr })
+    }
+
+    fn input(&mut self) -> Result<Simple, Problem> {
+        self.advance();
+        let channel = self.channel();
+        if channel.is_some() {
+            self.expect_sign(Sign::Comma, ",")?;
+        }
+        let mut targets = Vec::new();
+        loop {
+            let name = self.name("a variable")?;
+            let subscripts = if self.sign(Sign::Open) { self.list(Sign::Close, ")")? } else { Vec::new() };
+            targets.push(Variable { name, reference: Reference::Unresolved, subscripts });
+            if !self.sign(Sign::Comma) {
+                return Ok(Simple::Input { channel: channel.unwrap_or(Channel::Tp), targets });
+            }
+        }
+    }
+
+    fn outputs(&mut self) -> Result<Simple, Problem> {
+        let start = self.span();
+        self.advance();
+        self.expect_sign(Sign::Open, "(")?;
+        let lines = self.list(Sign::Close, ")")?;
+        if lines.is_empty() || lines.len() > MAX_ARGUMENTS {
+            let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.word());
+            return Err(Problem::new("E0206", start.to(self.before()), message));
+        }
+        Ok(Simple::Outputs(lines))
+    }
+
+    /// A line that begins with a name: an assignment or a call.
+    fn named(&mut self) -> Result<Statement, Problem> {
+        let name = self.name("a statement")?;
+        let list = if self.sign(Sign::Open) { Some(self.list(Sign::Close, ")")?) } else { None };
+        let component = if self.sign(Sign::Dot) { Some(self.component()?) } else { None };
+        if self.sign(Sign::Assign) {
+            if list.as_ref().is_some_and(Vec::is_empty) {
+                return Err(Problem::new("E0101", self.before(), "expected a subscript between ( and )"));
+            }
+            let value = self.expression()?;
+            let target =
+                Variable { name, reference: Reference::Unresolved, subscripts: list.unwrap_or_default() };
+            return Ok(Statement::Simple(Simple::Assign { target, component, value }));
+        }
+        if component.is_some() {
+            return Err(self.expected("\"=\""));
+        }
+        if self.peek() == Some(&Token::Sign(Sign::Equal)) {
+            let problem = Problem::new("E0101", self.span(), "expected \"=\", found \"==\"");
+            return Err(problem.help("\"==\" compares; a value is assigned with \"=\""));
+        }
+        if list.is_none() && !matches!(self.peek(), None | Some(Token::Word(_))) {
+            return Err(self.expected("\"=\" or the end of the line"));
+        }
+        if let (None, Some(Token::Word(next))) = (&list, self.peek())
+            && next != "ELSE"
+        {
+            let message = format!("{} begins no statement", name.text);
+            return Err(Problem::new("E0103", name.span, message));
+        }
+        Ok(Statement::Call(name, list.unwrap_or_default()))
+    }
+}

@@ -1,0 +1,249 @@
+//! Expressions and statements as the parser leaves them and the machine runs them. The parser fills in the
+//! names, the compiler the references; there is no second tree.
+
+use alloc::boxed::Box;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::builtin::{Builtin, System};
+use crate::diagnostic::Span;
+use crate::request::Channel;
+use crate::value::Value;
+
+/// A name as written, in upper case, and where.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Name {
+    pub text: String,
+    pub span: Span,
+}
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Reference {
+    /// Not looked up yet; the compiler leaves none of these behind in a program.
+    Unresolved,
+    /// A cell of the memory.
+    Slot(usize),
+    /// A parameter of the subprogram.
+    Parameter(usize),
+}
+
+/// A variable, or an element of an array.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Variable {
+    pub name: Name,
+    pub reference: Reference,
+    /// Empty for a plain variable.
+    pub subscripts: Vec<Expression>,
+}
+
+/// Operators with two operands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Binary {
+    Or,
+    And,
+    Equal,
+    NotEqual,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Modulo,
+    Power,
+}
+
+/// Operators with one operand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unary {
+    Minus,
+    Plus,
+    Not,
+}
+
+/// An expression and its place.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Expression {
+    pub node: Node,
+    pub span: Span,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Node {
+    Literal(Value),
+    Variable(Variable),
+    /// `P.X`: the letter of one coordinate.
+    Component(Box<Expression>, u8),
+    Unary(Unary, Box<Expression>),
+    Binary(Binary, Box<Expression>, Box<Expression>),
+    Function(Builtin, Vec<Expression>),
+    System(System),
+}
+
+/// A motion condition that can be assigned.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Condition {
+    Speed,
+    Accel,
+    Decel,
+    Config,
+    Payload,
+    Work,
+    Tool,
+    Base,
+}
+
+/// The shape of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Course {
+    Ptp(Expression),
+    Line(Expression),
+    Arc(Expression, Expression),
+    Axis(Expression, Expression),
+    AxisBy(Expression, Expression),
+    Ready,
+}
+
+/// An item of a `PRINT`.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Item {
+    Text(String),
+    Value(Expression),
+}
+
+/// A statement that does one thing and goes on to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Simple {
+    Assign { target: Variable, component: Option<u8>, value: Expression },
+    Set(Condition, Expression),
+    FreeLoad,
+    Move { course: Course, with: Vec<(Condition, Expression)> },
+    Print { channel: Channel, items: Vec<Item>, cr: bool },
+    Input { channel: Channel, targets: Vec<Variable> },
+    Delay(Expression),
+    Outputs(Vec<Expression>),
+    Stop,
+}
+
+/// A statement as parsed; the compiler turns control flow into steps and jumps.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Statement {
+    Simple(Simple),
+    Wait(Expression),
+    If { condition: Expression, then: Box<Statement>, otherwise: Option<Box<Statement>> },
+    For { variable: Variable, from: Expression, to: Expression, step: Option<Expression> },
+    Next(Option<Name>),
+    Goto(Name),
+    Select(Expression, Vec<Name>),
+    Call(Name, Vec<Expression>),
+    Return,
+}
+
+impl Statement {
+    /// Calls `visit` with every expression of the statement, outermost only.
+    pub fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
+        match self {
+            Statement::Simple(simple) => simple.expressions(visit),
+            Statement::Wait(e) | Statement::Select(e, _) => visit(e),
+            Statement::If { condition, then, otherwise } => {
+                visit(condition);
+                then.expressions(visit);
+                if let Some(otherwise) = otherwise {
+                    otherwise.expressions(visit);
+                }
+            }
+            Statement::For { from, to, step, .. } => {
+                visit(from);
+                visit(to);
+                step.iter_mut().for_each(visit);
+            }
+            Statement::Call(_, arguments) => arguments.iter_mut().for_each(visit),
+            Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
+        }
+    }
+
+    /// Calls `visit` with every variable the statement gives a value to.
+    pub fn targets(&mut self, visit: &mut dyn FnMut(&mut Variable)) {
+        match self {
+            Statement::Simple(Simple::Assign { target, .. }) | Statement::For { variable: target, .. } => {
+                visit(target);
+            }
+            Statement::Simple(Simple::Input { targets, .. }) => targets.iter_mut().for_each(visit),
+            Statement::If { then, otherwise, .. } => {
+                then.targets(visit);
+                if let Some(otherwise) = otherwise {
+                    otherwise.targets(visit);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Simple {
+    fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
+        match self {
+            Simple::Assign { value, .. } | Simple::Set(_, value) | Simple::Delay(value) => visit(value),
+            Simple::Move { course, with } => {
+                match course {
+                    Course::Ptp(a) | Course::Line(a) => visit(a),
+                    Course::Arc(a, b) | Course::Axis(a, b) | Course::AxisBy(a, b) => {
+                        visit(a);
+                        visit(b);
+                    }
+                    Course::Ready => {}
+                }
+                with.iter_mut().for_each(|(_, value)| visit(value));
+            }
+            Simple::Print { items, .. } => {
+                for item in items {
+                    if let Item::Value(value) = item {
+                        visit(value);
+                    }
+                }
+            }
+            Simple::Outputs(lines) => lines.iter_mut().for_each(visit),
+            Simple::FreeLoad | Simple::Stop | Simple::Input { .. } => {}
+        }
+    }
+}
+
+impl Expression {
+    /// Calls `visit` with every variable in the expression; those within subscripts come after their array.
+    pub fn variables(&mut self, visit: &mut dyn FnMut(&mut Variable)) {
+        match &mut self.node {
+            Node::Literal(_) | Node::System(_) => {}
+            Node::Variable(variable) => {
+                visit(variable);
+                for subscript in &mut variable.subscripts {
+                    subscript.variables(visit);
+                }
+            }
+            Node::Component(of, _) | Node::Unary(_, of) => of.variables(visit),
+            Node::Binary(_, left, right) => {
+                left.variables(visit);
+                right.variables(visit);
+            }
+            Node::Function(_, arguments) => {
+                for argument in arguments {
+                    argument.variables(visit);
+                }
+            }
+        }
+    }
+
+    /// `true` when the value does not depend on variables or the world.
+    pub fn is_constant(&self) -> bool {
+        match &self.node {
+            Node::Literal(_) => true,
+            Node::Variable(_) | Node::System(_) => false,
+            Node::Component(of, _) | Node::Unary(_, of) => of.is_constant(),
+            Node::Binary(_, left, right) => left.is_constant() && right.is_constant(),
+            Node::Function(Builtin::Din | Builtin::Dout, _) => false,
+            Node::Function(_, arguments) => arguments.iter().all(Expression::is_constant),
+        }
+    }
+}
