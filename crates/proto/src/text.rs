@@ -182,7 +182,7 @@ enum Place {
 /// Cuts a stream of bytes into texts. Bytes wait in it until [`TextDecoder::next`] reads them, so that what is
 /// read may depend on the texts before (see [`TextDecoder::expect_binary`]); it holds at most
 /// [`MAX_BUFFERED`] bytes and one text.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TextDecoder {
     options: TextOptions,
     input: BytesMut,
