@@ -24,8 +24,14 @@ const YEARS_PER_ERA: i64 = 400;
 
 impl CalendarTime {
     /// The last second that can be told.
-    pub const MAX: CalendarTime =
-        CalendarTime { year: u16::MAX, month: 12, day: 31, hour: 23, minute: 59, second: 59 };
+    pub const MAX: CalendarTime = CalendarTime {
+        year: u16::MAX,
+        month: 12,
+        day: 31,
+        hour: 23,
+        minute: 59,
+        second: 59,
+    };
 
     /// Whether such a date and time exist.
     #[must_use]
@@ -44,7 +50,9 @@ impl CalendarTime {
         let passed = i64::try_from(seconds).unwrap_or(i64::MAX);
         let total = (start * SECONDS_PER_DAY + clock).saturating_add(passed);
         let (year, month, day) = civil_from_days(total.div_euclid(SECONDS_PER_DAY));
-        let Ok(year) = u16::try_from(year.max(0)) else { return CalendarTime::MAX };
+        let Ok(year) = u16::try_from(year.max(0)) else {
+            return CalendarTime::MAX;
+        };
         let rest = total.rem_euclid(SECONDS_PER_DAY);
         CalendarTime {
             year,
@@ -100,16 +108,38 @@ mod tests {
     use super::*;
 
     fn at(year: u16, month: u8, day: u8, hour: u8, minute: u8, second: u8) -> CalendarTime {
-        CalendarTime { year, month, day, hour, minute, second }
+        CalendarTime {
+            year,
+            month,
+            day,
+            hour,
+            minute,
+            second,
+        }
     }
 
     #[test]
     fn seconds_carry_through_every_field() {
-        assert_eq!(at(2023, 12, 31, 23, 59, 59).plus_seconds(1), at(2024, 1, 1, 0, 0, 0));
-        assert_eq!(at(2024, 2, 28, 23, 59, 59).plus_seconds(1), at(2024, 2, 29, 0, 0, 0));
-        assert_eq!(at(2100, 2, 28, 23, 59, 59).plus_seconds(1), at(2100, 3, 1, 0, 0, 0));
-        assert_eq!(at(2000, 2, 28, 12, 0, 0).plus_seconds(86_400), at(2000, 2, 29, 12, 0, 0));
-        assert_eq!(at(1970, 1, 1, 0, 0, 0).plus_seconds(1_391_682_600), at(2014, 2, 6, 10, 30, 0));
+        assert_eq!(
+            at(2023, 12, 31, 23, 59, 59).plus_seconds(1),
+            at(2024, 1, 1, 0, 0, 0)
+        );
+        assert_eq!(
+            at(2024, 2, 28, 23, 59, 59).plus_seconds(1),
+            at(2024, 2, 29, 0, 0, 0)
+        );
+        assert_eq!(
+            at(2100, 2, 28, 23, 59, 59).plus_seconds(1),
+            at(2100, 3, 1, 0, 0, 0)
+        );
+        assert_eq!(
+            at(2000, 2, 28, 12, 0, 0).plus_seconds(86_400),
+            at(2000, 2, 29, 12, 0, 0)
+        );
+        assert_eq!(
+            at(1970, 1, 1, 0, 0, 0).plus_seconds(1_391_682_600),
+            at(2014, 2, 6, 10, 30, 0)
+        );
         assert_eq!(at(2014, 2, 6, 1, 2, 3).plus_seconds(0), at(2014, 2, 6, 1, 2, 3));
     }
 
@@ -120,11 +150,23 @@ mod tests {
             let next = day.plus_seconds(86_400);
             assert!(next.is_valid() && next > day, "{day:?} {next:?}");
             let expected = if day.day < days_in_month(day.year, day.month) {
-                CalendarTime { day: day.day + 1, ..day }
+                CalendarTime {
+                    day: day.day + 1,
+                    ..day
+                }
             } else if day.month < 12 {
-                CalendarTime { month: day.month + 1, day: 1, ..day }
+                CalendarTime {
+                    month: day.month + 1,
+                    day: 1,
+                    ..day
+                }
             } else {
-                CalendarTime { year: day.year + 1, month: 1, day: 1, ..day }
+                CalendarTime {
+                    year: day.year + 1,
+                    month: 1,
+                    day: 1,
+                    ..day
+                }
             };
             assert_eq!(next, expected);
             day = next;
@@ -137,7 +179,10 @@ mod tests {
         assert_eq!(CalendarTime::MAX.plus_seconds(1), CalendarTime::MAX);
         assert_eq!(at(2014, 1, 1, 0, 0, 0).plus_seconds(u64::MAX), CalendarTime::MAX);
         assert_eq!(at(2014, 4, 31, 0, 0, 0).plus_seconds(0), at(2014, 5, 1, 0, 0, 0));
-        assert_eq!(at(2014, 13, 1, 24, 60, 60).plus_seconds(0), at(2015, 1, 2, 1, 1, 0));
+        assert_eq!(
+            at(2014, 13, 1, 24, 60, 60).plus_seconds(0),
+            at(2015, 1, 2, 1, 1, 0)
+        );
         assert_eq!(at(0, 0, 0, 0, 0, 0).plus_seconds(0).year, 0);
         assert!(!at(2014, 2, 29, 0, 0, 0).is_valid());
         assert!(!at(2014, 0, 1, 0, 0, 0).is_valid());

@@ -32,8 +32,8 @@ pub enum Permission {
 
 /// The rows of either table, in their order.
 pub const ROWS: [&str; 20] = [
-    "RN", "SP", "BR", "SO", "RS", "SL", "UL", "DL", "CA", "SU", "ER", "EU", "EC", "MW", "FD", "SF", "MR", "IW",
-    "VR", "DO",
+    "RN", "SP", "BR", "SO", "RS", "SL", "UL", "DL", "CA", "SU", "ER", "EU", "EC", "MW", "FD", "SF", "MR",
+    "IW", "VR", "DO",
 ];
 
 /// The columns as the file names them, in the order of [`MasterMode::ALL`].
@@ -89,7 +89,10 @@ impl PermissionTable {
         }
         let [host, ip0] = tables;
         let missing = |name: &str| error(lines.number.max(1), name, "the end of the file");
-        Ok(PermissionTable { host: host.ok_or_else(|| missing("[HOST]"))?, ip0: ip0.ok_or_else(|| missing("[IP0]"))? })
+        Ok(PermissionTable {
+            host: host.ok_or_else(|| missing("[HOST]"))?,
+            ip0: ip0.ok_or_else(|| missing("[IP0]"))?,
+        })
     }
 
     /// The cell of a command; `None` if the tables have no such row (FL, OK, NG: PRM-LEG-05).
@@ -113,7 +116,10 @@ struct Lines<'a> {
 
 impl<'a> Lines<'a> {
     fn new(text: &'a str) -> Lines<'a> {
-        Lines { rest: text.lines().enumerate(), number: 0 }
+        Lines {
+            rest: text.lines().enumerate(),
+            number: 0,
+        }
     }
 
     fn next(&mut self) -> Option<(usize, &'a str)> {
@@ -132,14 +138,22 @@ impl<'a> Lines<'a> {
 fn table(lines: &mut Lines<'_>) -> Result<Rows, PermissionError> {
     let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
     match lines.next() {
-        Some((_, line)) if line.split_whitespace().eq(core::iter::once("COMMAND").chain(COLUMNS)) => {}
+        Some((_, line))
+            if line
+                .split_whitespace()
+                .eq(core::iter::once("COMMAND").chain(COLUMNS)) => {}
         Some((number, line)) => return Err(error(number, &head(), line)),
         None => return Err(error(lines.number, &head(), "the end of the file")),
     }
     let mut rows = [[Permission::Invalid; COLUMNS.len()]; ROWS.len()];
     let mut seen = BTreeSet::new();
     while seen.len() < ROWS.len() {
-        let missing = || ROWS.iter().filter(|row| !seen.contains(*row)).copied().collect::<alloc::vec::Vec<_>>();
+        let missing = || {
+            ROWS.iter()
+                .filter(|row| !seen.contains(*row))
+                .copied()
+                .collect::<alloc::vec::Vec<_>>()
+        };
         let expected = || alloc::format!("a row of {}", missing().join(" "));
         let Some((number, line)) = lines.next() else {
             return Err(error(lines.number, &expected(), "the end of the file"));
@@ -175,5 +189,125 @@ const MAX_QUOTE: usize = 40;
 
 fn error(line: usize, expected: &str, found: &str) -> PermissionError {
     let found = found.chars().take(MAX_QUOTE).collect::<String>();
-    PermissionError { line, expected: expected.to_string(), found }
+    PermissionError {
+        line,
+        expected: expected.to_string(),
+        found,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::format;
+    use alloc::vec::Vec;
+
+    fn cells(port: ProtocolPort, letters: &str) -> [Permission; 5] {
+        let table = PermissionTable::printed();
+        MasterMode::ALL.map(|mode| table.get(port, letters, mode).unwrap())
+    }
+
+    fn of(word: &str) -> [Permission; 5] {
+        row(word.split("").filter(|cell| !cell.is_empty())).unwrap()
+    }
+
+    // clause: PRM-LEG-01 PRM-LEG-02 PRM-HOST-RN PRM-HOST-SP PRM-HOST-BR PRM-HOST-SO PRM-HOST-RS PRM-HOST-SL PRM-HOST-UL
+    // clause: PRM-HOST-DL PRM-HOST-CA PRM-HOST-SU PRM-HOST-ER PRM-HOST-EU PRM-HOST-EC PRM-HOST-MW PRM-HOST-FD
+    // clause: PRM-HOST-SF PRM-HOST-MR PRM-HOST-IW PRM-HOST-VR PRM-HOST-DO
+    // clause: PRM-IP0-RN PRM-IP0-SP PRM-IP0-BR PRM-IP0-SO PRM-IP0-RS PRM-IP0-SL PRM-IP0-UL PRM-IP0-DL PRM-IP0-CA
+    // clause: PRM-IP0-SU PRM-IP0-ER PRM-IP0-EU PRM-IP0-EC PRM-IP0-MW PRM-IP0-FD PRM-IP0-SF PRM-IP0-MR PRM-IP0-IW
+    // clause: PRM-IP0-VR PRM-IP0-DO
+    #[test]
+    fn the_printed_tables() {
+        for letters in ["SP", "BR", "CA", "SU", "EU", "MW", "FD", "SF", "MR", "VR"] {
+            assert_eq!(cells(ProtocolPort::Host, letters), of("OOOOO"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), of("OOOOO"), "{letters}");
+        }
+        for letters in ["UL", "DL", "ER"] {
+            assert_eq!(cells(ProtocolPort::Host, letters), of("SSSSS"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), of("SSSSS"), "{letters}");
+        }
+        for letters in ["SO", "RS", "SL", "EC", "IW", "DO"] {
+            assert_eq!(cells(ProtocolPort::Host, letters), of("XXXOX"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), of("XXXXO"), "{letters}");
+        }
+        assert_eq!(cells(ProtocolPort::Host, "RN"), of("XXXSO"));
+        assert_eq!(cells(ProtocolPort::Ip0, "RN"), of("XXXXS"));
+    }
+
+    // clause: PRM-LEG-05
+    #[test]
+    fn parts_of_an_exchange_have_no_row() {
+        let table = PermissionTable::printed();
+        for letters in ["FL", "OK", "NG", "XX", ""] {
+            assert_eq!(table.get(ProtocolPort::Ip0, letters, MasterMode::ExtEther), None);
+        }
+        assert!(table.get(ProtocolPort::Ip0, "su", MasterMode::ExtEther).is_some());
+    }
+
+    #[test]
+    fn a_changed_cell_takes_effect_alone() {
+        let text = include_str!("../data/permissions.txt");
+        let from = "RN       X         X         X    S        O";
+        let changed = text.replace(
+            from,
+            "RN       X         X         X    S        X # as the other rows",
+        );
+        let table = PermissionTable::parse(&changed).unwrap();
+        assert_eq!(
+            table.get(ProtocolPort::Host, "RN", MasterMode::ExtEther),
+            Some(Permission::Invalid)
+        );
+        assert_eq!(table.ip0, PermissionTable::printed().ip0);
+        assert_eq!(
+            PermissionTable::parse(&text.replace('\n', "\r\n")),
+            Ok(PermissionTable::printed())
+        );
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        let text = include_str!("../data/permissions.txt");
+        let lines: Vec<&str> = text.lines().collect();
+        let first = lines.iter().position(|line| line.starts_with("RN ")).unwrap() + 1;
+        let break_first = |to: &str| {
+            let changed: Vec<&str> = lines
+                .iter()
+                .enumerate()
+                .map(|(index, line)| if index + 1 == first { to } else { line })
+                .collect();
+            PermissionTable::parse(&changed.join("\n")).unwrap_err()
+        };
+        for bad in [
+            "RN X X X S",
+            "RN X X X S O O",
+            "RN X X X S Q",
+            "rn X X X S O",
+            "ZZ X X X S O",
+        ] {
+            assert_eq!(break_first(bad).line, first, "{bad}");
+        }
+        assert_eq!(break_first("SP O O O O O").line, first + 1, "a row twice");
+        let error = break_first("RN X X X S Q").to_string();
+        assert_eq!(
+            error,
+            format!("permissions, line {first}: expected five cells O, S or X, found RN X X X S Q")
+        );
+        assert!(
+            PermissionTable::parse("")
+                .unwrap_err()
+                .expected
+                .contains("[HOST]")
+        );
+        assert!(PermissionTable::parse("[COM1]").is_err());
+        for end in 0..text.trim_end().len() {
+            assert!(PermissionTable::parse(&text[..end]).is_err(), "{end}");
+        }
+        assert_eq!(
+            PermissionTable::parse(&format!("{text}\n[IP0]"))
+                .unwrap_err()
+                .found,
+            "[IP0]"
+        );
+    }
 }

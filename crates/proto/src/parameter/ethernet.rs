@@ -1,8 +1,10 @@
 //! ETHERNET.PAR: sections [E00] to [E10] (manual 3.3). Opening the channels is the edge's business.
 
-use super::{LineEnd, ParameterProblem};
+use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
 use crate::status::AlarmLevel;
-use alloc::string::String;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec;
 use alloc::vec::Vec;
 
 /// How a channel is opened ([E00]).
@@ -60,14 +62,24 @@ impl EthernetParameters {
     #[must_use]
     pub fn factory() -> EthernetParameters {
         EthernetParameters {
-            open_mode: [OpenMode::Server, OpenMode::NotUsed, OpenMode::NotUsed, OpenMode::NotUsed],
+            open_mode: [
+                OpenMode::Server,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+            ],
             address: [192, 168, 0, 124],
             name: String::from("NO1-TS3K"),
             mask: [255, 255, 255, 0],
             gateway: [192, 168, 0, 1],
             own_port: [1000, 1001, 1002, 1003],
             peer_port: [1000, 1001, 1002, 1003],
-            peer_address: [[192, 168, 0, 150], [192, 168, 0, 151], [192, 168, 0, 152], [192, 168, 0, 153]],
+            peer_address: [
+                [192, 168, 0, 150],
+                [192, 168, 0, 151],
+                [192, 168, 0, 152],
+                [192, 168, 0, 153],
+            ],
             community: String::from("NO1-TS3K"),
             dhcp: 0,
             alarm_level: [None; 4],
@@ -77,22 +89,250 @@ impl EthernetParameters {
     /// The file of a fresh RAM drive: [`EthernetParameters::factory`] with another [E00].
     #[must_use]
     pub fn factory_text(open: [OpenMode; 4], line_end: LineEnd) -> Vec<u8> {
-        EthernetParameters { open_mode: open, ..EthernetParameters::factory() }.text(line_end)
+        EthernetParameters {
+            open_mode: open,
+            ..EthernetParameters::factory()
+        }
+        .text(line_end)
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
     pub fn text(&self, line_end: LineEnd) -> Vec<u8> {
-        let _ = line_end;
-        Vec::new()
+        let quad = |[a, b, c, d]: [u8; 4]| format!("= {a}.{b}.{c}.{d}");
+        let four = |[a, b, c, d]: [u8; 4]| format!("= {a} {b} {c} {d}");
+        let line = |text: &str| text.to_string();
+        let mut lines = vec![
+            line("[E00] Open mode of IP0 IP1 IP2 IP3"),
+            line("{0: not used, 1: controller is TCP server, 2: controller is TCP client}"),
+            four(self.open_mode.map(OpenMode::number)),
+            line("[E01] IP address of the controller"),
+            quad(self.address),
+            line("[E02] Name of the controller (without effect)"),
+            format!("= \"{}\"", self.name),
+            line("[E03] Subnet mask"),
+            quad(self.mask),
+            line("[E04] Default gateway"),
+            quad(self.gateway),
+            line("[E05] Own ports, each number once"),
+        ];
+        let keyed = |channel: &str, value: String| format!("{{{channel}}} {value}");
+        let ports = |ports: [u16; 4]| {
+            CHANNELS
+                .into_iter()
+                .zip(ports)
+                .map(|(key, port)| keyed(key, format!("= {port}")))
+        };
+        lines.extend(ports(self.own_port));
+        lines.push(line("[E06] Ports of the peers, for clients"));
+        lines.extend(ports(self.peer_port));
+        lines.push(line("[E07] IP addresses of the peers, for clients"));
+        lines.extend(
+            CHANNELS
+                .into_iter()
+                .zip(self.peer_address)
+                .map(|(key, address)| keyed(key, quad(address))),
+        );
+        lines.extend([
+            line("[E08] Community name (without effect)"),
+            format!("= \"{}\"", self.community),
+            line("[E09] DHCP (without effect)"),
+            format!("= {}", self.dhcp),
+            line("[E10] Alarm when a connection drops while a program runs: IP0 IP1 IP2 IP3"),
+            line("{0: none, 1 2 4 8: level of the alarm}"),
+            four(self.alarm_level.map(|level| level.map_or(0, AlarmLevel::number))),
+            line("[END]"),
+        ]);
+        joined(&lines, line_end)
     }
 
     /// Reads a file. A value that is bad or missing stays as in `previous`; each is a problem, and so are
-    /// IP0 as a client (stays a server, PAR-E00-03), one own port for two channels in use (the later one is
-    /// not used, PAR-E05-02), sections unknown or twice, and a missing `[END]`.
+    /// IP0 as a client (becomes a server, PAR-E00-03), one own port for two channels (if both are in use the
+    /// later one becomes not used, PAR-E05-02), sections or keys unknown or twice, and a missing `[END]`.
     #[must_use]
-    pub fn parse(content: &[u8], previous: &EthernetParameters) -> (EthernetParameters, Vec<ParameterProblem>) {
-        let _ = content;
-        (previous.clone(), Vec::new())
+    pub fn parse(
+        content: &[u8],
+        previous: &EthernetParameters,
+    ) -> (EthernetParameters, Vec<ParameterProblem>) {
+        let file = ParameterFile::parse(content);
+        let mut problems = Problems::default();
+        let mut next = previous.clone();
+        check_sections(&file, &mut problems);
+        next.open_mode = four(&file, "E00", "0, 1 or 2", next.open_mode, &mut problems, |word| {
+            [OpenMode::NotUsed, OpenMode::Server, OpenMode::Client]
+                .into_iter()
+                .find(|mode| is(mode.number(), word))
+        });
+        Values::of(&file, "E01", &mut problems).only(&mut next.address, ADDRESS, address);
+        Values::of(&file, "E02", &mut problems).only(&mut next.name, NAME, name);
+        Values::of(&file, "E03", &mut problems).only(&mut next.mask, ADDRESS, address);
+        Values::of(&file, "E04", &mut problems).only(&mut next.gateway, ADDRESS, address);
+        each(
+            Values::of(&file, "E05", &mut problems),
+            &mut next.own_port,
+            PORT,
+            port,
+        );
+        each(
+            Values::of(&file, "E06", &mut problems),
+            &mut next.peer_port,
+            PORT,
+            port,
+        );
+        each(
+            Values::of(&file, "E07", &mut problems),
+            &mut next.peer_address,
+            ADDRESS,
+            address,
+        );
+        Values::of(&file, "E08", &mut problems).only(&mut next.community, NAME, name);
+        let dhcp = |value: &str| number(value).filter(|dhcp| *dhcp <= 1);
+        Values::of(&file, "E09", &mut problems).only(&mut next.dhcp, "0 or 1", dhcp);
+        let expected = "0, 1, 2, 4 or 8";
+        next.alarm_level = four(
+            &file,
+            "E10",
+            expected,
+            next.alarm_level,
+            &mut problems,
+            |word| match word {
+                "0" => Some(None),
+                word => AlarmLevel::ALL
+                    .into_iter()
+                    .find(|level| is(level.number(), word))
+                    .map(Some),
+            },
+        );
+        next.settle(&file, &mut problems);
+        (next, problems.0)
+    }
+
+    /// What each value allows and the whole does not.
+    fn settle(&mut self, file: &ParameterFile, problems: &mut Problems) {
+        let line = |tag: &str, key: &str| {
+            let section = file.sections.iter().find(|section| section.tag == tag);
+            let mut assignments = section.into_iter().flat_map(|section| &section.assignments);
+            assignments
+                .find(|assignment| key.is_empty() || assignment.key == key)
+                .map_or(0, |found| found.line)
+        };
+        if self.open_mode[0] == OpenMode::Client {
+            self.open_mode[0] = OpenMode::Server;
+            problems.add(
+                "E00",
+                CHANNELS[0],
+                "0 or 1, IP0 is no client",
+                "2",
+                line("E00", ""),
+            );
+        }
+        for (later, key) in CHANNELS.into_iter().enumerate() {
+            let port = self.own_port[later];
+            let twins: Vec<usize> = (0..later)
+                .filter(|earlier| self.own_port[*earlier] == port)
+                .collect();
+            let Some(first) = twins.first() else { continue };
+            let expected = format!("another port than that of {}", CHANNELS[*first]);
+            problems.add("E05", key, &expected, &port.to_string(), line("E05", key));
+            if twins
+                .iter()
+                .any(|earlier| self.open_mode[*earlier] != OpenMode::NotUsed)
+            {
+                self.open_mode[later] = OpenMode::NotUsed;
+            }
+        }
     }
 }
+
+/// Names of the channels, the keys of [E05] to [E07].
+const CHANNELS: [&str; 4] = ["IP0", "IP1", "IP2", "IP3"];
+
+/// The sections of the file.
+const SECTIONS: [&str; 11] = [
+    "E00", "E01", "E02", "E03", "E04", "E05", "E06", "E07", "E08", "E09", "E10",
+];
+
+/// Longest name in [E02] and [E08], in characters; the manual gives no limit.
+const MAX_NAME: usize = 64;
+
+const ADDRESS: &str = "four numbers 0 to 255 with dots";
+const PORT: &str = "a port number 1 to 65535";
+const NAME: &str = "a name in quotes, 64 ASCII characters at most";
+
+fn check_sections(file: &ParameterFile, problems: &mut Problems) {
+    check_size(file, problems);
+    for section in file
+        .sections
+        .iter()
+        .filter(|section| !SECTIONS.contains(&section.tag.as_str()))
+    {
+        let found = format!("[{}]", section.tag);
+        problems.add("", "", "a section [E00] to [E10]", &found, section.line);
+    }
+    if file.end.is_none() {
+        problems.add("", "", "[END] at the end", "", 0);
+    }
+}
+
+/// Four values on one line. A wrong number of them leaves all, a bad one its own channel.
+fn four<T: Copy>(
+    file: &ParameterFile,
+    name: &'static str,
+    expected: &str,
+    mut values: [T; 4],
+    problems: &mut Problems,
+    parse: impl Fn(&str) -> Option<T>,
+) -> [T; 4] {
+    let four = format!("four values for IP0 IP1 IP2 IP3, each {expected}");
+    let mut found = [""; 4].map(String::from);
+    Values::of(file, name, problems).only(&mut found, &four, |value| {
+        words(value).map(|words| words.map(String::from))
+    });
+    let section = file.sections.iter().find(|section| section.tag == name);
+    let line = section
+        .and_then(|section| section.assignments.first())
+        .map_or(0, |assignment| assignment.line);
+    for ((place, word), channel) in values.iter_mut().zip(&found).zip(CHANNELS) {
+        match parse(word) {
+            Some(value) => *place = value,
+            // Empty only where the number of values was wrong, which is told already.
+            None if word.is_empty() => {}
+            None => problems.add(name, channel, expected, word, line),
+        }
+    }
+    values
+}
+
+/// One value per channel.
+fn each<T>(mut section: Values<'_>, places: &mut [T; 4], expected: &str, parse: impl Fn(&str) -> Option<T>) {
+    for (place, key) in places.iter_mut().zip(CHANNELS) {
+        section.keyed(key, place, expected, &parse);
+    }
+    section.refuse_other_keys(&CHANNELS);
+}
+
+fn is(known: u8, word: &str) -> bool {
+    number(word) == Some(known)
+}
+
+fn port(value: &str) -> Option<u16> {
+    number(value).filter(|port| *port != 0)
+}
+
+fn address(value: &str) -> Option<[u8; 4]> {
+    let mut parts = value.split('.');
+    let mut address = [0; 4];
+    for part in &mut address {
+        *part = number(parts.next()?)?;
+    }
+    parts.next().is_none().then_some(address)
+}
+
+fn name(value: &str) -> Option<String> {
+    let inner = value.strip_prefix('"')?.strip_suffix('"')?;
+    let fits = inner.len() <= MAX_NAME && inner.chars().all(|char| matches!(char, ' '..='~') && char != '"');
+    fits.then(|| inner.to_string())
+}
+
+#[cfg(test)]
+mod tests;

@@ -6,10 +6,10 @@ mod reader;
 mod user;
 
 pub use ethernet::{EthernetParameters, OpenMode};
-pub use reader::{Assignment, MAX_SECTIONS, MAX_ASSIGNMENTS, ParameterFile, Section};
+pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Section};
 pub use user::{Parity, SerialLine, UserParameters};
 
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 
@@ -76,9 +76,138 @@ impl core::error::Error for ParameterProblem {}
 struct Problems(Vec<ParameterProblem>);
 
 impl Problems {
-    fn add(&mut self, problem: ParameterProblem) {
+    fn add(&mut self, section: &'static str, key: &str, expected: &str, found: &str, line: u32) {
         if self.0.len() < MAX_PROBLEMS {
-            self.0.push(problem);
+            let (key, expected, found) = (key.to_string(), expected.to_string(), quote(found));
+            self.0.push(ParameterProblem {
+                section,
+                key,
+                expected,
+                found,
+                line,
+            });
         }
     }
+}
+
+/// A piece of a file for a problem, cut and in backquotes.
+fn quote(found: &str) -> String {
+    match found {
+        "" => String::from("nothing"),
+        found => alloc::format!("`{}`", found.chars().take(MAX_QUOTE).collect::<String>()),
+    }
+}
+
+/// One section of a file with the values it has to hold.
+struct Values<'a> {
+    name: &'static str,
+    section: Option<&'a Section>,
+    problems: &'a mut Problems,
+}
+
+impl<'a> Values<'a> {
+    /// The first section of a name; further ones are problems.
+    fn of(file: &'a ParameterFile, name: &'static str, problems: &'a mut Problems) -> Values<'a> {
+        let mut sections = file.sections.iter().filter(|section| section.tag == name);
+        let section = sections.next();
+        for surplus in sections {
+            problems.add(name, "", "the section once", "a second one", surplus.line);
+        }
+        Values {
+            name,
+            section,
+            problems,
+        }
+    }
+
+    /// The only value of the section, whatever comment stands before it.
+    fn only<T>(&mut self, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
+        for surplus in assignments.iter().skip(1) {
+            self.problems
+                .add(self.name, "", "one value", &surplus.value, surplus.line);
+        }
+        self.take(assignments.first(), "", place, expected, parse);
+    }
+
+    /// The value of a key in braces.
+    fn keyed<T>(&mut self, key: &str, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
+        let mut assignments = assignments.iter().filter(|assignment| assignment.key == key);
+        let first = assignments.next();
+        for surplus in assignments {
+            self.problems
+                .add(self.name, key, "one value", &surplus.value, surplus.line);
+        }
+        self.take(first, key, place, expected, parse);
+    }
+
+    /// Values whose key is none of `keys`.
+    fn refuse_other_keys(&mut self, keys: &[&str]) {
+        let assignments = self.section.map_or(&[][..], |section| &section.assignments);
+        for assignment in assignments
+            .iter()
+            .filter(|assignment| !keys.contains(&assignment.key.as_str()))
+        {
+            let expected = alloc::format!("a value for {}", keys.join(", "));
+            let found = alloc::format!("{{{}}}", assignment.key);
+            self.problems
+                .add(self.name, "", &expected, &found, assignment.line);
+        }
+    }
+
+    fn take<T>(
+        &mut self,
+        assignment: Option<&Assignment>,
+        key: &str,
+        place: &mut T,
+        expected: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) {
+        let (value, line) = match (assignment, self.section) {
+            (Some(assignment), _) => (assignment.value.as_str(), assignment.line),
+            (None, Some(section)) => ("", section.line),
+            (None, None) => ("", 0),
+        };
+        match parse(value) {
+            Some(value) => *place = value,
+            None => self.problems.add(self.name, key, expected, value, line),
+        }
+    }
+}
+
+/// Problems of the file as a whole.
+fn check_size(file: &ParameterFile, problems: &mut Problems) {
+    if file.truncated {
+        let expected = alloc::format!("{MAX_SECTIONS} sections of {MAX_ASSIGNMENTS} values at most");
+        problems.add("", "", &expected, "more", 0);
+    }
+}
+
+/// A decimal number without sign.
+fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
+    word.bytes()
+        .all(|byte| byte.is_ascii_digit())
+        .then(|| word.parse().ok())
+        .flatten()
+}
+
+/// Blank-separated words, if there are exactly so many.
+fn words<const N: usize>(value: &str) -> Option<[&str; N]> {
+    let mut words = value.split_whitespace();
+    let mut found = [""; N];
+    for word in &mut found {
+        *word = words.next()?;
+    }
+    words.next().is_none().then_some(found)
+}
+
+/// Lines with their line end.
+fn joined(lines: &[String], line_end: LineEnd) -> Vec<u8> {
+    let mut out = Vec::new();
+    for line in lines {
+        out.extend_from_slice(line.as_bytes());
+        out.push(line_end.byte());
+    }
+    out
 }

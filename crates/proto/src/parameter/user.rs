@@ -1,7 +1,9 @@
 //! USER.PAR: section [U06], the serial lines (manual 2.3). The real file has further sections, which other
 //! manuals describe: they are left alone. Setting the lines is the edge's business.
 
-use super::{LineEnd, ParameterProblem};
+use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
+use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Parity of a serial line.
@@ -41,8 +43,16 @@ impl UserParameters {
     /// The values the manual lists: 9600 8 0 1 for both (PAR-U06-02).
     #[must_use]
     pub fn factory() -> UserParameters {
-        let line = SerialLine { speed: 9600, length: 8, parity: Parity::None, stop: 1 };
-        UserParameters { com1: line, host: line }
+        let line = SerialLine {
+            speed: 9600,
+            length: 8,
+            parity: Parity::None,
+            stop: 1,
+        };
+        UserParameters {
+            com1: line,
+            host: line,
+        }
     }
 
     /// The file of a fresh RAM drive.
@@ -54,15 +64,198 @@ impl UserParameters {
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
     pub fn text(&self, line_end: LineEnd) -> Vec<u8> {
-        let _ = line_end;
-        Vec::new()
+        let values = |key: &str, line: SerialLine| {
+            format!(
+                "{{{key}}} = {} {} {} {}",
+                line.speed,
+                line.length,
+                line.parity.number(),
+                line.stop
+            )
+        };
+        let lines = [
+            String::from("[U06] Serial ports"),
+            String::from("{Speed: 1200, 2400, 4800, 9600, 19200, 38400; HOST also 115200}"),
+            String::from("{Character length: 7, 8}"),
+            String::from("{Parity: 0 none, 1 odd, 2 even}"),
+            String::from("{Stop bits: 1, 2}"),
+            values(COM1, self.com1),
+            values(HOST, self.host),
+            String::from("[END]"),
+        ];
+        joined(&lines, line_end)
     }
 
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
-    /// problem.
+    /// problem, and so are keys unknown or twice in [U06].
     #[must_use]
     pub fn parse(content: &[u8], previous: &UserParameters) -> (UserParameters, Vec<ParameterProblem>) {
-        let _ = content;
-        (*previous, Vec::new())
+        let file = ParameterFile::parse(content);
+        let mut problems = Problems::default();
+        let mut next = *previous;
+        check_size(&file, &mut problems);
+        let mut section = Values::of(&file, "U06", &mut problems);
+        let expected =
+            "speed 1200, 2400, 4800, 9600, 19200 or 38400, length 7 or 8, parity 0 to 2, stop bits 1 or 2";
+        section.keyed(COM1, &mut next.com1, expected, |value| {
+            serial_line(value, &SPEEDS)
+        });
+        let expected = expected.replace(" or 38400", ", 38400 or 115200");
+        let host: Vec<u32> = SPEEDS.into_iter().chain([HOST_SPEED]).collect();
+        section.keyed(HOST, &mut next.host, &expected, |value| serial_line(value, &host));
+        section.refuse_other_keys(&[COM1, HOST]);
+        (next, problems.0)
+    }
+}
+
+impl Parity {
+    /// The number in the file.
+    #[must_use]
+    pub const fn number(self) -> u8 {
+        match self {
+            Parity::None => 0,
+            Parity::Odd => 1,
+            Parity::Even => 2,
+        }
+    }
+}
+
+const COM1: &str = "COM1";
+const HOST: &str = "HOST";
+
+/// Speeds of both ports in bit/s.
+const SPEEDS: [u32; 6] = [1_200, 2_400, 4_800, 9_600, 19_200, 38_400];
+/// The speed that only HOST has (PAR-U06-04).
+const HOST_SPEED: u32 = 115_200;
+
+fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialLine> {
+    let [speed, length, parity, stop] = words(value)?;
+    Some(SerialLine {
+        speed: number(speed).filter(|speed| speeds.contains(speed))?,
+        length: number(length).filter(|length| matches!(length, 7 | 8))?,
+        parity: match number::<u8>(parity)? {
+            0 => Parity::None,
+            1 => Parity::Odd,
+            2 => Parity::Even,
+            _ => return None,
+        },
+        stop: number(stop).filter(|stop| matches!(stop, 1 | 2))?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+
+    fn read(com1: &str, host: &str) -> (UserParameters, Vec<ParameterProblem>) {
+        let text = format!(
+            "[U01] other = 5\n[U06] Serial {{Speed}}(9600, 1200)\n{{COM1}} = {com1}\n{{ host }}\n= {host}\n[END]"
+        );
+        UserParameters::parse(text.as_bytes(), &UserParameters::factory())
+    }
+
+    // clause: PAR-U06-01 PAR-U06-02
+    #[test]
+    fn the_file_of_a_fresh_drive() {
+        for line_end in [LineEnd::Lf, LineEnd::Cr] {
+            let bytes = UserParameters::factory_text(line_end);
+            let text = String::from_utf8(bytes.clone()).unwrap();
+            assert!(text.starts_with("[U06]"));
+            assert!(text.contains("{COM1} = 9600 8 0 1") && text.contains("{HOST} = 9600 8 0 1"));
+            assert_eq!(bytes.last(), Some(&line_end.byte()));
+            let other = SerialLine {
+                speed: 1_200,
+                length: 7,
+                parity: Parity::Even,
+                stop: 2,
+            };
+            let previous = UserParameters {
+                com1: other,
+                host: other,
+            };
+            assert_eq!(
+                UserParameters::parse(&bytes, &previous),
+                (UserParameters::factory(), Vec::new())
+            );
+            assert_eq!(
+                UserParameters::parse(&previous.text(line_end), &UserParameters::factory()).0,
+                previous
+            );
+        }
+    }
+
+    // clause: PAR-U06-03 PAR-U06-05
+    #[test]
+    fn codes_of_the_values() {
+        let line = |value| read("9600 8 0 1", value).0.host;
+        assert_eq!(
+            line("19200 7 1 2"),
+            SerialLine {
+                speed: 19_200,
+                length: 7,
+                parity: Parity::Odd,
+                stop: 2
+            }
+        );
+        assert_eq!(line("19200 7 2 2").parity, Parity::Even);
+        assert_eq!(line("38400 8 1 1").parity, Parity::Odd);
+        for speed in SPEEDS {
+            let value = format!("{speed} 8 0 1");
+            let (read, problems) = read(&value, &value);
+            assert_eq!(
+                (read.com1.speed, read.host.speed, problems.len()),
+                (speed, speed, 0)
+            );
+        }
+    }
+
+    // clause: PAR-U06-04
+    #[test]
+    fn the_highest_speed_is_for_host_only() {
+        let (parameters, problems) = read("115200 8 0 1", "115200 8 0 1");
+        assert_eq!((parameters.com1.speed, parameters.host.speed), (9_600, 115_200));
+        assert_eq!(problems.len(), 1);
+        assert_eq!(
+            problems[0].to_string(),
+            "[U06] {COM1} line 3: expected speed 1200, 2400, 4800, 9600, 19200 or 38400, length 7 or 8, parity 0 to 2, \
+             stop bits 1 or 2, found `115200 8 0 1`"
+        );
+    }
+
+    // clause: PAR-U06-06
+    #[test]
+    fn bad_values_keep_the_whole_line() {
+        for bad in [
+            "12345 8 0 1",
+            "1200 9 0 1",
+            "1200 8 3 1",
+            "1200 8 0 3",
+            "1200 8 0",
+            "1200 8 0 1 1",
+            "",
+            "-1 8 0 1",
+        ] {
+            let (parameters, problems) = read("4800 7 2 2", bad);
+            assert_eq!(parameters.host, UserParameters::factory().host, "{bad}");
+            assert_eq!((parameters.com1.speed, problems.len()), (4_800, 1), "{bad}");
+            assert_eq!((problems[0].key.as_str(), problems[0].line), ("HOST", 5));
+        }
+    }
+
+    #[test]
+    fn missing_and_surplus_values_are_told() {
+        let factory = UserParameters::factory();
+        let (parameters, problems) = UserParameters::parse(b"", &factory);
+        assert_eq!((parameters, problems.len()), (factory, 2));
+        assert!(
+            problems
+                .iter()
+                .all(|problem| problem.found == "nothing" && problem.line == 0)
+        );
+        let text =
+            b"[U06] {COM1} = 1200 8 0 1 {COM1} = 2400 8 0 1 {HOST} = 9600 8 0 1 {COM2} = 9600 8 0 1 [U06]";
+        let (parameters, problems) = UserParameters::parse(text, &factory);
+        assert_eq!((parameters.com1.speed, problems.len()), (1_200, 3));
     }
 }

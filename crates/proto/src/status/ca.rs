@@ -3,7 +3,8 @@
 
 use super::BodyError;
 use super::fields::Field;
-use alloc::string::String;
+use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// One file of the RAM drive.
@@ -20,8 +21,19 @@ pub struct DirectoryEntry {
 /// The content of the file: `NAME SIZE` or `NAME SIZE ATTRIBUTE` and CR for each entry (DIR-02).
 #[must_use]
 pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
-    let _ = entries;
-    Vec::new()
+    let mut out = String::new();
+    for DirectoryEntry {
+        name,
+        size,
+        attribute,
+    } in entries
+    {
+        out += &match attribute {
+            Some(attribute) => format!("{name} {size} {attribute}\r"),
+            None => format!("{name} {size}\r"),
+        };
+    }
+    out.into_bytes()
 }
 
 /// Reads a content.
@@ -29,5 +41,80 @@ pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
 /// # Errors
 /// A record that is not a name, a number and at most one attribute, separated by one blank.
 pub fn decode_directory(content: &[u8]) -> Result<Vec<DirectoryEntry>, BodyError> {
-    Err(Field::whole("CA", content).error("records"))
+    Field::whole("CA", content).records().map(decode_entry).collect()
+}
+
+fn decode_entry(record: Field<'_>) -> Result<DirectoryEntry, BodyError> {
+    let mut words = record.split(b' ');
+    let (Some(name), Some(size)) = (words.next().filter(|name| !name.bytes().is_empty()), words.next())
+    else {
+        return Err(record.error("a file name, a blank and a size"));
+    };
+    let name = name.text("a file name in ASCII")?.to_string();
+    let size = size.number("a size in bytes")?;
+    let attribute = match words.next() {
+        Some(word) if word.bytes().is_empty() => return Err(word.error("an attribute after the blank")),
+        Some(word) => Some(word.text("an attribute in ASCII")?.to_string()),
+        None => None,
+    };
+    match words.next() {
+        Some(surplus) => Err(surplus.error("the end of the record")),
+        None => Ok(DirectoryEntry {
+            name,
+            size,
+            attribute,
+        }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(name: &str, size: u32, attribute: Option<&str>) -> DirectoryEntry {
+        DirectoryEntry {
+            name: name.to_string(),
+            size,
+            attribute: attribute.map(ToString::to_string),
+        }
+    }
+
+    // clause: DIR-01 DIR-02
+    #[test]
+    fn records_to_the_byte() {
+        assert_eq!(
+            encode_directory(&[entry("NEW", 24, None)]),
+            [0x4E, 0x45, 0x57, 0x20, 0x32, 0x34, 0x0D]
+        );
+        let entries = [entry("ETHERNET.PAR", 99_999, Some("R")), entry("A", 0, None)];
+        assert_eq!(encode_directory(&entries), b"ETHERNET.PAR 99999 R\rA 0\r");
+        assert_eq!(decode_directory(b"ETHERNET.PAR 99999 R\rA 0\r").unwrap(), entries);
+        assert_eq!(decode_directory(b"ETHERNET.PAR 99999 R\rA 0").unwrap(), entries);
+        assert_eq!(decode_directory(&encode_directory(&[])), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn what_is_no_directory_is_refused() {
+        for bad in [
+            "A",
+            "A ",
+            " 1",
+            "A  1",
+            "A x",
+            "A -1",
+            "A 1 ",
+            "A 1 R ",
+            "A 99999999999",
+            "A,1",
+            "A 1\r\rB 2",
+        ] {
+            assert!(decode_directory(bad.as_bytes()).is_err(), "{bad}");
+        }
+        assert!(decode_directory(b"\xFF 1\r").is_err());
+        let error = decode_directory(b"A 1\rB x\r").unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "CA file, byte 6: expected a size in bytes, found `x`"
+        );
+    }
 }

@@ -3,6 +3,7 @@
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
 use crate::calendar::CalendarTime;
+use alloc::format;
 use alloc::vec::Vec;
 
 /// Most entries of a file: the count has two digits (EU-01).
@@ -19,17 +20,152 @@ pub struct ErrorEntry {
     pub at: CalendarTime,
 }
 
-/// The content of the file: the newest first, 99 at most.
+/// The content of the file, entries in the order given: the controller's is newest first (EU-06). Entries
+/// beyond 99 are left out.
 #[must_use]
 pub fn encode_history(entries: &[ErrorEntry]) -> Vec<u8> {
-    let _ = entries;
-    Vec::new()
+    let count = entries.len().min(MAX_ENTRIES);
+    let mut out = format!("{count}\r");
+    for entry in entries.iter().take(count) {
+        let (main, sub) = (entry.level.number(), entry.code.min(MAX_CODE));
+        let CalendarTime {
+            year,
+            month,
+            day,
+            hour,
+            minute,
+            second,
+        } = entry.at;
+        let year = year % 100;
+        out +=
+            &format!("{main:03}-{sub:03} {year:02}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}\r");
+    }
+    out.into_bytes()
 }
 
 /// Reads a content; years are those of 2000 to 2099.
 ///
 /// # Errors
-/// A count that does not fit, an entry that is not `LLL-CCC YY-MM-DD HH:MM:SS`.
+/// A count that does not fit, an entry that is not `LLL-CCC YY-MM-DD HH:MM:SS`, a date that does not exist.
 pub fn decode_history(content: &[u8]) -> Result<Vec<ErrorEntry>, BodyError> {
-    Err(Field::whole("EU", content).error("entries"))
+    let whole = Field::whole("EU", content);
+    let mut records = whole.records();
+    let header = records
+        .next()
+        .ok_or_else(|| whole.error("the number of entries"))?;
+    let count: usize = header.number("the number of entries")?;
+    let entries = records.map(decode_entry).collect::<Result<Vec<_>, _>>()?;
+    if entries.len() == count && count <= MAX_ENTRIES {
+        Ok(entries)
+    } else {
+        Err(header.error("the number of the entries that follow, 99 at most"))
+    }
+}
+
+/// Largest sub code that three digits can tell.
+const MAX_CODE: u16 = 999;
+
+/// Century of the two digits of a year.
+const CENTURY: u16 = 2_000;
+
+fn decode_entry(record: Field<'_>) -> Result<ErrorEntry, BodyError> {
+    let expected = "an entry LLL-CCC YY-MM-DD HH:MM:SS";
+    let mut rest = record;
+    let mut take = |length: usize, after: &str| {
+        let (field, tail) = rest.cut(length).ok_or_else(|| record.error(expected))?;
+        rest = tail.after(after, expected)?;
+        Ok::<_, BodyError>(field)
+    };
+    let level = take(3, "-")?;
+    let code = take(3, " ")?.number(expected)?;
+    let year: u16 = take(2, "-")?.number(expected)?;
+    let mut at = CalendarTime {
+        year: CENTURY + year,
+        month: 0,
+        day: 0,
+        hour: 0,
+        minute: 0,
+        second: 0,
+    };
+    at.month = take(2, "-")?.number(expected)?;
+    at.day = take(2, " ")?.number(expected)?;
+    at.hour = take(2, ":")?.number(expected)?;
+    at.minute = take(2, ":")?.number(expected)?;
+    at.second = take(2, "")?.number(expected)?;
+    if !rest.bytes().is_empty() {
+        return Err(rest.error("the end of the entry"));
+    }
+    if !at.is_valid() {
+        return Err(record.error("a date and time that exist"));
+    }
+    let number = level.number(expected)?;
+    let level = AlarmLevel::from_number(number).ok_or_else(|| level.error("level 008, 004, 002 or 001"))?;
+    Ok(ErrorEntry { level, code, at })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(level: AlarmLevel, code: u16) -> ErrorEntry {
+        let at = CalendarTime {
+            year: 2026,
+            month: 3,
+            day: 4,
+            hour: 13,
+            minute: 5,
+            second: 59,
+        };
+        ErrorEntry { level, code, at }
+    }
+
+    // clause: EU-01 EU-02 EU-03 EU-04 EU-05 EU-06 EU-07
+    #[test]
+    fn the_file_to_the_byte() {
+        assert_eq!(encode_history(&[]), b"0\r");
+        assert_eq!(
+            encode_history(&[entry(AlarmLevel::L2, 46), entry(AlarmLevel::L8, 368)]),
+            b"2\r002-046 26-03-04 13:05:59\r008-368 26-03-04 13:05:59\r"
+        );
+    }
+
+    // clause: EU-06
+    #[test]
+    fn ninety_nine_entries_at_most() {
+        let many: Vec<ErrorEntry> = (0..120).map(|code| entry(AlarmLevel::L1, code)).collect();
+        let bytes = encode_history(&many);
+        assert!(bytes.starts_with(b"99\r001-000 "));
+        assert_eq!(bytes.iter().filter(|byte| **byte == b'\r').count(), 100);
+        assert_eq!(decode_history(&bytes).unwrap(), many[..99]);
+    }
+
+    #[test]
+    fn every_level_reads_back() {
+        for level in AlarmLevel::ALL {
+            for code in [1, 46, 160, 999] {
+                let entries = [entry(level, code)];
+                assert_eq!(decode_history(&encode_history(&entries)).unwrap(), entries);
+            }
+        }
+        assert_eq!(decode_history(b"0\r"), Ok(Vec::new()));
+        assert_eq!(decode_history(b"0"), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn what_is_no_history_is_refused() {
+        let bytes = encode_history(&[entry(AlarmLevel::L2, 46)]);
+        for end in 0..bytes.len() - 1 {
+            assert!(decode_history(&bytes[..end]).is_err(), "{end}");
+        }
+        for bad in [
+            "x\r",
+            "1\r003-046 26-03-04 13:05:59\r",
+            "1\r002-046 26-02-30 13:05:59\r",
+            "1\r002-046 26-03-04 24:05:59\r",
+            "1\r002-046 26-03-04 13:05:590\r",
+            "2\r002-046 26-03-04 13:05:59\r",
+        ] {
+            assert!(decode_history(bad.as_bytes()).is_err(), "{bad}");
+        }
+    }
 }

@@ -28,7 +28,10 @@ impl<'a> Field<'a> {
     /// The bytes as ASCII 20-7E.
     pub(super) fn text(self, expected: &'static str) -> Result<&'a str, BodyError> {
         let printable = self.bytes.iter().all(|byte| (0x20..0x7F).contains(byte));
-        core::str::from_utf8(self.bytes).ok().filter(|_| printable).ok_or_else(|| self.error(expected))
+        core::str::from_utf8(self.bytes)
+            .ok()
+            .filter(|_| printable)
+            .ok_or_else(|| self.error(expected))
     }
 
     /// An error that quotes the stretch.
@@ -38,17 +41,28 @@ impl<'a> Field<'a> {
             [] => String::from("nothing"),
             some => alloc::format!("`{}`", some.escape_ascii()),
         };
-        BodyError { file: self.file, expected, found, at: self.at }
+        BodyError {
+            file: self.file,
+            expected,
+            found,
+            at: self.at,
+        }
     }
 
     /// The parts between separators; one part more than there are separators.
     pub(super) fn split(self, separator: u8) -> impl Iterator<Item = Field<'a>> {
         let mut at = self.at;
-        self.bytes.split(move |byte| *byte == separator).map(move |bytes| {
-            let part = Field { file: self.file, bytes, at };
-            at += bytes.len() + 1;
-            part
-        })
+        self.bytes
+            .split(move |byte| *byte == separator)
+            .map(move |bytes| {
+                let part = Field {
+                    file: self.file,
+                    bytes,
+                    at,
+                };
+                at += bytes.len() + 1;
+                part
+            })
     }
 
     /// The records of a file in which CR ends each; a CR after the last may be missing.
@@ -61,7 +75,11 @@ impl<'a> Field<'a> {
     /// The first `length` bytes and the rest, if there are so many.
     pub(super) fn cut(self, length: usize) -> Option<(Field<'a>, Field<'a>)> {
         let (head, tail) = self.bytes.split_at_checked(length)?;
-        let rest = Field { bytes: tail, at: self.at + length, ..self };
+        let rest = Field {
+            bytes: tail,
+            at: self.at + length,
+            ..self
+        };
         Some((Field { bytes: head, ..self }, rest))
     }
 
@@ -77,6 +95,7 @@ impl<'a> Field<'a> {
     pub(super) fn number<N: core::str::FromStr>(self, expected: &'static str) -> Result<N, BodyError> {
         let digits = !self.bytes.is_empty() && self.bytes.iter().all(u8::is_ascii_digit);
         let text = core::str::from_utf8(self.bytes).ok().filter(|_| digits);
-        text.and_then(|text| text.parse().ok()).ok_or_else(|| self.error(expected))
+        text.and_then(|text| text.parse().ok())
+            .ok_or_else(|| self.error(expected))
     }
 }

@@ -65,8 +65,12 @@ pub enum ExecutionStatus {
 
 impl ExecutionStatus {
     /// All, in the order of their codes.
-    pub const ALL: [ExecutionStatus; 4] =
-        [ExecutionStatus::Reset, ExecutionStatus::Running, ExecutionStatus::Retry, ExecutionStatus::Continue];
+    pub const ALL: [ExecutionStatus; 4] = [
+        ExecutionStatus::Reset,
+        ExecutionStatus::Running,
+        ExecutionStatus::Retry,
+        ExecutionStatus::Continue,
+    ];
 
     /// The value in SF, 0 to 3.
     #[must_use]
@@ -82,7 +86,9 @@ impl ExecutionStatus {
     /// The status of a value in SF.
     #[must_use]
     pub fn from_code(code: u8) -> Option<ExecutionStatus> {
-        ExecutionStatus::ALL.into_iter().find(|status| status.code() == code)
+        ExecutionStatus::ALL
+            .into_iter()
+            .find(|status| status.code() == code)
     }
 }
 

@@ -1,9 +1,9 @@
 //! The system total status of SF: a binary file of fixed offsets, big-endian, in the two lengths that
 //! real hosts read (hosts SF). What the values are is the controller's business.
 
-use super::{AlarmLevel, BodyError, ExecutionStatus};
 use super::fields::Field;
-use alloc::string::String;
+use super::{AlarmLevel, BodyError, ExecutionStatus};
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Slots for current alarms.
@@ -100,23 +100,184 @@ impl SystemStatus {
     /// The content of the file, [`SfLayout::len`] bytes.
     #[must_use]
     pub fn encode(&self, layout: SfLayout) -> Vec<u8> {
-        alloc::vec![0; layout.len()]
+        let mut out = Vec::with_capacity(layout.len());
+        out.extend([
+            u8::from(self.servo),
+            u8::from(self.emergency_stop),
+            self.execution.code(),
+        ]);
+        out.push(u8::from(self.su_request));
+        let mut alarms = self.alarms.iter().copied();
+        for _ in 0..ALARM_SLOTS {
+            put_word(&mut out, alarms.next().unwrap_or(NO_ALARM));
+        }
+        let words = [
+            self.execution_line,
+            self.analysis_line,
+            self.execution_task,
+            self.analysis_task,
+            u16::from(self.feed_hold),
+            self.guide_coordinate,
+            self.guide_rate,
+            self.guide_mode,
+            self.master_mode,
+            DUMMY,
+        ];
+        words.into_iter().for_each(|word| put_word(&mut out, word));
+        out.extend(self.power_on_minutes.to_be_bytes());
+        out.extend(self.run_minutes.to_be_bytes());
+        self.inputs
+            .iter()
+            .chain(&self.outputs)
+            .for_each(|word| put_word(&mut out, *word));
+        for group in [&self.joint, &self.world, &self.work] {
+            group
+                .iter()
+                .take(layout.axes())
+                .for_each(|value| out.extend(value.to_be_bytes()));
+        }
+        for name in [&self.work_name, &self.tool_name, &self.base_name] {
+            put_name(&mut out, name);
+        }
+        // The reserved tail of the longer layout.
+        out.resize(layout.len(), 0);
+        out
     }
 
-    /// Reads a content. Axes beyond the layout read 0.
+    /// Reads a content. Axes beyond the layout read 0, empty alarm slots are left out.
     ///
     /// # Errors
     /// A content of another length, a flag that is neither 0 nor 1, an unknown motion status, a name that
     /// is not ASCII.
     pub fn decode(content: &[u8], layout: SfLayout) -> Result<SystemStatus, BodyError> {
-        let _ = layout;
-        Err(Field::whole("SF", content).error("248 or 276 bytes"))
+        let whole = Field::whole("SF", content);
+        if content.len() != layout.len() {
+            return Err(whole.error(match layout {
+                SfLayout::Eight => "276 bytes",
+                SfLayout::Six => "248 bytes",
+            }));
+        }
+        let mut rest = Cursor(whole);
+        let servo = rest.flag()?;
+        let emergency_stop = rest.flag()?;
+        let motion = rest.take(1)?;
+        let code = motion.bytes().first().copied();
+        let execution = code
+            .and_then(ExecutionStatus::from_code)
+            .ok_or_else(|| motion.error("motion status 0 to 3"))?;
+        let mut status = SystemStatus {
+            servo,
+            emergency_stop,
+            execution,
+            ..SystemStatus::default()
+        };
+        status.su_request = rest.flag()?;
+        for _ in 0..ALARM_SLOTS {
+            let word = rest.word()?;
+            if word != NO_ALARM {
+                status.alarms.push(word);
+            }
+        }
+        status.execution_line = rest.word()?;
+        status.analysis_line = rest.word()?;
+        status.execution_task = rest.word()?;
+        status.analysis_task = rest.word()?;
+        status.feed_hold = rest.wide_flag()?;
+        status.guide_coordinate = rest.word()?;
+        status.guide_rate = rest.word()?;
+        status.guide_mode = rest.word()?;
+        status.master_mode = rest.word()?;
+        rest.word()?;
+        status.power_on_minutes = u32::from_be_bytes(rest.array()?);
+        status.run_minutes = u32::from_be_bytes(rest.array()?);
+        for word in status.inputs.iter_mut().chain(&mut status.outputs) {
+            *word = rest.word()?;
+        }
+        for group in [&mut status.joint, &mut status.world, &mut status.work] {
+            for value in group.iter_mut().take(layout.axes()) {
+                *value = f32::from_be_bytes(rest.array()?);
+            }
+        }
+        status.work_name = rest.name()?;
+        status.tool_name = rest.name()?;
+        status.base_name = rest.name()?;
+        Ok(status)
+    }
+}
+
+/// Offset 42, reserved (SF-18).
+const DUMMY: u16 = 0;
+
+fn put_word(out: &mut Vec<u8>, word: u16) {
+    out.extend(word.to_be_bytes());
+}
+
+/// What is not ASCII 20-7E goes as `?`, so that the fixed width counts characters.
+fn put_name(out: &mut Vec<u8>, name: &str) {
+    let ascii = name
+        .chars()
+        .map(|char| if matches!(char, ' '..='~') { char } else { '?' });
+    let bytes = ascii.filter_map(|char| u8::try_from(char).ok());
+    out.extend(bytes.chain(core::iter::repeat(0)).take(NAME_LENGTH));
+}
+
+/// What is left of the content.
+struct Cursor<'a>(Field<'a>);
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, length: usize) -> Result<Field<'a>, BodyError> {
+        let (head, rest) = self.0.cut(length).ok_or_else(|| self.0.error("more bytes"))?;
+        self.0 = rest;
+        Ok(head)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], BodyError> {
+        let field = self.take(N)?;
+        field.bytes().try_into().map_err(|_| field.error("more bytes"))
+    }
+
+    fn word(&mut self) -> Result<u16, BodyError> {
+        self.array().map(u16::from_be_bytes)
+    }
+
+    fn flag(&mut self) -> Result<bool, BodyError> {
+        let field = self.take(1)?;
+        match field.bytes() {
+            [0] => Ok(false),
+            [1] => Ok(true),
+            _ => Err(field.error("0 or 1")),
+        }
+    }
+
+    fn wide_flag(&mut self) -> Result<bool, BodyError> {
+        let field = self.take(2)?;
+        match field.bytes() {
+            [0, 0] => Ok(false),
+            [0, 1] => Ok(true),
+            _ => Err(field.error("0 or 1")),
+        }
+    }
+
+    fn name(&mut self) -> Result<String, BodyError> {
+        let field = self.take(NAME_LENGTH)?;
+        let length = field
+            .bytes()
+            .iter()
+            .position(|byte| *byte == 0)
+            .unwrap_or(NAME_LENGTH);
+        let (name, _) = field.cut(length).ok_or_else(|| field.error("a name"))?;
+        name.text("a name in ASCII, filled with NUL")
+            .map(|name| name.trim_end().to_string())
     }
 }
 
 /// Level, word of code 1, and number of codes (decision D6, SF-22).
-const ALARM_RANGES: [(AlarmLevel, u16, u16); 4] =
-    [(AlarmLevel::L8, 0, 368), (AlarmLevel::L4, 368, 144), (AlarmLevel::L2, 512, 224), (AlarmLevel::L1, 736, 160)];
+const ALARM_RANGES: [(AlarmLevel, u16, u16); 4] = [
+    (AlarmLevel::L8, 0, 368),
+    (AlarmLevel::L4, 368, 144),
+    (AlarmLevel::L2, 512, 224),
+    (AlarmLevel::L1, 736, 160),
+];
 
 /// The word of an alarm; `None` if its level has no such code. Codes count from 1.
 #[must_use]
@@ -128,6 +289,11 @@ pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
 /// Level and code of a word; `None` where the word means no alarm.
 #[must_use]
 pub fn alarm_of_word(word: u16) -> Option<(AlarmLevel, u16)> {
-    let (level, base, _) = ALARM_RANGES.into_iter().find(|row| (row.1..row.1 + row.2).contains(&word))?;
+    let (level, base, _) = ALARM_RANGES
+        .into_iter()
+        .find(|row| (row.1..row.1 + row.2).contains(&word))?;
     Some((level, word - base + 1))
 }
+
+#[cfg(test)]
+mod tests;

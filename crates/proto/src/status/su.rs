@@ -3,9 +3,10 @@
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus, MasterMode};
 use crate::command::RunMode;
+use crate::text::CR;
+use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-
 
 /// What SU tells.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,8 +43,21 @@ impl StatusBody {
     /// The content of the file.
     #[must_use]
     pub fn encode(&self, layout: SuLayout) -> Vec<u8> {
-        let _ = layout;
-        Vec::new()
+        let mode = mode_word(self.master_mode, layout);
+        let run_mode = self.run_mode.word();
+        let (file, speed) = (&self.file, self.override_percent);
+        let limit = self.speed_limit_percent;
+        let machine = if self.machine_lock { "lock" } else { "free" };
+        let status = execution_word(self.execution, layout);
+        match layout {
+            SuLayout::OneRecord => format!(
+                "MODE:{mode}/{run_mode} FILE:{file} OVRD:{speed}% LSPEED:{limit}% MACHINE:{machine} STATUS:{status}"
+            ),
+            SuLayout::SixRecords => format!(
+                "MODE:{mode}/{run_mode}\rFILE:{file}\rOVRD:{speed}%\r\rMACHINE:{machine}\rSTATUS:{status}\r"
+            ),
+        }
+        .into_bytes()
     }
 
     /// Reads a content of either layout. A missing or empty speed limit reads 100 %.
@@ -51,7 +65,283 @@ impl StatusBody {
     /// # Errors
     /// An item that is missing, without its label, or with a word or number that is not in the manual.
     pub fn decode(content: &[u8]) -> Result<StatusBody, BodyError> {
-        let whole = Field::whole("SU", content);
-        Err(whole.error("six items"))
+        let record = content.strip_suffix(&[CR]).unwrap_or(content);
+        let separator = if record.contains(&CR) { CR } else { b' ' };
+        let whole = Field::whole("SU", record);
+        let mut items = whole.split(separator);
+        let mut item = || items.next().ok_or_else(|| whole.error("six items"));
+        let (master_mode, run_mode) = decode_mode(item()?.after("MODE:", "MODE:")?)?;
+        let file = item()?
+            .after("FILE:", "FILE:")?
+            .text("a file name in ASCII")?
+            .to_string();
+        let override_percent = decode_percent(item()?.after("OVRD:", "OVRD:")?)?;
+        let limit = item()?;
+        let speed_limit_percent = match limit.after("LSPEED:", "LSPEED:") {
+            Ok(value) if value.bytes().is_empty() => FULL_SPEED,
+            Ok(value) => decode_percent(value)?,
+            Err(_) if limit.bytes().is_empty() && separator == CR => FULL_SPEED,
+            Err(error) => return Err(error),
+        };
+        let machine = item()?.after("MACHINE:", "MACHINE:")?;
+        let machine_lock = find(machine, "free or lock", [false, true], |lock| {
+            if lock { "lock" } else { "free" }
+        })?;
+        let status = item()?.after("STATUS:", "STATUS:")?;
+        let execution = find(
+            status,
+            "running, stop(reset), stop(retry) or stop(continue)",
+            ExecutionStatus::ALL,
+            |status| execution_word(status, SuLayout::OneRecord),
+        )?;
+        if let Some(surplus) = items.next() {
+            return Err(surplus.error("the end after six items"));
+        }
+        Ok(StatusBody {
+            master_mode,
+            run_mode,
+            file,
+            override_percent,
+            speed_limit_percent,
+            machine_lock,
+            execution,
+        })
+    }
+}
+
+/// The controller mode. In the one record RS-232C is called `host`: it is what hosts know (hosts 7.1).
+fn mode_word(mode: MasterMode, layout: SuLayout) -> &'static str {
+    match (mode, layout) {
+        (MasterMode::Teaching, _) => "teaching",
+        (MasterMode::Internal, _) => "internal",
+        (MasterMode::ExtSig, SuLayout::OneRecord) => "external(sig)",
+        (MasterMode::ExtSig, SuLayout::SixRecords) => "external (sig)",
+        (MasterMode::ExtRs232c, SuLayout::OneRecord) => "external(host)",
+        (MasterMode::ExtRs232c, SuLayout::SixRecords) => "external (rs232c)",
+        (MasterMode::ExtEther, SuLayout::OneRecord) => "external(ethernet)",
+        (MasterMode::ExtEther, SuLayout::SixRecords) => "external (ethernet)",
+    }
+}
+
+fn execution_word(status: ExecutionStatus, layout: SuLayout) -> &'static str {
+    match (status, layout) {
+        (ExecutionStatus::Running, _) => "running",
+        (ExecutionStatus::Reset, SuLayout::OneRecord) => "stop(reset)",
+        (ExecutionStatus::Reset, SuLayout::SixRecords) => "stop (reset)",
+        (ExecutionStatus::Retry, SuLayout::OneRecord) => "stop(retry)",
+        (ExecutionStatus::Retry, SuLayout::SixRecords) => "stop (retry)",
+        (ExecutionStatus::Continue, SuLayout::OneRecord) => "stop(continue)",
+        (ExecutionStatus::Continue, SuLayout::SixRecords) => "stop (continue)",
+    }
+}
+
+fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
+    let mut parts = field.split(b'/');
+    let (Some(mode), Some(run_mode), None) = (parts.next(), parts.next(), parts.next()) else {
+        return Err(field.error("controller mode, `/` and operation mode"));
+    };
+    let expected =
+        "teaching, internal, external(sig), external(host), external(rs232c) or external(ethernet)";
+    let master_mode = find(mode, expected, MasterMode::ALL, |mode| {
+        mode_word(mode, SuLayout::OneRecord)
+    })
+    .or_else(|error| {
+        // Both words mean RS-232C; the manual's differs by more than its blank.
+        find(mode, expected, [MasterMode::ExtRs232c], |_| "external(rs232c)").map_err(|_| error)
+    })?;
+    let run_mode = find(
+        run_mode,
+        "continuous, cycle, step or segment",
+        RunMode::ALL,
+        RunMode::word,
+    )?;
+    Ok((master_mode, run_mode))
+}
+
+fn decode_percent(field: Field<'_>) -> Result<u8, BodyError> {
+    let expected = "a number of percent and `%`";
+    match field.bytes().split_last() {
+        Some((b'%', digits)) => match field.cut(digits.len()) {
+            Some((number, _)) => number.number(expected),
+            None => Err(field.error(expected)),
+        },
+        _ => Err(field.error(expected)),
+    }
+}
+
+/// The value whose word stands in the field, blanks within it and case aside.
+fn find<T: Copy, const N: usize>(
+    field: Field<'_>,
+    expected: &'static str,
+    values: [T; N],
+    word: impl Fn(T) -> &'static str,
+) -> Result<T, BodyError> {
+    let found: String = field
+        .text(expected)?
+        .chars()
+        .filter(|char| *char != ' ')
+        .collect();
+    let mut values = values.into_iter();
+    values
+        .find(|value| word(*value).eq_ignore_ascii_case(&found))
+        .ok_or_else(|| field.error(expected))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn body() -> StatusBody {
+        StatusBody {
+            master_mode: MasterMode::ExtEther,
+            run_mode: RunMode::Cycle,
+            file: String::from("TEST"),
+            override_percent: 100,
+            speed_limit_percent: 100,
+            machine_lock: false,
+            execution: ExecutionStatus::Reset,
+        }
+    }
+
+    #[test]
+    fn one_record_to_the_byte() {
+        assert_eq!(
+            body().encode(SuLayout::OneRecord),
+            b"MODE:external(ethernet)/cycle FILE:TEST OVRD:100% LSPEED:100% MACHINE:free STATUS:stop(reset)"
+        );
+        let other = StatusBody {
+            master_mode: MasterMode::Internal,
+            override_percent: 55,
+            machine_lock: true,
+            execution: ExecutionStatus::Running,
+            ..body()
+        };
+        assert_eq!(
+            other.encode(SuLayout::OneRecord),
+            b"MODE:internal/cycle FILE:TEST OVRD:55% LSPEED:100% MACHINE:lock STATUS:running"
+        );
+    }
+
+    // clause: SU-01 SU-02 SU-05 SU-06 SU-07 SU-09 SU-10 SU-11
+    #[test]
+    fn six_records_to_the_byte() {
+        assert_eq!(
+            StatusBody { run_mode: RunMode::Continuous, override_percent: 50, ..body() }.encode(SuLayout::SixRecords),
+            b"MODE:external (ethernet)/continuous\rFILE:TEST\rOVRD:50%\r\rMACHINE:free\rSTATUS:stop (reset)\r"
+        );
+        let none = StatusBody {
+            file: String::new(),
+            machine_lock: true,
+            ..body()
+        }
+        .encode(SuLayout::SixRecords);
+        let text = String::from_utf8(none).unwrap();
+        assert!(text.contains("\rFILE:\rOVRD:100%\r\rMACHINE:lock\r"), "{text}");
+    }
+
+    // clause: SU-03 SU-04 SU-08
+    #[test]
+    fn words_as_the_manual_prints_them() {
+        let modes = MasterMode::ALL.map(|mode| mode_word(mode, SuLayout::SixRecords));
+        assert_eq!(
+            modes,
+            [
+                "teaching",
+                "internal",
+                "external (sig)",
+                "external (rs232c)",
+                "external (ethernet)"
+            ]
+        );
+        let modes = MasterMode::ALL.map(|mode| mode_word(mode, SuLayout::OneRecord));
+        assert_eq!(
+            modes,
+            [
+                "teaching",
+                "internal",
+                "external(sig)",
+                "external(host)",
+                "external(ethernet)"
+            ]
+        );
+        let status = ExecutionStatus::ALL.map(|status| execution_word(status, SuLayout::SixRecords));
+        assert_eq!(
+            status,
+            ["stop (reset)", "running", "stop (retry)", "stop (continue)"]
+        );
+        assert_eq!(
+            RunMode::ALL.map(RunMode::word),
+            ["continuous", "cycle", "step", "segment"]
+        );
+    }
+
+    #[test]
+    fn every_status_reads_back_in_both_layouts() {
+        for master_mode in MasterMode::ALL {
+            for run_mode in RunMode::ALL {
+                for execution in ExecutionStatus::ALL {
+                    for machine_lock in [false, true] {
+                        let body = StatusBody {
+                            master_mode,
+                            run_mode,
+                            execution,
+                            machine_lock,
+                            ..body()
+                        };
+                        for layout in [SuLayout::OneRecord, SuLayout::SixRecords] {
+                            let bytes = body.encode(layout);
+                            assert_eq!(
+                                StatusBody::decode(&bytes),
+                                Ok(body.clone()),
+                                "{}",
+                                bytes.escape_ascii()
+                            );
+                        }
+                    }
+                }
+            }
+        }
+        let slow = StatusBody {
+            speed_limit_percent: 30,
+            file: String::new(),
+            ..body()
+        };
+        assert_eq!(StatusBody::decode(&slow.encode(SuLayout::OneRecord)), Ok(slow));
+    }
+
+    #[test]
+    fn blanks_within_items_are_refused_in_one_record_as_hosts_do() {
+        let bytes = b"MODE:external (sig)/cycle FILE: OVRD:1% LSPEED: MACHINE:free STATUS:running";
+        assert!(StatusBody::decode(bytes).is_err());
+        let bytes = b"MODE:external(rs232c)/CYCLE FILE: OVRD:1% LSPEED: MACHINE:free STATUS:running\r";
+        let read = StatusBody::decode(bytes).unwrap();
+        assert_eq!(
+            (read.master_mode, read.speed_limit_percent),
+            (MasterMode::ExtRs232c, 100)
+        );
+    }
+
+    #[test]
+    fn errors_tell_where() {
+        let error =
+            StatusBody::decode(b"MODE:internal/cycle FILE:T OVRD:5 LSPEED: MACHINE:free STATUS:running")
+                .unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "SU file, byte 32: expected a number of percent and `%`, found `5`"
+        );
+        for layout in [SuLayout::OneRecord, SuLayout::SixRecords] {
+            let bytes = body().encode(layout);
+            for end in 0..bytes.len() - 1 {
+                assert!(StatusBody::decode(&bytes[..end]).is_err(), "{end}");
+            }
+            for at in 0..bytes.len() {
+                for byte in [0, 3, b' ', b'\r', b'x', b'/', 0xFF] {
+                    let mut broken = bytes.clone();
+                    broken[at] = byte;
+                    let _ = StatusBody::decode(&broken);
+                }
+            }
+        }
     }
 }

@@ -4,7 +4,8 @@
 use super::BodyError;
 use super::fields::Field;
 use crate::calendar::CalendarTime;
-use alloc::string::String;
+use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Characters of a system name; further ones are cut.
@@ -34,8 +35,34 @@ pub enum VrLayout {
 /// that read this layout are known to accept.
 #[must_use]
 pub fn encode_versions(records: &[VersionRecord], layout: VrLayout) -> Vec<u8> {
-    let _ = (records, layout);
-    Vec::new()
+    let count = match layout {
+        VrLayout::Blanks => 1,
+        VrLayout::Packed => records.len(),
+    };
+    let mut out = String::new();
+    for record in records.iter().take(count) {
+        let VersionRecord { name, date, checksum } = record;
+        let ascii = |char| if matches!(char, ' '..='~') { char } else { '?' };
+        let name: String = name.chars().map(ascii).take(NAME_LENGTH).collect();
+        let CalendarTime {
+            year,
+            month,
+            day,
+            hour,
+            minute,
+            ..
+        } = *date;
+        let year = year.min(LAST_YEAR);
+        out += &match layout {
+            VrLayout::Blanks => {
+                format!("{name:<11}{year:04}-{month:02}-{day:02} {hour:02}:{minute:02} {checksum:04X}\r")
+            }
+            VrLayout::Packed => {
+                format!("{name:<10}{year:04}/{month:02}/{day:02}{hour:02}:{minute:02}{checksum:04X}\r")
+            }
+        };
+    }
+    out.into_bytes()
 }
 
 /// Reads a content of either layout, record by record; the seconds are 0.
@@ -43,5 +70,126 @@ pub fn encode_versions(records: &[VersionRecord], layout: VrLayout) -> Vec<u8> {
 /// # Errors
 /// A record of another length, or with a date, time or checksum that is none.
 pub fn decode_versions(content: &[u8]) -> Result<Vec<VersionRecord>, BodyError> {
-    Err(Field::whole("VR", content).error("records"))
+    Field::whole("VR", content).records().map(decode_record).collect()
+}
+
+/// Last year of four digits.
+const LAST_YEAR: u16 = 9_999;
+/// Length of a record of [`VrLayout::Blanks`] without CR.
+const BLANKS_LENGTH: usize = 32;
+/// Length of a record of [`VrLayout::Packed`] without CR.
+const PACKED_LENGTH: usize = 29;
+
+fn decode_record(record: Field<'_>) -> Result<VersionRecord, BodyError> {
+    let (name, dash, gap) = match record.bytes().len() {
+        BLANKS_LENGTH => (NAME_LENGTH + 1, "-", " "),
+        PACKED_LENGTH => (NAME_LENGTH, "/", ""),
+        _ => return Err(record.error("a record of 29 or 32 characters")),
+    };
+    let expected = "name, date, time and checksum";
+    let mut rest = record;
+    let mut take = |length: usize, after: &str| {
+        let (field, tail) = rest.cut(length).ok_or_else(|| record.error(expected))?;
+        rest = tail.after(after, expected)?;
+        Ok::<_, BodyError>(field)
+    };
+    let name = take(name, "")?
+        .text("a system name in ASCII")?
+        .trim_end()
+        .to_string();
+    let year = take(4, dash)?.number("a year")?;
+    let month = take(2, dash)?.number("a month")?;
+    let day = take(2, gap)?.number("a day")?;
+    let hour = take(2, ":")?.number("an hour")?;
+    let minute = take(2, gap)?.number("a minute")?;
+    let checksum = take(4, "")?;
+    let hexadecimal = "a checksum of four hexadecimal digits";
+    let digits = checksum.text(hexadecimal)?;
+    let checksum = Some(digits)
+        .filter(|digits| digits.bytes().all(|byte| byte.is_ascii_hexdigit()))
+        .and_then(|digits| u16::from_str_radix(digits, 16).ok())
+        .ok_or_else(|| checksum.error(hexadecimal))?;
+    let date = CalendarTime {
+        year,
+        month,
+        day,
+        hour,
+        minute,
+        second: 0,
+    };
+    if date.is_valid() {
+        Ok(VersionRecord { name, date, checksum })
+    } else {
+        Err(record.error("a date and time that exist"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(name: &str, checksum: u16) -> VersionRecord {
+        let date = CalendarTime {
+            year: 2014,
+            month: 2,
+            day: 6,
+            hour: 10,
+            minute: 30,
+            second: 0,
+        };
+        VersionRecord {
+            name: name.to_string(),
+            date,
+            checksum,
+        }
+    }
+
+    #[test]
+    fn the_layout_with_blanks_to_the_byte() {
+        let records = [record("TS3100", 0xABCD), record("ROBOT", 1)];
+        assert_eq!(
+            encode_versions(&records, VrLayout::Blanks),
+            b"TS3100     2014-02-06 10:30 ABCD\r"
+        );
+        assert_eq!(encode_versions(&[], VrLayout::Blanks), b"");
+    }
+
+    // clause: VR-01 VR-02 VR-03
+    #[test]
+    fn the_packed_layout_has_records_of_30_bytes() {
+        let bytes = encode_versions(&[record("TS3100", 0xABCD), record("ROBOT", 1)], VrLayout::Packed);
+        assert_eq!(
+            bytes,
+            b"TS3100    2014/02/0610:30ABCD\rROBOT     2014/02/0610:300001\r"
+        );
+        assert_eq!(bytes.len(), 60);
+    }
+
+    #[test]
+    fn both_layouts_read_back_and_long_names_are_cut() {
+        for layout in [VrLayout::Blanks, VrLayout::Packed] {
+            for checksum in [0, 1, 0x00AB, 0xFFFF] {
+                let records = [record("SYSTEM V1X", checksum)];
+                let bytes = encode_versions(&records, layout);
+                assert_eq!(decode_versions(&bytes).unwrap(), records);
+                for end in 1..bytes.len() - 1 {
+                    assert!(decode_versions(&bytes[..end]).is_err(), "{end}");
+                }
+            }
+            let long = encode_versions(&[record("A name of many characters\u{e9}", 0)], layout);
+            assert_eq!(decode_versions(&long).unwrap(), [record("A name of", 0)]);
+        }
+    }
+
+    #[test]
+    fn what_is_no_version_is_refused() {
+        for bad in [
+            "TS3100     2014/02/06 10:30 ABCD\r",
+            "TS3100     2014-02-30 10:30 ABCD\r",
+            "TS3100     2014-02-06 10:30 +BCD\r",
+            "TS3100     2014-02-06T10:30 ABCD\r",
+        ] {
+            assert!(decode_versions(bad.as_bytes()).is_err(), "{bad}");
+        }
+    }
 }
