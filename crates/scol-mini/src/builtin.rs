@@ -64,11 +64,17 @@ pub(crate) const MAX_ARGUMENTS: usize = 32;
 
 impl Builtin {
     pub fn from_word(word: &str) -> Option<Self> {
-        BUILTINS.iter().find(|(spelling, _)| *spelling == word).map(|(_, builtin)| *builtin)
+        BUILTINS
+            .iter()
+            .find(|(spelling, _)| *spelling == word)
+            .map(|(_, builtin)| *builtin)
     }
 
     pub fn word(self) -> &'static str {
-        BUILTINS.iter().find(|(_, builtin)| *builtin == self).map_or("", |(spelling, _)| spelling)
+        BUILTINS
+            .iter()
+            .find(|(_, builtin)| *builtin == self)
+            .map_or("", |(spelling, _)| spelling)
     }
 
     /// Fewest and most arguments.
@@ -163,10 +169,10 @@ fn five_letters(word: &str) -> Option<i32> {
 
 /// Words of the language that this implementation does not carry out.
 const UNSUPPORTED: &[&str] = &[
-    "ACCUR", "BCDIN", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COARSE", "DEST", "DISABLE",
-    "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "MOVEJ", "NOWAIT", "OPEN1", "OPEN2", "OPENI1",
-    "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN", "SWITCH", "TASK", "TID", "TIMER",
-    "TORQUE",
+    "ACCUR", "BCDIN", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COARSE", "DEST",
+    "DISABLE", "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "MOVEJ", "NOWAIT", "OPEN1",
+    "OPEN2", "OPENI1", "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN",
+    "SWITCH", "TASK", "TID", "TIMER", "TORQUE",
 ];
 
 /// `true` for a word of the language that is not supported yet.
@@ -176,9 +182,10 @@ pub(crate) fn is_unsupported(word: &str) -> bool {
 
 /// Words that begin or join statements.
 const STATEMENTS: &[&str] = &[
-    "AND", "AS", "COM1", "CR", "CRE", "DATA", "DELAY", "DIM", "DO", "ELSE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO",
-    "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVES", "NEXT", "NOT", "OR", "PRINT", "PROGRAM",
-    "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP", "WAIT", "WITH",
+    "AND", "AS", "COM1", "CR", "CRE", "DATA", "DELAY", "DIM", "DO", "ELSE", "END", "FOR", "FREELOAD",
+    "GLOBAL", "GOTO", "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVES", "NEXT", "NOT",
+    "OR", "PRINT", "PROGRAM", "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP", "WAIT",
+    "WITH",
 ];
 
 /// `true` when the word cannot be the name of a variable, label or program.

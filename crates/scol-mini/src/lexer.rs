@@ -1,4 +1,4 @@
-//! Lines and words: cuts a file into lines and a line into tokens.
+//! Words: cuts a line into tokens.
 //! What the words mean is left to the parser; a line that cannot be cut is one problem.
 
 use alloc::format;
@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 
 use crate::MAX_LINE;
 use crate::diagnostic::{Problem, Span};
+use crate::lines::Line;
 
 /// A word, a number, a text or a sign.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,38 +82,6 @@ pub(crate) struct Lexeme {
     pub span: Span,
 }
 
-/// A line of the file without its line end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Line {
-    /// Counted from 1.
-    pub number: u32,
-    pub span: Span,
-}
-
-/// The lines of a file: CR, LF and CR LF end a line (RAM-05), the code 1A ends the file (RAM-06).
-pub(crate) fn lines(source: &str) -> Vec<Line> {
-    let bytes = source.as_bytes();
-    let length = bytes.iter().position(|b| *b == 0x1A).unwrap_or(bytes.len());
-    let mut lines = Vec::new();
-    let (mut start, mut at, mut number) = (0, 0, 1);
-    while at < length {
-        let byte = bytes.get(at).copied().unwrap_or(b'\n');
-        if matches!(byte, b'\r' | b'\n') {
-            lines.push(Line { number, span: Span { start, end: at } });
-            number += 1;
-            if byte == b'\r' && at + 1 < length && bytes.get(at + 1) == Some(&b'\n') {
-                at += 1;
-            }
-            start = at + 1;
-        }
-        at += 1;
-    }
-    if start < length {
-        lines.push(Line { number, span: Span { start, end: length } });
-    }
-    lines
-}
-
 /// Cuts one line into tokens; a comment is left out.
 pub(crate) fn tokens(source: &str, line: Line) -> Result<Vec<Lexeme>, Problem> {
     check_characters(source, line)?;
@@ -132,7 +101,13 @@ pub(crate) fn tokens(source: &str, line: Line) -> Result<Vec<Lexeme>, Problem> {
         if token == Token::Word("REMARK".into()) {
             break;
         }
-        list.push(Lexeme { token, span: Span { start: at, end: at + length } });
+        list.push(Lexeme {
+            token,
+            span: Span {
+                start: at,
+                end: at + length,
+            },
+        });
         at += length;
     }
     Ok(list)
@@ -141,12 +116,18 @@ pub(crate) fn tokens(source: &str, line: Line) -> Result<Vec<Lexeme>, Problem> {
 fn check_characters(source: &str, line: Line) -> Result<(), Problem> {
     let text = source.get(line.span.start..line.span.end).unwrap_or_default();
     if text.len() > MAX_LINE {
-        let message = format!("a line has at most {MAX_LINE} characters, this one has {}", text.len());
+        let message = format!(
+            "a line has at most {MAX_LINE} characters, this one has {}",
+            text.len()
+        );
         return Err(Problem::new("E0005", line.span, message));
     }
     for (at, c) in text.char_indices() {
         let start = line.span.start + at;
-        let span = Span { start, end: start + c.len_utf8() };
+        let span = Span {
+            start,
+            end: start + c.len_utf8(),
+        };
         if c == '\t' {
             return Err(Problem::new("E0003", span, "a file holds no tab codes").help("use blanks"));
         }
@@ -174,23 +155,45 @@ fn token(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
     }
     if first == '"' {
         let Some(length) = rest.get(1..).and_then(|tail| tail.find('"')) else {
-            let span = Span { start: at, end: at + rest.len() };
-            return Err(Problem::new("E0006", span, "a text ends with a double quote, found the end of the line"));
+            let span = Span {
+                start: at,
+                end: at + rest.len(),
+            };
+            return Err(Problem::new(
+                "E0006",
+                span,
+                "a text ends with a double quote, found the end of the line",
+            ));
         };
-        return Ok((Token::Text(rest.get(1..=length).unwrap_or_default().to_string()), length + 2));
+        return Ok((
+            Token::Text(rest.get(1..=length).unwrap_or_default().to_string()),
+            length + 2,
+        ));
     }
     if let Some((spelling, sign)) = SIGNS.iter().find(|(spelling, _)| rest.starts_with(spelling)) {
         return Ok((Token::Sign(*sign), spelling.len()));
     }
-    let span = Span { start: at, end: at + 1 };
-    Err(Problem::new("E0002", span, format!("the character \"{first}\" has no meaning here")))
+    let span = Span {
+        start: at,
+        end: at + 1,
+    };
+    Err(Problem::new(
+        "E0002",
+        span,
+        format!("the character \"{first}\" has no meaning here"),
+    ))
 }
 
 fn word(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
-    let length = rest.find(|c: char| !c.is_ascii_alphanumeric() && c != '_').unwrap_or(rest.len());
+    let length = rest
+        .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+        .unwrap_or(rest.len());
     let text = rest.get(..length).unwrap_or_default().to_ascii_uppercase();
     if rest.as_bytes().get(length) == Some(&b'$') {
-        let span = Span { start: at, end: at + length + 1 };
+        let span = Span {
+            start: at,
+            end: at + length + 1,
+        };
         let problem = Problem::new("E0107", span, format!("{text}$: there are no string variables"));
         return Err(problem.help("a text can only stand between double quotes in a PRINT"));
     }
@@ -216,11 +219,18 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
         }
     }
     let text = rest.get(..length).unwrap_or_default();
-    let span = Span { start: at, end: at + length };
+    let span = Span {
+        start: at,
+        end: at + length,
+    };
     if real {
         return match text.parse::<f32>() {
             Ok(value) if value.is_finite() => Ok((Token::Real(value), length)),
-            _ => Err(Problem::new("E0007", span, format!("{text} is too large for a real"))),
+            _ => Err(Problem::new(
+                "E0007",
+                span,
+                format!("{text} is too large for a real"),
+            )),
         };
     }
     match text.parse::<i64>() {
@@ -231,8 +241,12 @@ fn number(rest: &str, at: usize) -> Result<(Token, usize), Problem> {
 
 /// The problem of an integer beyond 32 bits.
 pub(crate) fn too_large(text: &str, span: Span) -> Problem {
-    Problem::new("E0007", span, format!("{text} is too large for an integer of 32 bits"))
-        .help("write it with a decimal point to make it a real")
+    Problem::new(
+        "E0007",
+        span,
+        format!("{text} is too large for an integer of 32 bits"),
+    )
+    .help("write it with a decimal point to make it a real")
 }
 
 #[cfg(test)]
@@ -241,24 +255,32 @@ mod tests {
     use std::vec;
 
     fn of(text: &str) -> Vec<Token> {
-        let line = Line { number: 1, span: Span { start: 0, end: text.len() } };
+        let line = Line {
+            number: 1,
+            span: Span {
+                start: 0,
+                end: text.len(),
+            },
+        };
         tokens(text, line).unwrap().into_iter().map(|l| l.token).collect()
-    }
-
-    // clause: RAM-05 RAM-06
-    #[test]
-    fn cr_lf_and_both_end_a_line_and_1a_ends_the_file() {
-        let spans: Vec<(u32, &str)> =
-            lines("a\rb\r\nc\n\nd\x1Ae\r").iter().map(|l| (l.number, &"a\rb\r\nc\n\nd"[l.span.start..l.span.end])).collect();
-        assert_eq!(spans, vec![(1, "a"), (2, "b"), (3, "c"), (4, ""), (5, "d")]);
     }
 
     #[test]
     fn numbers_words_and_signs() {
         assert_eq!(of("00000"), vec![Token::Integer(0)]);
         assert_eq!(of("1.5E+2"), vec![Token::Real(150.0)]);
-        assert_eq!(of("p1.x"), vec![Token::Word("P1".into()), Token::Sign(Sign::Dot), Token::Word("X".into())]);
-        assert_eq!(of("=< ><"), vec![Token::Sign(Sign::LessEqual), Token::Sign(Sign::NotEqual)]);
+        assert_eq!(
+            of("p1.x"),
+            vec![
+                Token::Word("P1".into()),
+                Token::Sign(Sign::Dot),
+                Token::Word("X".into())
+            ]
+        );
+        assert_eq!(
+            of("=< ><"),
+            vec![Token::Sign(Sign::LessEqual), Token::Sign(Sign::NotEqual)]
+        );
         assert_eq!(of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
         assert_eq!(of("A REMARK \" % ~"), vec![Token::Word("A".into())]);
     }

@@ -36,6 +36,7 @@ mod compile;
 mod conditions;
 mod diagnostic;
 mod lexer;
+mod lines;
 mod machine;
 mod memory;
 mod options;
@@ -43,6 +44,7 @@ mod parser;
 mod program;
 mod request;
 mod rewrite;
+mod sink;
 mod tree;
 mod value;
 
@@ -54,7 +56,7 @@ pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use program::{Program, VariableInfo};
 pub use request::{
-    Answer, Channel, Fault, FaultKind, Inputs, Motion, Number, Path, Pause, Request, MAX_PRINT,
+    Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
 pub use rewrite::rewrite_value;
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};

@@ -70,7 +70,10 @@ impl Memory {
     #[must_use]
     pub fn new(program: &Program) -> Self {
         let cells = program.symbols.slots.iter().map(Cell::new).collect();
-        Self { cells, conditions: Conditions::default() }
+        Self {
+            cells,
+            conditions: Conditions::default(),
+        }
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
@@ -79,7 +82,12 @@ impl Memory {
     /// See [`AccessError`]; a variable without a value is `Undefined`.
     pub fn global(&self, program: &Program, name: &str, subscripts: &[i32]) -> Result<Value, AccessError> {
         let (slot, index) = shared(program, name, subscripts)?;
-        let value = self.cells.get(slot).and_then(|cell| cell.values.get(index)).cloned().flatten();
+        let value = self
+            .cells
+            .get(slot)
+            .and_then(|cell| cell.values.get(index))
+            .cloned()
+            .flatten();
         value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
 
@@ -101,7 +109,11 @@ impl Memory {
         let expected = self.kind(slot).unwrap_or_else(|| value.kind());
         if expected != value.kind() {
             let name = name.to_ascii_uppercase();
-            return Err(AccessError::KindMismatch { name, expected, found: value.kind() });
+            return Err(AccessError::KindMismatch {
+                name,
+                expected,
+                found: value.kind(),
+            });
         }
         let value = match (value, old) {
             (Value::Position(mut new), Some(Value::Position(old))) => {
@@ -135,12 +147,15 @@ impl Memory {
 
     /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.
     pub(crate) fn store(&mut self, program: &Program, slot: usize, index: usize, value: Value) {
-        let Some(cell) = self.cells.get_mut(slot) else { return };
+        let Some(cell) = self.cells.get_mut(slot) else {
+            return;
+        };
         cell.kind = Some(value.kind());
         let frame = match (&value, program.symbols.slots.get(slot)) {
-            (Value::Coordinate(trans), Some(slot)) if slot.is_work => {
-                Some(Frame { name: Some(slot.name.clone()), trans: trans.clone() })
-            }
+            (Value::Coordinate(trans), Some(slot)) if slot.is_work => Some(Frame {
+                name: Some(slot.name.clone()),
+                trans: trans.clone(),
+            }),
             _ => None,
         };
         if let Some(place) = cell.values.get_mut(index) {
@@ -153,7 +168,12 @@ impl Memory {
 
     /// Positions that stand in a coordinate system follow when it is changed.
     fn move_work(&mut self, frame: &Arc<Frame>) {
-        for value in self.cells.iter_mut().flat_map(|cell| cell.values.iter_mut()).flatten() {
+        for value in self
+            .cells
+            .iter_mut()
+            .flat_map(|cell| cell.values.iter_mut())
+            .flatten()
+        {
             if let Value::Position(position) = value
                 && position.work.as_ref().is_some_and(|work| work.name == frame.name)
             {
@@ -172,23 +192,43 @@ impl Cell {
                 *place = Some(value.clone());
             }
         }
-        Self { kind: slot.kind, values }
+        Self {
+            kind: slot.kind,
+            values,
+        }
     }
 }
 
 /// Slot and flat index of a variable that all programs share.
-pub(crate) fn shared(program: &Program, name: &str, subscripts: &[i32]) -> Result<(usize, usize), AccessError> {
+pub(crate) fn shared(
+    program: &Program,
+    name: &str,
+    subscripts: &[i32],
+) -> Result<(usize, usize), AccessError> {
     let name = name.to_ascii_uppercase();
     let symbols = &program.symbols;
-    let Some((at, slot)) = symbols.shared.get(&name).and_then(|at| Some((*at, symbols.slots.get(*at)?))) else {
-        let local = symbols.slots.iter().any(|slot| slot.owner == Owner::Local && slot.name == name);
-        return Err(if local { AccessError::NotGlobal(name) } else { AccessError::Unknown(name) });
+    let Some((at, slot)) = symbols
+        .shared
+        .get(&name)
+        .and_then(|at| Some((*at, symbols.slots.get(*at)?)))
+    else {
+        let local = symbols
+            .slots
+            .iter()
+            .any(|slot| slot.owner == Owner::Local && slot.name == name);
+        return Err(if local {
+            AccessError::NotGlobal(name)
+        } else {
+            AccessError::Unknown(name)
+        });
     };
     match (slot.bounds.is_some(), subscripts.is_empty()) {
         (true, true) => return Err(AccessError::IsArray(name)),
         (false, false) => return Err(AccessError::NotArray(name)),
         _ => {}
     }
-    let index = slot.index(subscripts).ok_or_else(|| AccessError::Subscript(name.to_string()))?;
+    let index = slot
+        .index(subscripts)
+        .ok_or_else(|| AccessError::Subscript(name.to_string()))?;
     Ok((at, index))
 }

@@ -54,13 +54,30 @@ pub(crate) enum Operation {
     Simple(Simple),
     Wait(Expression),
     /// Goes on when true, to `otherwise` when false.
-    Branch { condition: Expression, otherwise: usize },
+    Branch {
+        condition: Expression,
+        otherwise: usize,
+    },
     Jump(usize),
-    Select { selector: Expression, targets: Vec<usize> },
+    Select {
+        selector: Expression,
+        targets: Vec<usize>,
+    },
     /// `exit` is the step after the NEXT.
-    For { variable: Variable, from: Expression, to: Expression, step: Option<Expression>, exit: usize },
-    Next { opener: usize },
-    Call { block: usize, arguments: Vec<Expression> },
+    For {
+        variable: Variable,
+        from: Expression,
+        to: Expression,
+        step: Option<Expression>,
+        exit: usize,
+    },
+    Next {
+        opener: usize,
+    },
+    Call {
+        block: usize,
+        arguments: Vec<Expression>,
+    },
     Return,
 }
 
@@ -124,16 +141,23 @@ impl Slot {
         if bounds.len() != subscripts.len() {
             return None;
         }
-        bounds.iter().zip(subscripts).try_fold(0_usize, |index, (bound, subscript)| {
-            let subscript = u32::try_from(*subscript).ok().filter(|subscript| subscript <= bound)?;
-            Some(index * (*bound as usize + 1) + subscript as usize)
-        })
+        bounds
+            .iter()
+            .zip(subscripts)
+            .try_fold(0_usize, |index, (bound, subscript)| {
+                let subscript = u32::try_from(*subscript)
+                    .ok()
+                    .filter(|subscript| subscript <= bound)?;
+                Some(index * (*bound as usize + 1) + subscript as usize)
+            })
     }
 }
 
 /// Elements of an array with these upper bounds; subscripts begin at 0.
 pub(crate) fn flat_length(bounds: &[u32]) -> usize {
-    bounds.iter().fold(1_usize, |length, bound| length.saturating_mul((*bound as usize).saturating_add(1)))
+    bounds.iter().fold(1_usize, |length, bound| {
+        length.saturating_mul((*bound as usize).saturating_add(1))
+    })
 }
 
 impl Program {
@@ -176,8 +200,14 @@ impl Program {
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableInfo> {
-        let slot = self.symbols.slots.get(*self.symbols.shared.get(&name.to_ascii_uppercase())?)?;
-        Some(VariableInfo { kind: slot.kind, array: slot.bounds.is_some() })
+        let slot = self
+            .symbols
+            .slots
+            .get(*self.symbols.shared.get(&name.to_ascii_uppercase())?)?;
+        Some(VariableInfo {
+            kind: slot.kind,
+            array: slot.bounds.is_some(),
+        })
     }
 }
 
@@ -188,7 +218,10 @@ mod tests {
     // clause: CMD-MR-03
     #[test]
     fn subscripts_run_from_0_to_the_bound() {
-        let slot = Slot { bounds: Some(Vec::from([2, 3])), ..Slot::plain("T", Owner::Global) };
+        let slot = Slot {
+            bounds: Some(Vec::from([2, 3])),
+            ..Slot::plain("T", Owner::Global)
+        };
         assert_eq!(slot.length(), 12);
         assert_eq!(slot.index(&[0, 0]), Some(0));
         assert_eq!(slot.index(&[2, 3]), Some(11));

@@ -5,11 +5,12 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use crate::diagnostic::{Sink, Span};
+use crate::diagnostic::Span;
 use crate::memory::{AccessError, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
 use crate::program::Program;
+use crate::sink::Sink;
 use crate::value::Value;
 
 /// The source with the initial value of `name` in GLOBAL or DATA replaced; everything else stays byte for byte.
@@ -32,7 +33,11 @@ pub fn rewrite_value(
     let name = name.to_ascii_uppercase();
     let kind = program.symbols.slots.get(slot).and_then(|slot| slot.kind);
     if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
-        return Err(AccessError::KindMismatch { name, expected, found: value.kind() });
+        return Err(AccessError::KindMismatch {
+            name,
+            expected,
+            found: value.kind(),
+        });
     }
     let file = parse_file(source, &program.options, &mut Sink::new(source));
     let arm = program.options.arm;
@@ -64,13 +69,24 @@ fn global_site(
 ) -> Option<(Span, String)> {
     let mine: Vec<&Declaration> = file.globals.iter().filter(|d| d.name.text == name).collect();
     let same = |d: &&&Declaration| {
-        !d.dim && d.subscripts.iter().copied().map(i64::from).eq(subscripts.iter().copied().map(i64::from))
+        !d.dim
+            && d.subscripts
+                .iter()
+                .copied()
+                .map(i64::from)
+                .eq(subscripts.iter().copied().map(i64::from))
     };
     // The last line wins, as it does in the compiler.
     if let Some(found) = mine.iter().rev().find(same) {
         return Some(match &found.value {
             Some(value) => (value.span, text.to_string()),
-            None => (Span { start: found.name.span.end, end: found.name.span.end }, format!(" = {text}")),
+            None => (
+                Span {
+                    start: found.name.span.end,
+                    end: found.name.span.end,
+                },
+                format!(" = {text}"),
+            ),
         });
     }
     let last = mine.last()?;
@@ -87,8 +103,15 @@ fn global_site(
         _ => "\r",
     };
     let at = last.line.end + length;
-    let list = subscripts.iter().map(ToString::to_string).collect::<Vec<_>>().join(",");
-    Some((Span { start: at, end: at }, format!("{line_end}{name}({list}) = {text}")))
+    let list = subscripts
+        .iter()
+        .map(ToString::to_string)
+        .collect::<Vec<_>>()
+        .join(",");
+    Some((
+        Span { start: at, end: at },
+        format!("{line_end}{name}({list}) = {text}"),
+    ))
 }
 
 /// A value as GLOBAL writes it.
@@ -116,7 +139,9 @@ fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<St
     Some(match value {
         Value::Load(load) => {
             let numbers = list(&load.listed(arm))?;
-            let braced = source.get(datum.value.start..).is_some_and(|text| text.starts_with('{'));
+            let braced = source
+                .get(datum.value.start..)
+                .is_some_and(|text| text.starts_with('{'));
             if braced { format!("{{{numbers}}}") } else { numbers }
         }
         Value::Coordinate(trans) => list(&trans.listed(arm))?,
@@ -136,7 +161,13 @@ fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<St
 }
 
 fn list(numbers: &[f64]) -> Option<String> {
-    Some(numbers.iter().map(|number| decimal(*number)).collect::<Option<Vec<_>>>()?.join(","))
+    Some(
+        numbers
+            .iter()
+            .map(|number| decimal(*number))
+            .collect::<Option<Vec<_>>>()?
+            .join(","),
+    )
 }
 
 /// A number the lexer reads back; `None` beyond the range of a real.
@@ -146,7 +177,11 @@ fn decimal(number: f64) -> Option<String> {
         return None;
     }
     let plain = size == 0.0 || (1e-5..1e9).contains(&size);
-    Some(if plain { format!("{number}") } else { format!("{number:e}") })
+    Some(if plain {
+        format!("{number}")
+    } else {
+        format!("{number:e}")
+    })
 }
 
 #[cfg(test)]
@@ -166,9 +201,16 @@ mod tests {
         assert!(SOURCE.contains(from));
         assert_eq!(text, SOURCE.replacen(from, to, 1));
         let again = compile(&text, &options).program.unwrap();
-        assert_eq!(Memory::new(&again).global(&again, name, subscripts).as_ref(), Ok(value), "{text}");
+        assert_eq!(
+            Memory::new(&again).global(&again, name, subscripts).as_ref(),
+            Ok(value),
+            "{text}"
+        );
         // A second rewrite works on the result of the first.
-        assert_eq!(rewrite_value(&text, &program, name, subscripts, value).as_ref(), Ok(&text));
+        assert_eq!(
+            rewrite_value(&text, &program, name, subscripts, value).as_ref(),
+            Ok(&text)
+        );
     }
 
     // clause: CMD-MW-02 CMD-MW-05
@@ -181,11 +223,22 @@ mod tests {
         rewrite("t", &[2], &Value::Real(0.5), "U(1)\r\n", "U(1)\r\nT(2) = 0.5\r\n");
         let coords = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.5];
         let config = Configuration::from_number(12111).unwrap();
-        let position = Value::Position(Position { coords, config, work: None });
+        let position = Value::Position(Position {
+            coords,
+            config,
+            work: None,
+        });
         rewrite("P1", &[], &position, "1,,3/ ", "1,2,3,4,5,6,7,8.5/12111 ");
-        let trans = Value::Coordinate(Trans { coords: [0.0, 1e9, -3.0, 0.0, 0.0, 1e-7] });
+        let trans = Value::Coordinate(Trans {
+            coords: [0.0, 1e9, -3.0, 0.0, 0.0, 1e-7],
+        });
         rewrite("W", &[], &trans, "W=1,2", "W=0,1e9,-3,0,0,1e-7");
-        let load = |mass| Value::Load(Payload { mass, ..Payload::default() });
+        let load = |mass| {
+            Value::Load(Payload {
+                mass,
+                ..Payload::default()
+            })
+        };
         rewrite("H", &[], &load(4.0), "{3,100}", "{4,0,0,0,0,0,0}");
         rewrite("G", &[], &load(4.0), "G=5", "G=4,0,0,0,0,0,0");
     }
@@ -197,12 +250,27 @@ mod tests {
         let at = |name: &str, subscripts: &[i32], value: Value| {
             rewrite_value(SOURCE, &program, name, subscripts, &value).unwrap_err()
         };
-        assert!(matches!(at("NOPE", &[], Value::Integer(1)), AccessError::Unknown(_)));
-        assert!(matches!(at("A", &[], Value::Real(1.0)), AccessError::KindMismatch { .. }));
-        assert!(matches!(at("A", &[1], Value::Integer(1)), AccessError::NotArray(_)));
+        assert!(matches!(
+            at("NOPE", &[], Value::Integer(1)),
+            AccessError::Unknown(_)
+        ));
+        assert!(matches!(
+            at("A", &[], Value::Real(1.0)),
+            AccessError::KindMismatch { .. }
+        ));
+        assert!(matches!(
+            at("A", &[1], Value::Integer(1)),
+            AccessError::NotArray(_)
+        ));
         assert!(matches!(at("T", &[], Value::Real(1.0)), AccessError::IsArray(_)));
-        assert!(matches!(at("T", &[4], Value::Real(1.0)), AccessError::Subscript(_)));
-        assert!(matches!(at("X", &[], Value::Real(f32::NAN)), AccessError::TooLarge(_)));
+        assert!(matches!(
+            at("T", &[4], Value::Real(1.0)),
+            AccessError::Subscript(_)
+        ));
+        assert!(matches!(
+            at("X", &[], Value::Real(f32::NAN)),
+            AccessError::TooLarge(_)
+        ));
         let other = rewrite_value("PROGRAM P\nEND\n", &program, "A", &[], &Value::Integer(1));
         assert!(matches!(other, Err(AccessError::NotInSource(_))));
     }

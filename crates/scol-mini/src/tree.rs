@@ -117,12 +117,26 @@ pub(crate) enum Item {
 /// A statement that does one thing and goes on to the next.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Simple {
-    Assign { target: Variable, component: Option<u8>, value: Expression },
+    Assign {
+        target: Variable,
+        component: Option<u8>,
+        value: Expression,
+    },
     Set(Condition, Expression),
     FreeLoad,
-    Move { course: Course, with: Vec<(Condition, Expression)> },
-    Print { channel: Channel, items: Vec<Item>, cr: bool },
-    Input { channel: Channel, targets: Vec<Variable> },
+    Move {
+        course: Course,
+        with: Vec<(Condition, Expression)>,
+    },
+    Print {
+        channel: Channel,
+        items: Vec<Item>,
+        cr: bool,
+    },
+    Input {
+        channel: Channel,
+        targets: Vec<Variable>,
+    },
     Delay(Expression),
     Outputs(Vec<Expression>),
     Stop,
@@ -133,8 +147,17 @@ pub(crate) enum Simple {
 pub(crate) enum Statement {
     Simple(Simple),
     Wait(Expression),
-    If { condition: Expression, then: Box<Statement>, otherwise: Option<Box<Statement>> },
-    For { variable: Variable, from: Expression, to: Expression, step: Option<Expression> },
+    If {
+        condition: Expression,
+        then: Box<Statement>,
+        otherwise: Option<Box<Statement>>,
+    },
+    For {
+        variable: Variable,
+        from: Expression,
+        to: Expression,
+        step: Option<Expression>,
+    },
     Next(Option<Name>),
     Goto(Name),
     Select(Expression, Vec<Name>),
@@ -148,7 +171,11 @@ impl Statement {
         match self {
             Statement::Simple(simple) => simple.expressions(visit),
             Statement::Wait(e) | Statement::Select(e, _) => visit(e),
-            Statement::If { condition, then, otherwise } => {
+            Statement::If {
+                condition,
+                then,
+                otherwise,
+            } => {
                 visit(condition);
                 then.expressions(visit);
                 if let Some(otherwise) = otherwise {

@@ -110,7 +110,9 @@ impl Configuration {
     /// The number of five digits, shoulder first.
     #[must_use]
     pub fn number(&self) -> i64 {
-        self.digits.iter().fold(0, |number, digit| number * 10 + i64::from(*digit))
+        self.digits
+            .iter()
+            .fold(0, |number, digit| number * 10 + i64::from(*digit))
     }
 
     /// The configuration a program writes as `number` on this arm: five digits, or 0, 1, 2 on a SCARA.
@@ -120,7 +122,9 @@ impl Configuration {
             Arm::SixAxis => Self::from_number(number),
             Arm::Scara => {
                 let digit = u8::try_from(number).ok().filter(|digit| *digit <= 2)?;
-                Some(Self { digits: [digit, 0, 0, 0, 0] })
+                Some(Self {
+                    digits: [digit, 0, 0, 0, 0],
+                })
             }
         }
     }
@@ -169,7 +173,10 @@ impl Position {
         if coords.len() != coordinates(arm) || *config != libm::trunc(*config) {
             return None;
         }
-        let mut position = Position { config: Configuration::listed(arm, *config as i64)?, ..Self::default() };
+        let mut position = Position {
+            config: Configuration::listed(arm, *config as i64)?,
+            ..Self::default()
+        };
         for (to, from) in position.coords.iter_mut().zip(coords) {
             *to = *from;
         }
@@ -204,7 +211,10 @@ impl Trans {
     /// The numbers of MR, MW and DATA: `X Y Z A B C`, on a SCARA `X Y Z C`.
     #[must_use]
     pub fn listed(&self, arm: Arm) -> Vec<f64> {
-        Self::order(arm).iter().filter_map(|at| self.coords.get(*at).copied()).collect()
+        Self::order(arm)
+            .iter()
+            .filter_map(|at| self.coords.get(*at).copied())
+            .collect()
     }
 
     /// The opposite of [`Trans::listed`]; `None` for a wrong count.
@@ -262,7 +272,11 @@ impl Payload {
     pub(crate) fn from_leading(numbers: &[f64]) -> Self {
         let mut numbers = numbers.iter().copied();
         let mut next = || numbers.next().unwrap_or(0.0);
-        Self { mass: next(), gravity: [next(), next(), next()], size: [next(), next(), next()] }
+        Self {
+            mass: next(),
+            gravity: [next(), next(), next()],
+            size: [next(), next(), next()],
+        }
     }
 }
 
@@ -288,16 +302,31 @@ mod tests {
     #[test]
     fn listed_and_from_listed_are_opposites() {
         let nine = vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 12111.0];
-        assert_eq!(Position::from_listed(Arm::SixAxis, &nine).unwrap().listed(Arm::SixAxis), nine);
+        assert_eq!(
+            Position::from_listed(Arm::SixAxis, &nine)
+                .unwrap()
+                .listed(Arm::SixAxis),
+            nine
+        );
         assert_eq!(Position::from_listed(Arm::SixAxis, &nine[..8]), None);
         let six = vec![1.0, 2.0, 3.0, 4.0, 5.0, 2.0];
-        assert_eq!(Position::from_listed(Arm::Scara, &six).unwrap().listed(Arm::Scara), six);
+        assert_eq!(
+            Position::from_listed(Arm::Scara, &six)
+                .unwrap()
+                .listed(Arm::Scara),
+            six
+        );
         let four = vec![1.0, 2.0, 3.0, 90.0];
         let trans = Trans::from_listed(Arm::Scara, &four).unwrap();
         assert_eq!(trans.coords, [1.0, 2.0, 3.0, 0.0, 0.0, 90.0]);
         assert_eq!(trans.listed(Arm::Scara), four);
         let load = vec![3.0, 100.0, 1.0, 2.0, 4.0, 5.0, 6.0];
-        assert_eq!(Payload::from_listed(Arm::SixAxis, &load).unwrap().listed(Arm::SixAxis), load);
+        assert_eq!(
+            Payload::from_listed(Arm::SixAxis, &load)
+                .unwrap()
+                .listed(Arm::SixAxis),
+            load
+        );
         assert_eq!(Payload::from_listed(Arm::SixAxis, &load[..6]), None);
     }
 }

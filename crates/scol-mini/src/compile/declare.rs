@@ -6,11 +6,12 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::conditions::Frame;
-use crate::diagnostic::{Problem, Sink};
+use crate::diagnostic::Problem;
 use crate::machine::constant_value;
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
 use crate::program::{Owner, Slot, Symbols, flat_length};
+use crate::sink::Sink;
 use crate::tree::Name;
 use crate::value::{Kind, Payload, Position, Trans, Value};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
@@ -21,14 +22,21 @@ pub(super) fn globals(file: &File, options: &LanguageOptions, symbols: &mut Symb
         if let Err(problem) = global(declaration, options, symbols) {
             sink.error(problem);
         } else if declaration.name.text.len() > MAX_DATA_NAME {
-            let message = format!("{} is too long to be read or written by a host", declaration.name.text);
+            let message = format!(
+                "{} is too long to be read or written by a host",
+                declaration.name.text
+            );
             let problem = Problem::new("W0209", declaration.name.span, message);
             sink.warning(problem.help(format!("hosts reach names of at most {MAX_DATA_NAME} characters")));
         }
     }
 }
 
-fn global(declaration: &Declaration, options: &LanguageOptions, symbols: &mut Symbols) -> Result<(), Problem> {
+fn global(
+    declaration: &Declaration,
+    options: &LanguageOptions,
+    symbols: &mut Symbols,
+) -> Result<(), Problem> {
     let name = &declaration.name;
     if declaration.dim {
         let slot = dim_slot(declaration, Owner::Global, symbols)?;
@@ -40,14 +48,23 @@ fn global(declaration: &Declaration, options: &LanguageOptions, symbols: &mut Sy
             let message = "an initial value is made of constants only";
             return Err(Problem::new("E0210", expression.span, message));
         }
-        Some(expression) => Some(constant_value(expression, options).map_err(|trouble| {
-            Problem::new("E0207", expression.span, trouble.message)
-        })?),
+        Some(expression) => Some(
+            constant_value(expression, options)
+                .map_err(|trouble| Problem::new("E0207", expression.span, trouble.message))?,
+        ),
     };
     if declaration.subscripts.is_empty() {
         let kind = value.as_ref().map(Value::kind);
         let initial = value.into_iter().map(|value| (0, value)).collect();
-        return add(symbols, name, Slot { kind, initial, ..Slot::plain(&name.text, Owner::Global) });
+        return add(
+            symbols,
+            name,
+            Slot {
+                kind,
+                initial,
+                ..Slot::plain(&name.text, Owner::Global)
+            },
+        );
     }
     let Some(value) = value else { return Ok(()) };
     element(declaration, value, symbols)
@@ -56,19 +73,33 @@ fn global(declaration: &Declaration, options: &LanguageOptions, symbols: &mut Sy
 /// `name(i) = value` in GLOBAL: the initial value of one element.
 fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Result<(), Problem> {
     let name = &declaration.name;
-    let slot = symbols.shared.get(&name.text).and_then(|at| symbols.slots.get_mut(*at));
+    let slot = symbols
+        .shared
+        .get(&name.text)
+        .and_then(|at| symbols.slots.get_mut(*at));
     let Some(slot) = slot.filter(|slot| slot.bounds.is_some()) else {
         let problem = Problem::new("E0212", name.span, format!("{} is not an array", name.text));
         return Err(problem.help("declare it before with DIM"));
     };
-    let subscripts: Vec<i32> =
-        declaration.subscripts.iter().map(|s| i32::try_from(*s).unwrap_or(i32::MAX)).collect();
+    let subscripts: Vec<i32> = declaration
+        .subscripts
+        .iter()
+        .map(|s| i32::try_from(*s).unwrap_or(i32::MAX))
+        .collect();
     let Some(index) = slot.index(&subscripts) else {
-        return Err(Problem::new("E0213", name.span, format!("{} has no such element", name.text)));
+        return Err(Problem::new(
+            "E0213",
+            name.span,
+            format!("{} has no such element", name.text),
+        ));
     };
     let kind = *slot.kind.get_or_insert(value.kind());
     let Some(value) = converted(value, kind) else {
-        return Err(Problem::new("E0207", name.span, format!("{} holds {}", name.text, kind.word())));
+        return Err(Problem::new(
+            "E0207",
+            name.span,
+            format!("{} holds {}", name.text, kind.word()),
+        ));
     };
     slot.initial.retain(|(known, _)| *known != index);
     slot.initial.push((index, value));
@@ -81,12 +112,22 @@ fn converted(value: Value, kind: Kind) -> Option<Value> {
 }
 
 /// The slot of a `DIM`.
-pub(super) fn dim_slot(declaration: &Declaration, owner: Owner, symbols: &mut Symbols) -> Result<Slot, Problem> {
+pub(super) fn dim_slot(
+    declaration: &Declaration,
+    owner: Owner,
+    symbols: &mut Symbols,
+) -> Result<Slot, Problem> {
     let name = &declaration.name;
-    let plain = Slot { kind: declaration.kind, ..Slot::plain(&name.text, owner) };
+    let plain = Slot {
+        kind: declaration.kind,
+        ..Slot::plain(&name.text, owner)
+    };
     if declaration.subscripts.is_empty() {
         return if declaration.kind.is_some() {
-            Ok(Slot { zeroed: true, ..plain })
+            Ok(Slot {
+                zeroed: true,
+                ..plain
+            })
         } else {
             let problem = Problem::new("E0101", name.span, "expected bounds or a kind after the name");
             Err(problem.help("DIM TABLE(10) AS INTEGER"))
@@ -98,13 +139,21 @@ pub(super) fn dim_slot(declaration: &Declaration, owner: Owner, symbols: &mut Sy
         return Err(Problem::new("E0214", name.span, message));
     }
     symbols.elements += length;
-    Ok(Slot { bounds: Some(declaration.subscripts.clone()), zeroed: declaration.kind.is_some(), ..plain })
+    Ok(Slot {
+        bounds: Some(declaration.subscripts.clone()),
+        zeroed: declaration.kind.is_some(),
+        ..plain
+    })
 }
 
 /// Makes the names of DATA. Coordinate data comes first, because WORK may name data of a later line.
 pub(super) fn data(file: &File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     for wanted in [true, false] {
-        for datum in file.data.iter().filter(|datum| (datum.kind == Kind::Coordinate) == wanted) {
+        for datum in file
+            .data
+            .iter()
+            .filter(|datum| (datum.kind == Kind::Coordinate) == wanted)
+        {
             let added = work(datum, symbols).and_then(|work| {
                 let value = datum_value(datum, work, options);
                 let slot = Slot {
@@ -124,7 +173,11 @@ pub(super) fn data(file: &File, options: &LanguageOptions, symbols: &mut Symbols
 fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
     match datum.kind {
         Kind::Position => {
-            let mut position = Position { config: datum.config, work, ..Position::default() };
+            let mut position = Position {
+                config: datum.config,
+                work,
+                ..Position::default()
+            };
             for (to, from) in position.coords.iter_mut().zip(&datum.numbers) {
                 *to = *from;
             }
@@ -138,12 +191,18 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
 /// The coordinate system a WORK line names (DATA-09, DATA-11).
 fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Problem> {
     let Some(name) = &datum.work else { return Ok(None) };
-    let slot = symbols.shared.get(&name.text).and_then(|at| symbols.slots.get_mut(*at));
+    let slot = symbols
+        .shared
+        .get(&name.text)
+        .and_then(|at| symbols.slots.get_mut(*at));
     if let Some(slot) = slot
         && let Some((_, Value::Coordinate(trans))) = slot.initial.first()
     {
         slot.is_work = true;
-        let frame = Frame { name: Some(name.text.clone()), trans: trans.clone() };
+        let frame = Frame {
+            name: Some(name.text.clone()),
+            trans: trans.clone(),
+        };
         return Ok(Some(Arc::new(frame)));
     }
     let message = format!("expected the name of coordinate data, found {}", name.text);
@@ -155,7 +214,9 @@ fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Problem> {
         let message = format!("{} stands twice in GLOBAL and DATA", name.text);
         return Err(Problem::new("E0205", name.span, message));
     }
-    symbols.shared.insert(String::clone(&name.text), symbols.slots.len());
+    symbols
+        .shared
+        .insert(String::clone(&name.text), symbols.slots.len());
     symbols.slots.push(slot);
     Ok(())
 }

@@ -4,9 +4,10 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{kinds, names};
-use crate::diagnostic::{Diagnostic, Problem, Sink, Span};
+use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols};
+use crate::sink::Sink;
 use crate::tree::Statement;
 
 /// Compiles one statement for direct execution.
@@ -24,12 +25,19 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
             names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
             kinds::check_statement(&parsed, &symbols, &mut sink);
             if let (Statement::Simple(simple), false) = (parsed, sink.has_errors()) {
-                let step = |operation, head| Step { line: 1, head, operation };
+                let step = |operation, head| Step {
+                    line: 1,
+                    head,
+                    operation,
+                };
                 return Ok(Arc::new(Program {
                     options: base.options,
                     symbols: Arc::clone(&base.symbols),
                     blocks: Vec::new(),
-                    steps: Vec::from([step(Operation::Simple(simple), true), step(Operation::Return, false)]),
+                    steps: Vec::from([
+                        step(Operation::Simple(simple), true),
+                        step(Operation::Return, false),
+                    ]),
                     rcycle: None,
                 }));
             }
@@ -40,13 +48,20 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
 }
 
 fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
-    let whole = Span { start: 0, end: statement.len() };
+    let whole = Span {
+        start: 0,
+        end: statement.len(),
+    };
     let refused = |what: &str| {
         let message = alloc::format!("{what} cannot be executed directly");
         Err(Problem::new("E0501", whole, message))
     };
     match parse_direct(statement, &base.options)? {
-        None => Err(Problem::new("E0101", whole, "expected a statement, found nothing")),
+        None => Err(Problem::new(
+            "E0101",
+            whole,
+            "expected a statement, found nothing",
+        )),
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
         Some(Statement::Wait(_)) => refused("WAIT"),
         Some(Statement::If { .. }) => refused("IF"),

@@ -1,34 +1,47 @@
 //! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps,
 //! `FOR` and `NEXT` find each other.
 
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
 use super::Signature;
 use crate::MAX_FOR_NESTING;
-use crate::diagnostic::{Problem, Sink, Span};
-use crate::parser::{Block, Located};
+use crate::diagnostic::{Problem, Span};
+use crate::parser::Block;
 use crate::program::{Operation, Step};
+use crate::sink::Sink;
 use crate::tree::{Name, Statement};
 
 /// Appends the steps of a block and its END; returns the step of its label `RCYCLE`.
 pub(super) fn block(
-    statements: Vec<Located>,
-    block: &Block,
+    block: &mut Block,
+    doubtful: &BTreeSet<String>,
     signatures: &[Signature],
     steps: &mut Vec<Step>,
     sink: &mut Sink,
 ) -> Option<usize> {
     let names: Vec<&Name> = block.labels.iter().map(|label| &label.name).collect();
     super::duplicates(&names, "label", sink);
-    let labels: BTreeMap<String, usize> =
-        block.labels.iter().map(|label| (label.name.text.clone(), label.statement)).collect();
+    let labels: BTreeMap<String, usize> = block
+        .labels
+        .iter()
+        .map(|label| (label.name.text.clone(), label.statement))
+        .collect();
     let first = steps.len();
-    let mut emitter =
-        Emitter { labels, signatures, steps, sink, starts: Vec::new(), loops: Vec::new(), line: 0, head: true };
-    for located in statements {
+    let mut emitter = Emitter {
+        labels,
+        doubtful,
+        signatures,
+        steps,
+        sink,
+        starts: Vec::new(),
+        loops: Vec::new(),
+        line: 0,
+        head: true,
+    };
+    for located in core::mem::take(&mut block.statements) {
         emitter.starts.push(emitter.steps.len());
         emitter.line = located.line;
         emitter.head = true;
@@ -42,6 +55,7 @@ pub(super) fn block(
 }
 
 struct Emitter<'a> {
+    doubtful: &'a BTreeSet<String>,
     /// Label to number of the statement.
     labels: BTreeMap<String, usize>,
     signatures: &'a [Signature],
@@ -57,7 +71,11 @@ struct Emitter<'a> {
 
 impl Emitter<'_> {
     fn push(&mut self, operation: Operation) -> usize {
-        self.steps.push(Step { line: self.line, head: self.head, operation });
+        self.steps.push(Step {
+            line: self.line,
+            head: self.head,
+            operation,
+        });
         self.head = false;
         self.steps.len() - 1
     }
@@ -67,7 +85,14 @@ impl Emitter<'_> {
         if let Some(statement) = self.labels.get(&name.text) {
             return *statement;
         }
-        let problem = Problem::new("E0202", name.span, format!("this program has no label {}", name.text));
+        if self.doubtful.contains(&name.text) {
+            return 0;
+        }
+        let problem = Problem::new(
+            "E0202",
+            name.span,
+            format!("this program has no label {}", name.text),
+        );
         self.sink.error(problem.help("a jump cannot leave its program"));
         0
     }
@@ -86,17 +111,36 @@ impl Emitter<'_> {
             Statement::Goto(name) => {
                 let target = self.label(&name);
                 // A selection without a choice marks a jump to a label until all labels have a step.
-                self.push(Operation::Select { selector: one(span), targets: Vec::from([target]) });
+                self.push(Operation::Select {
+                    selector: one(span),
+                    targets: Vec::from([target]),
+                });
             }
             Statement::Select(selector, labels) => {
                 let targets = labels.iter().map(|name| self.label(name)).collect();
                 self.push(Operation::Select { selector, targets });
             }
-            Statement::If { condition, then, otherwise } => self.branch(condition, *then, otherwise, span),
+            Statement::If {
+                condition,
+                then,
+                otherwise,
+            } => self.branch(condition, *then, otherwise, span),
             Statement::Call(name, arguments) => self.call(&name, arguments, span),
-            Statement::For { variable, from, to, step, .. } => {
+            Statement::For {
+                variable,
+                from,
+                to,
+                step,
+                ..
+            } => {
                 let name = variable.name.text.clone();
-                let at = self.push(Operation::For { variable, from, to, step, exit: 0 });
+                let at = self.push(Operation::For {
+                    variable,
+                    from,
+                    to,
+                    step,
+                    exit: 0,
+                });
                 if self.loops.len() >= MAX_FOR_NESTING {
                     let message = format!("FOR loops nested more than {MAX_FOR_NESTING} deep");
                     self.sink.error(Problem::new("E0104", span, message));
@@ -114,7 +158,10 @@ impl Emitter<'_> {
         otherwise: Option<alloc::boxed::Box<Statement>>,
         span: Span,
     ) {
-        let branch = self.push(Operation::Branch { condition, otherwise: 0 });
+        let branch = self.push(Operation::Branch {
+            condition,
+            otherwise: 0,
+        });
         self.statement(then, span);
         let mut target = self.steps.len();
         if let Some(otherwise) = otherwise {
@@ -126,21 +173,35 @@ impl Emitter<'_> {
                 step.operation = Operation::Jump(end);
             }
         }
-        if let Some(Step { operation: Operation::Branch { otherwise, .. }, .. }) = self.steps.get_mut(branch) {
+        if let Some(Step {
+            operation: Operation::Branch { otherwise, .. },
+            ..
+        }) = self.steps.get_mut(branch)
+        {
             *otherwise = target;
         }
     }
 
     fn call(&mut self, name: &Name, arguments: Vec<crate::tree::Expression>, span: Span) {
-        let found = self.signatures.iter().position(|signature| signature.name == name.text);
+        let found = self
+            .signatures
+            .iter()
+            .position(|signature| signature.name == name.text);
         let Some((block, signature)) = found.and_then(|at| Some((at, self.signatures.get(at)?))) else {
+            if self.doubtful.contains(&name.text) {
+                return;
+            }
             let message = format!("{} is no statement and no program of this file", name.text);
             self.sink.error(Problem::new("E0203", name.span, message));
             return;
         };
         if signature.parameters != arguments.len() {
-            let message =
-                format!("{} takes {} arguments, found {}", name.text, signature.parameters, arguments.len());
+            let message = format!(
+                "{} takes {} arguments, found {}",
+                name.text,
+                signature.parameters,
+                arguments.len()
+            );
             self.sink.error(Problem::new("E0206", span, message));
         }
         self.push(Operation::Call { block, arguments });
@@ -148,7 +209,8 @@ impl Emitter<'_> {
 
     fn next(&mut self, name: Option<&Name>, span: Span) {
         let Some((opener, variable, _)) = self.loops.pop() else {
-            self.sink.error(Problem::new("E0216", span, "NEXT without a FOR before it"));
+            self.sink
+                .error(Problem::new("E0216", span, "NEXT without a FOR before it"));
             return;
         };
         if let Some(name) = name
@@ -158,7 +220,11 @@ impl Emitter<'_> {
             self.sink.error(Problem::new("E0217", name.span, message));
         }
         let at = self.push(Operation::Next { opener });
-        if let Some(Step { operation: Operation::For { exit, .. }, .. }) = self.steps.get_mut(opener) {
+        if let Some(Step {
+            operation: Operation::For { exit, .. },
+            ..
+        }) = self.steps.get_mut(opener)
+        {
             *exit = at + 1;
         }
     }
@@ -166,7 +232,11 @@ impl Emitter<'_> {
     /// Puts step numbers in place of statement numbers.
     fn finish(mut self, first: usize) -> Option<usize> {
         for (_, variable, span) in core::mem::take(&mut self.loops) {
-            self.sink.error(Problem::new("E0215", span, format!("this FOR {variable} has no NEXT")));
+            self.sink.error(Problem::new(
+                "E0215",
+                span,
+                format!("this FOR {variable} has no NEXT"),
+            ));
         }
         let starts = core::mem::take(&mut self.starts);
         let step_of = |statement: usize| starts.get(statement).copied().unwrap_or(first);
@@ -186,5 +256,8 @@ impl Emitter<'_> {
 
 /// The constant 1 as an expression.
 fn one(span: Span) -> crate::tree::Expression {
-    crate::tree::Expression { node: crate::tree::Node::Literal(crate::value::Value::Integer(1)), span }
+    crate::tree::Expression {
+        node: crate::tree::Node::Literal(crate::value::Value::Integer(1)),
+        span,
+    }
 }

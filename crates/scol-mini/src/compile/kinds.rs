@@ -4,10 +4,13 @@
 use alloc::format;
 
 use crate::builtin::{Builtin, System};
-use crate::diagnostic::{Problem, Sink};
+use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::Symbols;
-use crate::tree::{Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Variable};
+use crate::sink::Sink;
+use crate::tree::{
+    Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Variable,
+};
 use crate::value::Kind;
 
 /// What a statement takes.
@@ -30,7 +33,11 @@ pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &m
     match statement {
         Statement::Simple(simple) => check_simple(simple, symbols, sink),
         Statement::Wait(e) | Statement::Select(e, _) => number(e),
-        Statement::If { condition, then, otherwise } => {
+        Statement::If {
+            condition,
+            then,
+            otherwise,
+        } => {
             number(condition);
             check_statement(then, symbols, sink);
             if let Some(otherwise) = otherwise {
@@ -54,7 +61,11 @@ pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &m
 fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
     let position = Wanted::Exactly(Kind::Position);
     match simple {
-        Simple::Assign { target, component, value } => {
+        Simple::Assign {
+            target,
+            component,
+            value,
+        } => {
             let found = known(value, symbols, sink);
             let kind = variable_kind(target, symbols);
             let number = component.is_some() || kind.is_some_and(Kind::is_number);
@@ -101,7 +112,9 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
             }
         }
         Simple::Delay(e) => expect(e, Wanted::Number, symbols, sink),
-        Simple::Outputs(lines) => lines.iter().for_each(|e| expect(e, Wanted::Number, symbols, sink)),
+        Simple::Outputs(lines) => lines
+            .iter()
+            .for_each(|e| expect(e, Wanted::Number, symbols, sink)),
         Simple::FreeLoad | Simple::Stop => {}
     }
 }
@@ -115,13 +128,19 @@ fn condition_kind(condition: Condition) -> Wanted {
 }
 
 fn expect(expression: &Expression, wanted: Wanted, symbols: &Symbols, sink: &mut Sink) {
-    let Some(found) = known(expression, symbols, sink) else { return };
+    let Some(found) = known(expression, symbols, sink) else {
+        return;
+    };
     let (fits, word) = match wanted {
         Wanted::Number => (found.is_number(), "a number"),
         Wanted::Exactly(kind) => (found == kind, kind.word()),
     };
     if !fits {
-        sink.error(Problem::new("E0207", expression.span, format!("expected {word}, found {}", found.word())));
+        sink.error(Problem::new(
+            "E0207",
+            expression.span,
+            format!("expected {word}, found {}", found.word()),
+        ));
     }
 }
 
@@ -145,7 +164,10 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
         Node::Component(of, _) => {
             let kind = known(of, symbols, sink);
             if let Some(kind @ (Kind::Integer | Kind::Real | Kind::Load)) = kind {
-                let message = format!("expected positional or coordinate data before the dot, found {}", kind.word());
+                let message = format!(
+                    "expected positional or coordinate data before the dot, found {}",
+                    kind.word()
+                );
                 sink.error(Problem::new("E0207", of.span, message));
             }
             Some(Kind::Real)
@@ -190,7 +212,10 @@ fn binary(
     if !matches!(operator, Binary::Add | Binary::Subtract) {
         expect(left, Wanted::Number, symbols, sink);
         expect(right, Wanted::Number, symbols, sink);
-        let arithmetic = matches!(operator, Binary::Multiply | Binary::Divide | Binary::Modulo | Binary::Power);
+        let arithmetic = matches!(
+            operator,
+            Binary::Multiply | Binary::Divide | Binary::Modulo | Binary::Power
+        );
         return if arithmetic { None } else { Some(Kind::Integer) };
     }
     let (left_kind, right_kind) = (known(left, symbols, sink), known(right, symbols, sink));

@@ -13,10 +13,11 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::MAX_SOURCE;
-use crate::diagnostic::{Diagnostic, Problem, Sink, Span};
+use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::options::LanguageOptions;
 use crate::parser::parse_file;
 use crate::program::{Entry, Program, Symbols};
+use crate::sink::Sink;
 use crate::tree::Name;
 
 pub use direct::compile_direct;
@@ -36,12 +37,18 @@ pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
     let mut sink = Sink::new(source);
     let program = build(source, options, &mut sink);
     let program = program.filter(|_| !sink.has_errors()).map(Arc::new);
-    Compilation { program, diagnostics: sink.finish() }
+    Compilation {
+        program,
+        diagnostics: sink.finish(),
+    }
 }
 
 fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Program> {
     if source.len() > MAX_SOURCE {
-        let message = format!("a file has at most {MAX_SOURCE} bytes, this one has {}", source.len());
+        let message = format!(
+            "a file has at most {MAX_SOURCE} bytes, this one has {}",
+            source.len()
+        );
         sink.error(Problem::new("E0001", Span::default(), message));
         return None;
     }
@@ -52,20 +59,36 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     let signatures: Vec<Signature> = file
         .blocks
         .iter()
-        .map(|block| Signature { name: block.name.text.clone(), parameters: block.parameters.len() })
+        .map(|block| Signature {
+            name: block.name.text.clone(),
+            parameters: block.parameters.len(),
+        })
         .collect();
-    duplicates(&file.blocks.iter().map(|block| &block.name).collect::<Vec<_>>(), "program", sink);
+    duplicates(
+        &file.blocks.iter().map(|block| &block.name).collect::<Vec<_>>(),
+        "program",
+        sink,
+    );
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
-        names::resolve_block(block, &mut symbols, sink);
+        names::resolve_block(block, &file.doubtful, &mut symbols, sink);
         kinds::check_block(block, &symbols, sink);
-        blocks.push(Entry { name: block.name.text.clone(), step: steps.len() });
-        let label = emit::block(core::mem::take(&mut block.statements), block, &signatures, &mut steps, sink);
+        blocks.push(Entry {
+            name: block.name.text.clone(),
+            step: steps.len(),
+        });
+        let label = emit::block(block, &file.doubtful, &signatures, &mut steps, sink);
         if number == 0 {
             rcycle = label;
         }
     }
-    Some(Program { options: *options, symbols: Arc::new(symbols), blocks, steps, rcycle })
+    Some(Program {
+        options: *options,
+        symbols: Arc::new(symbols),
+        blocks,
+        steps,
+        rcycle,
+    })
 }
 
 /// What a call needs to know of a program.
@@ -79,7 +102,11 @@ fn duplicates(names: &[&Name], what: &str, sink: &mut Sink) {
     let mut seen = alloc::collections::BTreeSet::new();
     for name in names.iter().filter(|name| !name.text.is_empty()) {
         if !seen.insert(name.text.as_str()) {
-            sink.error(Problem::new("E0205", name.span, format!("the {what} {} stands twice", name.text)));
+            sink.error(Problem::new(
+                "E0205",
+                name.span,
+                format!("the {what} {} stands twice", name.text),
+            ));
         }
     }
 }

@@ -1,24 +1,40 @@
 //! Looks up the variables of a block: parameter, then `DIM`, then GLOBAL and DATA, then implicit local.
 //! Labels and calls are the matter of `emit`.
 
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
 
 use super::declare::dim_slot;
 use super::duplicates;
-use crate::diagnostic::{Problem, Sink};
+use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
+use crate::sink::Sink;
 use crate::tree::{Expression, Node, Reference, Statement, Variable};
 
 /// Resolves every variable of a block.
-pub(super) fn resolve_block(block: &mut Block, symbols: &mut Symbols, sink: &mut Sink) {
-    let mut scope = Scope { locals: BTreeMap::new(), symbols };
+pub(super) fn resolve_block(
+    block: &mut Block,
+    doubtful: &BTreeSet<String>,
+    symbols: &mut Symbols,
+    sink: &mut Sink,
+) {
+    let mut scope = Scope {
+        locals: BTreeMap::new(),
+        doubtful,
+        symbols,
+    };
     for (at, parameter) in block.parameters.iter().enumerate() {
-        scope.locals.insert(parameter.text.clone(), Reference::Parameter(at));
+        scope
+            .locals
+            .insert(parameter.text.clone(), Reference::Parameter(at));
     }
-    let names: alloc::vec::Vec<_> = block.parameters.iter().chain(block.dims.iter().map(|d| &d.name)).collect();
+    let names: alloc::vec::Vec<_> = block
+        .parameters
+        .iter()
+        .chain(block.dims.iter().map(|d| &d.name))
+        .collect();
     duplicates(&names, "local variable", sink);
     for declaration in &block.dims {
         match dim_slot(declaration, Owner::Local, scope.symbols) {
@@ -37,13 +53,19 @@ pub(super) fn resolve_block(block: &mut Block, symbols: &mut Symbols, sink: &mut
                 subscript.variables(&mut |inner| scope.resolve(inner, sink));
             }
         });
-        located.statement.expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+        located
+            .statement
+            .expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
     }
 }
 
 /// Resolves a statement that is executed directly: GLOBAL and DATA only.
 pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
-    let scope = Scope { locals: BTreeMap::new(), symbols };
+    let scope = Scope {
+        locals: BTreeMap::new(),
+        doubtful: &BTreeSet::new(),
+        symbols,
+    };
     statement.targets(&mut |variable| {
         scope.resolve(variable, sink);
         for subscript in &mut variable.subscripts {
@@ -58,7 +80,11 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
     match statement {
         Statement::Call(_, arguments) => {
             for argument in arguments {
-                if let Expression { node: Node::Variable(variable), .. } = argument {
+                if let Expression {
+                    node: Node::Variable(variable),
+                    ..
+                } = argument
+                {
                     visit(variable);
                 }
             }
@@ -75,12 +101,14 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
 
 struct Scope<'a> {
     locals: BTreeMap<String, Reference>,
+    doubtful: &'a BTreeSet<String>,
     symbols: &'a mut Symbols,
 }
 
 impl Scope<'_> {
     fn local(&mut self, slot: Slot) {
-        self.locals.insert(slot.name.clone(), Reference::Slot(self.symbols.slots.len()));
+        self.locals
+            .insert(slot.name.clone(), Reference::Slot(self.symbols.slots.len()));
         self.symbols.slots.push(slot);
     }
 
@@ -99,7 +127,9 @@ impl Scope<'_> {
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
-            sink.error(self.undefined(variable));
+            if !self.doubtful.contains(&name.text) {
+                sink.error(self.undefined(variable));
+            }
             return;
         };
         variable.reference = reference;
@@ -118,7 +148,11 @@ impl Scope<'_> {
                 sink.error(Problem::new("E0213", name.span, message));
             }
             None if found > 0 => {
-                sink.error(Problem::new("E0212", name.span, format!("{} is not an array", name.text)));
+                sink.error(Problem::new(
+                    "E0212",
+                    name.span,
+                    format!("{} is not an array", name.text),
+                ));
             }
             _ => {}
         }
@@ -127,10 +161,18 @@ impl Scope<'_> {
     fn undefined(&self, variable: &Variable) -> Problem {
         let name = &variable.name;
         if !variable.subscripts.is_empty() {
-            let problem = Problem::new("E0201", name.span, format!("{} is no array and no function", name.text));
+            let problem = Problem::new(
+                "E0201",
+                name.span,
+                format!("{} is no array and no function", name.text),
+            );
             return problem.help(format!("declare an array with DIM {}(n)", name.text));
         }
-        Problem::new("E0201", name.span, format!("{} is never given a value", name.text))
-            .help("assign it, or declare it in GLOBAL or DATA")
+        Problem::new(
+            "E0201",
+            name.span,
+            format!("{} is never given a value", name.text),
+        )
+        .help("assign it, or declare it in GLOBAL or DATA")
     }
 }

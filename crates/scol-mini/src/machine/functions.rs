@@ -5,7 +5,8 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use super::Trouble;
-use super::evaluate::{Context, double, real, truncated};
+use super::arithmetic::{binary, double, real, truncated};
+use super::evaluate::Context;
 use crate::builtin::Builtin;
 use crate::options::Arm;
 use crate::request::{FaultKind, Number};
@@ -21,8 +22,10 @@ impl Context<'_> {
             Builtin::Dout => self.signals(arguments, |line| self.inputs.dout(line)),
             Builtin::Point | Builtin::Trans | Builtin::Payload => self.vector(builtin, arguments),
             _ => {
-                let numbers: Vec<Number> =
-                    arguments.iter().map(|argument| self.number(argument)).collect::<Result<_, _>>()?;
+                let numbers: Vec<Number> = arguments
+                    .iter()
+                    .map(|argument| self.number(argument))
+                    .collect::<Result<_, _>>()?;
                 self.numeric(builtin, &numbers)
             }
         }
@@ -32,17 +35,19 @@ impl Context<'_> {
         let first = numbers.first().copied().unwrap_or(Number::Integer(0));
         let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
         match (builtin, first) {
-            (Builtin::Mod, _) => {
-                super::evaluate::binary(Binary::Modulo, first, second, self.program.options.int_division)
-            }
+            (Builtin::Mod, _) => binary(Binary::Modulo, first, second, self.program.options.int_division),
             (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
             (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
             (Builtin::Int, Number::Integer(value)) => Ok(Value::Integer(value)),
             (Builtin::Int, Number::Real(value)) => truncated(value).map(Value::Integer),
-            (Builtin::Abs, Number::Integer(value)) => value
-                .checked_abs()
-                .map(Value::Integer)
-                .ok_or_else(|| Trouble::new(FaultKind::Overflow, "the result does not fit an integer of 32 bits")),
+            (Builtin::Abs, Number::Integer(value)) => {
+                value.checked_abs().map(Value::Integer).ok_or_else(|| {
+                    Trouble::new(
+                        FaultKind::Overflow,
+                        "the result does not fit an integer of 32 bits",
+                    )
+                })
+            }
             (Builtin::Abs, Number::Real(value)) => Ok(Value::Real(libm::fabsf(value))),
             (Builtin::Sgn, _) => {
                 let value = double(first);
@@ -74,19 +79,29 @@ impl Context<'_> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
-            _ => Err(Trouble::new(FaultKind::Range, format!("there is no signal {number}"))),
+            _ => Err(Trouble::new(
+                FaultKind::Range,
+                format!("there is no signal {number}"),
+            )),
         }
     }
 
     fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
         let arm = self.program.options.arm;
-        let numbers: Vec<f64> = arguments.iter().map(|e| self.double(e)).collect::<Result<_, _>>()?;
+        let numbers: Vec<f64> = arguments
+            .iter()
+            .map(|e| self.double(e))
+            .collect::<Result<_, _>>()?;
         match builtin {
             Builtin::Trans => Ok(Value::Coordinate(Trans::from_leading(arm, &numbers))),
             Builtin::Payload => Ok(Value::Load(Payload::from_leading(&numbers))),
             _ => {
                 let mut position = Position::default();
-                for (to, from) in position.coords.iter_mut().zip(numbers.iter().take(coordinates(arm))) {
+                for (to, from) in position
+                    .coords
+                    .iter_mut()
+                    .zip(numbers.iter().take(coordinates(arm)))
+                {
                     *to = *from;
                 }
                 if let Some(number) = numbers.get(coordinates(arm)) {
@@ -105,7 +120,10 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trou
             Arm::SixAxis => "five digits 0 to 2",
             Arm::Scara => "0, 1 or 2",
         };
-        Trouble::new(FaultKind::Range, format!("a configuration is {wanted}, found {number}"))
+        Trouble::new(
+            FaultKind::Range,
+            format!("a configuration is {wanted}, found {number}"),
+        )
     })
 }
 
@@ -113,7 +131,11 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trou
 fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Value {
     let any_real = numbers.iter().any(|number| matches!(number, Number::Real(_)));
     let best = numbers.iter().copied().reduce(|best, number| {
-        if better(double(number), double(best)) { number } else { best }
+        if better(double(number), double(best)) {
+            number
+        } else {
+            best
+        }
     });
     match best {
         Some(Number::Integer(value)) if !any_real => Value::Integer(value),

@@ -2,9 +2,12 @@
 //! `evaluate` computes, `execute` does one step, `functions` and `print` do what their names say. The machine
 //! holds only its place in the program; values are in `Memory`, which several machines may share.
 
+mod arithmetic;
+mod ask;
 mod evaluate;
 mod execute;
 mod functions;
+mod loops;
 mod place;
 mod print;
 #[cfg(test)]
@@ -22,7 +25,7 @@ use crate::request::{Answer, Fault, FaultKind, Inputs, Number, Pause, Request};
 use crate::tree::Expression;
 use crate::value::{Position, Value};
 
-pub(crate) use evaluate::convert;
+pub(crate) use arithmetic::convert;
 use place::{Argument, Place};
 
 /// A fault before its line is known.
@@ -34,7 +37,10 @@ pub(crate) struct Trouble {
 
 impl Trouble {
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into() }
+        Self {
+            kind,
+            message: message.into(),
+        }
     }
 }
 
@@ -98,7 +104,12 @@ impl Machine {
     /// Stands before step 1 of the main program.
     #[must_use]
     pub fn main(program: Arc<Program>) -> Self {
-        Self { program, at: 0, frames: Self::bottom(), state: State::Ready }
+        Self {
+            program,
+            at: 0,
+            frames: Self::bottom(),
+            state: State::Ready,
+        }
     }
 
     /// Stands before the statement of [`compile_direct`](crate::compile_direct), and ends after it.
@@ -108,13 +119,17 @@ impl Machine {
     }
 
     fn bottom() -> Vec<Frame> {
-        Vec::from([Frame { return_to: 0, arguments: Vec::new(), loops: Vec::new() }])
+        Vec::from([Frame {
+            return_to: 0,
+            arguments: Vec::new(),
+            loops: Vec::new(),
+        }])
     }
 
     /// Runs until the fuel is used up or something outside has to happen.
     ///
-    /// Each statement takes 1 from `fuel` when it begins; labels, blank lines and comments cost nothing, END costs
-    /// 1. A statement that has begun is finished without more fuel. While a request is pending, returns the same
+    /// Each statement takes 1 from `fuel` when it begins; labels, blank lines and comments cost nothing, END
+    /// costs 1 too. A statement that has begun is finished without more fuel. While a request is pending, returns the same
     /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
     pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
         let program = Arc::clone(&self.program);
@@ -159,12 +174,9 @@ impl Machine {
         let numbers = numbers(&pending.request, answer).map_err(|trouble| self.fault(trouble))?;
         self.state = State::Ready;
         for (place, number) in pending.targets.iter().zip(numbers) {
-            let value = match number {
-                Number::Integer(value) => Value::Integer(value),
-                Number::Real(value) => Value::Real(value),
-            };
             let program = Arc::clone(&self.program);
-            self.write(&program, memory, *place, value).map_err(|trouble| self.fault(trouble))?;
+            self.write(&program, memory, *place, arithmetic::as_value(number))
+                .map_err(|trouble| self.fault(trouble))?;
         }
         self.at += 1;
         Ok(())
@@ -177,7 +189,9 @@ impl Machine {
 
     /// To the label `RCYCLE` of the main program, calls and loops dropped; `false` (and nothing done) without one.
     pub fn go_to_rcycle(&mut self) -> bool {
-        let Some(step) = self.program.rcycle else { return false };
+        let Some(step) = self.program.rcycle else {
+            return false;
+        };
         self.go_to(step);
         true
     }
@@ -191,7 +205,10 @@ impl Machine {
     /// File line, from 1, of the statement under way or next.
     #[must_use]
     pub fn line(&self) -> u32 {
-        self.program.steps.get(self.at).map_or_else(|| self.program.first_line(), |step| step.line)
+        self.program
+            .steps
+            .get(self.at)
+            .map_or_else(|| self.program.first_line(), |step| step.line)
     }
 
     /// Abandons the statement under way (a pending request or a `WAIT`): the next one follows. Between statements
@@ -213,7 +230,11 @@ impl Machine {
     }
 
     fn fault(&self, trouble: Trouble) -> Fault {
-        Fault { kind: trouble.kind, line: self.line(), message: trouble.message }
+        Fault {
+            kind: trouble.kind,
+            line: self.line(),
+            message: trouble.message,
+        }
     }
 }
 
@@ -241,7 +262,13 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
 pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value, Trouble> {
     let program = Program::empty(options);
     let memory = Memory::new(&program);
-    evaluate::Context { program: &program, memory: &memory, inputs: &Nowhere, frames: &[] }.evaluate(expression)
+    evaluate::Context {
+        program: &program,
+        memory: &memory,
+        inputs: &Nowhere,
+        frames: &[],
+    }
+    .evaluate(expression)
 }
 
 /// The world of a constant: none.

@@ -3,7 +3,8 @@
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::evaluate::{Context, convert};
+use super::arithmetic::convert;
+use super::evaluate::Context;
 use super::{Machine, Trouble};
 use crate::memory::Memory;
 use crate::program::Program;
@@ -35,12 +36,27 @@ impl Context<'_> {
         let name = &variable.name.text;
         match variable.reference {
             Reference::Slot(slot) => {
-                let subscripts: Vec<i32> =
-                    variable.subscripts.iter().map(|e| self.integer(e)).collect::<Result<_, _>>()?;
-                let found = self.program.symbols.slots.get(slot).and_then(|info| info.index(&subscripts));
+                let subscripts: Vec<i32> = variable
+                    .subscripts
+                    .iter()
+                    .map(|e| self.integer(e))
+                    .collect::<Result<_, _>>()?;
+                let found = self
+                    .program
+                    .symbols
+                    .slots
+                    .get(slot)
+                    .and_then(|info| info.index(&subscripts));
                 let index = found.ok_or_else(|| {
-                    let list = subscripts.iter().map(|s| format!("{s}")).collect::<Vec<_>>().join(",");
-                    Trouble::new(FaultKind::Subscript, format!("{name}({list}) is outside the array"))
+                    let list = subscripts
+                        .iter()
+                        .map(|s| format!("{s}"))
+                        .collect::<Vec<_>>()
+                        .join(",");
+                    Trouble::new(
+                        FaultKind::Subscript,
+                        format!("{name}({list}) is outside the array"),
+                    )
                 })?;
                 Ok(Place::Cell { slot, index })
             }
@@ -49,7 +65,10 @@ impl Context<'_> {
                 match self.frames.last().and_then(|frame| frame.arguments.get(index)) {
                     Some(Argument::Place(place)) => Ok(*place),
                     Some(Argument::Value(_)) => Ok(Place::Argument { frame, index }),
-                    None => Err(Trouble::new(FaultKind::Undefined, format!("{name} was not handed over"))),
+                    None => Err(Trouble::new(
+                        FaultKind::Undefined,
+                        format!("{name} was not handed over"),
+                    )),
                 }
             }
             Reference::Unresolved => Err(Trouble::new(FaultKind::Undefined, format!("{name} has no value"))),
@@ -99,7 +118,10 @@ impl Machine {
                 memory.store(program, slot, index, convert(value, kind)?);
             }
             Place::Argument { frame, index } => {
-                let argument = self.frames.get_mut(frame).and_then(|frame| frame.arguments.get_mut(index));
+                let argument = self
+                    .frames
+                    .get_mut(frame)
+                    .and_then(|frame| frame.arguments.get_mut(index));
                 if let Some(Argument::Value(held)) = argument {
                     *held = convert(value, held.kind())?;
                 }

@@ -25,7 +25,11 @@ pub(super) fn field(number: Number) -> String {
             }
         }
     };
-    if text.len() > FIELD { "*".repeat(FIELD) } else { format!("{text:>FIELD$}") }
+    if text.len() > FIELD {
+        "*".repeat(FIELD)
+    } else {
+        format!("{text:>FIELD$}")
+    }
 }
 
 #[cfg(test)]

@@ -22,18 +22,26 @@ impl Inputs for World {
         self.motion
     }
     fn here(&self) -> Position {
-        Position { coords: [9.0; 8], ..Position::default() }
+        Position {
+            coords: [9.0; 8],
+            ..Position::default()
+        }
     }
     fn mode(&self) -> i32 {
         3
     }
 }
 
-const STILL: World = World { din: 1, motion: 100.0 };
+const STILL: World = World {
+    din: 1,
+    motion: 100.0,
+};
 
 fn start(body: &str) -> (Machine, Memory) {
     let compilation = compile(body, &LanguageOptions::default());
-    let program = compilation.program.unwrap_or_else(|| panic!("{:?}", compilation.diagnostics));
+    let program = compilation
+        .program
+        .unwrap_or_else(|| panic!("{:?}", compilation.diagnostics));
     (Machine::main(Arc::clone(&program)), Memory::new(&program))
 }
 
@@ -45,7 +53,12 @@ fn printed(body: &str) -> Result<String, Pause> {
     loop {
         match machine.run(&mut memory, &STILL, &mut fuel) {
             Pause::Request(Request::Print { data, .. }) => {
-                text.push_str(&String::from_utf8(data).unwrap().replace('\r', "|").replace("  ", ""));
+                text.push_str(
+                    &String::from_utf8(data)
+                        .unwrap()
+                        .replace('\r', "|")
+                        .replace("  ", ""),
+                );
                 machine.answer(&mut memory, Answer::Done).unwrap();
             }
             Pause::Ended => return Ok(text),
@@ -67,7 +80,9 @@ fn fault_of(lines: &str) -> FaultKind {
 
 #[test]
 fn one_unit_of_fuel_is_one_statement() {
-    let (mut machine, mut memory) = start("PROGRAM M\n\n' c\nL:\nA=1\nIF A==1 THEN B=2 ELSE B=3\nSUB(B)\nEND\nPROGRAM SUB(X)\nX=X+1\nEND\n");
+    let (mut machine, mut memory) = start(
+        "PROGRAM M\n\n' c\nL:\nA=1\nIF A==1 THEN B=2 ELSE B=3\nSUB(B)\nEND\nPROGRAM SUB(X)\nX=X+1\nEND\n",
+    );
     let mut lines = Vec::new();
     for _ in 0..10 {
         lines.push(machine.line());
@@ -87,17 +102,29 @@ fn a_request_stays_until_it_is_answered() {
     let (mut machine, mut memory) = start("PROGRAM M\nPRINT COM1,\"A\"\nSTOP\nDELAY 0.5\nEND\n");
     let mut fuel = 1;
     let first = machine.run(&mut memory, &STILL, &mut fuel);
-    assert_eq!(first, Pause::Request(Request::Print { channel: Channel::Com1, data: b"A".to_vec() }));
+    assert_eq!(
+        first,
+        Pause::Request(Request::Print {
+            channel: Channel::Com1,
+            data: b"A".to_vec()
+        })
+    );
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), first);
     assert!(machine.answer(&mut memory, Answer::Values(vec![])).is_err());
     machine.answer(&mut memory, Answer::Done).unwrap();
     assert!(machine.answer(&mut memory, Answer::Done).is_err());
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Fuel);
-    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Request(Request::Stop));
+    assert_eq!(
+        machine.run(&mut memory, &STILL, &mut 1),
+        Pause::Request(Request::Stop)
+    );
     assert_eq!(machine.pending(), Some(&Request::Stop));
     machine.skip();
     assert_eq!(machine.pending(), None);
-    assert_eq!(machine.run(&mut memory, &STILL, &mut 1), Pause::Request(Request::Delay { seconds: 0.5 }));
+    assert_eq!(
+        machine.run(&mut memory, &STILL, &mut 1),
+        Pause::Request(Request::Delay { seconds: 0.5 })
+    );
 }
 
 #[test]
@@ -123,7 +150,10 @@ fn input_fills_variables_in_their_kind_and_cancelled_ones_are_0() {
     let program = compile(source, &LanguageOptions::default()).program.unwrap();
     let run = |machine: &mut Machine, memory: &mut Memory, answer: Answer| {
         machine.restart();
-        let asked = Pause::Request(Request::Input { channel: Channel::Com1, wanted: 3 });
+        let asked = Pause::Request(Request::Input {
+            channel: Channel::Com1,
+            wanted: 3,
+        });
         assert_eq!(machine.run(memory, &STILL, &mut 1), asked);
         machine.answer(memory, answer)
     };
@@ -134,7 +164,12 @@ fn input_fills_variables_in_their_kind_and_cancelled_ones_are_0() {
     assert_eq!(memory.global(&program, "N", &[]), Ok(Value::Integer(2)));
     assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(3.0)));
     assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(4.5)));
-    run(&mut machine, &mut memory, Answer::Cancelled(vec![Number::Integer(5)])).unwrap();
+    run(
+        &mut machine,
+        &mut memory,
+        Answer::Cancelled(vec![Number::Integer(5)]),
+    )
+    .unwrap();
     assert_eq!(memory.global(&program, "N", &[]), Ok(Value::Integer(5)));
     assert_eq!(memory.global(&program, "X", &[]), Ok(Value::Real(0.0)));
     assert_eq!(memory.global(&program, "M", &[]), Ok(Value::Real(0.0)));
@@ -175,16 +210,24 @@ fn precedence_is_that_of_the_language() {
         ("LAFSS", "11211"),
         ("ON*MODE", "3"),
     ] {
-        assert_eq!(main_of(&format!("PRINT {expression}")).map(|t| t.trim().to_string()), Ok(value.into()), "{expression}");
+        assert_eq!(
+            main_of(&format!("PRINT {expression}")).map(|t| t.trim().to_string()),
+            Ok(value.into()),
+            "{expression}"
+        );
     }
 }
 
 #[test]
 fn integer_division_may_be_real() {
-    let options = LanguageOptions { int_division: crate::IntDivision::Real, ..Default::default() };
+    let options = LanguageOptions {
+        int_division: crate::IntDivision::Real,
+        ..Default::default()
+    };
     let program = compile("PROGRAM M\nPRINT 7/2\nEND\n", &options).program.unwrap();
     let mut memory = Memory::new(&program);
-    let Pause::Request(Request::Print { data, .. }) = Machine::main(program).run(&mut memory, &STILL, &mut 9) else {
+    let Pause::Request(Request::Print { data, .. }) = Machine::main(program).run(&mut memory, &STILL, &mut 9)
+    else {
         panic!()
     };
     assert_eq!(data, b"       3.500");
@@ -198,8 +241,14 @@ fn loops_run_as_often_as_they_say() {
         ("FOR K=3 TO 1 STEP -1\nPRINT \"a\"\nNEXT", "aaa"),
         ("FOR K=0.0 TO 1 STEP 0.5\nPRINT \"a\"\nNEXT", "aaa"),
         ("FOR K=1 TO 2\nFOR J=1 TO 2\nPRINT \"a\"\nNEXT J\nNEXT K", "aaaa"),
-        ("N=0\nL:\nN=N+1\nFOR K=1 TO 5\nIF N<40 THEN GOTO L\nPRINT \"a\"\nNEXT", "aaaaa"),
-        ("FOR K=1 TO 2\nFOR J=1 TO 9\nPRINT \"a\"\nGOTO X\nNEXT J\nX:\nNEXT K", "aa"),
+        (
+            "N=0\nL:\nN=N+1\nFOR K=1 TO 5\nIF N<40 THEN GOTO L\nPRINT \"a\"\nNEXT",
+            "aaaaa",
+        ),
+        (
+            "FOR K=1 TO 2\nFOR J=1 TO 9\nPRINT \"a\"\nGOTO X\nNEXT J\nX:\nNEXT K",
+            "aa",
+        ),
     ] {
         assert_eq!(main_of(body).as_deref(), Ok(text), "{body}");
     }
@@ -224,13 +273,22 @@ fn arguments_are_references_when_they_can_be() {
 
 #[test]
 fn locals_are_kept_over_the_end_of_a_cycle_and_belong_to_their_program() {
-    let (mut machine, mut memory) = start("PROGRAM M\nIF MODE==3 THEN GOTO L\nN=5\nL:\nS\nEND\nPROGRAM S\nN=1\nEND\n");
+    let (mut machine, mut memory) =
+        start("PROGRAM M\nIF MODE==3 THEN GOTO L\nN=5\nL:\nS\nEND\nPROGRAM S\nN=1\nEND\n");
     assert_eq!(machine.run(&mut memory, &STILL, &mut 99), Pause::Ended);
     let program = Arc::clone(&machine.program);
-    assert!(matches!(memory.global(&program, "N", &[]), Err(crate::AccessError::NotGlobal(_))));
-    assert!(matches!(memory.global(&program, "Q", &[]), Err(crate::AccessError::Unknown(_))));
+    assert!(matches!(
+        memory.global(&program, "N", &[]),
+        Err(crate::AccessError::NotGlobal(_))
+    ));
+    assert!(matches!(
+        memory.global(&program, "Q", &[]),
+        Err(crate::AccessError::Unknown(_))
+    ));
     let (mut machine, mut memory) = start("PROGRAM M\nGOTO L\nN=0\nL:\nPRINT N\nEND\n");
-    assert!(matches!(machine.run(&mut memory, &STILL, &mut 99), Pause::Fault(f) if f.kind == FaultKind::Undefined));
+    assert!(
+        matches!(machine.run(&mut memory, &STILL, &mut 99), Pause::Fault(f) if f.kind == FaultKind::Undefined)
+    );
 }
 
 #[test]
@@ -265,7 +323,9 @@ fn faults_name_kind_and_line() {
         if body.contains("INPUT") {
             let (mut machine, mut memory) = start(&format!("PROGRAM M\n{body}\nEND\n"));
             machine.run(&mut memory, &STILL, &mut 9);
-            let fault = machine.answer(&mut memory, Answer::Values(vec![Number::Integer(1)])).unwrap_err();
+            let fault = machine
+                .answer(&mut memory, Answer::Values(vec![Number::Integer(1)]))
+                .unwrap_err();
             assert_eq!((fault.kind, fault.line), (kind, 3));
         } else {
             assert_eq!(fault_of(body), kind, "{body}");
@@ -280,15 +340,33 @@ fn a_print_is_one_text() {
         let (mut machine, mut memory) = start(&format!("PROGRAM M\n{line}\nEND\n"));
         machine.run(&mut memory, &STILL, &mut 9)
     };
-    let text = |channel, data: &[u8]| Pause::Request(Request::Print { channel, data: data.to_vec() });
+    let text = |channel, data: &[u8]| {
+        Pause::Request(Request::Print {
+            channel,
+            data: data.to_vec(),
+        })
+    };
     let ten = b"INPUT DATA =    -333.333\r";
-    assert_eq!(first("PRINT COM1,\"INPUT DATA =\",-1000.0/3,CR"), text(Channel::Com1, ten));
-    assert_eq!(first("print ip2,\"BUFFRESET\""), Pause::Request(Request::BufferReset { channel: Channel::Ip2 }));
-    assert_eq!(first("PRINT IP1,\"BUFFRESET\",CR"), text(Channel::Ip1, b"BUFFRESET\r"));
+    assert_eq!(
+        first("PRINT COM1,\"INPUT DATA =\",-1000.0/3,CR"),
+        text(Channel::Com1, ten)
+    );
+    assert_eq!(
+        first("print ip2,\"BUFFRESET\""),
+        Pause::Request(Request::BufferReset {
+            channel: Channel::Ip2
+        })
+    );
+    assert_eq!(
+        first("PRINT IP1,\"BUFFRESET\",CR"),
+        text(Channel::Ip1, b"BUFFRESET\r")
+    );
     assert_eq!(first("PRINT TP,\"BUFFRESET\""), text(Channel::Tp, b"BUFFRESET"));
     assert_eq!(first("PRINT CR"), text(Channel::Tp, b"\r"));
     let long = format!("PRINT \"{}\",1,1,1,1,1,CR", "x".repeat(200));
-    let Pause::Request(Request::Print { data, .. }) = first(&long) else { panic!() };
+    let Pause::Request(Request::Print { data, .. }) = first(&long) else {
+        panic!()
+    };
     assert_eq!(data.len(), crate::MAX_PRINT);
 }
 
@@ -306,10 +384,18 @@ fn motions_carry_their_conditions() {
     let first = &motions[0].conditions;
     assert_eq!((first.speed, first.accel, first.decel), (20.0, 60.0, 100.0));
     assert_eq!(first.config.number(), 12111);
-    assert_eq!((first.work.name.as_deref(), first.work.trans.coords[0]), (Some("W1"), 5.0));
-    assert_eq!((first.tool.name.as_deref(), first.tool.trans.coords[1]), (None, 2.0));
+    assert_eq!(
+        (first.work.name.as_deref(), first.work.trans.coords[0]),
+        (Some("W1"), 5.0)
+    );
+    assert_eq!(
+        (first.tool.name.as_deref(), first.tool.trans.coords[1]),
+        (None, 2.0)
+    );
     assert_eq!(first.payload.as_ref().unwrap().0.as_deref(), Some("H1"));
-    let Path::Line(to) = &motions[0].path else { panic!() };
+    let Path::Line(to) = &motions[0].path else {
+        panic!()
+    };
     assert_eq!((to.coords[1], to.config.number()), (1.0, 100));
     assert_eq!(to.work.as_ref().unwrap().name.as_deref(), Some("W1"));
     assert_eq!(motions[1].conditions.accel, 100.0);
@@ -335,21 +421,54 @@ fn direct_statements_see_global_and_data_only() {
     machine.answer(&mut memory, Answer::Done).unwrap();
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Ended);
     let assign = compile_direct("a = a + 41", &base).unwrap();
-    assert_eq!(Machine::direct(assign).run(&mut memory, &STILL, &mut 1), Pause::Ended);
+    assert_eq!(
+        Machine::direct(assign).run(&mut memory, &STILL, &mut 1),
+        Pause::Ended
+    );
     assert_eq!(memory.global(&base, "A", &[]), Ok(Value::Integer(42)));
-    for good in ["MOVE P1 WITH SPEED=5", "INPUT COM1,A", "SPEED=10", "READY", "move point (1,2,3)", "PRINT TP,A"] {
+    for good in [
+        "MOVE P1 WITH SPEED=5",
+        "INPUT COM1,A",
+        "SPEED=10",
+        "READY",
+        "move point (1,2,3)",
+        "PRINT TP,A",
+    ] {
         assert!(compile_direct(good, &base).is_ok(), "{good}");
     }
     for bad in [
-        "", "XYZZY 1", "XYZZY", "M", "L=2", "N=2", "PRINT Q", "GOTO L", "IF A THEN A=1", "FOR A=1 TO 2", "NEXT",
-        "WAIT A", "RETURN", "END", "PROGRAM X", "GLOBAL", "DATA", "X: A=1", "MOVE A", "A=1\nA=2", "PRINT CRE",
-        "BREAK", "DIM X(1)",
+        "",
+        "XYZZY 1",
+        "XYZZY",
+        "M",
+        "L=2",
+        "N=2",
+        "PRINT Q",
+        "GOTO L",
+        "IF A THEN A=1",
+        "FOR A=1 TO 2",
+        "NEXT",
+        "WAIT A",
+        "RETURN",
+        "END",
+        "PROGRAM X",
+        "GLOBAL",
+        "DATA",
+        "X: A=1",
+        "MOVE A",
+        "A=1\nA=2",
+        "PRINT CRE",
+        "BREAK",
+        "DIM X(1)",
     ] {
         assert!(compile_direct(bad, &base).is_err(), "{bad}");
     }
     let empty = Program::empty(&LanguageOptions::default());
     assert!(compile_direct("DELAY 1", &empty).is_ok());
-    assert_eq!(Machine::main(empty.clone()).run(&mut Memory::new(&empty), &STILL, &mut 1), Pause::Ended);
+    assert_eq!(
+        Machine::main(empty.clone()).run(&mut Memory::new(&empty), &STILL, &mut 1),
+        Pause::Ended
+    );
 }
 
 #[test]
@@ -370,9 +489,15 @@ fn positions_follow_their_coordinate_system() {
     let program = compile(source, &LanguageOptions::default()).program.unwrap();
     let mut memory = Memory::new(&program);
     let trans = crate::Trans { coords: [6.0; 6] };
-    memory.set_global(&program, "w", &[], Value::Coordinate(trans.clone())).unwrap();
-    memory.set_global(&program, "P1", &[], Value::Position(Position::default())).unwrap();
-    let Ok(Value::Position(p1)) = memory.global(&program, "P1", &[]) else { panic!() };
+    memory
+        .set_global(&program, "w", &[], Value::Coordinate(trans.clone()))
+        .unwrap();
+    memory
+        .set_global(&program, "P1", &[], Value::Position(Position::default()))
+        .unwrap();
+    let Ok(Value::Position(p1)) = memory.global(&program, "P1", &[]) else {
+        panic!()
+    };
     assert_eq!(p1.work.unwrap().trans, trans);
     let wrong = memory.set_global(&program, "P1", &[], Value::Integer(1));
     assert!(matches!(wrong, Err(crate::AccessError::KindMismatch { .. })));

@@ -1,15 +1,15 @@
-//! Lines of DATA and declarations of GLOBAL and `DIM`.
+//! Lines of DATA: positions, coordinates, loads, and the coordinate system of the next position.
 
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Cursor, Datum, Declaration};
+use super::{Cursor, Datum};
+use crate::MAX_DATA_NAME;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
 use crate::options::Arm;
 use crate::tree::Name;
 use crate::value::{Configuration, Kind, Payload, Trans, coordinates};
-use crate::{MAX_DATA_NAME, MAX_SUBSCRIPTS};
 
 /// What a line of DATA says.
 pub(super) enum DataLine {
@@ -39,7 +39,10 @@ impl Cursor<'_> {
         self.advance();
         let name = self.name("a name")?;
         if name.text.len() > MAX_DATA_NAME {
-            let message = format!("a name of DATA has at most {MAX_DATA_NAME} characters, found {}", name.text.len());
+            let message = format!(
+                "a name of DATA has at most {MAX_DATA_NAME} characters, found {}",
+                name.text.len()
+            );
             return Err(Problem::new("E0403", name.span, message));
         }
         self.expect_sign(Sign::Assign, "=")?;
@@ -49,10 +52,21 @@ impl Cursor<'_> {
         if braced {
             self.expect_sign(Sign::CloseBrace, "}")?;
         }
-        let config = if kind == Kind::Position { self.posture()? } else { Configuration::default() };
+        let config = if kind == Kind::Position {
+            self.posture()?
+        } else {
+            Configuration::default()
+        };
         self.end_of_line()?;
         let value = start.to(self.before());
-        Ok(DataLine::Datum(Datum { name, kind, numbers, config, work: None, value }))
+        Ok(DataLine::Datum(Datum {
+            name,
+            kind,
+            numbers,
+            config,
+            work: None,
+            value,
+        }))
     }
 
     fn width(&self, kind: Kind) -> usize {
@@ -75,7 +89,11 @@ impl Cursor<'_> {
             }
         }
         if numbers.len() > most {
-            let message = format!("{} takes at most {most} numbers, found {}", kind.word(), numbers.len());
+            let message = format!(
+                "{} takes at most {most} numbers, found {}",
+                kind.word(),
+                numbers.len()
+            );
             return Err(Problem::new("E0401", start.to(self.before()), message));
         }
         Ok(numbers)
@@ -85,7 +103,11 @@ impl Cursor<'_> {
         let negative = self.sign(Sign::Minus);
         let signed = negative || self.sign(Sign::Plus);
         if !matches!(self.peek(), Some(Token::Integer(_) | Token::Real(_))) {
-            return if signed { Err(self.expected("a number")) } else { Ok(None) };
+            return if signed {
+                Err(self.expected("a number"))
+            } else {
+                Ok(None)
+            };
         }
         let span = self.span();
         self.advance();
@@ -116,7 +138,10 @@ impl Cursor<'_> {
             Some(_) => None,
         };
         let short = span.end - span.start <= 5 || matches!(self.peek(), Some(Token::Word(_)));
-        match number.filter(|_| short).and_then(|number| Configuration::listed(self.arm, number)) {
+        match number
+            .filter(|_| short)
+            .and_then(|number| Configuration::listed(self.arm, number))
+        {
             Some(config) => {
                 self.advance();
                 Ok(config)
@@ -130,90 +155,10 @@ impl Cursor<'_> {
             Arm::SixAxis => "a configuration of up to five digits 0 to 2",
             Arm::Scara => "LEFTY, RIGHTY, FREE or a digit 0 to 2",
         };
-        Problem { code: "E0402", span, ..self.expected(wanted) }
-    }
-
-    /// A line of GLOBAL: `DIM`, `name = value` or a bare name.
-    pub(super) fn global_line(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
-        let line = self.span();
-        if self.word("DIM") {
-            return self.dim(into);
+        Problem {
+            code: "E0402",
+            span,
+            ..self.expected(wanted)
         }
-        let name = self.name("a variable, DIM or END")?;
-        let mut subscripts = Vec::new();
-        if self.sign(Sign::Open) {
-            subscripts = self.bounds()?;
-        }
-        let value = if self.sign(Sign::Assign) {
-            Some(self.expression()?)
-        } else if subscripts.is_empty() {
-            None
-        } else {
-            return Err(self.expected("\"=\"").help("an array is declared with DIM"));
-        };
-        self.end_of_line()?;
-        let line = line.to(self.before());
-        into.push(Declaration { name, subscripts, dim: false, kind: None, value, line });
-        Ok(())
-    }
-
-    /// `DIM name(n, m) AS kind, ...` with the cursor after DIM.
-    pub(super) fn dim(&mut self, into: &mut Vec<Declaration>) -> Result<(), Problem> {
-        let line = self.before();
-        let mut list = Vec::new();
-        loop {
-            let name = self.name("a variable")?;
-            let subscripts = if self.sign(Sign::Open) { self.bounds()? } else { Vec::new() };
-            let kind = if self.word("AS") { Some(self.kind()?) } else { None };
-            list.push(Declaration { name, subscripts, dim: true, kind, value: None, line });
-            if !self.sign(Sign::Comma) {
-                break;
-            }
-        }
-        self.end_of_line()?;
-        let line = line.to(self.before());
-        into.extend(list.into_iter().map(|declaration| Declaration { line, ..declaration }));
-        Ok(())
-    }
-
-    fn bounds(&mut self) -> Result<Vec<u32>, Problem> {
-        let start = self.span();
-        let mut list = Vec::new();
-        loop {
-            let Some(bound) = (match self.peek() {
-                Some(Token::Integer(value)) => u32::try_from(*value).ok(),
-                _ => None,
-            }) else {
-                return Err(self.expected("a subscript"));
-            };
-            self.advance();
-            list.push(bound);
-            if self.sign(Sign::Close) {
-                break;
-            }
-            self.expect_sign(Sign::Comma, ",")?;
-        }
-        if list.len() > MAX_SUBSCRIPTS {
-            let message = format!("an array has at most {MAX_SUBSCRIPTS} subscripts, found {}", list.len());
-            return Err(Problem::new("E0213", start.to(self.before()), message));
-        }
-        Ok(list)
-    }
-
-    fn kind(&mut self) -> Result<Kind, Problem> {
-        let kind = match self.peek() {
-            Some(Token::Word(word)) => match word.as_str() {
-                "INTEGER" => Some(Kind::Integer),
-                "REAL" => Some(Kind::Real),
-                "PAYLOAD" => Some(Kind::Load),
-                "TRANS" => Some(Kind::Coordinate),
-                "POINT" => Some(Kind::Position),
-                _ => None,
-            },
-            _ => None,
-        };
-        let kind = kind.ok_or_else(|| self.expected("INTEGER, REAL, POINT, TRANS or PAYLOAD"))?;
-        self.advance();
-        Ok(kind)
     }
 }

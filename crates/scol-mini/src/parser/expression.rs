@@ -55,7 +55,10 @@ impl Cursor<'_> {
             self.advance();
             let right = self.binary(strength + 1)?;
             let span = left.span.to(right.span);
-            left = Expression { node: Node::Binary(operator, Box::new(left), Box::new(right)), span };
+            left = Expression {
+                node: Node::Binary(operator, Box::new(left), Box::new(right)),
+                span,
+            };
         }
         if weakest == 1 && self.peek() == Some(&Token::Sign(Sign::Assign)) {
             let problem = Problem::new("E0101", self.span(), "expected an operator, found \"=\"");
@@ -76,11 +79,17 @@ impl Cursor<'_> {
         if operator == Unary::Minus && self.peek() == Some(&Token::Integer(-i64::from(i32::MIN))) {
             let span = start.to(self.span());
             self.advance();
-            return Ok(Expression { node: Node::Literal(Value::Integer(i32::MIN)), span });
+            return Ok(Expression {
+                node: Node::Literal(Value::Integer(i32::MIN)),
+                span,
+            });
         }
         let of = self.nested(Self::unary)?;
         let span = start.to(of.span);
-        Ok(Expression { node: Node::Unary(operator, Box::new(of)), span })
+        Ok(Expression {
+            node: Node::Unary(operator, Box::new(of)),
+            span,
+        })
     }
 
     fn postfix(&mut self) -> Result<Expression, Problem> {
@@ -88,7 +97,10 @@ impl Cursor<'_> {
         while self.sign(Sign::Dot) {
             let letter = self.component()?;
             let span = of.span.to(self.before());
-            of = Expression { node: Node::Component(Box::new(of), letter), span };
+            of = Expression {
+                node: Node::Component(Box::new(of), letter),
+                span,
+            };
         }
         Ok(of)
     }
@@ -99,9 +111,14 @@ impl Cursor<'_> {
             Arm::SixAxis => b"XYZABCUV",
             Arm::Scara => b"XYZCT",
         };
-        let list = letters.iter().map(|l| char::from(*l)).collect::<alloc::string::String>();
+        let list = letters
+            .iter()
+            .map(|l| char::from(*l))
+            .collect::<alloc::string::String>();
         let problem = self.expected(&format!("a coordinate, one of {list}"));
-        let Some(Token::Word(word)) = self.peek() else { return Err(problem) };
+        let Some(Token::Word(word)) = self.peek() else {
+            return Err(problem);
+        };
         match word.as_bytes() {
             [letter] if letters.contains(letter) => {
                 self.advance();
@@ -116,7 +133,10 @@ impl Cursor<'_> {
         let node = match self.peek() {
             Some(Token::Integer(value)) => {
                 let Ok(value) = i32::try_from(*value) else {
-                    return Err(too_large(self.source.get(span.start..span.end).unwrap_or_default(), span));
+                    return Err(too_large(
+                        self.source.get(span.start..span.end).unwrap_or_default(),
+                        span,
+                    ));
                 };
                 Node::Literal(Value::Integer(value))
             }
@@ -125,7 +145,10 @@ impl Cursor<'_> {
                 self.advance();
                 let inner = self.expression()?;
                 self.expect_sign(Sign::Close, ")")?;
-                return Ok(Expression { node: inner.node, span: span.to(self.before()) });
+                return Ok(Expression {
+                    node: inner.node,
+                    span: span.to(self.before()),
+                });
             }
             Some(Token::Sign(Sign::OpenBrace)) => return self.braces(span),
             Some(Token::Word(word)) => return self.word_value(word, span),
@@ -170,20 +193,44 @@ impl Cursor<'_> {
             } else {
                 Vec::new()
             };
-            Node::Variable(Variable { name, reference: Reference::Unresolved, subscripts })
+            Node::Variable(Variable {
+                name,
+                reference: Reference::Unresolved,
+                subscripts,
+            })
         };
-        Ok(Expression { node, span: span.to(self.before()) })
+        Ok(Expression {
+            node,
+            span: span.to(self.before()),
+        })
     }
 
-    fn function(&self, builtin: Builtin, arguments: Vec<Expression>, start: Span) -> Result<Expression, Problem> {
+    fn function(
+        &self,
+        builtin: Builtin,
+        arguments: Vec<Expression>,
+        start: Span,
+    ) -> Result<Expression, Problem> {
         let span = start.to(self.before());
         let (fewest, most) = builtin.arity(self.arm);
         if arguments.len() < fewest || arguments.len() > most {
-            let wanted = if fewest == most { format!("{most}") } else { format!("{fewest} to {most}") };
-            let message = format!("{} takes {wanted} arguments, found {}", builtin.word(), arguments.len());
+            let wanted = if fewest == most {
+                format!("{most}")
+            } else {
+                format!("{fewest} to {most}")
+            };
+            let plural = if wanted == "1" { "" } else { "s" };
+            let message = format!(
+                "{} takes {wanted} argument{plural}, found {}",
+                builtin.word(),
+                arguments.len()
+            );
             return Err(Problem::new("E0206", span, message));
         }
-        Ok(Expression { node: Node::Function(builtin, arguments), span })
+        Ok(Expression {
+            node: Node::Function(builtin, arguments),
+            span,
+        })
     }
 
     /// Expressions separated by commas up to the closing sign; may be empty.

@@ -7,9 +7,11 @@ use alloc::vec::Vec;
 use super::data::DataLine;
 use super::{Block, Cursor, File, Label, Located};
 use crate::builtin;
-use crate::diagnostic::{Problem, Sink, Span};
-use crate::lexer::{self, Lexeme, Line, Sign, Token};
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{self, Lexeme, Sign, Token};
+use crate::lines::{Line, lines};
 use crate::options::LanguageOptions;
+use crate::sink::Sink;
 use crate::tree::Name;
 
 /// Parses a whole file; what could not be parsed is reported to `sink` and left out.
@@ -24,15 +26,15 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         after_data: false,
         work: None,
     };
-    for line in lexer::lines(source) {
+    for line in lines(source) {
         match lexer::tokens(source, line) {
             Ok(tokens) if tokens.is_empty() => {}
             Ok(tokens) => {
                 if let Err(problem) = parser.line(line, &tokens) {
-                    parser.sink.error(problem);
+                    parser.broken(line, problem);
                 }
             }
-            Err(problem) => parser.sink.error(problem),
+            Err(problem) => parser.broken(line, problem),
         }
     }
     parser.finish();
@@ -62,6 +64,20 @@ struct Parser<'a> {
 }
 
 impl Parser<'_> {
+    /// Reports a line that does not parse.
+    fn broken(&mut self, line: Line, problem: Problem) {
+        let text = self
+            .source
+            .get(line.span.start..line.span.end)
+            .unwrap_or_default()
+            .to_ascii_uppercase();
+        let words = text
+            .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+            .filter(|word| !word.is_empty());
+        self.file.doubtful.extend(words.map(String::from));
+        self.sink.error(problem);
+    }
+
     fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Problem> {
         let mut cursor = Cursor::new(self.source, self.options.arm, tokens);
         let word = match cursor.peek() {
@@ -70,7 +86,11 @@ impl Parser<'_> {
         };
         let alone = tokens.len() == 1;
         match (word, self.place) {
-            ("END", Place::Outside) => Err(Problem::new("E0303", cursor.span(), "END without a block to close")),
+            ("END", Place::Outside) => Err(Problem::new(
+                "E0303",
+                cursor.span(),
+                "END without a block to close",
+            )),
             ("END", _) if alone => {
                 self.close(line.number);
                 Ok(())
@@ -89,7 +109,10 @@ impl Parser<'_> {
                 } else {
                     "expected GLOBAL, PROGRAM or DATA"
                 };
-                let place = Span { start: line.span.start, end: cursor.span().end };
+                let place = Span {
+                    start: line.span.start,
+                    end: cursor.span().end,
+                };
                 let problem = Problem::new("E0301", place, format!("{message}, found this line"));
                 Err(problem.help("every statement belongs between PROGRAM and END"))
             }
@@ -104,7 +127,11 @@ impl Parser<'_> {
         if word == "GLOBAL" {
             self.place = Place::Global;
             if !self.file.globals.is_empty() || !self.file.blocks.is_empty() || self.after_data {
-                return Err(Problem::new("E0301", span, "GLOBAL must come first, and once only"));
+                return Err(Problem::new(
+                    "E0301",
+                    span,
+                    "GLOBAL must come first, and once only",
+                ));
             }
         } else {
             self.place = Place::Data;
@@ -119,7 +146,8 @@ impl Parser<'_> {
     /// Reports a block that lacks its END and closes it.
     fn unclosed(&mut self, span: Span, word: &str, line: u32) {
         if self.place != Place::Outside {
-            self.sink.error(Problem::new("E0302", span, format!("expected END before {word}")));
+            self.sink
+                .error(Problem::new("E0302", span, format!("expected END before {word}")));
             self.close(line);
         }
     }
@@ -141,7 +169,8 @@ impl Parser<'_> {
     fn lonely_work(&mut self) {
         if let Some(name) = self.work.take() {
             let problem = Problem::new("W0404", name.span, "this WORK is not followed by a POINT");
-            self.sink.warning(problem.help("WORK holds for the next line only"));
+            self.sink
+                .warning(problem.help("WORK holds for the next line only"));
         }
     }
 
@@ -151,7 +180,10 @@ impl Parser<'_> {
         self.place = Place::Program;
         self.opened = Some(span);
         let mut block = Block {
-            name: Name { text: String::new(), span },
+            name: Name {
+                text: String::new(),
+                span,
+            },
             parameters: Vec::new(),
             dims: Vec::new(),
             labels: Vec::new(),
@@ -162,7 +194,11 @@ impl Parser<'_> {
         self.file.blocks.push(block);
         heading?;
         if self.after_data {
-            return Err(Problem::new("E0301", span, "programs stand before the DATA block"));
+            return Err(Problem::new(
+                "E0301",
+                span,
+                "programs stand before the DATA block",
+            ));
         }
         Ok(())
     }
@@ -177,7 +213,11 @@ impl Parser<'_> {
             }
             DataLine::Datum(mut datum) => {
                 if datum.kind == crate::value::Kind::Position {
-                    datum.work = if self.options.sticky_work { self.work.clone() } else { self.work.take() };
+                    datum.work = if self.options.sticky_work {
+                        self.work.clone()
+                    } else {
+                        self.work.take()
+                    };
                 } else if !self.options.sticky_work {
                     self.lonely_work();
                 }
@@ -188,11 +228,16 @@ impl Parser<'_> {
     }
 
     fn statement(&mut self, line: u32, cursor: &mut Cursor<'_>) -> Result<(), Problem> {
-        let Some(block) = self.file.blocks.last_mut() else { return Ok(()) };
+        let Some(block) = self.file.blocks.last_mut() else {
+            return Ok(());
+        };
         if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
             let name = cursor.name("a label")?;
             cursor.advance();
-            block.labels.push(Label { name, statement: block.statements.len() });
+            block.labels.push(Label {
+                name,
+                statement: block.statements.len(),
+            });
         }
         if cursor.peek().is_none() {
             return Ok(());
@@ -209,16 +254,29 @@ impl Parser<'_> {
         }
         let statement = cursor.statement_line()?;
         let span = start.to(cursor.before());
-        block.statements.push(Located { line, span, statement });
+        block.statements.push(Located {
+            line,
+            span,
+            statement,
+        });
         Ok(())
     }
 
     fn finish(&mut self) {
         if let Some(span) = self.opened {
-            let word = self.source.get(span.start..span.end).unwrap_or_default().to_ascii_uppercase();
-            self.sink.error(Problem::new("E0302", span, format!("this {word} has no END")));
+            let word = self
+                .source
+                .get(span.start..span.end)
+                .unwrap_or_default()
+                .to_ascii_uppercase();
+            self.sink
+                .error(Problem::new("E0302", span, format!("this {word} has no END")));
         } else if self.file.blocks.is_empty() {
-            let problem = Problem::new("E0304", Span::default(), "expected a PROGRAM, found none in the file");
+            let problem = Problem::new(
+                "E0304",
+                Span::default(),
+                "expected a PROGRAM, found none in the file",
+            );
             self.sink.error(problem);
         }
     }
@@ -235,7 +293,11 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
                 return Err(Problem::new("E0206", name.span, message));
             }
             if block.parameters.iter().any(|known| known.text == name.text) {
-                return Err(Problem::new("E0205", name.span, format!("{} stands twice", name.text)));
+                return Err(Problem::new(
+                    "E0205",
+                    name.span,
+                    format!("{} stands twice", name.text),
+                ));
             }
             block.parameters.push(name);
             if cursor.sign(Sign::Close) {
@@ -252,14 +314,24 @@ pub(crate) fn parse_direct(
     source: &str,
     options: &LanguageOptions,
 ) -> Result<Option<crate::tree::Statement>, Problem> {
-    let line = Line { number: 1, span: Span { start: 0, end: source.len() } };
+    let line = Line {
+        number: 1,
+        span: Span {
+            start: 0,
+            end: source.len(),
+        },
+    };
     let tokens = lexer::tokens(source, line)?;
     let mut cursor = Cursor::new(source, options.arm, &tokens);
     if tokens.is_empty() {
         return Ok(None);
     }
     if cursor.peek_at(1) == Some(&Token::Sign(Sign::Colon)) {
-        return Err(Problem::new("E0501", cursor.span(), "a label cannot be executed directly"));
+        return Err(Problem::new(
+            "E0501",
+            cursor.span(),
+            "a label cannot be executed directly",
+        ));
     }
     cursor.statement_line().map(Some)
 }

@@ -2,11 +2,15 @@
 //! Names are not looked up here. A line with an error is dropped and the next one parsed, so one run finds the
 //! errors of all lines.
 
+mod communication;
 mod data;
+mod declaration;
 mod expression;
 mod file;
+mod motion;
 mod statement;
 
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -26,6 +30,8 @@ pub(crate) struct File {
     pub globals: Vec<Declaration>,
     pub blocks: Vec<Block>,
     pub data: Vec<Datum>,
+    /// Words of lines that did not parse: what they would have declared is not known, so nothing is said about them.
+    pub doubtful: BTreeSet<String>,
 }
 
 /// A PROGRAM block.
@@ -95,7 +101,14 @@ pub(crate) struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     pub fn new(source: &'a str, arm: Arm, tokens: &'a [Lexeme]) -> Self {
         let end = tokens.last().map_or(0, |lexeme| lexeme.span.end);
-        Self { source, arm, tokens, at: 0, end, depth: 0 }
+        Self {
+            source,
+            arm,
+            tokens,
+            at: 0,
+            end,
+            depth: 0,
+        }
     }
 
     pub fn peek(&self) -> Option<&'a Token> {
@@ -108,7 +121,10 @@ impl<'a> Cursor<'a> {
 
     /// The place of the next token, or of the end of the line.
     pub fn span(&self) -> Span {
-        let end = Span { start: self.end, end: self.end };
+        let end = Span {
+            start: self.end,
+            end: self.end,
+        };
         self.tokens.get(self.at).map_or(end, |lexeme| lexeme.span)
     }
 
@@ -135,32 +151,53 @@ impl<'a> Cursor<'a> {
     }
 
     pub fn expect_sign(&mut self, sign: Sign, spelling: &str) -> Result<(), Problem> {
-        if self.sign(sign) { Ok(()) } else { Err(self.expected(&format!("\"{spelling}\""))) }
+        if self.sign(sign) {
+            Ok(())
+        } else {
+            Err(self.expected(&format!("\"{spelling}\"")))
+        }
     }
 
     pub fn expect_word(&mut self, word: &str) -> Result<(), Problem> {
-        if self.word(word) { Ok(()) } else { Err(self.expected(word)) }
+        if self.word(word) {
+            Ok(())
+        } else {
+            Err(self.expected(word))
+        }
     }
 
     /// A name that is no word of the language.
     pub fn name(&mut self, what: &str) -> Result<Name, Problem> {
         let span = self.span();
-        let Some(Token::Word(word)) = self.peek() else { return Err(self.expected(what)) };
+        let Some(Token::Word(word)) = self.peek() else {
+            return Err(self.expected(what));
+        };
         if builtin::is_reserved(word, self.arm) {
             let message = format!("expected {what}, found {word}, which is a word of the language");
             return Err(Problem::new("E0208", span, message));
         }
         self.advance();
-        Ok(Name { text: word.clone(), span })
+        Ok(Name {
+            text: word.clone(),
+            span,
+        })
     }
 
     pub fn end_of_line(&self) -> Result<(), Problem> {
-        if self.peek().is_none() { Ok(()) } else { Err(self.expected("the end of the line")) }
+        if self.peek().is_none() {
+            Ok(())
+        } else {
+            Err(self.expected("the end of the line"))
+        }
     }
 
     /// The problem "expected this, found the next token".
     pub fn expected(&self, what: &str) -> Problem {
-        Problem::new("E0101", self.span(), format!("expected {what}, found {}", self.found()))
+        Problem::new(
+            "E0101",
+            self.span(),
+            format!("expected {what}, found {}", self.found()),
+        )
     }
 
     fn found(&self) -> String {
@@ -170,7 +207,10 @@ impl<'a> Cursor<'a> {
             Some(Token::Text(_)) => "a text".to_string(),
             Some(_) => {
                 let span = self.span();
-                format!("\"{}\"", self.source.get(span.start..span.end).unwrap_or_default())
+                format!(
+                    "\"{}\"",
+                    self.source.get(span.start..span.end).unwrap_or_default()
+                )
             }
         }
     }

@@ -6,11 +6,10 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use super::{Cursor, unsupported};
-use crate::builtin::{self, Builtin, MAX_ARGUMENTS};
+use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
-use crate::request::Channel;
-use crate::tree::{Condition, Course, Expression, Item, Reference, Simple, Statement, Variable};
+use crate::tree::{Reference, Simple, Statement, Variable};
 
 impl Cursor<'_> {
     /// A statement up to the end of the line.
@@ -22,7 +21,9 @@ impl Cursor<'_> {
 
     fn statement(&mut self) -> Result<Statement, Problem> {
         let span = self.span();
-        let Some(Token::Word(word)) = self.peek() else { return Err(self.expected("a statement")) };
+        let Some(Token::Word(word)) = self.peek() else {
+            return Err(self.expected("a statement"));
+        };
         if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
             && let Some(condition) = builtin::condition(word)
         {
@@ -77,7 +78,11 @@ impl Cursor<'_> {
             "NEXT" => {
                 self.advance();
                 let named = self.peek().is_some();
-                Statement::Next(if named { Some(self.name("the variable of the FOR")?) } else { None })
+                Statement::Next(if named {
+                    Some(self.name("the variable of the FOR")?)
+                } else {
+                    None
+                })
             }
             "GOTO" => self.goto()?,
             "WAIT" => {
@@ -97,8 +102,16 @@ impl Cursor<'_> {
         let condition = self.expression()?;
         self.expect_word("THEN")?;
         let then = Box::new(self.inner()?);
-        let otherwise = if self.word("ELSE") { Some(Box::new(self.inner()?)) } else { None };
-        Ok(Statement::If { condition, then, otherwise })
+        let otherwise = if self.word("ELSE") {
+            Some(Box::new(self.inner()?))
+        } else {
+            None
+        };
+        Ok(Statement::If {
+            condition,
+            then,
+            otherwise,
+        })
     }
 
     /// The statement after THEN or ELSE.
@@ -122,9 +135,22 @@ impl Cursor<'_> {
         let from = self.expression()?;
         self.expect_word("TO")?;
         let to = self.expression()?;
-        let step = if self.word("STEP") { Some(self.expression()?) } else { None };
-        let variable = Variable { name, reference: Reference::Unresolved, subscripts: Vec::new() };
-        Ok(Statement::For { variable, from, to, step })
+        let step = if self.word("STEP") {
+            Some(self.expression()?)
+        } else {
+            None
+        };
+        let variable = Variable {
+            name,
+            reference: Reference::Unresolved,
+            subscripts: Vec::new(),
+        };
+        Ok(Statement::For {
+            variable,
+            from,
+            to,
+            step,
+        })
     }
 
     fn goto(&mut self) -> Result<Statement, Problem> {
@@ -143,147 +169,38 @@ impl Cursor<'_> {
         }
     }
 
-    fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
-        self.advance();
-        let course = match word {
-            "READY" => Course::Ready,
-            "MOVE" => Course::Ptp(self.expression()?),
-            "MOVES" => Course::Line(self.expression()?),
-            "MOVEC" => {
-                let via = self.expression()?;
-                self.sign(Sign::Comma);
-                Course::Arc(via, self.expression()?)
-            }
-            _ => {
-                let axis = self.expression()?;
-                self.expect_sign(Sign::Comma, ",")?;
-                let value = self.expression()?;
-                if word == "MOVEA" { Course::Axis(axis, value) } else { Course::AxisBy(axis, value) }
-            }
-        };
-        let with = if self.word("WITH") { self.with()? } else { Vec::new() };
-        Ok(Statement::Simple(Simple::Move { course, with }))
-    }
-
-    fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Problem> {
-        let mut list: Vec<(Condition, Expression)> = Vec::new();
-        loop {
-            let span = self.span();
-            let Some(Token::Word(word)) = self.peek() else { return Err(self.expected("a motion condition")) };
-            let condition = match builtin::condition(word) {
-                Some(c @ (Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config)) => c,
-                Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
-                None if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
-                None => return Err(self.expected("SPEED, ACCEL, DECEL or CONFIG")),
-            };
-            if list.iter().any(|(known, _)| *known == condition) {
-                return Err(Problem::new("E0205", span, format!("{word} stands twice in one WITH")));
-            }
-            list.push((condition, self.setting()?));
-            if !self.sign(Sign::Comma) {
-                return Ok(list);
-            }
-        }
-    }
-
-    /// `NAME = value` with the cursor on the name.
-    fn setting(&mut self) -> Result<Expression, Problem> {
-        self.advance();
-        self.expect_sign(Sign::Assign, "=")?;
-        self.expression()
-    }
-
-    /// The channel of PRINT or INPUT; `COM1` and its kin are reserved, so one word decides.
-    fn channel(&mut self) -> Option<Channel> {
-        let Some(Token::Word(word)) = self.peek() else { return None };
-        let channel = match word.as_str() {
-            "TP" => Channel::Tp,
-            "COM1" => Channel::Com1,
-            "IP1" => Channel::Ip1,
-            "IP2" => Channel::Ip2,
-            _ => return None,
-        };
-        self.advance();
-        Some(channel)
-    }
-
-    fn print(&mut self) -> Result<Simple, Problem> {
-        self.advance();
-        let channel = self.channel();
-        if channel.is_some() {
-            self.expect_sign(Sign::Comma, ",")?;
-        }
-        let (mut items, mut cr) = (Vec::new(), false);
-        loop {
-            let span = self.span();
-            match self.peek() {
-                Some(Token::Text(text)) => {
-                    self.advance();
-                    items.push(Item::Text(text.clone()));
-                }
-                Some(Token::Word(word)) if word == "CR" => {
-                    self.advance();
-                    cr = true;
-                    if self.peek() == Some(&Token::Sign(Sign::Comma)) {
-                        return Err(Problem::new("E0102", span, "CR is the last item of a PRINT"));
-                    }
-                    break;
-                }
-                Some(Token::Word(word)) if word == "CRE" => {
-                    let problem = Problem::new("E0106", span, "CRE is not a constant");
-                    return Err(problem.help("the record end is CR"));
-                }
-                _ => items.push(Item::Value(self.expression()?)),
-            }
-            if !self.sign(Sign::Comma) {
-                break;
-            }
-        }
-        Ok(Simple::Print { channel: channel.unwrap_or(Channel::Tp), items, cr })
-    }
-
-    fn input(&mut self) -> Result<Simple, Problem> {
-        self.advance();
-        let channel = self.channel();
-        if channel.is_some() {
-            self.expect_sign(Sign::Comma, ",")?;
-        }
-        let mut targets = Vec::new();
-        loop {
-            let name = self.name("a variable")?;
-            let subscripts = if self.sign(Sign::Open) { self.list(Sign::Close, ")")? } else { Vec::new() };
-            targets.push(Variable { name, reference: Reference::Unresolved, subscripts });
-            if !self.sign(Sign::Comma) {
-                return Ok(Simple::Input { channel: channel.unwrap_or(Channel::Tp), targets });
-            }
-        }
-    }
-
-    fn outputs(&mut self) -> Result<Simple, Problem> {
-        let start = self.span();
-        self.advance();
-        self.expect_sign(Sign::Open, "(")?;
-        let lines = self.list(Sign::Close, ")")?;
-        if lines.is_empty() || lines.len() > MAX_ARGUMENTS {
-            let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.word());
-            return Err(Problem::new("E0206", start.to(self.before()), message));
-        }
-        Ok(Simple::Outputs(lines))
-    }
-
     /// A line that begins with a name: an assignment or a call.
     fn named(&mut self) -> Result<Statement, Problem> {
         let name = self.name("a statement")?;
-        let list = if self.sign(Sign::Open) { Some(self.list(Sign::Close, ")")?) } else { None };
-        let component = if self.sign(Sign::Dot) { Some(self.component()?) } else { None };
+        let list = if self.sign(Sign::Open) {
+            Some(self.list(Sign::Close, ")")?)
+        } else {
+            None
+        };
+        let component = if self.sign(Sign::Dot) {
+            Some(self.component()?)
+        } else {
+            None
+        };
         if self.sign(Sign::Assign) {
             if list.as_ref().is_some_and(Vec::is_empty) {
-                return Err(Problem::new("E0101", self.before(), "expected a subscript between ( and )"));
+                return Err(Problem::new(
+                    "E0101",
+                    self.before(),
+                    "expected a subscript between ( and )",
+                ));
             }
             let value = self.expression()?;
-            let target =
-                Variable { name, reference: Reference::Unresolved, subscripts: list.unwrap_or_default() };
-            return Ok(Statement::Simple(Simple::Assign { target, component, value }));
+            let target = Variable {
+                name,
+                reference: Reference::Unresolved,
+                subscripts: list.unwrap_or_default(),
+            };
+            return Ok(Statement::Simple(Simple::Assign {
+                target,
+                component,
+                value,
+            }));
         }
         if component.is_some() {
             return Err(self.expected("\"=\""));

@@ -1,0 +1,174 @@
+//! Arithmetic of numbers: integers are checked 32-bit arithmetic, reals 32-bit floats; a result that does not fit
+//! is a fault. One real operand makes an operation real.
+
+use alloc::format;
+
+use super::Trouble;
+use crate::options::IntDivision;
+use crate::request::{FaultKind, Number};
+use crate::tree::{Binary, Unary};
+use crate::value::{Kind, Value};
+
+pub(super) fn as_number(value: &Value) -> Option<Number> {
+    match value {
+        Value::Integer(value) => Some(Number::Integer(*value)),
+        Value::Real(value) => Some(Number::Real(*value)),
+        Value::Load(_) | Value::Coordinate(_) | Value::Position(_) => None,
+    }
+}
+
+/// A number as a value.
+pub(super) fn as_value(number: Number) -> Value {
+    match number {
+        Number::Integer(value) => Value::Integer(value),
+        Number::Real(value) => Value::Real(value),
+    }
+}
+
+pub(super) fn double(number: Number) -> f64 {
+    match number {
+        Number::Integer(value) => f64::from(value),
+        Number::Real(value) => f64::from(value),
+    }
+}
+
+fn single(number: Number) -> f32 {
+    match number {
+        Number::Integer(value) => value as f32,
+        Number::Real(value) => value,
+    }
+}
+
+pub(super) fn truth(number: Number) -> bool {
+    match number {
+        Number::Integer(value) => value != 0,
+        Number::Real(value) => value != 0.0,
+    }
+}
+
+/// A real cut toward zero, if it fits 32 bits.
+pub(super) fn truncated(value: f32) -> Result<i32, Trouble> {
+    let whole = libm::trunc(f64::from(value));
+    if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
+        return Ok(whole as i32);
+    }
+    Err(Trouble::new(
+        FaultKind::Overflow,
+        format!("{value} does not fit an integer of 32 bits"),
+    ))
+}
+
+/// A value as another kind: numbers convert, everything else must be of that kind already.
+pub(crate) fn convert(value: Value, kind: Kind) -> Result<Value, Trouble> {
+    match (value, kind) {
+        (Value::Integer(value), Kind::Real) => Ok(Value::Real(value as f32)),
+        (Value::Real(value), Kind::Integer) => truncated(value).map(Value::Integer),
+        (value, kind) if value.kind() == kind => Ok(value),
+        (value, kind) => {
+            let message = format!("expected {}, found {}", kind.word(), value.kind().word());
+            Err(Trouble::new(FaultKind::Type, message))
+        }
+    }
+}
+
+/// A finite real.
+pub(super) fn real(value: f32) -> Result<Value, Trouble> {
+    if value.is_finite() {
+        return Ok(Value::Real(value));
+    }
+    Err(Trouble::new(
+        FaultKind::Overflow,
+        "the result does not fit a real",
+    ))
+}
+
+fn integer(value: Option<i32>) -> Result<Value, Trouble> {
+    let overflow = || {
+        Trouble::new(
+            FaultKind::Overflow,
+            "the result does not fit an integer of 32 bits",
+        )
+    };
+    value.map(Value::Integer).ok_or_else(overflow)
+}
+
+pub(super) fn unary(operator: Unary, of: Number) -> Result<Value, Trouble> {
+    match (operator, of) {
+        (Unary::Not, of) => Ok(Value::Integer(i32::from(!truth(of)))),
+        (Unary::Minus, Number::Integer(value)) => integer(value.checked_neg()),
+        (Unary::Minus, Number::Real(value)) => Ok(Value::Real(-value)),
+        (Unary::Plus, Number::Integer(value)) => Ok(Value::Integer(value)),
+        (Unary::Plus, Number::Real(value)) => Ok(Value::Real(value)),
+    }
+}
+
+/// Two numbers; one real makes the operation real.
+pub(super) fn binary(
+    operator: Binary,
+    left: Number,
+    right: Number,
+    division: IntDivision,
+) -> Result<Value, Trouble> {
+    let truth_value = |value: bool| Ok(Value::Integer(i32::from(value)));
+    match operator {
+        Binary::Or => return truth_value(truth(left) || truth(right)),
+        Binary::And => return truth_value(truth(left) && truth(right)),
+        Binary::Divide | Binary::Modulo if !truth(right) => {
+            return Err(Trouble::new(FaultKind::DivisionByZero, "division by zero"));
+        }
+        _ => {}
+    }
+    match (left, right) {
+        (Number::Integer(left), Number::Integer(right)) => integers(operator, left, right, division),
+        _ => reals(operator, single(left), single(right)),
+    }
+}
+
+fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Value, Trouble> {
+    let relation = |value: bool| Ok(Value::Integer(i32::from(value)));
+    match operator {
+        Binary::Equal => relation(left == right),
+        Binary::NotEqual => relation(left != right),
+        Binary::Less => relation(left < right),
+        Binary::LessEqual => relation(left <= right),
+        Binary::Greater => relation(left > right),
+        Binary::GreaterEqual => relation(left >= right),
+        Binary::Add => integer(left.checked_add(right)),
+        Binary::Subtract => integer(left.checked_sub(right)),
+        Binary::Multiply => integer(left.checked_mul(right)),
+        Binary::Divide if division == IntDivision::Real => real(left as f32 / right as f32),
+        Binary::Divide => integer(left.checked_div(right)),
+        Binary::Modulo => integer(Some(left.wrapping_rem(right))),
+        Binary::Power => match u32::try_from(right) {
+            Ok(exponent) => integer(left.checked_pow(exponent)),
+            Err(_) => reals(operator, left as f32, right as f32),
+        },
+        Binary::Or | Binary::And => relation(false),
+    }
+}
+
+fn reals(operator: Binary, left: f32, right: f32) -> Result<Value, Trouble> {
+    let relation = |value: bool| Ok(Value::Integer(i32::from(value)));
+    match operator {
+        Binary::Equal => relation(left == right),
+        Binary::NotEqual => relation(left != right),
+        Binary::Less => relation(left < right),
+        Binary::LessEqual => relation(left <= right),
+        Binary::Greater => relation(left > right),
+        Binary::GreaterEqual => relation(left >= right),
+        Binary::Add => real(left + right),
+        Binary::Subtract => real(left - right),
+        Binary::Multiply => real(left * right),
+        Binary::Divide => real(left / right),
+        Binary::Modulo => real(libm::fmodf(left, right)),
+        Binary::Power => {
+            let power = libm::powf(left, right);
+            if power.is_nan() {
+                let message = format!("{left} cannot be raised to {right}");
+                return Err(Trouble::new(FaultKind::Domain, message));
+            }
+            real(power)
+        }
+        Binary::Or | Binary::And => relation(false),
+    }
+}

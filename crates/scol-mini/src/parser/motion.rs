@@ -1,0 +1,76 @@
+//! Motion statements and their `WITH` clause.
+
+use alloc::format;
+use alloc::vec::Vec;
+
+use super::{Cursor, unsupported};
+use crate::builtin;
+use crate::diagnostic::Problem;
+use crate::lexer::{Sign, Token};
+use crate::tree::{Condition, Course, Expression, Simple, Statement};
+
+impl Cursor<'_> {
+    pub(super) fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
+        self.advance();
+        let course = match word {
+            "READY" => Course::Ready,
+            "MOVE" => Course::Ptp(self.expression()?),
+            "MOVES" => Course::Line(self.expression()?),
+            "MOVEC" => {
+                let via = self.expression()?;
+                self.sign(Sign::Comma);
+                Course::Arc(via, self.expression()?)
+            }
+            _ => {
+                let axis = self.expression()?;
+                self.expect_sign(Sign::Comma, ",")?;
+                let value = self.expression()?;
+                if word == "MOVEA" {
+                    Course::Axis(axis, value)
+                } else {
+                    Course::AxisBy(axis, value)
+                }
+            }
+        };
+        let with = if self.word("WITH") {
+            self.with()?
+        } else {
+            Vec::new()
+        };
+        Ok(Statement::Simple(Simple::Move { course, with }))
+    }
+
+    fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Problem> {
+        let mut list: Vec<(Condition, Expression)> = Vec::new();
+        loop {
+            let span = self.span();
+            let Some(Token::Word(word)) = self.peek() else {
+                return Err(self.expected("a motion condition"));
+            };
+            let condition = match builtin::condition(word) {
+                Some(c @ (Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config)) => c,
+                Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
+                None if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
+                None => return Err(self.expected("SPEED, ACCEL, DECEL or CONFIG")),
+            };
+            if list.iter().any(|(known, _)| *known == condition) {
+                return Err(Problem::new(
+                    "E0205",
+                    span,
+                    format!("{word} stands twice in one WITH"),
+                ));
+            }
+            list.push((condition, self.setting()?));
+            if !self.sign(Sign::Comma) {
+                return Ok(list);
+            }
+        }
+    }
+
+    /// `NAME = value` with the cursor on the name.
+    pub(super) fn setting(&mut self) -> Result<Expression, Problem> {
+        self.advance();
+        self.expect_sign(Sign::Assign, "=")?;
+        self.expression()
+    }
+}

@@ -1,0 +1,98 @@
+//! Collects the remarks of one compilation and finds the line of each.
+
+use alloc::string::ToString;
+use alloc::vec::Vec;
+
+use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Problem, Severity};
+
+/// Collects the remarks of one compilation, bounded by [`MAX_DIAGNOSTICS`].
+#[derive(Debug)]
+pub(crate) struct Sink {
+    /// Where each line begins.
+    starts: Vec<usize>,
+    list: Vec<Diagnostic>,
+    errors: bool,
+}
+
+impl Sink {
+    pub fn new(source: &str) -> Self {
+        let bytes = source.as_bytes();
+        let mut starts = Vec::from([0]);
+        for (at, byte) in bytes.iter().enumerate() {
+            let pair = *byte == b'\r' && bytes.get(at + 1) == Some(&b'\n');
+            if matches!(byte, b'\r' | b'\n') && !pair {
+                starts.push(at + 1);
+            }
+        }
+        Self {
+            starts,
+            list: Vec::new(),
+            errors: false,
+        }
+    }
+
+    pub fn error(&mut self, problem: Problem) {
+        self.errors = true;
+        self.push(Severity::Error, problem);
+    }
+
+    pub fn warning(&mut self, problem: Problem) {
+        self.push(Severity::Warning, problem);
+    }
+
+    pub fn has_errors(&self) -> bool {
+        self.errors
+    }
+
+    /// The remarks in source order.
+    pub fn finish(mut self) -> Vec<Diagnostic> {
+        self.list.sort_by_key(|d| (d.line, d.column));
+        self.list
+    }
+
+    fn push(&mut self, severity: Severity, problem: Problem) {
+        let room = MAX_DIAGNOSTICS.saturating_sub(self.list.len());
+        // The place before the last is kept for errors, so that warnings cannot hide why there is no program.
+        if room == 0 || (room <= 2 && severity == Severity::Warning) {
+            return;
+        }
+        let line = self.starts.partition_point(|start| *start <= problem.span.start);
+        let begin = line
+            .checked_sub(1)
+            .and_then(|l| self.starts.get(l))
+            .copied()
+            .unwrap_or(0);
+        let message = match room {
+            1 => "too many errors, the rest is left out".to_string(),
+            _ => problem.message,
+        };
+        self.list.push(Diagnostic {
+            severity,
+            code: if room == 1 { "E0009" } else { problem.code },
+            span: problem.span,
+            line: u32::try_from(line).unwrap_or(u32::MAX),
+            column: u32::try_from(problem.span.start - begin + 1).unwrap_or(u32::MAX),
+            message,
+            help: problem.help,
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::Span;
+
+    #[test]
+    fn the_list_is_bounded_and_says_so() {
+        let mut sink = Sink::new("X\n");
+        for _ in 0..10_000 {
+            sink.warning(Problem::new("W0001", Span::default(), "w"));
+            sink.error(Problem::new("E0001", Span::default(), "e"));
+        }
+        assert!(sink.has_errors());
+        let list = sink.finish();
+        assert_eq!(list.len(), MAX_DIAGNOSTICS);
+        assert!(list.iter().any(|d| d.code == "E0009"));
+    }
+}
