@@ -1,5 +1,18 @@
 //! What the compiler has to say about a source: errors and warnings with place, stable code and help.
 //! What follows from an error (NG, an alarm) is left to the caller.
+//!
+//! | Codes | About |
+//! |---|---|
+//! | E0001 to E0007, E0009 | characters, lines, texts, numbers; too many errors |
+//! | E0101 to E0107 | what was expected; nesting (E0104), not supported yet (E0105), `CRE` (E0106), strings (E0107) |
+//! | E0201 to E0203 | names of variables, labels, programs that do not exist |
+//! | E0205 to E0210 | twice, number of arguments, kind, reserved words, initial values |
+//! | E0212 to E0214 | arrays |
+//! | E0215 to E0217 | `FOR` and `NEXT` that do not pair |
+//! | E0301 to E0304 | layout of the file |
+//! | E0401 to E0404 | DATA |
+//! | E0501 | statements that cannot be executed directly |
+//! | W0209, W0404 | names a host cannot reach; a `WORK` without a position |
 
 use alloc::format;
 use alloc::string::{String, ToString};

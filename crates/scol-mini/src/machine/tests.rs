@@ -254,6 +254,24 @@ fn loops_run_as_often_as_they_say() {
     }
 }
 
+#[test]
+fn a_loop_left_by_goto_is_over() {
+    let body = "N=1\nL:\nN=N+1\nFOR K=1 TO N\nIF N==2 THEN GOTO L\nPRINT \"a\"\nNEXT";
+    assert_eq!(main_of(body).as_deref(), Ok("aaa"));
+}
+
+#[test]
+fn calls_nest_sixteen_deep() {
+    let source = "GLOBAL\nD=0\nEND\nPROGRAM M\nR\nEND\nPROGRAM R\nD=D+1\nR\nEND\n";
+    let (mut machine, mut memory) = start(source);
+    let Pause::Fault(fault) = machine.run(&mut memory, &STILL, &mut 999) else {
+        panic!()
+    };
+    assert_eq!((fault.kind, fault.line), (FaultKind::Nesting, 9));
+    let program = Arc::clone(&machine.program);
+    assert_eq!(memory.global(&program, "D", &[]), Ok(Value::Integer(16)));
+}
+
 // clause: EXAMPLE-04
 #[test]
 fn a_computed_goto_falls_through_outside_its_list() {
