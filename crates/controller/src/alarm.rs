@@ -66,12 +66,21 @@ alarms! {
         "Check the argument.";
     PARAMETER = L1 101 true "Parameter not accepted", "A value in USER.PAR or ETHERNET.PAR is not allowed.",
         "Correct the file and turn the power off and on.";
+    BATTERY = L1 102 true "Battery low", "The battery of the RAM drive is low.", "Replace the battery.";
     ETHERNET_8 = L8 201 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 8).",
         "Reconnect and restart.";
     ETHERNET_4 = L4 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 4).",
         "Reconnect and restart.";
     ETHERNET_2 = L2 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 2).",
         "Reconnect and restart.";
+    WATCHDOG_8 = L8 202 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+        "Restart the host.";
+    WATCHDOG_4 = L4 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+        "Restart the host.";
+    WATCHDOG_2 = L2 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+        "Restart the host.";
+    WATCHDOG_1 = L1 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+        "Restart the host.";
     ETHERNET_1 = L1 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 1).",
         "Reconnect.";
 }
@@ -84,6 +93,17 @@ pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
         AlarmLevel::L4 => ETHERNET_4,
         AlarmLevel::L2 => ETHERNET_2,
         AlarmLevel::L1 => ETHERNET_1,
+    }
+}
+
+/// The alarm of a watchdog at the level WD asked for.
+#[must_use]
+pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
+    match level {
+        AlarmLevel::L8 => WATCHDOG_8,
+        AlarmLevel::L4 => WATCHDOG_4,
+        AlarmLevel::L2 => WATCHDOG_2,
+        AlarmLevel::L1 => WATCHDOG_1,
     }
 }
 
@@ -106,24 +126,31 @@ impl AlarmCode {
     }
 }
 
+impl Alarm {
+    /// The entry of EU.
+    #[must_use]
+    pub fn entry(&self) -> ErrorEntry {
+        ErrorEntry {
+            level: self.code.level,
+            code: self.code.code,
+            at: self.at,
+        }
+    }
+}
+
 /// Active alarms and the history.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Alarms {
     active: Vec<Alarm>,
-    history: VecDeque<ErrorEntry>,
+    history: VecDeque<Alarm>,
 }
 
 impl Alarms {
     /// Records an alarm, active and in the history. One that is active already is not doubled.
     pub fn raise(&mut self, alarm: Alarm) {
-        let code = alarm.code;
-        self.history.push_front(ErrorEntry {
-            level: code.level,
-            code: code.code,
-            at: alarm.at,
-        });
+        self.history.push_front(alarm.clone());
         self.history.truncate(MAX_HISTORY);
-        let known = self.active.iter().any(|other| other.code == code);
+        let known = self.active.iter().any(|other| other.code == alarm.code);
         if !known && self.active.len() < MAX_ALARMS {
             self.active.push(alarm);
         }
@@ -166,9 +193,17 @@ impl Alarms {
     }
 
     /// The history, newest first (EU-06).
+    pub fn history(&self) -> impl Iterator<Item = &Alarm> {
+        self.history.iter()
+    }
+
+    /// The worst level active.
     #[must_use]
-    pub fn history(&self) -> Vec<ErrorEntry> {
-        self.history.iter().cloned().collect()
+    pub fn worst(&self) -> Option<AlarmLevel> {
+        self.active
+            .iter()
+            .map(|alarm| alarm.code.level)
+            .max_by_key(|level| level.number())
     }
 }
 
@@ -209,10 +244,10 @@ mod tests {
                 at: at(),
             });
         }
-        assert_eq!(alarms.history().len(), 99);
+        assert_eq!(alarms.history().count(), 99);
         assert_eq!(alarms.active().len(), 1);
         assert!(alarms.reset(|_| false));
         assert!(alarms.active().is_empty());
-        assert_eq!(alarms.history().len(), 99);
+        assert_eq!(alarms.history().count(), 99);
     }
 }

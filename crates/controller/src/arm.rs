@@ -1,6 +1,7 @@
 //! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
+use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
 use crate::model::{ArmKind, ArmModel, Joints};
 use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use crate::time::Time;
@@ -53,6 +54,47 @@ pub struct Arm {
     active: Option<Active>,
     /// Coordinate system of the position last moved to, where it had its own.
     position_work: Option<Frame>,
+}
+
+/// In which coordinate system the arm is guided by hand (SF-14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GuideFrame {
+    /// Single axes.
+    Joint,
+    /// Along and about the axes of the tool.
+    Tool,
+    /// Of the work coordinate system.
+    Work,
+    /// Of the world.
+    World,
+}
+
+impl GuideFrame {
+    /// As SC and SF number it.
+    #[must_use]
+    pub fn of(number: u16) -> GuideFrame {
+        match number {
+            0 => GuideFrame::Joint,
+            1 => GuideFrame::Tool,
+            2 => GuideFrame::Work,
+            _ => GuideFrame::World,
+        }
+    }
+}
+
+/// A motion guided by hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guidance {
+    /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
+    pub axis: u8,
+    /// +1 or -1.
+    pub sign: f64,
+    /// Inching: so far in mm or degrees; otherwise as far as it goes.
+    pub step: Option<f64>,
+    /// Percent of full speed.
+    pub speed: f64,
+    /// The coordinate system.
+    pub frame: GuideFrame,
 }
 
 /// The frames a program has set.
@@ -201,6 +243,116 @@ impl Arm {
         Ok(())
     }
 
+    /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
+    ///
+    /// # Errors
+    /// There is no way to go in that direction.
+    pub fn guide(
+        &mut self,
+        now: Time,
+        guidance: &Guidance,
+        conditions: &Conditions,
+        pace: Pace,
+    ) -> Result<(), MotionError> {
+        self.settle(now);
+        let asked = Asked {
+            speed: guidance.speed,
+            accel: 100.0,
+            decel: 100.0,
+        };
+        let limits = asked.limits(pace);
+        let frames = Frames::of(conditions);
+        let from = self.joints(now);
+        let mut way = guidance.step.unwrap_or(self.farthest(guidance, &from));
+        let mut planned = self.plan_guided(guidance, way, &frames, &from, &limits);
+        let halvings = if guidance.step.is_some() {
+            0
+        } else {
+            GUIDE_HALVINGS
+        };
+        for _ in 0..halvings {
+            if planned.is_ok() {
+                break;
+            }
+            way /= 2.0;
+            planned = self.plan_guided(guidance, way, &frames, &from, &limits);
+        }
+        self.active = Some(Active {
+            motion: planned?,
+            start: now,
+            asked,
+            locked: false,
+        });
+        self.rest = from;
+        Ok(())
+    }
+
+    fn farthest(&self, guidance: &Guidance, from: &Joints) -> f64 {
+        let index = axis_index(guidance.axis);
+        match (guidance.frame, self.model.axes.get(index), from.get(index)) {
+            (GuideFrame::Joint, Some(axis), Some(present)) if guidance.sign > 0.0 => axis.max - present,
+            (GuideFrame::Joint, Some(axis), Some(present)) => present - axis.min,
+            _ if index < 3 => GUIDE_REACH,
+            _ => GUIDE_TURN,
+        }
+    }
+
+    fn plan_guided(
+        &self,
+        guidance: &Guidance,
+        way: f64,
+        frames: &Frames,
+        from: &Joints,
+        limits: &Limits,
+    ) -> Result<Motion, MotionError> {
+        let index = axis_index(guidance.axis);
+        if guidance.frame == GuideFrame::Joint {
+            let present = from.get(index).copied().unwrap_or_default();
+            let target = Target::Axis {
+                axis: index,
+                value: present + guidance.sign * way,
+            };
+            return plan(&self.model, from, &target, &frames.tool, limits);
+        }
+        let (flange, digits) = self.model.forward(from);
+        let here = flange.transform().compose(&frames.tool);
+        let mut step = [0.0; 6];
+        *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
+            axis: usize::from(guidance.axis),
+            axes: 6,
+        })? = guidance.sign * way;
+        let step = Transform::from_coords(step);
+        let system = match guidance.frame {
+            GuideFrame::Tool => here,
+            GuideFrame::Work => frames.base.compose(&frames.work),
+            GuideFrame::World | GuideFrame::Joint => Transform::IDENTITY,
+        };
+        // Along the axes of the system, about the tool point.
+        let turn = Transform {
+            origin: [0.0; 3],
+            ..system
+        };
+        let centre = Transform {
+            origin: here.origin,
+            ..Transform::IDENTITY
+        };
+        let moved = turn.compose(&step).compose(&turn.inverse());
+        let there = centre.compose(&moved).compose(&centre.inverse()).compose(&here);
+        plan(
+            &self.model,
+            from,
+            &Target::Line(Pose::from_transform(&there, flange.uv), digits),
+            &frames.tool,
+            limits,
+        )
+    }
+
+    /// Configuration digits of the present posture.
+    #[must_use]
+    pub fn configuration(&self, now: Time) -> [u8; 5] {
+        self.model.forward(&self.joints(now)).1
+    }
+
     fn target(&self, motion: &scol_mini::Motion, frames: &Frames, from: &Joints) -> Target {
         let config = motion.conditions.config;
         let world = |position: &Position| self.world_pose(position, frames);
@@ -235,8 +387,8 @@ impl Arm {
             .as_deref()
             .map_or(frames.work, |frame| transform(&frame.trans));
         let local = self.pose(position);
-        let placed = frames.base.compose(&work).compose(&transform_of(&local));
-        pose_from(&placed, local.uv)
+        let placed = frames.base.compose(&work).compose(&local.transform());
+        Pose::from_transform(&placed, local.uv)
     }
 
     fn pose(&self, position: &Position) -> Pose {
@@ -261,7 +413,7 @@ impl Arm {
         let joint = self.joints(now);
         let frames = Frames::of(conditions);
         let (flange, _) = self.model.forward(&joint);
-        let world = transform_of(&flange).compose(&frames.tool);
+        let world = flange.transform().compose(&frames.tool);
         let set = self
             .position_work
             .as_ref()
@@ -269,8 +421,8 @@ impl Arm {
         let work = frames.base.compose(&set).inverse().compose(&world);
         Shown {
             joint,
-            world: pose_from(&world, flange.uv),
-            work: pose_from(&work, flange.uv),
+            world: Pose::from_transform(&world, flange.uv),
+            work: Pose::from_transform(&work, flange.uv),
         }
     }
 
@@ -289,8 +441,8 @@ impl Arm {
     #[must_use]
     pub fn here(&self, now: Time, frames: &Frames) -> Position {
         let (flange, digits) = self.model.forward(&self.joints(now));
-        let world = transform_of(&flange).compose(&frames.tool);
-        let local = pose_from(
+        let world = flange.transform().compose(&frames.tool);
+        let local = Pose::from_transform(
             &frames.base.compose(&frames.work).inverse().compose(&world),
             flange.uv,
         );
@@ -334,20 +486,6 @@ impl Arm {
         if let Some(active) = &mut self.active {
             active.motion.stop(now.since(active.start));
         }
-    }
-}
-
-fn transform_of(pose: &Pose) -> Transform {
-    let ([x, y, z], [a, b, c]) = (pose.xyz, pose.abc);
-    Transform::from_coords([x, y, z, a, b, c])
-}
-
-fn pose_from(transform: &Transform, uv: [f64; 2]) -> Pose {
-    let [x, y, z, a, b, c] = transform.to_coords();
-    Pose {
-        xyz: [x, y, z],
-        abc: [a, b, c],
-        uv,
     }
 }
 

@@ -12,7 +12,7 @@ use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::session::Session;
 use crate::signals::Signals;
-use crate::state::State;
+use crate::state::{State, Watchdog};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
@@ -72,6 +72,8 @@ pub struct Controller {
     pub(crate) pendant: String,
     pub(crate) execution: Execution,
     pub(crate) arm: Arm,
+    /// The port whose host guides the arm by JG.
+    pub(crate) jogging: Option<Port>,
     pub(crate) ethernet: EthernetParameters,
     pub(crate) user: UserParameters,
     network: NetworkPlan,
@@ -116,6 +118,7 @@ impl Controller {
             pendant: String::new(),
             execution: Execution::new(&config.options.language(arm.kind())),
             arm,
+            jogging: None,
             network: NetworkPlan::of(&ethernet),
             ethernet,
             user: UserParameters::factory(),
@@ -124,6 +127,7 @@ impl Controller {
         };
         controller.make_parameter_files()?;
         controller.take_parameters();
+        controller.show_state();
         Ok(controller)
     }
 
@@ -153,6 +157,8 @@ impl Controller {
         sessions
             .chain(self.arm.ends_at())
             .chain(self.execution.deadline())
+            .chain(self.signals.deadline())
+            .chain(self.state.watchdog.as_ref().map(Watchdog::deadline))
             .min()
     }
 
@@ -166,6 +172,11 @@ impl Controller {
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
         !self.sessions.values().any(Session::awaits_host)
+    }
+
+    /// Whether a host guides the arm right now.
+    pub(crate) fn is_jogging(&self) -> bool {
+        self.jogging.is_some() && self.arm.is_moving()
     }
 
     /// The Ethernet channels as of the last power-on.
@@ -203,6 +214,7 @@ impl Controller {
         while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
             self.now = self.now.max(due);
             self.expire_sessions();
+            self.expire_watchdog();
             self.settle();
         }
         self.now = self.now.max(now);

@@ -153,6 +153,8 @@ pub struct Execution {
     pub course: Course,
     /// The statement of DO, while it runs.
     pub direct: Option<Direct>,
+    /// A DO statement has ended since the last one began (SM field DC).
+    pub direct_done: bool,
     /// The program of DO while no file is selected.
     spare_program: Arc<Program>,
     /// Its data.
@@ -170,6 +172,7 @@ impl Execution {
             main: None,
             course: Course::Reset,
             direct: None,
+            direct_done: false,
             spare_program,
             spare_memory,
         }

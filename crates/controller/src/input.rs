@@ -61,6 +61,8 @@ pub enum Panel {
         /// Its state.
         on: bool,
     },
+    /// The battery of the RAM drive is low (true) or good again.
+    Battery(bool),
     /// Figures typed at the teach pendant, for INPUT without a channel.
     Keys(String),
     /// Power off and on again.

@@ -39,6 +39,7 @@ pub mod port;
 mod run;
 mod serve;
 mod session;
+mod sig;
 mod signals;
 mod state;
 mod stop;

@@ -34,3 +34,17 @@ pub const TEACHING_SPEED: f64 = 250.0;
 pub const MAX_WAITING_SP: usize = 1;
 /// Teach pendant screen: characters of PRINT kept.
 pub const PENDANT_TEXT: usize = 4_096;
+/// Length of the pulses ACK and CYC_END (SF-39; assumed).
+pub const PULSE: Duration = Duration::from_millis(100);
+/// Speed under LOW_SPD in percent (assumed; option `sig.low_speed`).
+pub const LOW_SPEED: u8 = 10;
+/// Speed of guidance by hand at the rates slow, mid, fast, in percent (assumed).
+pub const JOG_SPEED: [f64; 3] = [2.0, 10.0, 30.0];
+/// Step of inching at the rates slow, mid, fast, in mm or degrees (assumed).
+pub const INCH: [f64; 3] = [0.1, 1.0, 10.0];
+/// Farthest a guided tool point is sent in one go, in mm; it stops before at the limit of its reach.
+pub const GUIDE_REACH: f64 = 2_000.0;
+/// Farthest a guided tool is turned in one go, in degrees.
+pub const GUIDE_TURN: f64 = 170.0;
+/// How often the way of a guided motion is halved in search of the limit of the reach.
+pub const GUIDE_HALVINGS: u32 = 16;

@@ -58,6 +58,15 @@ pub enum WaitAfterStop {
     Again,
 }
 
+/// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Strobe {
+    /// Each acts on its own rising edge.
+    Free,
+    /// Those that are on act on the rising edge of STROBE.
+    Required,
+}
+
 /// The controller's readings of what the manual leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -77,10 +86,16 @@ pub struct Options {
     pub malformed: Malformed,
     /// `wait.after_stop`.
     pub wait_after_stop: WaitAfterStop,
+    /// `sig.strobe`.
+    pub strobe: Strobe,
+    /// `sig.low_speed` in percent.
+    pub low_speed: u8,
     /// `parameter.line_end`: of the factory parameter files.
     pub line_end: LineEnd,
     /// `drive.open_mode`: [E00] of a fresh drive.
     pub open_mode: [OpenMode; 4],
+    /// `extensions`: the commands real hosts send beyond the manual are served.
+    pub extensions: bool,
     /// `sp.unsolicited`.
     pub unsolicited_sp: bool,
     /// `strict_50ms`: a text within 50 ms of the controller's last text is ignored.
@@ -111,8 +126,11 @@ impl Options {
             no_peer: NoPeer::Alarm,
             malformed: Malformed::Alarm,
             wait_after_stop: WaitAfterStop::Next,
+            strobe: Strobe::Free,
+            low_speed: limits::LOW_SPEED,
             line_end: LineEnd::Lf,
             open_mode: [OpenMode::Server; 4],
+            extensions: true,
             unsolicited_sp: true,
             strict_50ms: false,
             do_min_run: limits::DO_MIN_RUN,
@@ -133,6 +151,7 @@ impl Options {
                 no_peer: NoPeer::Silent,
                 malformed: Malformed::LeadingNumber,
                 line_end: LineEnd::Cr,
+                extensions: false,
                 open_mode: [
                     OpenMode::Server,
                     OpenMode::NotUsed,

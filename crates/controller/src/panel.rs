@@ -25,15 +25,12 @@ impl Controller {
             Panel::FeedHold => self.feed_hold(),
             Panel::AlarmReset => self.reset_alarms(),
             Panel::MachineLock(on) => self.state.machine_lock = on,
-            Panel::InputLine { line, on } => {
-                if !self.signals.drive(line, on) {
-                    let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
-                    self.event(Event::Finding {
-                        rule: "no-such-line",
-                        port: None,
-                        message,
-                    });
+            Panel::InputLine { line, on } => self.drive_input(line, on),
+            Panel::Battery(low) => {
+                if low && !self.state.battery_low {
+                    self.raise(crate::alarm::BATTERY, String::new());
                 }
+                self.state.battery_low = low;
             }
             Panel::Keys(figures) => {
                 self.keys.push(figures.as_bytes());
@@ -116,6 +113,8 @@ impl Controller {
             "no file is selected"
         } else if self.execution.direct.is_some() {
             "a DO statement is under way"
+        } else if self.is_jogging() {
+            "the arm is being guided by JG"
         } else if self.state.emergency_stop {
             "the emergency stop is on"
         } else if self.alarms.blocks_start() {
@@ -151,17 +150,26 @@ impl Controller {
     /// pressed by hand stay; links are made anew.
     fn power_cycle(&mut self) {
         self.interrupt(By::Host);
+        self.jogging = None;
         let rested = self.arm.joints(self.now);
         let file = FileName::parse(self.execution.file());
-        let keep = (
-            self.state.emergency_stop,
-            self.state.machine_lock,
-            self.state.run_mode,
-        );
-        self.state = State::power_on(self.now, self.state.key, self.state.control_right);
-        (self.state.emergency_stop, self.state.machine_lock, _) = keep;
-        if self.state.key != KeySwitch::Ext {
-            self.state.run_mode = keep.2;
+        let State {
+            emergency_stop,
+            machine_lock,
+            battery_low,
+            run_mode,
+            key,
+            control_right,
+            ..
+        } = self.state;
+        self.state = State {
+            emergency_stop,
+            machine_lock,
+            battery_low,
+            ..State::power_on(self.now, key, control_right)
+        };
+        if key != KeySwitch::Ext {
+            self.state.run_mode = run_mode;
         }
         self.arm = Arm::at(self.config.model.clone(), rested);
         self.signals.drop_outputs();

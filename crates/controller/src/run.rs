@@ -43,7 +43,9 @@ impl Controller {
     /// Runs everything as far as it goes at this instant.
     pub(crate) fn settle(&mut self) {
         self.arm.settle(self.now);
+        self.signals.expire(self.now);
         while self.step_direct() || self.step_program() {}
+        self.show_state();
         self.release_sp();
     }
 
@@ -96,6 +98,7 @@ impl Controller {
                 }
                 task.doing = Doing::Ready;
             }
+            self.show_cycle_end();
             return;
         }
         let by = match self.execution.course {
@@ -104,6 +107,7 @@ impl Controller {
         };
         self.stop_program(Course::Reset, by);
         self.execution.rewind(self.now);
+        self.show_cycle_end();
     }
 
     /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
@@ -135,6 +139,7 @@ impl Controller {
         if let Some(until) = direct.shown_until {
             let over = until <= self.now;
             if over {
+                self.execution.direct_done = true;
                 self.report_status();
             } else {
                 self.execution.direct = Some(direct);

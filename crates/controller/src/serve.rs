@@ -52,7 +52,11 @@ impl Controller {
     /// How fast the arm may move now.
     pub(crate) fn pace(&self) -> Pace {
         Pace {
-            override_percent: self.state.override_percent,
+            override_percent: if self.is_slow() {
+                self.state.override_percent.min(self.config.options.low_speed)
+            } else {
+                self.state.override_percent
+            },
             tool_speed_cap: (self.state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }

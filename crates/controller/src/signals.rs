@@ -1,7 +1,8 @@
 //! The digital lines: what is driven from outside (Din) and what the controller drives (Dout), by the
 //! numbers of the manual's SF tables. Their meaning (RUN, STOP, ACK) belongs to others.
 
-use alloc::collections::BTreeSet;
+use crate::time::Time;
+use alloc::collections::{BTreeMap, BTreeSet};
 
 /// Number ranges of the lines, each with the SF word at which it begins (SF-25 to SF-38).
 const RANGES: [(u16, u16, usize); 3] = [(1, 64, 0), (101, 164, 4), (201, 264, 8)];
@@ -17,6 +18,8 @@ const RESET_OUTPUTS: (u16, u16) = (1, 24);
 pub struct Signals {
     inputs: BTreeSet<u16>,
     outputs: BTreeSet<u16>,
+    /// Outputs that drop by themselves, and when.
+    pulses: BTreeMap<u16, Time>,
 }
 
 fn within(ranges: &[(u16, u16)], line: u16) -> bool {
@@ -87,8 +90,36 @@ impl Signals {
         let exists = Signals::exists(line);
         if exists {
             set(&mut self.outputs, line, on);
+            self.pulses.remove(&line);
         }
         exists
+    }
+
+    /// Switches an output on until then; false if there is no such line.
+    pub fn pulse(&mut self, line: u16, until: Time) -> bool {
+        let exists = self.switch(line, true);
+        if exists {
+            self.pulses.insert(line, until);
+        }
+        exists
+    }
+
+    /// When the next pulse ends.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        self.pulses.values().copied().min()
+    }
+
+    /// Ends the pulses whose time has come.
+    pub fn expire(&mut self, now: Time) {
+        let outputs = &mut self.outputs;
+        self.pulses.retain(|line, until| {
+            let lasts = *until > now;
+            if !lasts {
+                outputs.remove(line);
+            }
+            lasts
+        });
     }
 
     /// RS,SIG: Dout1 to Dout24 off.
@@ -100,6 +131,7 @@ impl Signals {
     /// Power off: every output drops; the inputs are the outside's.
     pub fn drop_outputs(&mut self) {
         self.outputs.clear();
+        self.pulses.clear();
     }
 
     /// The sixteen input words of SF.

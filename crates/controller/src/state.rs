@@ -5,7 +5,7 @@ use crate::input::{ControlRight, KeySwitch};
 use crate::time::Time;
 use core::time::Duration;
 use ts3100_proto::command::RunMode;
-use ts3100_proto::status::MasterMode;
+use ts3100_proto::status::{AlarmLevel, MasterMode};
 
 /// Guidance of the arm by hand, as SF shows it (SF-14 to SF-16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -16,6 +16,25 @@ pub struct Guide {
     pub rate: u16,
     /// 0 jog, 1 inching, 2 free.
     pub mode: u16,
+}
+
+/// A host promised to ask SM at least so often (WD).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Watchdog {
+    /// Longest pause between two SM.
+    pub timeout: Duration,
+    /// Level of the alarm that follows a longer one.
+    pub level: AlarmLevel,
+    /// When the last SM came.
+    pub fed_at: Time,
+}
+
+impl Watchdog {
+    /// When it barks.
+    #[must_use]
+    pub fn deadline(&self) -> Time {
+        self.fed_at + self.timeout
+    }
 }
 
 /// State of the controller apart from program and arm.
@@ -37,8 +56,12 @@ pub struct State {
     pub machine_lock: bool,
     /// Feed hold is on.
     pub feed_hold: bool,
+    /// The battery of the RAM drive is low.
+    pub battery_low: bool,
     /// Guidance by hand.
     pub guide: Guide,
+    /// The watchdog of a host, while it is armed.
+    pub watchdog: Option<Watchdog>,
     /// When the power came on.
     pub powered_at: Time,
     /// How long programs have run since then, up to `running_since`.
@@ -60,7 +83,9 @@ impl State {
             override_percent: 100,
             machine_lock: false,
             feed_hold: false,
+            battery_low: false,
             guide: Guide::default(),
+            watchdog: None,
             powered_at: now,
             run_total: Duration::ZERO,
             running_since: None,

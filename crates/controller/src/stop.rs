@@ -7,6 +7,7 @@ use crate::execution::{By, Course, Doing};
 use crate::output::Event;
 use crate::port::Port;
 use crate::session::Exchange;
+use crate::sig::dout;
 use alloc::format;
 use alloc::string::String;
 use scol_mini::Answer;
@@ -18,6 +19,7 @@ impl Controller {
     pub(crate) fn run_program(&mut self) {
         self.execution.course = Course::Running { stop: None };
         self.state.running_since = Some(self.now);
+        self.signals.switch(dout::CYC_END, false);
         self.report_status();
     }
 
@@ -50,7 +52,9 @@ impl Controller {
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: By) {
         self.arm.stop(self.now);
+        self.jogging = None;
         if self.execution.direct.take().is_some() {
+            self.execution.direct_done = true;
             self.report_status();
         }
         if !self.execution.program_runs() {

@@ -27,6 +27,9 @@ impl Controller {
     }
 
     pub(crate) fn disconnected(&mut self, port: Port) {
+        if self.jogging == Some(port) {
+            self.stop_jog();
+        }
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(self.config.options.text, None);
         } else if let Some(channel) = self.channels.get_mut(&port) {

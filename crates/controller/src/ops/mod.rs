@@ -2,23 +2,35 @@
 //! operation; each group has a file of its own.
 
 mod files;
+mod jog;
 mod operate;
 mod reset;
 mod status;
 mod variables;
+mod watchdog;
 
 use crate::Controller;
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::format;
-use ts3100_proto::command::Command;
+use ts3100_proto::command::{Command, Reset};
 use ts3100_proto::permission::Permission;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
+
+/// Row of `RS,ERR` in the permission tables.
+const ALARM_RESET_ROW: &str = "RS,ERR";
 
 impl Controller {
     /// Carries out a command that came on a protocol port.
     pub(crate) fn command(&mut self, port: Port, command: Command) -> Outcome {
-        if let Some(refusal) = self.forbidden(port, command.letters()) {
+        if command.is_extension() && !self.config.options.extensions {
+            return Outcome::ng("the manual lists no such command (option `extensions`)");
+        }
+        let row = match command {
+            Command::Rs(Reset::Alarm) => ALARM_RESET_ROW,
+            _ => command.letters(),
+        };
+        if let Some(refusal) = self.forbidden(port, row) {
             return refusal;
         }
         match command {
@@ -42,8 +54,12 @@ impl Controller {
             Command::Vr => self.op_version(),
             Command::Mr(read) => self.op_read_variable(&read),
             Command::Mw(write) => self.op_write_variable(&write),
-            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
-            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
+            Command::Wd { timeout_ms, level } => self.op_watchdog(timeout_ms, level),
+            Command::Md(mode) => self.op_guide(|guide| guide.mode = u16::from(mode)),
+            Command::Rt(rate) => self.op_guide(|guide| guide.rate = u16::from(rate)),
+            Command::Sc(system) => self.op_guide(|guide| guide.coordinate = u16::from(system)),
+            Command::Jg { axis, motion } => self.op_jog(port, axis, motion),
+            _ => Outcome::ng("not served yet"),
         }
     }
 

@@ -98,6 +98,9 @@ impl Controller {
         if self.execution.program_runs() {
             return Outcome::ng("a program is running");
         }
+        if self.is_jogging() {
+            return Outcome::ng("the arm is being guided by JG");
+        }
         if self.execution.direct.is_some() {
             return Outcome::ng("another DO statement is under way");
         }
@@ -116,6 +119,7 @@ impl Controller {
                     moved: false,
                     shown_until: None,
                 });
+                self.execution.direct_done = false;
                 self.report_status();
                 Outcome::Ok
             }

@@ -3,7 +3,7 @@
 use crate::Controller;
 use crate::execution::{Course, Doing};
 use crate::session::Outcome;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
@@ -14,6 +14,15 @@ impl Controller {
         if self.execution.status() == ExecutionStatus::Running {
             return Outcome::ng("RS is accepted only in stop mode");
         }
+        self.reset_program(reset)
+            .map_or_else(Outcome::Ng, |()| Outcome::Ok)
+    }
+
+    /// A reset, by RS or by a signal.
+    ///
+    /// # Errors
+    /// Why it had no effect.
+    pub(crate) fn reset_program(&mut self, reset: Reset) -> Result<(), String> {
         match reset {
             Reset::Program => {
                 self.clear_feed_hold();
@@ -27,26 +36,25 @@ impl Controller {
                 self.stand_at(Course::Reset);
             }
             Reset::Cycle => return self.cycle_reset(),
+            Reset::Alarm => self.reset_alarms(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
                 self.deselect();
                 self.stand_at(Course::Reset);
             }
         }
-        Outcome::Ok
+        Ok(())
     }
 
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
-    fn cycle_reset(&mut self) -> Outcome {
-        let Some(task) = self.execution.main.as_mut() else {
-            return Outcome::ng("no file is selected");
-        };
+    fn cycle_reset(&mut self) -> Result<(), String> {
+        let task = self.execution.main.as_mut().ok_or("no file is selected")?;
         if !task.machine.go_to_rcycle() {
-            return Outcome::ng("the program has no label RCYCLE");
+            return Err("the program has no label RCYCLE".to_string());
         }
         task.doing = Doing::Ready;
         self.stand_at(Course::Continue);
-        Outcome::Ok
+        Ok(())
     }
 
     /// A file that was downloaded anew since it was selected is taken now, if it compiles; otherwise the next

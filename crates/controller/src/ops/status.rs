@@ -1,6 +1,7 @@
 //! SU SF EU VR: what the controller tells of itself.
 
 use crate::Controller;
+use crate::alarm::Alarm;
 use crate::options::{ControllerType, SfTexts};
 use crate::port::Port;
 use crate::session::Outcome;
@@ -8,7 +9,6 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
-use ts3100_proto::status::MasterMode;
 use ts3100_proto::status::eu::encode_history;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::status::su::StatusBody;
@@ -17,8 +17,6 @@ use ts3100_proto::text::{CR, EOF};
 
 /// Speed limit shown by SU; nothing is known that lowers it (D5).
 const SPEED_LIMIT: u8 = 100;
-/// System outputs 249 to 262 in the order of SF-38.
-const SYSTEM_OUTPUTS: usize = 11;
 /// Task number of the main program (SF-24).
 const MAIN_TASK: u16 = 1;
 /// Date of the software whose behaviour this is: that of the manual.
@@ -84,8 +82,6 @@ impl Controller {
         } else {
             0
         };
-        let mut outputs = self.signals.output_words();
-        outputs[SYSTEM_OUTPUTS] |= self.system_outputs();
         SystemStatus {
             servo: self.state.servo,
             emergency_stop: self.state.emergency_stop,
@@ -104,7 +100,7 @@ impl Controller {
             power_on_minutes: self.state.power_on_minutes(self.now),
             run_minutes: self.state.run_minutes(self.now),
             inputs: self.signals.input_words(),
-            outputs,
+            outputs: self.signals.output_words(),
             joint: single(shown.joint),
             world: self.listed(&shown.world),
             work: self.listed(&shown.work),
@@ -123,29 +119,11 @@ impl Controller {
         })
     }
 
-    /// EMG_ST SV_RDY ACK TEACH INT EXTSIG EXTHOST SYS_RDY AUTORUN CYC_END LOW_ST CYC_ST BT_ALM ALARM (SF-39).
-    fn system_outputs(&self) -> u16 {
-        let mode = self.state.master_mode();
-        let host = matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther);
-        let ready = !self.state.emergency_stop && !self.alarms.blocks_start();
-        let bits: [(u32, bool); 10] = [
-            (0, self.state.emergency_stop),
-            (1, self.state.servo),
-            (3, mode == MasterMode::Teaching),
-            (4, mode == MasterMode::Internal),
-            (5, mode == MasterMode::ExtSig),
-            (6, host),
-            (7, ready),
-            (8, self.execution.program_runs()),
-            (11, self.state.run_mode == ts3100_proto::command::RunMode::Cycle),
-            (13, !self.alarms.active().is_empty()),
-        ];
-        bits.iter().filter(|(_, on)| *on).map(|(bit, _)| 1 << bit).sum()
-    }
-
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self) -> Outcome {
-        Outcome::file(encode_history(&self.alarms.history()))
+        Outcome::file(encode_history(
+            &self.alarms.history().map(Alarm::entry).collect::<Vec<_>>(),
+        ))
     }
 
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).

@@ -1,0 +1,190 @@
+//! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
+//! with the option `extensions`.
+
+use crate::Controller;
+use crate::alarm::Alarm;
+use crate::session::Outcome;
+use crate::sig::din;
+use crate::signals::Signals;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::time::Duration;
+use scol_mini::{Arm, Configuration, Frame, Trans};
+use ts3100_proto::command::{PositionQuery, RunMode, ZsFrame};
+use ts3100_proto::name::VariableName;
+use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
+use ts3100_proto::status::io::encode_lines;
+use ts3100_proto::status::pr::encode_position;
+use ts3100_proto::status::sm::QuickStatus;
+use ts3100_proto::status::{AlarmLevel, MasterMode};
+
+/// Half the span over which VL takes the speed of the arm.
+const VELOCITY_SPAN: Duration = Duration::from_micros(500);
+
+impl Controller {
+    /// SM: the quick status; every SM feeds the watchdog (hosts.md SM, WD).
+    pub(super) fn op_quick_status(&mut self) -> Outcome {
+        if let Some(watchdog) = &mut self.state.watchdog {
+            watchdog.fed_at = self.now;
+        }
+        let status = QuickStatus {
+            emergency_stop: self.state.emergency_stop,
+            safety_stop: false,
+            stop_command: self.signals.input(din::STOP),
+            break_command: self.signals.input(din::BREAK),
+            emergency_switch: self.state.emergency_stop,
+            safety_switch: false,
+            servo: self.state.servo,
+            master_mode: match self.state.master_mode() {
+                MasterMode::Teaching => 0,
+                MasterMode::Internal => 1,
+                MasterMode::ExtSig => 2,
+                MasterMode::ExtRs232c => 4,
+                MasterMode::ExtEther => 5,
+            },
+            run_mode: match self.state.run_mode {
+                RunMode::Continuous => 0,
+                RunMode::Cycle => 1,
+                RunMode::Segment => 2,
+                RunMode::Step => 3,
+            },
+            run_status: self.execution.status().code(),
+            override_percent: self.state.override_percent,
+            alarm_level: self.alarms.worst().map_or(0, AlarmLevel::number),
+            done: self.execution.direct_done && self.execution.direct.is_none(),
+            busy: self.execution.direct.is_some(),
+        };
+        Outcome::file(status.encode())
+    }
+
+    /// AC: the active alarms, newest first like the history.
+    pub(super) fn op_current_alarms(&mut self) -> Outcome {
+        let records: Vec<AlarmRecord> = self.alarms.active().iter().rev().map(record).collect();
+        Outcome::file(encode_alarms(&records))
+    }
+
+    /// AH: the alarm history.
+    pub(super) fn op_alarm_history(&mut self) -> Outcome {
+        let records: Vec<AlarmRecord> = self.alarms.history().map(record).collect();
+        Outcome::file(encode_alarms(&records))
+    }
+
+    /// IO: all lines as words.
+    pub(super) fn op_lines(&mut self) -> Outcome {
+        Outcome::file(encode_lines(
+            &self.signals.input_words(),
+            &self.signals.output_words(),
+        ))
+    }
+
+    /// HI: inputs as one number, the first line being its lowest bit.
+    pub(super) fn op_read_inputs(&mut self, first: u16, count: u8) -> Outcome {
+        match lines(first, count, Signals::exists) {
+            Ok(lines) => {
+                let set = lines
+                    .iter()
+                    .enumerate()
+                    .filter(|(_, line)| self.signals.input(**line));
+                let value: u32 = set.map(|(bit, _)| 1 << bit).sum();
+                Outcome::file(format!("{value}\r").into_bytes())
+            }
+            Err(reason) => Outcome::Ng(reason),
+        }
+    }
+
+    /// HO: outputs from one number.
+    pub(super) fn op_write_outputs(&mut self, first: u16, count: u8, value: u32) -> Outcome {
+        match lines(first, count, Signals::is_user_output) {
+            Ok(lines) => {
+                for (bit, line) in lines.into_iter().enumerate() {
+                    self.signals.switch(line, value >> bit & 1 == 1);
+                }
+                Outcome::Ok
+            }
+            Err(reason) => Outcome::Ng(reason),
+        }
+    }
+
+    /// PR: the position. The servo follows exactly, so command and feedback are the same.
+    pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
+        let shown = self.arm.shown(self.now, self.execution.memory().conditions());
+        let config = Configuration {
+            digits: self.arm.configuration(self.now),
+        }
+        .number_on(self.arm.kind());
+        let (values, config) = match query {
+            PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (shown.joint.to_vec(), None),
+            PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
+                (self.coordinates(&shown.world), Some(config))
+            }
+            PositionQuery::CommandWork | PositionQuery::FeedbackWork => {
+                (self.coordinates(&shown.work), Some(config))
+            }
+        };
+        Outcome::file(encode_position(&values, config))
+    }
+
+    /// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
+    fn coordinates(&self, pose: &crate::motion::Pose) -> Vec<f64> {
+        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
+        match self.arm.kind() {
+            Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
+            Arm::Scara => Vec::from([x, y, z, c, u, 0.0]),
+        }
+    }
+
+    /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
+    pub(super) fn op_velocity(&mut self, which: u8) -> Outcome {
+        let conditions = self.execution.memory().conditions();
+        let (early, late) = (self.now - VELOCITY_SPAN, self.now + VELOCITY_SPAN);
+        let seconds = late.since(early).as_secs_f64();
+        let (before, after) = (
+            self.arm.shown(early, conditions),
+            self.arm.shown(late, conditions),
+        );
+        let (before, after) = if which == 0 {
+            (before.joint.to_vec(), after.joint.to_vec())
+        } else {
+            (self.coordinates(&before.world), self.coordinates(&after.world))
+        };
+        let speed = |(before, after): (&f64, &f64)| (after - before) / seconds;
+        let values: Vec<f64> = before.iter().zip(&after).map(speed).collect();
+        Outcome::file(encode_position(&values, None))
+    }
+
+    /// ZS: the work coordinate or the tool, by name and values.
+    pub(super) fn op_set_frame(&mut self, frame: ZsFrame, name: &VariableName, values: &[f64]) -> Outcome {
+        let Some(trans) = Trans::from_listed(self.arm.kind(), values) else {
+            return Outcome::Ng(format!("a coordinate expected, {} values found", values.len()));
+        };
+        let set = Frame {
+            name: Some(name.name.clone()),
+            trans,
+        };
+        let conditions = self.execution.memory_mut().conditions_mut();
+        match frame {
+            ZsFrame::Work => conditions.work = set,
+            ZsFrame::Tool => conditions.tool = set,
+        }
+        Outcome::Ok
+    }
+}
+
+fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16>, String> {
+    let lines: Vec<u16> = (0..u16::from(count))
+        .map(|place| first.saturating_add(place))
+        .collect();
+    match lines.iter().find(|line| !allowed(**line)) {
+        Some(line) => Err(format!("line {line} cannot be used here")),
+        None => Ok(lines),
+    }
+}
+
+fn record(alarm: &Alarm) -> AlarmRecord {
+    AlarmRecord {
+        number: alarm.code.number(),
+        message: alarm.code.text.to_string(),
+        at: alarm.at,
+    }
+}

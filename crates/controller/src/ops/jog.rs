@@ -1,0 +1,72 @@
+//! MD RT SC JG: guiding the arm by hand from the host. While JG holds, the arm moves; JG ! ends it.
+
+use crate::Controller;
+use crate::arm::{Guidance, GuideFrame};
+use crate::limits::{INCH, JOG_SPEED};
+use crate::port::Port;
+use crate::session::Outcome;
+use alloc::string::ToString;
+use ts3100_proto::command::Jog;
+use ts3100_proto::status::ExecutionStatus;
+
+/// Guide mode in which the arm is moved by hand alone.
+const FREE: u16 = 2;
+/// Guide mode of steps.
+const INCHING: u16 = 1;
+
+impl Controller {
+    /// MD, RT, SC: mode, rate and coordinate system of the guidance (SF-14 to SF-16).
+    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::Guide)) -> Outcome {
+        change(&mut self.state.guide);
+        Outcome::Ok
+    }
+
+    /// JG.
+    pub(super) fn op_jog(&mut self, port: Port, axis: u8, motion: Jog) -> Outcome {
+        let sign = match motion {
+            Jog::Plus => 1.0,
+            Jog::Minus => -1.0,
+            Jog::Stop => {
+                self.stop_jog();
+                return Outcome::Ok;
+            }
+        };
+        let guide = self.state.guide;
+        let reason = if self.execution.status() == ExecutionStatus::Running {
+            "a program or a DO statement is under way"
+        } else if !self.state.servo {
+            "servo power is off"
+        } else if self.state.feed_hold {
+            "feed hold is on"
+        } else if guide.mode == FREE {
+            "the guide mode is FREE"
+        } else if self.jogging.is_some() && self.arm.is_moving() {
+            "the arm is being guided; JG ! ends that"
+        } else {
+            let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
+            let guidance = Guidance {
+                axis,
+                sign,
+                step: (guide.mode == INCHING).then_some(INCH[rate]),
+                speed: JOG_SPEED[rate],
+                frame: GuideFrame::of(guide.coordinate),
+            };
+            let conditions = self.execution.memory().conditions().clone();
+            return match self.arm.guide(self.now, &guidance, &conditions, self.pace()) {
+                Ok(()) => {
+                    self.jogging = Some(port);
+                    Outcome::Ok
+                }
+                Err(error) => Outcome::Ng(error.to_string()),
+            };
+        };
+        Outcome::ng(reason)
+    }
+
+    /// The guidance ends: the arm slows and rests.
+    pub(crate) fn stop_jog(&mut self) {
+        if self.jogging.take().is_some() {
+            self.arm.stop(self.now);
+        }
+    }
+}

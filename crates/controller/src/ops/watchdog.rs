@@ -1,0 +1,34 @@
+//! WD: a host that promises to ask SM in time, and the alarm when it does not (hosts.md WD).
+
+use crate::Controller;
+use crate::alarm;
+use crate::session::Outcome;
+use crate::state::Watchdog;
+use alloc::format;
+use core::time::Duration;
+use ts3100_proto::status::AlarmLevel;
+
+impl Controller {
+    /// WD: from now on an SM is expected at least so often; without one an alarm of the level follows.
+    pub(super) fn op_watchdog(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
+        self.state.watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
+            timeout: Duration::from_millis(u64::from(timeout_ms)),
+            level,
+            fed_at: self.now,
+        });
+        Outcome::Ok
+    }
+
+    /// The watchdog's time is over: it barks once.
+    pub(crate) fn expire_watchdog(&mut self) {
+        let due = self
+            .state
+            .watchdog
+            .as_ref()
+            .is_some_and(|watchdog| watchdog.deadline() <= self.now);
+        if let Some(watchdog) = self.state.watchdog.take_if(|_| due) {
+            let detail = format!("no SM within {} ms", watchdog.timeout.as_millis());
+            self.raise(alarm::watchdog(watchdog.level), detail);
+        }
+    }
+}

@@ -1,0 +1,191 @@
+//! External operation by signals: the system inputs Din249-261 and the system outputs Dout249-262. The
+//! manual gives their names only (SF-31, SF-38); edges, levels and pulses here are assumed and written down
+//! in docs/PROTOCOL.md.
+
+use crate::Controller;
+use crate::execution::By;
+use crate::input::{ControlRight, KeySwitch};
+use crate::limits::PULSE;
+use crate::options::Strobe;
+use crate::output::Event;
+use alloc::format;
+use alloc::string::ToString;
+use ts3100_proto::command::{Reset, RunMode};
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
+
+/// Numbers of the system inputs (SF-31).
+pub(crate) mod din {
+    pub const STROBE: u16 = 249;
+    pub const PRG_RST: u16 = 250;
+    pub const STEP_RST: u16 = 251;
+    pub const CYC_RST: u16 = 252;
+    pub const DO_RST: u16 = 253;
+    pub const ALM_RST: u16 = 254;
+    pub const RUN: u16 = 255;
+    pub const EX_SVON: u16 = 256;
+    pub const STOP: u16 = 257;
+    pub const CYCLE: u16 = 258;
+    pub const LOW_SPD: u16 = 259;
+    pub const BREAK: u16 = 260;
+    pub const SVOFF: u16 = 261;
+}
+
+/// Numbers of the system outputs (SF-38).
+pub(crate) mod dout {
+    pub const EMG_ST: u16 = 249;
+    pub const SV_RDY: u16 = 250;
+    pub const ACK: u16 = 251;
+    pub const TEACH: u16 = 252;
+    pub const INT: u16 = 253;
+    pub const EXTSIG: u16 = 254;
+    pub const EXTHOST: u16 = 255;
+    pub const SYS_RDY: u16 = 256;
+    pub const AUTORUN: u16 = 257;
+    pub const CYC_END: u16 = 258;
+    pub const LOW_ST: u16 = 259;
+    pub const CYC_ST: u16 = 260;
+    pub const BT_ALM: u16 = 261;
+    pub const ALARM: u16 = 262;
+}
+
+/// Inputs that start or reset something; only in EXT (SIG) (PRM-LEG-08).
+const COMMANDS: [u16; 7] = [
+    din::PRG_RST,
+    din::STEP_RST,
+    din::CYC_RST,
+    din::DO_RST,
+    din::ALM_RST,
+    din::EX_SVON,
+    din::RUN,
+];
+
+impl Controller {
+    /// An input line is driven from outside.
+    pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
+        let was = self.signals.input(line);
+        if !self.signals.drive(line, on) {
+            let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
+            self.event(Event::Finding {
+                rule: "no-such-line",
+                port: None,
+                message,
+            });
+            return;
+        }
+        if was == on {
+            return;
+        }
+        match line {
+            din::LOW_SPD => self.arm.set_pace(self.now, self.pace()),
+            din::CYCLE if self.by_signals() => {
+                self.state.run_mode = if on { RunMode::Cycle } else { RunMode::Continuous };
+            }
+            din::STOP if on => self.stop_after_step(By::Other),
+            din::BREAK if on => self.interrupt(By::Other),
+            din::SVOFF if on => self.servo_off(By::Other),
+            din::STROBE if on && self.by_signals() => self.strobe(),
+            _ if on && COMMANDS.contains(&line) && self.config.options.strobe == Strobe::Free => {
+                self.signal(line)
+            }
+            _ => {}
+        }
+    }
+
+    fn by_signals(&self) -> bool {
+        self.state.key == KeySwitch::Ext && self.state.control_right == ControlRight::Sig
+    }
+
+    /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count; otherwise it
+    /// is acknowledged and no more.
+    fn strobe(&mut self) {
+        match self.config.options.strobe {
+            Strobe::Free => self.acknowledge(),
+            Strobe::Required => {
+                for line in COMMANDS {
+                    if self.signals.input(line) {
+                        self.signal(line);
+                    }
+                }
+            }
+        }
+    }
+
+    /// A command input: acknowledged by a pulse of ACK if it was obeyed.
+    fn signal(&mut self, line: u16) {
+        if !self.by_signals() {
+            return;
+        }
+        let stopped = self.execution.status() != ExecutionStatus::Running;
+        let result = match line {
+            din::RUN => self.start(),
+            din::EX_SVON => self.servo_on(),
+            din::ALM_RST => {
+                self.reset_alarms();
+                Ok(())
+            }
+            _ if !stopped => Err("a reset is accepted only in stop mode".to_string()),
+            din::PRG_RST => self.reset_program(Reset::Program),
+            din::STEP_RST => self.reset_program(Reset::Step),
+            din::CYC_RST => self.reset_program(Reset::Cycle),
+            _ => self.reset_program(Reset::Signal),
+        };
+        match result {
+            Ok(()) => self.acknowledge(),
+            Err(reason) => {
+                let message = format!("Din{line} had no effect: {reason}");
+                self.event(Event::Finding {
+                    rule: "signal-refused",
+                    port: None,
+                    message,
+                });
+            }
+        }
+    }
+
+    fn acknowledge(&mut self) {
+        self.signals.pulse(dout::ACK, self.now + PULSE);
+    }
+
+    /// CYC_END: on from END until the next start; in continuous operation a pulse.
+    pub(crate) fn show_cycle_end(&mut self) {
+        if self.execution.program_runs() {
+            self.signals.pulse(dout::CYC_END, self.now + PULSE);
+        } else {
+            self.signals.switch(dout::CYC_END, true);
+        }
+    }
+
+    /// Whether LOW_SPD holds the speed down.
+    pub(crate) fn is_slow(&self) -> bool {
+        self.signals.input(din::LOW_SPD) && self.state.key == KeySwitch::Ext
+    }
+
+    /// Lets the system outputs show the present state (SF-39).
+    pub(crate) fn show_state(&mut self) {
+        let mode = self.state.master_mode();
+        let alarm = !self.alarms.active().is_empty();
+        let shown = [
+            (dout::EMG_ST, self.state.emergency_stop),
+            (dout::SV_RDY, self.state.servo),
+            (dout::TEACH, mode == MasterMode::Teaching),
+            (dout::INT, mode == MasterMode::Internal),
+            (dout::EXTSIG, mode == MasterMode::ExtSig),
+            (
+                dout::EXTHOST,
+                matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther),
+            ),
+            (
+                dout::SYS_RDY,
+                !self.state.emergency_stop && !self.alarms.blocks_start(),
+            ),
+            (dout::AUTORUN, self.execution.program_runs()),
+            (dout::LOW_ST, self.is_slow()),
+            (dout::CYC_ST, self.state.run_mode == RunMode::Cycle),
+            (dout::BT_ALM, self.state.battery_low),
+            (dout::ALARM, alarm),
+        ];
+        for (line, on) in shown {
+            self.signals.switch(line, on);
+        }
+    }
+}
