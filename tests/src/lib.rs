@@ -1,1 +1,247 @@
-//! Helpers shared by the suites.
+//! Helpers shared by the suites: a controller in process under virtual time. What it has to do is written in
+//! the suites; this file only carries bytes, time and panel actions to it and keeps what it sends.
+
+pub mod notation;
+pub mod transcript;
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+
+/// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
+const MAX_DEADLINES: u32 = 200_000;
+
+/// A controller, its virtual clock, and what it has sent.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// The controller.
+    pub controller: Controller,
+    now: Time,
+    sent: BTreeMap<Port, Vec<u8>>,
+    /// Everything else it has put out, in order.
+    pub outputs: Vec<Output>,
+}
+
+impl Robot {
+    /// A controller of this dialect whose power has just come on.
+    #[must_use]
+    pub fn new(dialect: Dialect) -> Robot {
+        Robot::with(Config::new(dialect))
+    }
+
+    /// A controller made of this.
+    ///
+    /// # Panics
+    /// When the controller cannot be made.
+    #[must_use]
+    pub fn with(config: Config) -> Robot {
+        let controller = Controller::new(config, Vec::new());
+        let mut robot = Robot {
+            controller: controller.unwrap_or_else(|error| panic!("a fresh controller: {error}")),
+            now: Time::ZERO,
+            sent: BTreeMap::new(),
+            outputs: Vec::new(),
+        };
+        robot.feed(Input::Tick);
+        robot
+    }
+
+    /// A field-dialect controller with a host on IP0, a peer on IP1, servo on, and this program selected.
+    ///
+    /// # Panics
+    /// When the program does not compile.
+    #[must_use]
+    pub fn ready(program: &str) -> Robot {
+        let mut robot = Robot::new(Dialect::Field);
+        robot.load("TEST", program);
+        robot.connect(Port::Ip0);
+        robot.connect(Port::Ip1);
+        robot.panel(Panel::Servo(true));
+        robot
+    }
+
+    /// Puts a program on the RAM drive and selects it.
+    ///
+    /// # Panics
+    /// When the drive does not take it or it does not compile.
+    pub fn load(&mut self, name: &str, program: &str) {
+        let stored = self.controller.put_file(name, program.as_bytes());
+        stored.unwrap_or_else(|error| panic!("storing {name}: {error}"));
+        let selected = self.controller.select(self.now, name);
+        selected.unwrap_or_else(|error| panic!("selecting {name}: {error}"));
+        self.feed(Input::Tick);
+    }
+
+    /// The virtual time.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    fn feed(&mut self, input: Input) {
+        for output in self.controller.feed(self.now, input) {
+            match output {
+                Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
+                other => self.outputs.push(other),
+            }
+        }
+    }
+
+    /// A peer comes to a port.
+    pub fn connect(&mut self, port: Port) {
+        self.feed(Input::Connected { port, peer: "suite".to_string() });
+    }
+
+    /// The peer of a port leaves.
+    pub fn disconnect(&mut self, port: Port) {
+        self.feed(Input::Disconnected { port });
+    }
+
+    /// Something is done at the controller itself.
+    pub fn panel(&mut self, panel: Panel) {
+        self.feed(Input::Panel(panel));
+    }
+
+    /// Bytes come in on a port, as one segment.
+    pub fn raw(&mut self, port: Port, bytes: &[u8]) {
+        self.feed(Input::Received { port, bytes: bytes.to_vec() });
+    }
+
+    /// A text comes in: its data section, STX and ETX added here.
+    pub fn send(&mut self, port: Port, data: &[u8]) {
+        self.raw(port, &frame(data));
+    }
+
+    /// Time passes; every deadline on the way is served at its own time.
+    ///
+    /// # Panics
+    /// When the controller wants to be called for ever without time going on.
+    pub fn advance(&mut self, duration: Duration) {
+        let end = self.now + duration;
+        for _ in 0..MAX_DEADLINES {
+            match self.controller.poll_deadline() {
+                Some(due) if due <= end => self.now = self.now.max(due),
+                _ => {
+                    self.now = end;
+                    self.feed(Input::Tick);
+                    return;
+                }
+            }
+            self.feed(Input::Tick);
+        }
+        panic!("{MAX_DEADLINES} deadlines before {end}: the controller does not get on");
+    }
+
+    /// Time passes in milliseconds.
+    pub fn advance_ms(&mut self, millis: u64) {
+        self.advance(Duration::from_millis(millis));
+    }
+
+    /// What was sent on a port since the last call.
+    pub fn received(&mut self, port: Port) -> Vec<u8> {
+        self.sent.remove(&port).unwrap_or_default()
+    }
+
+    /// Takes the first bytes sent on a port and not received yet.
+    pub fn take(&mut self, port: Port, count: usize) -> Vec<u8> {
+        let mut bytes = self.received(port);
+        let rest = bytes.split_off(count.min(bytes.len()));
+        if !rest.is_empty() {
+            self.sent.insert(port, rest);
+        }
+        bytes
+    }
+
+    /// The ports on which something lies that nobody has read.
+    #[must_use]
+    pub fn unread(&self) -> Vec<(Port, Vec<u8>)> {
+        self.sent.iter().map(|(port, bytes)| (*port, bytes.clone())).collect()
+    }
+
+    /// A command with its answer: the data section of an OK, an NG or the first FL text. An unsolicited SP
+    /// behind it is left to be received.
+    ///
+    /// # Panics
+    /// When the answer is not one text with STX.
+    pub fn ask(&mut self, port: Port, command: &str) -> Vec<u8> {
+        self.received(port);
+        self.send(port, &[command.as_bytes(), b"\r"].concat());
+        let mut answer = self.received(port);
+        let stop = frame(b"SP\r");
+        if answer.len() > stop.len() && answer.ends_with(&stop) {
+            answer.truncate(answer.len() - stop.len());
+            self.sent.insert(port, stop);
+        }
+        unframe(&answer).unwrap_or_else(|| panic!("{command}: one text expected, {answer:02x?} found"))
+    }
+
+    /// A command that is answered by OK.
+    ///
+    /// # Panics
+    /// When it is not.
+    pub fn command(&mut self, port: Port, command: &str) {
+        let answer = self.ask(port, command);
+        assert_eq!(notation::write(&answer), "OK<CR>", "{command}");
+    }
+
+    /// A command that is answered by FL: the content without EOF, every text acknowledged with OK.
+    ///
+    /// # Panics
+    /// When the texts are not those of a file.
+    pub fn file(&mut self, port: Port, command: &str) -> Vec<u8> {
+        let first = self.ask(port, command);
+        let mut content = first.strip_prefix(b"FL,".as_slice()).map(<[u8]>::to_vec).unwrap_or_else(|| {
+            panic!("{command}: FL expected, {} found", notation::write(&first));
+        });
+        while content.last() != Some(&0x1A) {
+            self.send(port, b"OK\r");
+            let text = self.received(port);
+            content.extend(unframe(&text).unwrap_or_else(|| panic!("{command}: a further text expected")));
+        }
+        self.send(port, b"OK\r");
+        let rest = self.received(port);
+        assert!(rest.is_empty() || rest == frame(b"SP\r"), "{command}: {rest:02x?} follows the host's last OK");
+        if !rest.is_empty() {
+            self.sent.insert(port, rest);
+        }
+        content.pop();
+        content
+    }
+
+    /// The binary body of SF.
+    pub fn total(&mut self, port: Port) -> Vec<u8> {
+        self.file(port, "SF")
+    }
+
+    /// A float of the SF body.
+    ///
+    /// # Panics
+    /// When the body is shorter.
+    pub fn float(&mut self, port: Port, offset: usize) -> f32 {
+        let body = self.total(port);
+        let word: [u8; 4] = body[offset..offset + 4].try_into().expect("a slice of four bytes");
+        f32::from_be_bytes(word)
+    }
+
+    /// Numbers of the alarms raised so far, for example `2-046`.
+    #[must_use]
+    pub fn alarms(&self) -> Vec<String> {
+        let number = |output: &Output| match output {
+            Output::Event(Event::Alarm { number, .. }) => Some(number.clone()),
+            _ => None,
+        };
+        self.outputs.iter().filter_map(number).collect()
+    }
+}
+
+/// A text with STX around this data section.
+#[must_use]
+pub fn frame(data: &[u8]) -> Vec<u8> {
+    [b"\x02", data, b"\x03"].concat()
+}
+
+/// The data section of exactly one text with STX; binary data inside is let through.
+#[must_use]
+pub fn unframe(text: &[u8]) -> Option<Vec<u8>> {
+    Some(text.strip_prefix(b"\x02")?.strip_suffix(b"\x03")?.to_vec())
+}

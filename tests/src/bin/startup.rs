@@ -1,0 +1,123 @@
+//! Measures the time from starting `ts3100 serve` to the first correct SU answer, beside a bare echo server of
+//! tokio started and asked in the same way in the same run.
+//!
+//! `cargo run --release -p ts3100-tests --bin startup -- target/release/ts3100 [ROUNDS]`
+
+use std::error::Error;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+const ROUNDS: usize = 50;
+const SU: &[u8] = b"\x02SU\r\x03";
+const TIMEOUT: Duration = Duration::from_secs(10);
+
+/// What is started, how its port is found in its first line, and what its answer has to look like.
+struct Subject {
+    name: &'static str,
+    program: PathBuf,
+    arguments: &'static [&'static str],
+    key: &'static str,
+    answer: fn(&[u8]) -> bool,
+}
+
+/// A process that is ended when it is dropped.
+struct Running(Child);
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        // Ending a process that has ended already is no loss.
+        drop(self.0.kill());
+        drop(self.0.wait());
+    }
+}
+
+fn port(line: &str, key: &str) -> Option<u16> {
+    let after = &line[line.find(key)? + key.len()..];
+    let digits: String = after.chars().take_while(char::is_ascii_digit).collect();
+    digits.parse().ok()
+}
+
+fn once(subject: &Subject) -> Result<Duration, Box<dyn Error>> {
+    let start = Instant::now();
+    let mut child = Running(
+        Command::new(&subject.program)
+            .args(subject.arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .map_err(|error| format!("{}: {error}", subject.program.display()))?,
+    );
+    let mut line = String::new();
+    let stdout = child.0.stdout.take().ok_or("no standard output")?;
+    BufReader::new(stdout).read_line(&mut line)?;
+    let port = port(&line, subject.key).ok_or_else(|| format!("{}: no port in {line:?}", subject.name))?;
+    let mut stream = TcpStream::connect(("127.0.0.1", port))?;
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(TIMEOUT))?;
+    stream.write_all(SU)?;
+    let mut answer = Vec::new();
+    let mut buffer = [0; 512];
+    while !(subject.answer)(&answer) {
+        match stream.read(&mut buffer)? {
+            0 => return Err(format!("{}: closed after {answer:02x?}", subject.name).into()),
+            count => answer.extend_from_slice(&buffer[..count]),
+        }
+    }
+    Ok(start.elapsed())
+}
+
+fn milliseconds(duration: Duration) -> f64 {
+    duration.as_secs_f64() * 1_000.0
+}
+
+fn measure(subjects: &[Subject], rounds: usize) -> Result<(), Box<dyn Error>> {
+    let mut times = vec![Vec::with_capacity(rounds); subjects.len()];
+    // By turns, so that both see the same machine.
+    for _ in 0..rounds {
+        for (times, subject) in times.iter_mut().zip(subjects) {
+            times.push(once(subject)?);
+        }
+    }
+    let mut medians = Vec::new();
+    for (times, subject) in times.iter_mut().zip(subjects) {
+        times.sort_unstable();
+        let (median, least) = (milliseconds(times[rounds / 2]), milliseconds(times[0]));
+        println!("{:24} median {median:7.3} ms   least {least:7.3} ms   of {rounds}", subject.name);
+        medians.push(median);
+    }
+    if let [emulator, bare] = medians[..] {
+        println!("{:24} {:.2} of the bare server's", "ratio of the medians", emulator / bare);
+    }
+    Ok(())
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let binary = arguments.next().ok_or("usage: startup PATH_TO_ts3100 [ROUNDS]")?;
+    let rounds = arguments.next().map_or(Ok(ROUNDS), |rounds| rounds.parse())?;
+    let echo = std::env::current_exe()?.with_file_name("echo");
+    if !echo.exists() {
+        return Err(format!("{} is missing: build ts3100-tests whole", echo.display()).into());
+    }
+    let subjects = [
+        Subject {
+            name: "ts3100 serve, SU",
+            program: Path::new(&binary).to_path_buf(),
+            arguments: &["serve", "--ports", "auto", "--ready-json"],
+            key: "\"ip0\":",
+            answer: |bytes| bytes.starts_with(b"\x02FL,MODE:external(ethernet)/") && bytes.ends_with(b"\x1a\x03"),
+        },
+        Subject {
+            name: "bare tokio echo",
+            program: echo,
+            arguments: &[],
+            key: "\"port\":",
+            answer: |bytes| bytes == SU,
+        },
+    ];
+    measure(&subjects, rounds.max(1))
+}

@@ -1,0 +1,298 @@
+//! Conversations over many texts and the time limits on them: what a transcript says badly because it counts
+//! bytes or compares long files.
+
+use ts3100_controller::{Dialect, Port};
+use ts3100_tests::{Robot, frame, notation, unframe};
+
+const DATA: usize = 253;
+
+/// A REMARK program of exactly so many bytes, in lines of at most fifty.
+fn file_of(length: usize) -> Vec<u8> {
+    let mut content = b"PROGRAM BULK\nEND\n".to_vec();
+    while content.len() < length {
+        let rest = length - content.len();
+        match rest {
+            1 => content.push(b'\n'),
+            _ => {
+                let line = rest.min(50);
+                content.extend(b"'".iter().chain(std::iter::repeat_n(&b'x', line - 2)));
+                content.push(b'\n');
+            }
+        }
+    }
+    content
+}
+
+fn robot() -> Robot {
+    let mut robot = Robot::new(Dialect::Field);
+    robot.connect(Port::Ip0);
+    robot
+}
+
+fn download(robot: &mut Robot, name: &str, content: &[u8], block: usize) -> Vec<u8> {
+    robot.command(Port::Ip0, &format!("DL,{name}"));
+    let whole = [b"FL,", content, b"\x1A"].concat();
+    for text in whole.chunks(block) {
+        robot.send(Port::Ip0, text);
+        let answer = unframe(&robot.received(Port::Ip0)).expect("one text answers a block");
+        if answer != b"OK\r" {
+            return answer;
+        }
+    }
+    b"OK\r".to_vec()
+}
+
+/// The data sections of an upload.
+fn upload(robot: &mut Robot, command: &str) -> Vec<Vec<u8>> {
+    let mut texts = vec![robot.ask(Port::Ip0, command)];
+    while texts.last().is_some_and(|text| text.last() != Some(&0x1A)) {
+        robot.send(Port::Ip0, b"OK\r");
+        texts.push(unframe(&robot.received(Port::Ip0)).expect("a further text"));
+    }
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0), b"");
+    texts
+}
+
+// clause: FL-01 FL-02 FL-05 TRN-06 FRM-02 CMD-UL-01 CMD-UL-02 CMD-DL-02 CMD-DL-03 RAM-06 DIR-03
+#[test]
+fn files_of_every_awkward_length_travel_both_ways() {
+    for length in [17, 249, 250, 251, 252, 253, 254, 500, 502, 503, 504, 505, 755, 756, 757, 1_100] {
+        let mut robot = robot();
+        let content = file_of(length);
+        assert_eq!(content.len(), length);
+        assert_eq!(download(&mut robot, "BULK", &content, DATA), b"OK\r", "{length}");
+        let texts = upload(&mut robot, "UL,BULK");
+        assert_eq!(texts.len(), (length + 3 + 1).div_ceil(DATA), "{length}");
+        assert!(texts[..texts.len() - 1].iter().all(|text| text.len() == DATA), "{length}");
+        let joined = texts.concat();
+        assert_eq!(joined[..3], *b"FL,");
+        assert_eq!(joined[3..joined.len() - 1], content, "{length}");
+        let directory = String::from_utf8(robot.file(Port::Ip0, "CA")).unwrap();
+        assert!(directory.contains(&format!("BULK {length}\r")), "{directory:?}");
+    }
+}
+
+// clause: FL-03 CMD-DL-03
+#[test]
+fn a_download_may_be_cut_anywhere() {
+    let content = file_of(600);
+    for block in [4, 7, 50, 226, 230, 252, 253] {
+        let mut robot = robot();
+        assert_eq!(download(&mut robot, "BULK", &content, block), b"OK\r", "{block}");
+        assert_eq!(robot.file(Port::Ip0, "UL,BULK"), content, "{block}");
+    }
+}
+
+// clause: CMD-UL-03 TRN-03 CMD-CA-01
+#[test]
+fn ng_of_the_host_ends_an_upload_which_may_begin_again() {
+    let mut robot = robot();
+    let content = file_of(600);
+    download(&mut robot, "BULK", &content, DATA);
+    robot.ask(Port::Ip0, "UL,BULK");
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0).len(), DATA + 2);
+    robot.send(Port::Ip0, b"NG\r");
+    assert_eq!(robot.received(Port::Ip0), b"");
+    assert_eq!(robot.file(Port::Ip0, "UL,BULK"), content);
+}
+
+// clause: SER-09 CMD-UL-02 TRN-01 CMD-SP-08
+#[test]
+fn nothing_is_ever_sent_twice_or_unasked() {
+    let mut robot = robot();
+    download(&mut robot, "BULK", &file_of(600), DATA);
+    robot.ask(Port::Ip0, "UL,BULK");
+    robot.advance_ms(3_000);
+    assert_eq!(robot.received(Port::Ip0), b"");
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0).len(), DATA + 2);
+    robot.advance_ms(60_000);
+    assert_eq!(robot.received(Port::Ip0), b"");
+}
+
+// clause: SER-08
+#[test]
+fn an_exchange_the_host_forgets_ends_after_ten_seconds() {
+    let mut robot = robot();
+    let content = file_of(600);
+    download(&mut robot, "BULK", &content, DATA);
+    robot.ask(Port::Ip0, "UL,BULK");
+    robot.advance_ms(9_900);
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0).len(), DATA + 2, "just in time");
+    robot.advance_ms(10_100);
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0), b"", "too late");
+    robot.command(Port::Ip0, "DL,LATE");
+    robot.advance_ms(10_100);
+    robot.send(Port::Ip0, b"FL,PROGRAM LATE\nEND\n\x1A");
+    let answer = robot.received(Port::Ip0);
+    assert_ne!(answer, frame(b"OK\r"), "the download was given up");
+    assert_eq!(robot.ask(Port::Ip0, "UL,LATE"), b"NG\r");
+}
+
+// clause: SER-06 SER-07
+#[test]
+fn half_a_text_is_forgotten_after_ten_seconds() {
+    for port in [Port::Ip0, Port::Host] {
+        let mut robot = Robot::new(Dialect::Field);
+        robot.connect(port);
+        robot.raw(port, b"\x02S");
+        robot.advance_ms(9_000);
+        robot.raw(port, b"U\r\x03");
+        assert!(robot.received(port).starts_with(b"\x02FL,MODE:"), "{port}: within 10 s");
+        robot.send(port, b"OK\r");
+        robot.raw(port, b"\x02S");
+        robot.advance_ms(11_000);
+        assert_eq!(robot.received(port), b"", "{port}: in silence");
+        robot.send(port, b"SU\r");
+        assert!(robot.received(port).starts_with(b"\x02FL,MODE:"), "{port}: one FL");
+    }
+}
+
+// clause: TRN-09
+#[test]
+fn a_new_command_takes_the_place_of_an_open_exchange() {
+    let mut robot = robot();
+    download(&mut robot, "BULK", &file_of(600), DATA);
+    robot.ask(Port::Ip0, "UL,BULK");
+    assert!(robot.ask(Port::Ip0, "CA").starts_with(b"FL,BULK 600\r"));
+    assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"));
+    robot.command(Port::Ip0, "DL,OTHER");
+    assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"));
+    robot.send(Port::Ip0, b"OK\r");
+    robot.send(Port::Ip0, b"FL,PROGRAM OTHER\nEND\n\x1A");
+    assert_ne!(robot.received(Port::Ip0), frame(b"OK\r"), "the download was given up");
+}
+
+// clause: TRN-11
+#[test]
+fn the_two_ports_have_their_own_exchanges() {
+    let mut robot = robot();
+    robot.connect(Port::Host);
+    let content = file_of(600);
+    download(&mut robot, "BULK", &content, DATA);
+    let first = robot.ask(Port::Ip0, "UL,BULK");
+    assert!(robot.file(Port::Host, "SU").starts_with(b"MODE:"));
+    assert_eq!(robot.file(Port::Host, "UL,BULK"), content);
+    robot.send(Port::Ip0, b"OK\r");
+    let second = unframe(&robot.received(Port::Ip0)).unwrap();
+    robot.send(Port::Ip0, b"OK\r");
+    let third = unframe(&robot.received(Port::Ip0)).unwrap();
+    let joined = [first, second, third].concat();
+    assert_eq!(joined[3..joined.len() - 1], content);
+    robot.send(Port::Ip0, b"OK\r");
+    robot.command(Port::Ip0, "DL,BOTH");
+    assert_eq!(robot.ask(Port::Host, "DL,BOTH"), b"NG\r");
+    robot.command(Port::Host, "DL,OTHER");
+}
+
+// clause: CMD-DL-04 CMD-DL-05 CMD-DL-06 RAM-02 RAM-08 FRM-03
+#[test]
+fn a_download_is_stored_whole_or_not_at_all() {
+    let old = b"PROGRAM KEEP\nEND\n";
+    let long = [b"' ".to_vec(), vec![b'x'; 258], b"\n".to_vec()].concat();
+    for bad in [b"A\tB\n".to_vec(), b"A\x80B\n".to_vec(), long] {
+        let mut robot = robot();
+        download(&mut robot, "KEEP", old, DATA);
+        assert_eq!(download(&mut robot, "KEEP", &bad, DATA), b"NG\r", "{}", notation::write(&bad[..4]));
+        robot.send(Port::Ip0, b"END\n\x1A");
+        assert_ne!(robot.received(Port::Ip0), frame(b"OK\r"), "the download was discontinued");
+        assert_eq!(robot.file(Port::Ip0, "UL,KEEP"), old);
+    }
+    let mut robot = robot();
+    download(&mut robot, "KEEP", old, DATA);
+    robot.command(Port::Ip0, "DL,KEEP");
+    robot.send(Port::Ip0, &[b"FL,".to_vec(), vec![b'\n'; 251]].concat());
+    assert_eq!(robot.received(Port::Ip0), frame(b"NG\r"), "254 data bytes");
+    assert_eq!(robot.file(Port::Ip0, "UL,KEEP"), old);
+}
+
+// clause: RAM-01
+#[test]
+fn a_line_of_252_characters_is_taken() {
+    let mut robot = robot();
+    let content = [b"'".to_vec(), vec![b'x'; 251], b"\nPROGRAM L\nEND\n".to_vec()].concat();
+    assert_eq!(download(&mut robot, "LONG", &content, DATA), b"OK\r");
+    assert_eq!(robot.file(Port::Ip0, "UL,LONG"), content);
+}
+
+// clause: RAM-03
+#[test]
+fn a_file_of_six_digits_is_refused() {
+    let mut robot = robot();
+    assert_eq!(download(&mut robot, "BIG", &file_of(99_999), DATA), b"OK\r");
+    assert_eq!(download(&mut robot, "BIGGER", &file_of(100_000), DATA), b"NG\r");
+    assert_eq!(robot.ask(Port::Ip0, "UL,BIGGER"), b"NG\r");
+}
+
+// clause: TRN-07 TRN-08
+#[test]
+fn a_message_of_two_texts_is_answered_once() {
+    let mut robot = robot();
+    robot.command(Port::Ip0, "SO");
+    let statement = format!("DO,SPEED = 1{}", " + 0".repeat(80));
+    let message = [statement.as_bytes(), b"\r"].concat();
+    assert!(message.len() > DATA);
+    robot.send(Port::Ip0, &message[..DATA]);
+    assert_eq!(robot.received(Port::Ip0), b"");
+    robot.send(Port::Ip0, &message[DATA..]);
+    assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+}
+
+// clause: FRM-04 FRM-16
+#[test]
+fn noise_of_any_kind_leaves_the_port_working() {
+    let mut seed = 0x2545_F491_4F6C_DD1D_u64;
+    let mut next = move || {
+        seed ^= seed << 13;
+        seed ^= seed >> 7;
+        seed ^= seed << 17;
+        seed
+    };
+    for dialect in [Dialect::Field, Dialect::Manual] {
+        let mut robot = Robot::new(dialect);
+        for round in 0..300 {
+            robot.connect(Port::Ip0);
+            for _ in 0..next() % 8 {
+                let noise: Vec<u8> = (0..next() % 600).map(|_| next().to_le_bytes()[0]).collect();
+                robot.raw(Port::Ip0, &noise);
+                robot.advance_ms(next() % 300);
+            }
+            robot.disconnect(Port::Ip0);
+            robot.received(Port::Ip0);
+            robot.connect(Port::Ip0);
+            assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"), "round {round}");
+            robot.disconnect(Port::Ip0);
+        }
+    }
+}
+
+// clause: SF-02 SF-01 FL-02
+#[test]
+fn in_the_manual_dialect_sf_travels_in_two_texts() {
+    let mut robot = Robot::new(Dialect::Manual);
+    robot.connect(Port::Ip0);
+    robot.send(Port::Ip0, b"SF\r");
+    let first = robot.received(Port::Ip0);
+    assert_eq!((first.len(), &first[..4]), (255, b"\x02FL,".as_slice()));
+    robot.send(Port::Ip0, b"OK\r");
+    let second = robot.received(Port::Ip0);
+    assert_eq!((second.len(), &second[27..]), (29, b"\x1A\x03".as_slice()));
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0), b"");
+}
+
+// clause: SF-01 SF-46
+#[test]
+fn in_the_field_dialect_sf_is_one_text() {
+    for (request, length) in [(b"\x02SF\r\x03".as_slice(), 282), (b"SF\r\x03".as_slice(), 281)] {
+        let mut robot = robot();
+        robot.raw(Port::Ip0, request);
+        let text = robot.received(Port::Ip0);
+        assert_eq!(text.len(), length);
+        assert!(text.ends_with(b"\x1A\x03"));
+    }
+}

@@ -1,0 +1,185 @@
+//! The house rules of design.md, held by a test: lengths of files, opening comments, dependencies, `expect`
+//! density, and the origin of every fixture.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+const MEDIAN: usize = 200;
+const LONGEST: usize = 600;
+const EXPECTS_PER_THOUSAND: usize = 2;
+
+/// Crate, the only dependencies it may name, and how many of them there may be.
+const DEPENDENCIES: [(&str, &[&str], usize); 4] = [
+    ("proto", &["bytes", "nom", "thiserror"], 3),
+    ("scol-mini", &["libm", "thiserror", "serde"], 3),
+    ("controller", &["libm", "scol-mini", "thiserror", "ts3100-proto", "serde"], 6),
+    ("emulator", &[], 20),
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        for path in entries.map(|entry| entry.unwrap().path()) {
+            if path.is_dir() {
+                if path.file_name().is_some_and(|name| name != "target") {
+                    folders.push(path);
+                }
+            } else if path.extension().is_some_and(|found| found == extension) {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+fn sources() -> Vec<(PathBuf, String)> {
+    let paths = ["crates", "tests"].into_iter().flat_map(|folder| files(&root().join(folder), "rs"));
+    paths.map(|path| (path.clone(), std::fs::read_to_string(&path).unwrap())).collect()
+}
+
+/// A source without its test module.
+fn product(text: &str) -> &str {
+    match text.find("#[cfg(test)]\nmod tests") {
+        Some(at) => &text[..at],
+        None => text,
+    }
+}
+
+fn is_test(path: &Path) -> bool {
+    let whole = path.to_string_lossy();
+    let part = whole.strip_prefix(&*root().to_string_lossy()).unwrap_or(&whole);
+    part.starts_with("/tests/") || part.contains("/tests/") || part.ends_with("/tests.rs") || part.contains("/testing")
+}
+
+fn none(what: &str, offenders: &[String]) {
+    assert!(offenders.is_empty(), "{what}:\n{}", offenders.join("\n"));
+}
+
+#[test]
+fn files_are_short() {
+    let mut lengths = Vec::new();
+    let mut offenders = Vec::new();
+    for (path, text) in sources() {
+        let lines = product(&text).lines().count();
+        lengths.push(lines);
+        if lines > LONGEST {
+            offenders.push(format!("{}: {lines} lines without its tests", path.display()));
+        }
+    }
+    none("files over the longest length", &offenders);
+    lengths.sort_unstable();
+    let median = lengths[lengths.len() / 2];
+    assert!(median < MEDIAN, "the median length is {median}");
+}
+
+#[test]
+fn every_file_says_what_it_is_for() {
+    let offenders = sources().into_iter().filter(|(_, text)| !text.starts_with("//! "));
+    none("files without an opening `//!`", &offenders.map(|(path, _)| path.display().to_string()).collect::<Vec<_>>());
+}
+
+#[test]
+fn crates_use_what_they_may() {
+    let mut offenders = Vec::new();
+    for (name, allowed, most) in DEPENDENCIES {
+        let manifest = std::fs::read_to_string(root().join("crates").join(name).join("Cargo.toml")).unwrap();
+        let found = dependencies(&manifest);
+        if found.len() > most {
+            offenders.push(format!("{name}: {} dependencies, {most} allowed", found.len()));
+        }
+        let foreign = found.iter().filter(|found| !allowed.is_empty() && !allowed.contains(&found.as_str()));
+        offenders.extend(foreign.map(|found| format!("{name}: {found} is not on its list")));
+    }
+    none("dependencies", &offenders);
+}
+
+fn dependencies(manifest: &str) -> Vec<String> {
+    let mut section = String::new();
+    let mut found = Vec::new();
+    for line in manifest.lines().map(str::trim) {
+        if let Some(header) = line.strip_prefix('[') {
+            section = header.trim_end_matches(']').to_string();
+            if let Some(name) = section.strip_prefix("dependencies.") {
+                found.push(name.to_string());
+            }
+        } else if section == "dependencies" && !line.is_empty() && !line.starts_with('#') {
+            found.extend(line.split(['.', ' ', '=']).next().map(str::to_string));
+        }
+    }
+    found
+}
+
+#[test]
+fn the_dependency_reader_sees_every_form() {
+    let manifest = "[dependencies]\na.workspace = true\nb = \"1\"\nc = { version = \"1\" }\n\n[dependencies.d]\n\
+        version = \"1\"\n[dev-dependencies]\ne = \"1\"\n";
+    assert_eq!(dependencies(manifest), ["a", "b", "c", "d"]);
+}
+
+#[test]
+fn nothing_panics_on_purpose() {
+    let mut offenders = Vec::new();
+    let mut counts: BTreeMap<String, (usize, usize)> = BTreeMap::new();
+    for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
+        let name = path.components().rev().find_map(|part| {
+            let part = part.as_os_str().to_string_lossy().into_owned();
+            DEPENDENCIES.iter().any(|(name, ..)| *name == part).then_some(part)
+        });
+        let count = counts.entry(name.unwrap_or_else(|| "other".to_string())).or_default();
+        for (number, line) in (1..).zip(product(&text).lines()) {
+            count.0 += 1;
+            let code = line.trim_start();
+            if code.starts_with("//") {
+                continue;
+            }
+            count.1 += usize::from(code.contains(".expect("));
+            for word in [".unwrap()", "todo!", "unimplemented!", "unsafe "] {
+                if code.contains(word) {
+                    offenders.push(format!("{}:{number}: {word}", path.display()));
+                }
+            }
+        }
+    }
+    none("words that do not belong in the product", &offenders);
+    for (name, (lines, expects)) in counts {
+        let most = (lines * EXPECTS_PER_THOUSAND).div_ceil(1_000);
+        assert!(expects <= most, "{name}: {expects} `expect` in {lines} lines, {most} allowed");
+    }
+}
+
+#[test]
+fn every_fixture_states_its_origin() {
+    let mut offenders = Vec::new();
+    for extension in ["txt", "scol", "par", "expected"] {
+        for path in files(&root().join("fixtures"), extension) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            // The expectation of a fixture shares the origin of the fixture beside it.
+            let shared = extension == "expected" && path.with_extension("scol").exists();
+            if !shared && !text.lines().take(5).any(|line| line.contains("origin:")) {
+                offenders.push(path.display().to_string());
+            }
+        }
+    }
+    none("fixtures without an origin", &offenders);
+}
+
+#[test]
+fn clauses_named_by_transcripts_exist_in_form() {
+    for path in files(&root().join("fixtures/transcripts"), "txt") {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let clauses = text.lines().filter_map(|line| line.strip_prefix("clauses: ")).flat_map(str::split_whitespace);
+        for clause in clauses {
+            let (group, number) = clause.rsplit_once('-').unwrap_or((clause, ""));
+            let named = ["SP", "RN"].iter().any(|word| number.starts_with(word)) || group.starts_with("PRM-");
+            let formed = number.chars().all(|c| c.is_ascii_digit()) && number.len() == 2;
+            assert!(formed || named, "{}: {clause} has not the form of a clause id", path.display());
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! What a host sees of the arm's motion: it takes time, it can be stopped, held and overridden, and DO answers
+//! before it ends.
+
+use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_tests::{Robot, frame};
+
+const TRIP: &str = "PROGRAM TRIP\nMOVE HOME\nPRINT IP1, \"1\"\nMOVES FAR WITH SPEED=20\nPRINT IP1, \"2\"\nMOVE HOME\n\
+    PRINT IP1, \"3\"\nEND\nDATA\nPOINT HOME=400,-200,200,0,0,0,0,0/\nPOINT FAR=400,200,200,0,0,0,0,0/\nEND\n";
+const WORLD: usize = 148;
+const HOME: [f32; 3] = [400.0, -200.0, 200.0];
+const FAR: [f32; 3] = [400.0, 200.0, 200.0];
+
+fn position(robot: &mut Robot) -> [f32; 3] {
+    let body = robot.total(Port::Ip0);
+    let float = |at: usize| f32::from_be_bytes(body[at..at + 4].try_into().unwrap());
+    [float(WORLD), float(WORLD + 4), float(WORLD + 8)]
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
+}
+
+fn motion_status(robot: &mut Robot) -> u8 {
+    robot.total(Port::Ip0)[2]
+}
+
+/// On the way from HOME to FAR.
+fn under_way() -> Robot {
+    let mut robot = Robot::ready(TRIP);
+    robot.command(Port::Ip0, "RN");
+    for _ in 0..2_000 {
+        robot.advance_ms(10);
+        if robot.received(Port::Ip1) == b"1" {
+            robot.advance_ms(200);
+            return robot;
+        }
+    }
+    panic!("HOME is not reached within 20 s");
+}
+
+fn until(robot: &mut Robot, what: &str, condition: impl Fn(&mut Robot) -> bool) {
+    for _ in 0..3_000 {
+        if condition(robot) {
+            return;
+        }
+        robot.advance_ms(10);
+    }
+    panic!("{what}: not within 30 s");
+}
+
+// clause: CMD-SU-02 SF-42 SF-06 CMD-RN-01
+#[test]
+fn positions_change_while_it_moves_and_stay_on_the_line() {
+    let mut robot = under_way();
+    let mut last = position(&mut robot);
+    for _ in 0..20 {
+        robot.advance_ms(20);
+        let here = position(&mut robot);
+        assert_eq!(motion_status(&mut robot), 1);
+        assert!(here[1] > last[1] && here[1] < FAR[1], "{here:?} after {last:?}");
+        assert!((here[0] - 400.0).abs() < 0.01 && (here[2] - 200.0).abs() < 0.01, "{here:?} is off the line");
+        last = here;
+    }
+}
+
+// clause: CMD-SP-01 CMD-SP-02 CMD-SP-03 CMD-RN-02 CMD-SP-09
+#[test]
+fn sp_completes_the_step_and_rn_goes_on_behind_it() {
+    let mut robot = under_way();
+    robot.command(Port::Ip0, "SP");
+    until(&mut robot, "the step ends", |robot| motion_status(robot) == 3);
+    assert!(distance(position(&mut robot), FAR) < 0.01);
+    robot.advance_ms(5_000);
+    assert_eq!(robot.received(Port::Ip1), b"");
+    assert_eq!(robot.received(Port::Ip0), b"", "no SP for what the host asked");
+    robot.command(Port::Ip0, "RN");
+    until(&mut robot, "the end", |robot| motion_status(robot) == 0);
+    assert_eq!(robot.received(Port::Ip1), b"23");
+    assert!(distance(position(&mut robot), HOME) < 0.01);
+}
+
+// clause: CMD-EC-04 CMD-BR-02 SU-08
+#[test]
+fn break_stops_between_the_points_and_rn_repeats_the_move() {
+    for stop in ["EC,BREAK", "BR"] {
+        let mut robot = under_way();
+        robot.command(Port::Ip0, stop);
+        robot.advance_ms(1_000);
+        let rest = position(&mut robot);
+        assert!(distance(rest, FAR) > 1.0 && distance(rest, HOME) > 1.0, "{stop}: {rest:?}");
+        assert_eq!(motion_status(&mut robot), 2, "{stop}");
+        robot.advance_ms(5_000);
+        assert_eq!(position(&mut robot), rest, "{stop}");
+        assert_eq!(robot.received(Port::Ip0), b"", "{stop}: no SP");
+        if stop == "BR" {
+            assert_eq!(robot.ask(Port::Ip0, "RN"), b"NG\r");
+            robot.command(Port::Ip0, "SO");
+        }
+        robot.command(Port::Ip0, "RN");
+        until(&mut robot, "FAR", |robot| robot.unread().iter().any(|(port, _)| *port == Port::Ip1));
+        assert_eq!(robot.received(Port::Ip1), b"2", "{stop}");
+        assert!(distance(position(&mut robot), FAR) < 3.0, "{stop}");
+    }
+}
+
+// clause: CMD-FD-01 CMD-FD-02 CMD-FD-03 SF-13 CMD-DO-03
+#[test]
+fn feed_hold_stops_the_arm_and_lets_it_go_on() {
+    let mut robot = under_way();
+    robot.command(Port::Ip0, "FD");
+    robot.advance_ms(1_000);
+    let rest = position(&mut robot);
+    robot.advance_ms(2_000);
+    assert_eq!(position(&mut robot), rest);
+    let body = robot.total(Port::Ip0);
+    assert_eq!((body[2], &body[32..34]), (1, [0, 1].as_slice()));
+    assert!(distance(rest, FAR) > 1.0);
+    assert_eq!(robot.ask(Port::Ip0, "DO,DOUT(1)"), b"NG\r");
+    robot.command(Port::Ip0, "FD");
+    until(&mut robot, "FAR", |robot| robot.received(Port::Ip1) == b"2");
+    assert_eq!(robot.total(Port::Ip0)[32..34], [0, 0]);
+    assert_eq!(robot.received(Port::Ip0), b"");
+}
+
+// clause: CMD-FD-03
+#[test]
+fn sp_during_feed_hold_stops_and_releases() {
+    let mut robot = under_way();
+    robot.command(Port::Ip0, "FD");
+    robot.advance_ms(1_000);
+    let rest = position(&mut robot);
+    robot.command(Port::Ip0, "SP");
+    robot.advance_ms(1_000);
+    let body = robot.total(Port::Ip0);
+    assert_eq!((body[2], &body[32..34]), (2, [0, 0].as_slice()));
+    assert_eq!(position(&mut robot), rest);
+}
+
+// clause: CMD-DO-01 CMD-DO-02 CMD-DO-04
+#[test]
+fn do_answers_before_the_motion_ends() {
+    let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
+    robot.command(Port::Ip0, "DO,MOVE POINT(400,-200,200)");
+    until(&mut robot, "HOME", |robot| motion_status(robot) != 1);
+    robot.command(Port::Ip0, "DO,MOVE POINT(400,200,200) WITH SPEED=50");
+    let mut polls = 0;
+    loop {
+        let here = position(&mut robot);
+        if motion_status(&mut robot) != 1 {
+            assert!(distance(here, FAR) < 0.01, "{here:?} at rest");
+            break;
+        }
+        assert_eq!(robot.ask(Port::Ip0, "DO,MOVE POINT(400,0,200)"), b"NG\r");
+        assert_eq!(robot.ask(Port::Ip0, "RN"), b"NG\r");
+        robot.advance_ms(20);
+        polls += 1;
+        assert!(polls < 3_000, "the motion never ends");
+    }
+    assert!(polls > 10, "the motion takes its time: {polls} polls");
+    robot.advance_ms(1_000);
+    assert_eq!(robot.received(Port::Ip0), b"", "the end of a DO sends no SP");
+}
+
+// clause: CMD-DO-02
+#[test]
+fn a_do_of_no_length_shows_run_for_200_ms() {
+    for statement in ["DO,DOUT(1)", "DO,MOVE HERE", "DO,SPEED=50"] {
+        let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
+        robot.command(Port::Ip0, statement);
+        assert_eq!(motion_status(&mut robot), u8::from(statement.contains("MOVE")), "{statement}");
+        robot.advance_ms(190);
+        assert_eq!(motion_status(&mut robot), u8::from(statement.contains("MOVE")), "{statement}");
+        robot.advance_ms(20);
+        assert_eq!(motion_status(&mut robot), 0, "{statement}");
+    }
+}
+
+// clause: PRM-SPD-01 PRM-SPD-02
+#[test]
+fn teaching_is_slow() {
+    let seconds = |key: KeySwitch| {
+        let mut robot = Robot::with(Config { key, control_right: ControlRight::Ether, ..Config::new(Dialect::Field) });
+        robot.load("TEST", "PROGRAM T\nMOVE A\nPRINT IP1, \"1\"\nMOVES B\nPRINT IP1, \"2\"\nEND\nDATA\n\
+            POINT A=400,-250,200,0,0,0,0,0/\nPOINT B=400,250,200,0,0,0,0,0/\nEND\n");
+        robot.connect(Port::Ip0);
+        robot.connect(Port::Ip1);
+        robot.panel(Panel::Servo(true));
+        robot.panel(Panel::Start);
+        until(&mut robot, "A", |robot| robot.received(Port::Ip1) == b"1");
+        let start = robot.now();
+        let mut last = position(&mut robot);
+        until(&mut robot, "B", |robot| robot.received(Port::Ip1) == b"2" || {
+            let clone = &mut robot.clone();
+            clone.advance_ms(10);
+            let step = distance(position(clone), position(robot));
+            assert!(key != KeySwitch::Teaching || step <= 2.5 + 0.001, "{step} mm in 10 ms");
+            false
+        });
+        last[1] = position(&mut robot)[1];
+        assert!((last[1] - 250.0).abs() < 0.01);
+        robot.now().since(start).as_secs_f64()
+    };
+    let teaching = seconds(KeySwitch::Teaching);
+    let external = seconds(KeySwitch::Internal);
+    assert!(teaching >= 2.0, "500 mm in {teaching} s");
+    assert!(external < teaching, "{external} s against {teaching} s");
+}
+
+// clause: CMD-EC-02 SU-06
+#[test]
+fn the_override_slows_every_motion() {
+    let seconds = |percent: &str| {
+        let mut robot = Robot::ready(TRIP);
+        robot.command(Port::Ip0, &format!("EC,OVRD {percent}"));
+        robot.command(Port::Ip0, "RN");
+        until(&mut robot, "HOME", |robot| robot.received(Port::Ip1) == b"1");
+        let start = robot.now();
+        until(&mut robot, "FAR", |robot| robot.received(Port::Ip1) == b"2");
+        robot.now().since(start).as_secs_f64()
+    };
+    let (full, half) = (seconds("100"), seconds("50"));
+    assert!(half > 1.5 * full && half < 2.5 * full, "{full} s and {half} s");
+}
+
+// clause: SF-05 CMD-SO-02 CMD-SP-05 CMD-RN-05
+#[test]
+fn the_emergency_stop_ends_everything_and_tells_the_host() {
+    let mut robot = under_way();
+    robot.panel(Panel::EmergencyStop(true));
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    robot.advance_ms(1_000);
+    let body = robot.total(Port::Ip0);
+    assert_eq!(body[..3], [0, 1, 2], "servo off, emergency stop on, stop (retry)");
+    assert_eq!(body[4..6], [0, 26], "8-027");
+    assert_eq!(robot.ask(Port::Ip0, "SO"), b"NG\r");
+    robot.panel(Panel::EmergencyStop(false));
+    robot.panel(Panel::AlarmReset);
+    robot.command(Port::Ip0, "SO");
+    let body = robot.total(Port::Ip0);
+    assert_eq!(body[..2], [1, 0]);
+    assert_eq!(body[4..6], [0xFF, 0xFF]);
+    robot.command(Port::Ip0, "RN");
+    until(&mut robot, "FAR", |robot| robot.received(Port::Ip1) == b"2");
+}
+
+// clause: SU-09
+#[test]
+fn under_machine_lock_the_arm_stands_and_the_program_runs() {
+    let mut robot = Robot::ready(TRIP);
+    robot.panel(Panel::MachineLock(true));
+    let before = position(&mut robot);
+    let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
+    assert!(status.contains("MACHINE:lock"), "{status}");
+    robot.command(Port::Ip0, "RN");
+    until(&mut robot, "the end", |robot| motion_status(robot) == 0);
+    assert_eq!(robot.received(Port::Ip1), b"123");
+    assert_eq!(position(&mut robot), before);
+}
+
+// clause: CMD-SP-07 CMD-SP-10 SEQ-02
+#[test]
+fn the_unsolicited_sp_never_lands_inside_an_exchange() {
+    let mut robot = Robot::ready("PROGRAM SHORT\nDELAY 1.0\nEND\n");
+    robot.connect(Port::Host);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(900);
+    assert!(robot.ask(Port::Ip0, "SU").ends_with(b"STATUS:running\x1A"));
+    robot.advance_ms(500);
+    assert_eq!(robot.received(Port::Ip0), b"");
+    assert_eq!(robot.received(Port::Host), frame(b"SP\r"), "the other port is told at once");
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(900);
+    robot.raw(Port::Ip0, b"\x02S");
+    robot.advance_ms(500);
+    assert_eq!(robot.received(Port::Ip0), b"", "not inside a text either");
+    robot.raw(Port::Ip0, b"U\r\x03");
+    let answer = robot.received(Port::Ip0);
+    assert!(answer.starts_with(b"\x02FL,MODE:"), "{answer:02x?}");
+    robot.send(Port::Ip0, b"OK\r");
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}
+
+// clause: SEQ-01
+#[test]
+fn the_same_run_whatever_the_polling() {
+    let trace = |step: u64| {
+        let mut robot = Robot::ready(TRIP);
+        robot.command(Port::Ip0, "RN");
+        for _ in 0..(2_000 / step) {
+            robot.advance_ms(step);
+        }
+        (robot.total(Port::Ip0), robot.received(Port::Ip1), robot.received(Port::Ip0))
+    };
+    let once = trace(2_000);
+    assert_eq!(trace(1), once);
+    assert_eq!(trace(50), once);
+}

@@ -1,0 +1,186 @@
+//! Tables 5.3 and 5.4 of the manual, walked on the wire: 20 commands in five modes on two ports, with the
+//! robot stopped and with a program running. The table below is typed from the manual a second time; the
+//! product's own copy is compared with it as well.
+
+use ts3100_controller::{ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_proto::permission::{Permission, PermissionTable, ProtocolPort};
+use ts3100_proto::status::MasterMode;
+use ts3100_tests::{Robot, notation};
+
+/// Command, HOST, IP0; columns TEACHING, INTERNAL, EXT SIG, EXT RS-232C, EXT ETHER; O valid, X invalid,
+/// S valid when stopped.
+const MANUAL: [(&str, &str, &str); 20] = [
+    ("RN", "X X X S O", "X X X X S"),
+    ("SP", "O O O O O", "O O O O O"),
+    ("BR", "O O O O O", "O O O O O"),
+    ("SO", "X X X O X", "X X X X O"),
+    ("RS", "X X X O X", "X X X X O"),
+    ("SL", "X X X O X", "X X X X O"),
+    ("UL", "S S S S S", "S S S S S"),
+    ("DL", "S S S S S", "S S S S S"),
+    ("CA", "O O O O O", "O O O O O"),
+    ("SU", "O O O O O", "O O O O O"),
+    ("ER", "S S S S S", "S S S S S"),
+    ("EU", "O O O O O", "O O O O O"),
+    ("EC", "X X X O X", "X X X X O"),
+    ("MW", "O O O O O", "O O O O O"),
+    ("FD", "O O O O O", "O O O O O"),
+    ("SF", "O O O O O", "O O O O O"),
+    ("MR", "O O O O O", "O O O O O"),
+    ("IW", "X X X O X", "X X X X O"),
+    ("VR", "O O O O O", "O O O O O"),
+    ("DO", "X X X O X", "X X X X O"),
+];
+
+/// The words SU has for the five columns.
+const MODES: [&str; 5] = ["teaching", "internal", "external(sig)", "external(host)", "external(ethernet)"];
+
+const PROGRAM: &str = "GLOBAL\nA = 10\nEND\nPROGRAM TEST\nINPUT IP1, A\nGOTO HERE1\nHERE1:\nEND\n";
+
+/// Text sent for a command, and the beginning of its affirmative answer.
+fn example(letters: &str) -> (&'static str, &'static str) {
+    match letters {
+        "RN" => ("RN", "OK<CR>"),
+        "SP" => ("SP", "OK<CR>"),
+        "BR" => ("BR", "OK<CR>"),
+        "SO" => ("SO", "OK<CR>"),
+        "RS" => ("RS,STP", "OK<CR>"),
+        "SL" => ("SL,TEST", "OK<CR>"),
+        "UL" => ("UL,TEST", "FL,"),
+        "DL" => ("DL,NEW", "OK<CR>"),
+        "CA" => ("CA", "FL,"),
+        "SU" => ("SU", "FL,"),
+        "ER" => ("ER,OLD", "OK<CR>"),
+        "EU" => ("EU", "FL,"),
+        "EC" => ("EC,OVRD 50", "OK<CR>"),
+        "MW" => ("MW,0 A 0 5", "OK<CR>"),
+        "FD" => ("FD", "OK<CR>"),
+        "SF" => ("SF", "FL,"),
+        "MR" => ("MR,A 0", "FL,"),
+        "IW" => ("IW,1 1", "OK<CR>"),
+        "VR" => ("VR", "FL,"),
+        "DO" => ("DO,DOUT(1)", "OK<CR>"),
+        other => panic!("no example for {other}"),
+    }
+}
+
+fn prepare(column: usize, running: bool) -> Robot {
+    let mut robot = Robot::ready(PROGRAM);
+    robot.controller.put_file("OLD", b"PROGRAM OLD\nEND\n").unwrap();
+    robot.connect(Port::Host);
+    let key = [KeySwitch::Teaching, KeySwitch::Internal].get(column).copied().unwrap_or(KeySwitch::Ext);
+    robot.panel(Panel::Key(key));
+    let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
+    if let Some(right) = column.checked_sub(2).map(|place| rights[place]) {
+        robot.panel(Panel::ControlRight(right));
+    }
+    if running {
+        robot.panel(Panel::Start);
+    }
+    let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
+    assert!(status.starts_with(&format!("MODE:{}/", MODES[column])), "{status}");
+    assert_eq!(status.ends_with("STATUS:running"), running, "{status}");
+    robot
+}
+
+/// What the command pages forbid besides the table while a program runs.
+fn refused_while_running(letters: &str) -> bool {
+    matches!(letters, "RN" | "RS" | "SL" | "DO")
+}
+
+// clause: PRM-LEG-01 PRM-LEG-02 PRM-LEG-03 PRM-LEG-06 PRM-LEG-07 CMD-LST-01 GEN-01 CMD-RS-02 CMD-DO-04 CMD-SL-02
+// clause: PRM-HOST-RN PRM-HOST-SP PRM-HOST-BR PRM-HOST-SO PRM-HOST-RS PRM-HOST-SL PRM-HOST-UL PRM-HOST-DL
+// clause: PRM-HOST-CA PRM-HOST-SU PRM-HOST-ER PRM-HOST-EU PRM-HOST-EC PRM-HOST-MW PRM-HOST-FD PRM-HOST-SF
+// clause: PRM-HOST-MR PRM-HOST-IW PRM-HOST-VR PRM-HOST-DO
+// clause: PRM-IP0-RN PRM-IP0-SP PRM-IP0-BR PRM-IP0-SO PRM-IP0-RS PRM-IP0-SL PRM-IP0-UL PRM-IP0-DL
+// clause: PRM-IP0-CA PRM-IP0-SU PRM-IP0-ER PRM-IP0-EU PRM-IP0-EC PRM-IP0-MW PRM-IP0-FD PRM-IP0-SF
+// clause: PRM-IP0-MR PRM-IP0-IW PRM-IP0-VR PRM-IP0-DO
+#[test]
+fn every_command_in_every_mode_on_both_ports() {
+    let mut failures = Vec::new();
+    for (column, mode) in MODES.iter().enumerate() {
+        for running in [false, true] {
+            let prepared = prepare(column, running);
+            for (letters, host, ip0) in MANUAL {
+                for (port, row) in [(Port::Host, host), (Port::Ip0, ip0)] {
+                    let cell = row.split(' ').nth(column).unwrap();
+                    // A program that runs already is not started once more; whether a valid cell then says
+                    // OK or NG nobody states.
+                    if (letters, cell, running) == ("RN", "O", true) {
+                        continue;
+                    }
+                    let valid = cell == "O" || cell == "S" && !running;
+                    let (text, yes) = example(letters);
+                    let expected = if valid && !(running && refused_while_running(letters)) { yes } else { "NG<CR>" };
+                    let answer = notation::write(&prepared.clone().ask(port, text));
+                    if !answer.starts_with(expected) {
+                        let state = if running { "running" } else { "stopped" };
+                        failures.push(format!("{port} {text} in {mode}, {state}, {cell}: {expected} expected, {answer}"));
+                    }
+                }
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}\n{}", failures.len(), failures.join("\n"));
+}
+
+// clause: PRM-LEG-03
+#[test]
+fn a_refused_command_has_no_effect() {
+    for column in 0..4 {
+        let mut robot = prepare(column, false);
+        robot.panel(Panel::Servo(false));
+        let before = robot.clone().total(Port::Ip0);
+        for command in ["SO", "RN", "RS,SEL", "SL,OLD", "EC,OVRD 50", "EC,MODE STEP", "IW,1 1", "DO,DOUT(1)"] {
+            assert_eq!(robot.ask(Port::Ip0, command), b"NG\r", "{command}");
+        }
+        assert_eq!(robot.total(Port::Ip0), before);
+        let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
+        assert!(status.contains("/cycle FILE:TEST OVRD:100%"), "{status}");
+    }
+}
+
+// clause: PRM-LEG-01 PRM-LEG-05
+#[test]
+fn the_products_copy_of_the_tables_is_the_manuals() {
+    let table = PermissionTable::printed();
+    let columns = [
+        MasterMode::Teaching,
+        MasterMode::Internal,
+        MasterMode::ExtSig,
+        MasterMode::ExtRs232c,
+        MasterMode::ExtEther,
+    ];
+    for (letters, host, ip0) in MANUAL {
+        for (port, row) in [(ProtocolPort::Host, host), (ProtocolPort::Ip0, ip0)] {
+            for (cell, mode) in row.split(' ').zip(columns) {
+                let expected = match cell {
+                    "O" => Permission::Valid,
+                    "S" => Permission::WhenStopped,
+                    _ => Permission::Invalid,
+                };
+                assert_eq!(table.get(port, letters, mode), Some(expected), "{port:?} {letters} {mode:?}");
+            }
+        }
+    }
+    for letters in ["FL", "OK", "NG"] {
+        assert_eq!(table.get(ProtocolPort::Ip0, letters, MasterMode::ExtEther), None, "{letters}");
+    }
+}
+
+// clause: GEN-02 NPC-02
+#[test]
+fn the_simple_protocol_is_not_spoken_on_other_ports() {
+    let mut robot = Robot::new(Dialect::Field);
+    for port in [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3] {
+        robot.connect(port);
+        robot.send(port, b"SU\r");
+        robot.send(port, b"SO\r");
+        robot.advance_ms(2_000);
+        assert_eq!(robot.received(port), b"", "{port}");
+    }
+    for port in [Port::Host, Port::Ip0] {
+        robot.connect(port);
+        assert!(robot.ask(port, "SU").starts_with(b"FL,MODE:"), "{port}");
+    }
+}
