@@ -72,6 +72,8 @@ enum State {
     Waiting,
     /// A request is out.
     Asked(Pending),
+    /// The statement could not be executed; it is tried again unless it is skipped.
+    Faulted,
     /// The main program is over.
     Ended,
 }
@@ -137,13 +139,13 @@ impl Machine {
             match &self.state {
                 State::Asked(pending) => return Pause::Request(pending.request.clone()),
                 State::Ended => return Pause::Ended,
-                State::Ready | State::Waiting => {}
+                State::Ready | State::Waiting | State::Faulted => {}
             }
             let Some(step) = program.steps.get(self.at) else {
                 self.state = State::Ended;
                 return Pause::Ended;
             };
-            if step.head && self.state == State::Ready {
+            if step.head && self.state != State::Waiting {
                 if *fuel == 0 {
                     return Pause::Fuel;
                 }
@@ -156,7 +158,10 @@ impl Machine {
                     self.state = State::Waiting;
                     return Pause::Waiting;
                 }
-                Err(trouble) => return Pause::Fault(self.fault(trouble)),
+                Err(trouble) => {
+                    self.state = State::Faulted;
+                    return Pause::Fault(self.fault(trouble));
+                }
             }
         }
     }
@@ -175,8 +180,10 @@ impl Machine {
         self.state = State::Ready;
         for (place, number) in pending.targets.iter().zip(numbers) {
             let program = Arc::clone(&self.program);
-            self.write(&program, memory, *place, arithmetic::as_value(number))
-                .map_err(|trouble| self.fault(trouble))?;
+            if let Err(trouble) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
+                self.state = State::Faulted;
+                return Err(self.fault(trouble));
+            }
         }
         self.at += 1;
         Ok(())
@@ -211,11 +218,12 @@ impl Machine {
             .map_or_else(|| self.program.first_line(), |step| step.line)
     }
 
-    /// Abandons the statement under way (a pending request or a `WAIT`): the next one follows. Between statements
-    /// nothing happens.
+    /// Abandons the statement under way (a pending request, a `WAIT`, or one at fault) with all its parts: the next
+    /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
-        if matches!(self.state, State::Asked(_) | State::Waiting) {
-            self.at += 1;
+        if matches!(self.state, State::Asked(_) | State::Waiting | State::Faulted) {
+            let rest = self.program.steps.get(self.at + 1..).unwrap_or_default();
+            self.at += 1 + rest.iter().take_while(|step| !step.head).count();
             self.state = State::Ready;
         }
     }
@@ -225,7 +233,7 @@ impl Machine {
     pub fn pending(&self) -> Option<&Request> {
         match &self.state {
             State::Asked(pending) => Some(&pending.request),
-            State::Ready | State::Waiting | State::Ended => None,
+            State::Ready | State::Waiting | State::Faulted | State::Ended => None,
         }
     }
 

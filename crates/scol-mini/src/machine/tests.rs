@@ -128,6 +128,26 @@ fn a_request_stays_until_it_is_answered() {
 }
 
 #[test]
+fn a_statement_at_fault_is_tried_again_or_skipped_whole() {
+    let (mut machine, mut memory) = start("PROGRAM M\nA=0\nIF 1/A > 0 THEN B=2 ELSE B=3\nC=4\nEND\n");
+    let fault = |pause| {
+        matches!(
+            pause,
+            Pause::Fault(Fault {
+                kind: FaultKind::DivisionByZero,
+                line: 3,
+                ..
+            })
+        )
+    };
+    assert!(fault(machine.run(&mut memory, &STILL, &mut 9)));
+    assert!(fault(machine.run(&mut memory, &STILL, &mut 9)));
+    machine.skip();
+    assert_eq!(machine.line(), 4);
+    assert_eq!(machine.run(&mut memory, &STILL, &mut 9), Pause::Ended);
+}
+
+#[test]
 fn wait_looks_again_without_fuel() {
     let (mut machine, mut memory) = start("PROGRAM M\nWAIT MOTION >= 100\nA=1\nEND\n");
     let mut fuel = 1;
