@@ -1,25 +1,37 @@
-//! The 23 commands of Table 5.1: what a message asks for. One small file per group of operands holds its
-//! grammar, its encoder and its tests; the table here wires them. Whether a command is permitted, and what it
-//! does, is the controller's.
+//! The 23 commands of Table 5.1, and those that real hosts send beyond it (hosts 2): what a message asks for.
+//! One small file per group of operands holds its grammar, its encoder and its tests; two tables wire them.
+//! Whether a command is served or permitted, and what it does, is the controller's.
 
+mod extensions;
 mod files;
+mod frame;
 mod internal;
+mod jog;
+mod line_value;
 mod lines;
 mod number;
 mod operand;
+mod request;
 mod reset;
 mod statement;
 mod table;
 mod variable;
+mod watchdog;
 
+pub use extensions::EXTENSIONS;
+pub use frame::ZsFrame;
 pub use internal::{Internal, RunMode};
+pub use jog::Jog;
+pub use line_value::MAX_VALUE_LINES;
 pub use lines::{LineWrite, MAX_LINES};
 pub use number::Number;
+pub use request::PositionQuery;
 pub use reset::Reset;
 pub use table::{COMMANDS, CommandRow, Sender};
 pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
 
-use crate::name::FileName;
+use crate::name::{FileName, VariableName};
+use crate::status::AlarmLevel;
 use crate::text::CR;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -75,13 +87,70 @@ pub enum Command {
     Vr,
     /// Execute a statement (CMD-DO-01), kept as it came.
     Do(String),
+    /// Extension: quick status; 1 is the only number known and read (hosts SM).
+    Sm(u8),
+    /// Extension: the host's watchdog. It is not running after a time of 0 (hosts 2).
+    Wd {
+        /// Longest silence of the host in milliseconds; 0 stops the watchdog.
+        timeout_ms: u32,
+        /// Level of the alarm that follows; `None` is written 0.
+        level: Option<AlarmLevel>,
+    },
+    /// Extension: current alarms (hosts 7.2).
+    Ac,
+    /// Extension: alarm history (hosts 7.2).
+    Ah,
+    /// Extension: input and output words; 1 is the only number known and read (hosts 2).
+    Io(u8),
+    /// Extension: read successive input lines as one number, the first line in bit 0 (hosts 2).
+    Hi {
+        /// Number of the first line; the last is at most 65535.
+        first: u16,
+        /// How many, 1 to [`MAX_VALUE_LINES`].
+        count: u8,
+    },
+    /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
+    Ho {
+        /// Number of the first line; the last is at most 65535.
+        first: u16,
+        /// How many, 1 to [`MAX_VALUE_LINES`].
+        count: u8,
+        /// Below two to the power of `count`.
+        value: u32,
+    },
+    /// Extension: a present position (hosts 2).
+    Pr(PositionQuery),
+    /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
+    Vl(u8),
+    /// Extension: set a coordinate system (hosts 2).
+    Zs {
+        /// Which of them.
+        frame: ZsFrame,
+        /// Name of the global coordinate variable.
+        name: VariableName,
+        /// X Y Z C, or X Y Z A B C, in mm and degrees; finite. The arm decides which.
+        values: Vec<f64>,
+    },
+    /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
+    Md(u8),
+    /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
+    Rt(u8),
+    /// Extension: guide coordinate system, 0 joint, 1 tool, 2 work, 3 world (hosts 2).
+    Sc(u8),
+    /// Extension: guide an axis (hosts 2).
+    Jg {
+        /// Axis, 1 to 8.
+        axis: u8,
+        /// Where to.
+        motion: Jog,
+    },
 }
 
 /// Why a message is no command.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum CommandError {
     /// It does not begin with the letters of a command (FRM-06, CMD-LST-04).
-    #[error("command letters of Table 5.1 expected, \"{letters}\" found")]
+    #[error("command letters of Table 5.1 or of an extension expected, \"{letters}\" found")]
     Unknown {
         /// What stands in their place.
         letters: String,
@@ -109,6 +178,7 @@ impl Command {
         let letters = message.get(..2).unwrap_or(message);
         let row = COMMANDS
             .iter()
+            .chain(EXTENSIONS)
             .find(|row| row.letters.as_bytes().eq_ignore_ascii_case(letters));
         let row = row.ok_or_else(|| CommandError::Unknown {
             letters: excerpt(letters),
@@ -133,6 +203,17 @@ impl Command {
             Command::Mr(read) => operand(&mut data, &variable::encode_read(read)),
             Command::Iw(lines) => operand(&mut data, &lines::encode(lines)),
             Command::Do(statement) => operand(&mut data, statement),
+            Command::Ac | Command::Ah => {}
+            Command::Sm(number) | Command::Io(number) | Command::Vl(number) => digits(&mut data, *number),
+            Command::Md(number) | Command::Rt(number) | Command::Sc(number) => digits(&mut data, *number),
+            Command::Pr(query) => digits(&mut data, query.code()),
+            Command::Wd { timeout_ms, level } => operand(&mut data, &watchdog::encode(*timeout_ms, *level)),
+            Command::Hi { first, count } => operand(&mut data, &line_value::encode_read(*first, *count)),
+            Command::Ho { first, count, value } => {
+                operand(&mut data, &line_value::encode_write(*first, *count, *value));
+            }
+            Command::Zs { frame, name, values } => operand(&mut data, &frame::encode(*frame, name, values)),
+            Command::Jg { axis, motion } => operand(&mut data, &jog::encode(*axis, *motion)),
             Command::Fl(content) => {
                 data.push(b',');
                 data.extend_from_slice(content);
@@ -170,8 +251,43 @@ impl Command {
             Command::Iw(_) => "IW",
             Command::Vr => "VR",
             Command::Do(_) => "DO",
+            Command::Sm(_) => "SM",
+            Command::Wd { .. } => "WD",
+            Command::Ac => "AC",
+            Command::Ah => "AH",
+            Command::Io(_) => "IO",
+            Command::Hi { .. } => "HI",
+            Command::Ho { .. } => "HO",
+            Command::Pr(_) => "PR",
+            Command::Vl(_) => "VL",
+            Command::Zs { .. } => "ZS",
+            Command::Md(_) => "MD",
+            Command::Rt(_) => "RT",
+            Command::Sc(_) => "SC",
+            Command::Jg { .. } => "JG",
         }
     }
+
+    /// Its row in the permission tables: the letters, and `RS,ERR` for the reset of alarms (decision D4).
+    #[must_use]
+    pub fn permission_row(&self) -> &'static str {
+        match self {
+            Command::Rs(Reset::Alarm) => "RS,ERR",
+            other => other.letters(),
+        }
+    }
+
+    /// Whether the manual does not have it, `RS,ERR` included (decision D0).
+    #[must_use]
+    pub fn is_extension(&self) -> bool {
+        let row = self.permission_row();
+        !COMMANDS.iter().any(|command| command.letters == row)
+    }
+}
+
+/// Adds a comma and a number.
+fn digits(data: &mut Vec<u8>, number: u8) {
+    operand(data, &alloc::format!("{number}"));
 }
 
 /// Adds a comma and the operands.

@@ -3,10 +3,12 @@
 
 use crate::command::{Command, CommandError, excerpt};
 use alloc::string::String;
+use core::ops::RangeInclusive;
+use core::str::FromStr;
 use nom::branch::alt;
 use nom::bytes::complete::take_while1;
-use nom::character::complete::{char, space0, space1};
-use nom::combinator::eof;
+use nom::character::complete::{char, digit1, space0, space1};
+use nom::combinator::{eof, map_opt};
 use nom::error::{ContextError, ErrorKind, FromExternalError, ParseError, context};
 use nom::{IResult, Parser};
 
@@ -61,6 +63,15 @@ pub(super) fn separator(input: &str) -> Read<'_, ()> {
 /// A run of the characters that numbers are made of.
 pub(super) fn number_token(input: &str) -> Read<'_, &str> {
     take_while1(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E')).parse(input)
+}
+
+/// A whole number without sign, of a range.
+pub(super) fn whole<'a, N: FromStr + PartialOrd>(
+    expected: &'static str,
+    range: RangeInclusive<N>,
+) -> impl Parser<&'a str, Output = N, Error = Unmet<'a>> {
+    let within = move |digits: &str| digits.parse().ok().filter(|number| range.contains(number));
+    context(expected, map_opt(digit1, within))
 }
 
 /// A message whose letters are known, about to be read on.

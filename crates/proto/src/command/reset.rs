@@ -1,4 +1,4 @@
-//! RS: the five resets.
+//! RS: the five resets of the manual, and the one of alarms that hosts send (hosts 2).
 
 use crate::command::operand::{Operands, Read};
 use crate::command::{Command, CommandError};
@@ -19,16 +19,19 @@ pub enum Reset {
     Signal,
     /// `SEL`: the selection of the execution file (CMD-RS-09).
     Select,
+    /// `ERR`: alarms (hosts 2, decision D6). An extension.
+    Alarm,
 }
 
 impl Reset {
-    /// All resets, in the order of Table 5.1.
-    pub const ALL: [Reset; 5] = [
+    /// All resets: those of Table 5.1 in its order, then the extension.
+    pub const ALL: [Reset; 6] = [
         Reset::Program,
         Reset::Step,
         Reset::Cycle,
         Reset::Signal,
         Reset::Select,
+        Reset::Alarm,
     ];
 
     /// The operand.
@@ -40,12 +43,15 @@ impl Reset {
             Reset::Cycle => "CYC",
             Reset::Signal => "SIG",
             Reset::Select => "SEL",
+            Reset::Alarm => "ERR",
         }
     }
 }
 
 pub(super) fn rs(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.read("PRG, STP, CYC, SIG or SEL", word).map(Command::Rs)
+    operands
+        .read("PRG, STP, CYC, SIG, SEL or ERR", word)
+        .map(Command::Rs)
 }
 
 fn word(input: &str) -> Read<'_, Reset> {
@@ -65,7 +71,7 @@ mod tests {
 
     // clause: CMD-RS-01 FRM-07 FRM-08 FRM-13
     #[test]
-    fn five_resets_in_any_case() {
+    fn every_reset_in_any_case() {
         for reset in Reset::ALL {
             for form in ["RS,", "RS, ", "rs,"] {
                 let message = format!("{form}{}", reset.word());
@@ -75,6 +81,21 @@ mod tests {
                     Ok(Command::Rs(reset))
                 );
             }
+        }
+    }
+
+    #[test]
+    fn the_reset_of_alarms_is_the_only_extension() {
+        assert_eq!(Command::parse(b"RS,ERR"), Ok(Command::Rs(Reset::Alarm)));
+        assert_eq!(Command::Rs(Reset::Alarm).encode(), b"RS,ERR\r");
+        for reset in Reset::ALL {
+            let command = Command::Rs(reset);
+            assert_eq!(command.is_extension(), reset == Reset::Alarm);
+            assert_eq!(command.letters(), "RS");
+            assert_eq!(
+                command.permission_row(),
+                if reset == Reset::Alarm { "RS,ERR" } else { "RS" }
+            );
         }
     }
 
@@ -91,7 +112,8 @@ mod tests {
             "RS,PRG,STP",
             "RS,PR",
             "RS,PRGX",
-            "RS,ERR",
+            "RS,ER",
+            "RS,ERROR",
         ] {
             assert!(matches!(
                 Command::parse(message.as_bytes()),
@@ -101,7 +123,7 @@ mod tests {
         let error = Command::parse(b"RS,ABC").map_err(|error| error.to_string());
         assert_eq!(
             error,
-            Err("RS: PRG, STP, CYC, SIG or SEL expected, \"ABC\" found at byte 3".to_string())
+            Err("RS: PRG, STP, CYC, SIG, SEL or ERR expected, \"ABC\" found at byte 3".to_string())
         );
         let error = Command::parse(b"RSPRG").map_err(|error| error.to_string());
         assert_eq!(

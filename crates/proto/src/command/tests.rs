@@ -1,10 +1,15 @@
-//! Tests that walk Table 5.1, so that every command is held to the same rules.
+//! Tests that walk Table 5.1 and the extensions, so that every command is held to the same rules.
 
 use super::*;
 use crate::text::MAX_DATA;
 use alloc::format;
 use alloc::string::ToString;
 use std::collections::BTreeSet;
+
+/// Every command, the manual's first.
+fn all() -> impl Iterator<Item = &'static CommandRow> {
+    COMMANDS.iter().chain(EXTENSIONS)
+}
 
 fn parsed(row: &CommandRow) -> Command {
     Command::parse(row.example.as_bytes()).unwrap()
@@ -23,6 +28,24 @@ fn the_table_has_the_23_commands_of_the_manual() {
     }
 }
 
+#[test]
+fn the_extensions_stand_apart() {
+    let letters: Vec<&str> = EXTENSIONS.iter().map(|row| row.letters).collect();
+    assert_eq!(letters.join(" "), "SM WD AC AH IO HI HO PR VL ZS MD RT SC JG RS");
+    let forms: Vec<&str> = EXTENSIONS.iter().map(|row| row.form).collect();
+    assert_eq!(forms.last(), Some(&"RS,ERR"));
+    for row in COMMANDS {
+        let command = parsed(row);
+        assert!(!command.is_extension(), "{}", row.letters);
+        assert_eq!(command.permission_row(), row.letters);
+    }
+    for row in EXTENSIONS {
+        assert!(parsed(row).is_extension(), "{}", row.form);
+        assert!(row.form.starts_with(row.letters) && !row.description.is_empty());
+        assert_eq!(row.sender, Sender::Host);
+    }
+}
+
 // clause: CMD-LST-02 CMD-SP-06
 #[test]
 fn the_controller_sends_four_of_them() {
@@ -37,7 +60,7 @@ fn the_controller_sends_four_of_them() {
 // clause: FRM-06 FRM-07 FRM-09 CMD-OK-01 CMD-NG-01
 #[test]
 fn every_example_is_read_and_written_back() {
-    for row in COMMANDS {
+    for row in all() {
         let command = parsed(row);
         assert_eq!(command.letters(), row.letters);
         let ending = if row.letters == "FL" { "" } else { "\r" };
@@ -50,7 +73,7 @@ fn every_example_is_read_and_written_back() {
 // clause: FRM-13
 #[test]
 fn case_does_not_matter() {
-    for row in COMMANDS.iter().filter(|row| !matches!(row.letters, "FL" | "DO")) {
+    for row in all().filter(|row| !matches!(row.letters, "FL" | "DO")) {
         let lower = row.example.to_ascii_lowercase();
         assert_eq!(Command::parse(lower.as_bytes()), Ok(parsed(row)), "{lower}");
     }
@@ -64,10 +87,7 @@ fn case_does_not_matter() {
 // clause: FRM-08
 #[test]
 fn blanks_after_the_comma_are_skipped() {
-    for row in COMMANDS
-        .iter()
-        .filter(|row| row.letters != "FL" && row.example.contains(','))
-    {
+    for row in all().filter(|row| row.letters != "FL" && row.example.contains(',')) {
         let (letters, operands) = row.example.split_once(',').unwrap();
         let message = format!("{letters},  {operands}");
         assert_eq!(Command::parse(message.as_bytes()), Ok(parsed(row)), "{message}");
@@ -77,7 +97,7 @@ fn blanks_after_the_comma_are_skipped() {
 // clause: FRM-18
 #[test]
 fn missing_and_surplus_operands_are_malformed() {
-    for row in COMMANDS {
+    for row in all() {
         let has_operand = row.example.contains(',');
         let bare = Command::parse(row.letters.as_bytes());
         assert_eq!(bare.is_err(), has_operand, "{}", row.letters);
@@ -113,8 +133,8 @@ fn other_letters_are_unknown() {
         b"S",
         b"S1",
         b"ZZ",
-        b"PR,0",
-        b"SM,1",
+        b"MP,0 MOVE A1",
+        b"S",
         b"1SU",
         b" SU",
         b",SU",
@@ -129,17 +149,14 @@ fn other_letters_are_unknown() {
     let error = Command::parse(b"ZZ,1").map_err(|error| error.to_string());
     assert_eq!(
         error,
-        Err("command letters of Table 5.1 expected, \"ZZ\" found".to_string())
+        Err("command letters of Table 5.1 or of an extension expected, \"ZZ\" found".to_string())
     );
 }
 
 // clause: FRM-12 FRM-11
 #[test]
 fn only_printable_ascii_stands_in_operands() {
-    for row in COMMANDS
-        .iter()
-        .filter(|row| row.letters != "FL" && row.example.contains(','))
-    {
+    for row in all().filter(|row| row.letters != "FL" && row.example.contains(',')) {
         for byte in (0..0x20).chain(0x7F..=0xFF) {
             for at in 3..=row.example.len() {
                 let (front, back) = row.example.as_bytes().split_at(at);
@@ -156,7 +173,7 @@ fn only_printable_ascii_stands_in_operands() {
 
 #[test]
 fn every_truncation_and_every_changed_byte_is_survived() {
-    for row in COMMANDS {
+    for row in all() {
         let example = row.example.as_bytes();
         for length in 0..example.len() {
             // What it reads as does not matter; that it does not panic and can be said again does.

@@ -174,7 +174,8 @@ pub(super) fn encode_write(write: &VariableWrite) -> String {
 const NAME: &str = "a variable name of at most ten characters, with subscripts as (1,2)";
 const FLAG: &str = "0 or 1 (the restore flag)";
 
-fn variable(input: &str) -> Read<'_, VariableName> {
+/// The grammar of a variable name among operands.
+pub(super) fn variable(input: &str) -> Read<'_, VariableName> {
     let name = take_while1(|c| !matches!(c, ' ' | ',' | '('));
     let subscripts = (char('('), take_while1(|c| c != ')'), char(')'));
     context(

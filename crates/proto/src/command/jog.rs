@@ -1,0 +1,102 @@
+//! JG: guiding one axis, `JG,<axis> <+|-|!>` (hosts 2). How far, how fast and in which coordinates was set by
+//! MD, RT and SC.
+
+use crate::command::operand::{Operands, separator, whole};
+use crate::command::{Command, CommandError};
+use alloc::format;
+use alloc::string::String;
+use core::ops::RangeInclusive;
+use nom::character::complete::anychar;
+use nom::combinator::map_opt;
+use nom::error::context;
+
+/// The axes that SF has room for (SF-42).
+const AXES: RangeInclusive<u8> = 1..=8;
+
+/// Where JG guides an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Jog {
+    /// `+`: up.
+    Plus,
+    /// `-`: down.
+    Minus,
+    /// `!`: nowhere, it stops.
+    Stop,
+}
+
+impl Jog {
+    /// All.
+    pub const ALL: [Jog; 3] = [Jog::Plus, Jog::Minus, Jog::Stop];
+
+    /// The sign.
+    #[must_use]
+    pub const fn sign(self) -> char {
+        match self {
+            Jog::Plus => '+',
+            Jog::Minus => '-',
+            Jog::Stop => '!',
+        }
+    }
+
+    /// The motion with this sign.
+    #[must_use]
+    pub fn from_sign(sign: char) -> Option<Jog> {
+        Jog::ALL.into_iter().find(|motion| motion.sign() == sign)
+    }
+}
+
+/// `axis sign`.
+pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
+    const AXIS: &str = "an axis from 1 to 8";
+    let motion = context("+, - or !", map_opt(anychar, Jog::from_sign));
+    operands
+        .read(AXIS, (whole(AXIS, AXES), separator, motion))
+        .map(|(axis, (), motion)| Command::Jg { axis, motion })
+}
+
+/// The operands in canonical form.
+pub(super) fn encode(axis: u8, motion: Jog) -> String {
+    format!("{axis} {}", motion.sign())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_axis_and_sign() {
+        for axis in AXES {
+            for motion in Jog::ALL {
+                let message = format!("JG,{axis} {}", motion.sign());
+                let command = Command::Jg { axis, motion };
+                assert_eq!(Command::parse(message.as_bytes()).as_ref(), Ok(&command));
+                assert_eq!(command.encode(), format!("{message}\r").into_bytes());
+            }
+        }
+        assert_eq!(Jog::from_sign('!'), Some(Jog::Stop));
+    }
+
+    #[test]
+    fn bad_operands_are_malformed_where_they_are_bad() {
+        for (message, position) in [
+            ("JG", 2),
+            ("JG,", 3),
+            ("JG,0 +", 3),
+            ("JG,9 +", 3),
+            ("JG,1", 4),
+            ("JG,1+", 4),
+            ("JG,1 ", 5),
+            ("JG,1 *", 5),
+            ("JG,1 +-", 6),
+            ("JG,1 + 1", 6),
+            ("JG,+ 1", 3),
+        ] {
+            match Command::parse(message.as_bytes()) {
+                Err(CommandError::Malformed {
+                    letters: "JG", at, ..
+                }) => assert_eq!(at, position, "{message}"),
+                other => panic!("{message}: {other:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,127 @@
+//! HI and HO: successive I/O lines as one number, `HI,<first> <count>` and `HO,<first> <count> <value>`
+//! (hosts 2). Which numbers are lines is the controller's to know.
+
+use crate::command::operand::{Operands, Unmet, separator, whole};
+use crate::command::{Command, CommandError};
+use alloc::format;
+use alloc::string::String;
+use nom::Parser;
+use nom::combinator::verify;
+use nom::error::context;
+use nom::sequence::terminated;
+
+/// Lines that one HI or HO may tell. Hosts were seen with 8; this limit, one word, is ours.
+pub const MAX_VALUE_LINES: u8 = 16;
+
+const FIRST: &str = "a line number, the last at most 65535";
+const COUNT: &str = "a count of lines from 1 to 16";
+const VALUE: &str = "a value that the lines can show";
+
+/// `first count`.
+pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
+    operands
+        .read(FIRST, lines())
+        .map(|(first, count)| Command::Hi { first, count })
+}
+
+/// `first count value`.
+pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
+    let value = |(first, count): (u16, u8)| {
+        whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count))).map(move |value| (first, count, value))
+    };
+    let grammar = terminated(lines(), separator).flat_map(value);
+    operands
+        .read(FIRST, grammar)
+        .map(|(first, count, value)| Command::Ho { first, count, value })
+}
+
+/// The operands of HI in canonical form.
+pub(super) fn encode_read(first: u16, count: u8) -> String {
+    format!("{first} {count}")
+}
+
+/// The operands of HO in canonical form.
+pub(super) fn encode_write(first: u16, count: u8, value: u32) -> String {
+    format!("{first} {count} {value}")
+}
+
+/// `first count`; the last line is a number that a line may have.
+fn lines<'a>() -> impl Parser<&'a str, Output = (u16, u8), Error = Unmet<'a>> {
+    let count = whole(COUNT, 1..=MAX_VALUE_LINES);
+    let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
+    let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();
+    context(FIRST, verify(numbers, last))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_of_the_vendors_client() {
+        let read = Command::Hi { first: 1, count: 8 };
+        let write = Command::Ho {
+            first: 1,
+            count: 8,
+            value: 165,
+        };
+        for (message, command) in [("HI,1 8", read), ("HO,1 8 165", write)] {
+            assert_eq!(Command::parse(message.as_bytes()).as_ref(), Ok(&command));
+            assert_eq!(command.encode(), format!("{message}\r").into_bytes());
+        }
+    }
+
+    #[test]
+    fn a_value_fits_its_lines() {
+        for count in 1..=MAX_VALUE_LINES {
+            let most = (1u32 << count) - 1;
+            let read = |value: u32| Command::parse(format!("HO,101 {count} {value}").as_bytes());
+            let fitting = Command::Ho {
+                first: 101,
+                count,
+                value: most,
+            };
+            assert_eq!(read(most), Ok(fitting));
+            assert!(read(most + 1).is_err(), "{count}");
+        }
+    }
+
+    #[test]
+    fn the_last_line_has_a_number() {
+        assert!(Command::parse(b"HI,65520 16").is_ok());
+        assert!(Command::parse(b"HI,65535 1").is_ok());
+        for message in ["HI,65521 16", "HI,65535 2", "HO,65535 2 0"] {
+            let error = Command::parse(message.as_bytes());
+            assert!(
+                matches!(error, Err(CommandError::Malformed { at: 3, .. })),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn bad_operands_are_malformed_where_they_are_bad() {
+        for (message, position) in [
+            ("HI", 2),
+            ("HI,", 3),
+            ("HI,1", 4),
+            ("HI,1 0", 5),
+            ("HI,1 17", 5),
+            ("HI,1 256", 5),
+            ("HI,65536 1", 3),
+            ("HI,-1 1", 3),
+            ("HI,1 8 1", 6),
+            ("HO,1 8", 6),
+            ("HO,1 8 -1", 7),
+            ("HO,1 8 A5", 7),
+            ("HO,1 8 4294967296", 7),
+            ("HO,1 8 256", 7),
+            ("HO,1 8 165 1", 10),
+        ] {
+            match Command::parse(message.as_bytes()) {
+                Err(CommandError::Malformed { at, .. }) => assert_eq!(at, position, "{message}"),
+                other => panic!("{message}: {other:?}"),
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! WD: the host's watchdog, `WD,<time> <level>` (hosts 2). When it bites is the controller's business.
+
+use crate::command::operand::{Operands, separator, whole};
+use crate::command::{Command, CommandError};
+use crate::status::AlarmLevel;
+use alloc::format;
+use alloc::string::String;
+use nom::combinator::map_opt;
+use nom::error::context;
+
+/// The level of no alarm.
+const NONE: u8 = 0;
+
+/// `time level`. `WD,0 0` is what hosts stop the watchdog with.
+pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
+    const TIME: &str = "a time in milliseconds, at most 4294967295";
+    const LEVEL: &str = "an alarm level 8, 4, 2 or 1, or 0";
+    let level = |number: u8| match number {
+        NONE => Some(None),
+        number => AlarmLevel::from_number(number).map(Some),
+    };
+    let level = context(LEVEL, map_opt(whole("", 0..=u8::MAX), level));
+    let grammar = (whole(TIME, 0..=u32::MAX), separator, level);
+    operands
+        .read(TIME, grammar)
+        .map(|(timeout_ms, (), level)| Command::Wd { timeout_ms, level })
+}
+
+/// The operands in canonical form.
+pub(super) fn encode(timeout_ms: u32, level: Option<AlarmLevel>) -> String {
+    format!("{timeout_ms} {}", level.map_or(NONE, AlarmLevel::number))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn watchdogs_of_the_vendors_client() {
+        let start = Command::Wd {
+            timeout_ms: 700,
+            level: Some(AlarmLevel::L2),
+        };
+        let stop = Command::Wd {
+            timeout_ms: 0,
+            level: None,
+        };
+        for (message, command) in [("WD,700 2", start), ("WD,0 0", stop)] {
+            assert_eq!(Command::parse(message.as_bytes()).as_ref(), Ok(&command));
+            assert_eq!(command.encode(), format!("{message}\r").into_bytes());
+        }
+    }
+
+    #[test]
+    fn every_level_of_an_alarm_and_no_other() {
+        for number in 0..=u8::MAX {
+            let read = Command::parse(format!("WD,4294967295 {number}").as_bytes());
+            let timeout_ms = u32::MAX;
+            match number {
+                0 | 1 | 2 | 4 | 8 => {
+                    let level = AlarmLevel::from_number(number);
+                    assert_eq!(read, Ok(Command::Wd { timeout_ms, level }));
+                }
+                _ => assert!(matches!(read, Err(CommandError::Malformed { at: 14, .. }))),
+            }
+        }
+    }
+
+    #[test]
+    fn bad_operands_are_malformed_where_they_are_bad() {
+        for (message, position) in [
+            ("WD", 2),
+            ("WD,", 3),
+            ("WD,700", 6),
+            ("WD,700 ", 7),
+            ("WD,700 3", 7),
+            ("WD,700 X", 7),
+            ("WD,700 2 1", 8),
+            ("WD,-1 2", 3),
+            ("WD,0.5 2", 4),
+            ("WD,4294967296 2", 3),
+        ] {
+            match Command::parse(message.as_bytes()) {
+                Err(CommandError::Malformed {
+                    letters: "WD", at, ..
+                }) => assert_eq!(at, position, "{message}"),
+                other => panic!("{message}: {other:?}"),
+            }
+        }
+    }
+}
