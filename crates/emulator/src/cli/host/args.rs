@@ -118,7 +118,7 @@ pub(super) enum Word {
         #[arg(long)]
         restore: bool,
         /// Its values
-        #[arg(required = true, allow_hyphen_values = true)]
+        #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
     /// Force input lines: LINE STATE [LINE STATE ...]
@@ -127,9 +127,9 @@ pub(super) enum Word {
         #[arg(required = true)]
         pairs: Vec<String>,
     },
-    /// Execute one statement, for example: do MOVE "POINT(400,0,200)" WITH SPEED=50
+    /// Execute one statement, for example: do "MOVE POINT(400,0,200) WITH SPEED=50"
     Do {
-        /// The statement
+        /// The statement; everything after it belongs to it
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         statement: Vec<String>,
     },

@@ -1,0 +1,203 @@
+//! `ts3100 host` and `ts3100 check` against a running emulator, and against peers that answer nothing or
+//! nonsense.
+
+use crate::support::{Serve, TempDir, read_until, run, stderr, stdout};
+use std::io::{Read, Write};
+use std::net::TcpListener;
+
+const COUNTER: &str = "GLOBAL\nCOUNT = 7\nEND\nPROGRAM COUNTER\nCOUNT = COUNT + 1\nEND\n";
+
+fn ok(serve: &Serve, words: &[&str]) -> String {
+    let output = serve.host(words);
+    assert_eq!(
+        output.status.code(),
+        Some(0),
+        "{words:?}: {}{}",
+        stdout(&output),
+        stderr(&output)
+    );
+    stdout(&output)
+}
+
+#[test]
+fn a_day_of_a_host_in_both_framings() {
+    let directory = TempDir::new();
+    // More than one text, so that the file is divided.
+    let long = COUNTER.to_owned() + &"REMARK a line to make the file longer than a text\n".repeat(20);
+    let long = long.replace("END\nREMARK", "REMARK") + "END\n";
+    let file = directory.file("counter.scol", &long);
+    for framing in [&[][..], &["--no-stx"]] {
+        let serve = Serve::start(&[]);
+        let ok = |words: &[&str]| ok(&serve, &[framing, words].concat());
+        assert!(ok(&["dl", &file]).starts_with("OK, "));
+        assert_eq!(ok(&["ul", "COUNTER"]), long);
+        assert!(ok(&["ca"]).lines().any(|line| line.starts_with("COUNTER")));
+        assert_eq!(ok(&["so"]), "OK\n");
+        assert_eq!(ok(&["sl", "COUNTER"]), "OK\n");
+        assert!(ok(&["su"]).contains("COUNTER"));
+        assert_eq!(ok(&["rn", "--wait", "20"]), "OK\nSP\n");
+        assert_eq!(ok(&["mr", "COUNT"]), "8\n");
+        assert_eq!(ok(&["mw", "COUNT", "41"]), "OK\n");
+        assert_eq!(ok(&["mr", "COUNT", "--type", "0"]), "41\n");
+        let status: serde_json::Value = serde_json::from_str(&ok(&["sf", "--json"])).unwrap();
+        assert_eq!(
+            (&status["servo"], &status["status"]),
+            (&true.into(), &"stop (reset)".into())
+        );
+        assert!(
+            ok(&["sf"])
+                .lines()
+                .any(|line| line.starts_with("servo") && line.ends_with("on"))
+        );
+        assert_eq!(ok(&["iw", "3", "1"]), "OK\n");
+        assert_eq!(ok(&["ec", "ovrd", "50"]), "OK\n");
+        assert!(ok(&["su", "--json"]).contains("\"override_percent\":50"));
+        assert_eq!(ok(&["do", "SPEED", "=", "20"]), "OK\n");
+        assert!(ok(&["vr"]).contains("TS3100"));
+        ok(&["eu"]);
+        ok(&["rs", "prg"]);
+        assert_eq!(ok(&["br"]), "OK\n");
+    }
+}
+
+#[test]
+fn sf_is_read_in_every_form_it_has() {
+    for words in [
+        &[][..],
+        &["--model", "tsl3000-thl400"],
+        &["--dialect", "manual"],
+        &["--set", "sf.split=several", "--set", "text.stx=detect"],
+    ] {
+        let serve = Serve::start(&[words, &["--servo-on"]].concat());
+        let status: serde_json::Value = serde_json::from_str(&ok(&serve, &["sf", "--json"])).unwrap();
+        assert_eq!(status["servo"], true, "{words:?}");
+        assert_eq!(status["master_mode"], "EXT (HOST)", "{words:?}");
+    }
+}
+
+#[test]
+fn refusals_are_exit_code_one() {
+    let serve = Serve::start(&[]);
+    for words in [
+        &["sl", "ABSENT"][..],
+        &["ul", "ABSENT"],
+        &["rn"],
+        &["mr", "ABSENT"],
+        &["do", "MOVE", "P"],
+    ] {
+        let output = serve.host(words);
+        assert_eq!(
+            (output.status.code(), stdout(&output).as_str()),
+            (Some(1), "NG\n"),
+            "{words:?}"
+        );
+    }
+}
+
+#[test]
+fn wrong_words_are_not_sent() {
+    let serve = Serve::start(&[]);
+    for (words, expected) in [
+        (&["rs", "everything"][..], "`RS,everything` is no command"),
+        (&["sl", "2X"], "`SL,2X` is no command"),
+        (&["mw", "P", "1", "2"], "--type"),
+    ] {
+        let output = serve.host(words);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+/// A peer that reads one text and answers with these bytes; they are its address.
+fn peer(answer: &'static [u8]) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        read_until(&mut stream, 0x03);
+        stream.write_all(answer).unwrap();
+        // Until the host closes.
+        let _ = stream.read_to_end(&mut Vec::new());
+    });
+    address
+}
+
+#[test]
+fn communication_errors_are_exit_code_two_and_say_what_was_expected() {
+    for (answer, words, expected) in [
+        (
+            &b""[..],
+            &["so", "--timeout", "0.05"][..],
+            "expected OK or NG within 50ms, found nothing",
+        ),
+        (b"\x02FL,A\x1a\x03", &["so"], "expected OK or NG, found FL,A<EOF>"),
+        (b"\x02WHAT\r\x03", &["su"], "found"),
+        (b"\x02OK\r\x03", &["sf"], "expected FL or NG, found OK<CR>"),
+        (
+            b"\x02FL,MODE?\x1a\x03",
+            &["su"],
+            "the answer to SU cannot be read",
+        ),
+    ] {
+        let address = peer(answer);
+        let output = run(&[&["host", &address], words].concat());
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert!(
+            stderr(&output).contains(expected),
+            "{words:?}: {}",
+            stderr(&output)
+        );
+    }
+    let free = TcpListener::bind("127.0.0.1:0")
+        .unwrap()
+        .local_addr()
+        .unwrap()
+        .to_string();
+    let output = run(&["host", &free, "su"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("cannot connect to"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+// clause: CMD-SP-05
+#[test]
+fn an_sp_in_between_is_no_answer() {
+    let address = peer(b"\x02SP\r\x03\x02OK\r\x03");
+    let output = run(&["host", &address, "so"]);
+    assert_eq!(
+        (output.status.code(), stdout(&output).as_str()),
+        (Some(0), "OK\n")
+    );
+    assert!(stderr(&output).contains("SP came in between"));
+    let address = peer(b"\x02SP\r\x03\x02NG\r\x03");
+    let output = run(&["host", &address, "sf"]);
+    assert_eq!(
+        (output.status.code(), stdout(&output).as_str()),
+        (Some(1), "NG\n"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn check_says_what_the_compiler_says() {
+    let directory = TempDir::new();
+    let good = directory.file("good.scol", COUNTER);
+    let bad = directory.file("bad.scol", "PROGRAM BAD\nGOTO NOWHERE\nEND\n");
+    assert_eq!(run(&["check", &good]).status.code(), Some(0));
+    let output = run(&["check", &good, &bad]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stdout(&output).contains("bad.scol:2:"), "{}", stdout(&output));
+    let missing = directory.path().join("missing.scol");
+    let output = run(&["check", missing.to_str().unwrap(), &bad]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("missing.scol"));
+    let scara = directory.file("scara.scol", "PROGRAM S\nMOVE POINT(300,0,50,0,0,LEFTY)\nEND\n");
+    assert_eq!(
+        run(&["check", "--model", "tsl3000-thl400", &scara]).status.code(),
+        Some(0)
+    );
+}

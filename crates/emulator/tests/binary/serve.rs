@@ -1,0 +1,217 @@
+//! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
+
+use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, ts3100};
+use std::io::{Read, Write};
+use std::net::TcpListener;
+use std::time::Instant;
+
+const PICK: &str = "PROGRAM PICK\nX = 0\nINPUT IP1, X\nDELAY X\nPRINT IP1, \"AT\", X, CR\nEND\n";
+
+// clause: GEN-02 FRM-01 CMD-SO-01
+#[test]
+fn a_host_is_served_in_the_framing_it_uses() {
+    let serve = Serve::start(&[]);
+    assert!(
+        serve.ports.iter().all(Option::is_some),
+        "a fresh drive opens all four channels"
+    );
+    let mut host = serve.dial(0);
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    exchange(&mut host, b"SO\r\x03", b"OK\r\x03");
+    host.write_all(b"\x02SU\r\x03").unwrap();
+    let status = read_until(&mut host, 0x03);
+    let expected = b"\x02FL,MODE:external(ethernet)/cycle FILE:";
+    assert!(status.starts_with(expected), "{}", status.escape_ascii());
+    host.write_all(b"\x02OK\r\x03").unwrap();
+}
+
+// clause: ETH-06
+#[test]
+fn a_second_host_is_turned_away_and_the_first_stays() {
+    let serve = Serve::start(&[]);
+    let mut first = serve.dial(0);
+    exchange(&mut first, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    let mut second = serve.dial(0);
+    assert!(matches!(second.read(&mut [0; 8]), Ok(0) | Err(_)));
+    exchange(&mut first, b"\x02SO\r\x03", b"\x02OK\r\x03");
+}
+
+// clause: ETH-07
+#[test]
+fn garbage_half_a_text_and_a_disconnect_leave_a_working_port() {
+    let serve = Serve::start(&[]);
+    for rubbish in [
+        &b"\x00\xff\xfe\x03garbage"[..],
+        b"\x02DL,HA",
+        b"\x02\x02\x02",
+        &[b'x'; 5_000],
+    ] {
+        let mut host = serve.dial(0);
+        host.write_all(rubbish).unwrap();
+        drop(host);
+        let mut next = serve.dial(0);
+        exchange(&mut next, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    }
+}
+
+#[test]
+fn signals_end_it_cleanly() {
+    for name in ["TERM", "INT"] {
+        let serve = Serve::start(&["-v"]);
+        let mut host = serve.dial(0);
+        exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+        let output = serve.signal(name);
+        assert_eq!(output.status.code(), Some(0));
+        let log = stderr(&output);
+        assert!(
+            log.contains("IP0 < <STX>SO<CR><ETX>") && log.contains("IP0 > <STX>OK<CR><ETX>"),
+            "{log}"
+        );
+        assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
+    }
+}
+
+#[test]
+fn the_log_can_be_json() {
+    let serve = Serve::start(&["-v", "--log-format", "json"]);
+    exchange(&mut serve.dial(0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    let log = stderr(&serve.signal("TERM"));
+    let lines: Vec<serde_json::Value> = log
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    let text = lines.iter().find(|line| line["event"] == "text-in").unwrap();
+    assert_eq!(
+        (text["port"].as_str(), text["text"].as_str()),
+        (Some("IP0"), Some("<STX>SO<CR><ETX>"))
+    );
+}
+
+#[test]
+fn a_port_in_use_is_one_clear_error() {
+    // Free ports that happen to be four in a row are not worth hunting for: the first is the one in use.
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let offset = (taken.local_addr().unwrap().port() - 1000).to_string();
+    let output = run(&["serve", "--port-offset", &offset, "--ready-json"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(output.stdout.is_empty());
+    let error = stderr(&output);
+    assert!(
+        error.contains("IP0 cannot listen on 127.0.0.1:") && error.contains("the port is in use"),
+        "{error}"
+    );
+    assert!(
+        error.contains("--port-offset 10000") && error.contains("--ports auto"),
+        "{error}"
+    );
+}
+
+#[test]
+fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
+    let directory = TempDir::new();
+    let broken = directory.file("broken.scol", "PROGRAM BROKEN\nGOTO NOWHERE\nEND\n");
+    let tab = directory.file("tab.scol", "PROGRAM TAB\n\tSPEED = 20\nEND\n");
+    let name = directory.file("2name.scol", "PROGRAM X\nEND\n");
+    let config = directory.file("bad.toml", "port-ofset = 1\n");
+    let missing = directory.path().join("missing.scol");
+    let cases: [(&[&str], &str); 8] = [
+        (&["--load", &broken, "--select", "BROKEN"], "BROKEN:2:"),
+        (&["--select", "ABSENT"], "ABSENT cannot be selected"),
+        (&["--load", &tab], "TAB cannot be stored"),
+        (&["--load", &name], "2name.scol: no name on the RAM drive"),
+        (&["--load", missing.to_str().unwrap()], "cannot read"),
+        (&["--config", &config], "unknown key `port-ofset`"),
+        (&["--set", "text.sxt=detect"], "unknown option `text.sxt`"),
+        (&["--listen", "203.0.113.77"], "IP0 cannot listen on 203.0.113.77"),
+    ];
+    for (words, expected) in cases {
+        let mut all = vec!["serve", "--ports", "auto", "--ready-json"];
+        all.extend(words);
+        let output = run(&all);
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {error}");
+        assert!(
+            output.stdout.is_empty() && error.contains(expected),
+            "{words:?}: {error}"
+        );
+    }
+}
+
+#[test]
+fn people_are_told_what_to_try() {
+    let mut child = ts3100(&["serve", "--ports", "auto"])
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut text = String::new();
+    let mut stderr = std::io::BufReader::new(child.stderr.take().unwrap());
+    while !text.contains("Ctrl-C") {
+        assert!(
+            std::io::BufRead::read_line(&mut stderr, &mut text).unwrap() > 0,
+            "{text}"
+        );
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(
+        text.contains("IP0  127.0.0.1:") && text.contains("ts3100 host 127.0.0.1:"),
+        "{text}"
+    );
+}
+
+// clause: RAM-14 CMD-DL-06
+#[test]
+fn a_download_survives_a_kill() {
+    let directory = TempDir::new();
+    let drive = directory.path().join("drive");
+    let drive = drive.to_str().unwrap();
+    let file = directory.file("pick.scol", PICK.replace('\n', "\r\n"));
+    let serve = Serve::start(&["--drive", drive]);
+    let output = serve.host(&["dl", &file]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    serve.signal("KILL");
+    assert_eq!(
+        std::fs::read_to_string(directory.path().join("drive/PICK")).unwrap(),
+        PICK
+    );
+    let serve = Serve::start(&["--drive", drive, "--select", "PICK"]);
+    assert_eq!(serve.host(&["ul", "PICK"]).stdout, PICK.as_bytes());
+    assert_eq!(serve.host(&["er", "PICK"]).status.code(), Some(1), "selected");
+    assert_eq!(serve.host(&["rs", "sel"]).status.code(), Some(0));
+    assert_eq!(serve.host(&["er", "PICK"]).status.code(), Some(0));
+    assert!(!directory.path().join("drive/PICK").exists());
+}
+
+// clause: PAR-FILE-03 PAR-E05-01
+#[test]
+fn a_parameter_file_given_at_the_start_acts_at_once() {
+    let serve = Serve::start(&["--set", "drive.open_mode=1 1 0 0"]);
+    assert_eq!(serve.ports.iter().filter(|port| port.is_some()).count(), 2);
+    let parameters = serve.host(&["ul", "ETHERNET.PAR"]);
+    assert_eq!(parameters.status.code(), Some(0), "{}", stderr(&parameters));
+    let directory = TempDir::new();
+    let file = directory.file("ethernet.par", &parameters.stdout);
+    let serve = Serve::start(&["--load", &file]);
+    assert_eq!(serve.ports.iter().filter(|port| port.is_some()).count(), 2);
+}
+
+#[test]
+fn automatic_time_jumps_over_an_hour_but_waits_for_the_host() {
+    let directory = TempDir::new();
+    let file = directory.file("pick.scol", PICK);
+    let started = Instant::now();
+    let serve = Serve::start(&[
+        "--time",
+        "auto",
+        "--load",
+        &file,
+        "--select",
+        "PICK",
+        "--servo-on",
+    ]);
+    let mut program = serve.dial(1);
+    assert_eq!(serve.host(&["rn"]).status.code(), Some(0));
+    program.write_all(b"3600\r").unwrap();
+    assert_eq!(read_until(&mut program, b'\r'), b"AT        3600\r");
+    assert!(started.elapsed().as_secs() < 1_800, "it did not wait an hour");
+}

@@ -1,0 +1,191 @@
+//! A running `ts3100 serve`, its peers, and a directory of its own.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
+
+/// Longest wait for anything; reached only when a test fails.
+const LONG: Duration = Duration::from_secs(30);
+
+/// A directory removed on drop.
+pub struct TempDir(PathBuf);
+
+impl TempDir {
+    pub fn new() -> TempDir {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("ts3100-binary-{}-{count}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        TempDir(path)
+    }
+
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// A file in it.
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let path = self.0.join(name);
+        std::fs::write(&path, content).unwrap();
+        path.to_str().unwrap().to_owned()
+    }
+}
+
+impl Drop for TempDir {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// The binary, without the caller's configuration.
+pub fn ts3100(words: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_ts3100"));
+    command.args(words);
+    for (name, _) in std::env::vars_os() {
+        if name.to_string_lossy().starts_with("TS3100_") {
+            command.env_remove(name);
+        }
+    }
+    command
+}
+
+/// Runs it to its end, which must come by itself.
+pub fn run(words: &[&str]) -> Output {
+    let mut command = ts3100(words);
+    let piped = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    let child = piped.spawn().unwrap();
+    let id = child.id();
+    let (ended, end) = std::sync::mpsc::channel();
+    std::thread::spawn(move || ended.send(child.wait_with_output().unwrap()));
+    end.recv_timeout(LONG).unwrap_or_else(|_| {
+        kill("KILL", id);
+        panic!("{words:?} does not end")
+    })
+}
+
+fn kill(signal: &str, id: u32) {
+    assert!(
+        Command::new("kill")
+            .args(["-s", signal, &id.to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
+}
+
+/// Standard output as text.
+pub fn stdout(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// Standard error as text.
+pub fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A running emulator, killed on drop.
+pub struct Serve {
+    child: Option<Child>,
+    pub ports: Vec<Option<u16>>,
+}
+
+impl Serve {
+    /// Starts it on free ports and waits for its ready line.
+    pub fn start(words: &[&str]) -> Serve {
+        let mut command = ts3100(&["serve", "--ports", "auto", "--ready-json"]);
+        let mut child = command
+            .args(words)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        if line.is_empty() {
+            let output = child.wait_with_output().unwrap();
+            panic!(
+                "not ready, {}: {}",
+                output.status,
+                String::from_utf8_lossy(&output.stderr)
+            );
+        }
+        let ready: serde_json::Value = serde_json::from_str(&line).unwrap();
+        assert_eq!(ready["event"], "ready");
+        let ports = ["ip0", "ip1", "ip2", "ip3"].map(|name| {
+            ready["ports"][name]
+                .as_u64()
+                .map(|port| u16::try_from(port).unwrap())
+        });
+        Serve {
+            child: Some(child),
+            ports: ports.to_vec(),
+        }
+    }
+
+    /// HOST:PORT of a channel.
+    pub fn address(&self, channel: usize) -> String {
+        format!("127.0.0.1:{}", self.ports[channel].unwrap())
+    }
+
+    /// A connection to a channel.
+    pub fn dial(&self, channel: usize) -> TcpStream {
+        let stream = TcpStream::connect(self.address(channel)).unwrap();
+        stream.set_read_timeout(Some(LONG)).unwrap();
+        stream
+    }
+
+    /// One command of the small host client.
+    pub fn host(&self, words: &[&str]) -> Output {
+        let address = self.address(0);
+        let mut all = vec!["host", &address];
+        all.extend(words);
+        run(&all)
+    }
+
+    /// Ends it by a signal (`TERM`, `INT`, `KILL`) and waits.
+    pub fn signal(mut self, name: &str) -> Output {
+        let child = self.child.take().unwrap();
+        kill(name, child.id());
+        child.wait_with_output().unwrap()
+    }
+}
+
+impl Drop for Serve {
+    fn drop(&mut self) {
+        if let Some(mut child) = self.child.take() {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+/// Sends bytes and reads exactly as many as expected.
+pub fn exchange(stream: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
+    stream.write_all(bytes).unwrap();
+    let mut found = vec![0; expected.len()];
+    stream.read_exact(&mut found).unwrap();
+    assert_eq!(
+        found.escape_ascii().to_string(),
+        expected.escape_ascii().to_string()
+    );
+}
+
+/// Reads up to and with a byte.
+pub fn read_until(stream: &mut TcpStream, end: u8) -> Vec<u8> {
+    let mut found = Vec::new();
+    let mut byte = [0];
+    while found.last() != Some(&end) {
+        stream.read_exact(&mut byte).unwrap();
+        found.push(byte[0]);
+    }
+    found
+}

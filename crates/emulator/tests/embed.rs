@@ -1,0 +1,162 @@
+//! The embedding API: several emulators in one process, each with its own state, actions at the panel, and
+//! a power cycle.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::time::Duration;
+use ts3100_controller::input::Panel;
+use ts3100_controller::port::Port;
+use ts3100_emulator::embed::Emulator;
+use ts3100_emulator::hub::StartError;
+
+const LONG: Duration = Duration::from_secs(30);
+
+fn dial(robot: &Emulator, port: Port) -> TcpStream {
+    let stream = TcpStream::connect(robot.address(port).unwrap()).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    stream
+}
+
+fn exchange(stream: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
+    stream.write_all(bytes).unwrap();
+    let mut found = vec![0; expected.len()];
+    stream.read_exact(&mut found).unwrap();
+    assert_eq!(
+        found.escape_ascii().to_string(),
+        expected.escape_ascii().to_string()
+    );
+}
+
+fn text_until(stream: &mut TcpStream, end: u8) -> Vec<u8> {
+    let mut found = Vec::new();
+    let mut byte = [0];
+    while found.last() != Some(&end) {
+        stream.read_exact(&mut byte).unwrap();
+        found.push(byte[0]);
+    }
+    found
+}
+
+#[test]
+fn several_emulators_in_one_process_know_nothing_of_each_other() {
+    let robots: Vec<Emulator> = (0..8).map(|_| Emulator::builder().start().unwrap()).collect();
+    exchange(&mut dial(&robots[3], Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    for (index, robot) in robots.iter().enumerate() {
+        let mut host = dial(robot, Port::Ip0);
+        host.write_all(b"\x02SF\r\x03").unwrap();
+        let mut answer = [0; 282];
+        host.read_exact(&mut answer).unwrap();
+        assert_eq!(answer[4], u8::from(index == 3), "servo of robot {index}");
+    }
+}
+
+#[test]
+fn an_emulator_that_is_dropped_frees_its_ports() {
+    let robot = Emulator::builder().start().unwrap();
+    let address = robot.address(Port::Ip0).unwrap();
+    drop(robot);
+    TcpListener::bind(address).unwrap();
+}
+
+#[test]
+fn errors_at_the_start_are_returned() {
+    let error = Emulator::builder().select("ABSENT").start().unwrap_err();
+    assert!(
+        matches!(error, StartError::Select { ref name, .. } if name == "ABSENT"),
+        "{error}"
+    );
+    assert!(Emulator::builder().option("text.stx", "sometimes").is_err());
+}
+
+#[test]
+fn the_panel_starts_the_program() {
+    let robot = Emulator::builder()
+        .file("HELLO", "PROGRAM HELLO\nPRINT IP1, \"HELLO\", CR\nEND\n")
+        .select("HELLO")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    let mut program = dial(&robot, Port::Ip1);
+    // The panel and the connection reach the hub by different ways; the host's answer shows that it has
+    // served the connection.
+    exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::Start).unwrap();
+    assert_eq!(text_until(&mut program, b'\r'), b"HELLO\r");
+}
+
+// clause: PAR-FILE-03
+#[test]
+fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
+    let robot = Emulator::builder().servo_on(true).start().unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::PowerCycle).unwrap();
+    assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
+    // The links close before the ports open again.
+    let mut host = loop {
+        match TcpStream::connect(robot.address(Port::Ip0).unwrap()) {
+            Ok(stream) => break stream,
+            Err(_) => std::thread::yield_now(),
+        }
+    };
+    host.set_read_timeout(Some(LONG)).unwrap();
+    host.write_all(b"\x02SF\r\x03").unwrap();
+    let mut answer = [0; 282];
+    host.read_exact(&mut answer).unwrap();
+    assert_eq!(answer[4], 0, "the servo is off after power-on");
+}
+
+// clause: ETH-04
+#[test]
+fn a_client_channel_dials_its_peer() {
+    let peer = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = peer.local_addr().unwrap().port();
+    let factory = ts3100_proto::parameter::EthernetParameters::factory_text(
+        [
+            ts3100_proto::parameter::OpenMode::Server,
+            ts3100_proto::parameter::OpenMode::Client,
+            ts3100_proto::parameter::OpenMode::NotUsed,
+            ts3100_proto::parameter::OpenMode::NotUsed,
+        ],
+        ts3100_proto::parameter::LineEnd::Lf,
+    );
+    let parameters = String::from_utf8(factory).unwrap();
+    let (own, peers) = parameters.split_once("[E06]").unwrap();
+    let peers = peers
+        .replacen("1001", &port.to_string(), 1)
+        .replace("192.168.0.151", "127.0.0.1");
+    let robot = Emulator::builder()
+        .file("ETHERNET.PAR", format!("{own}[E06]{peers}"))
+        .file("HELLO", "PROGRAM HELLO\nPRINT IP1, \"HELLO\", CR\nEND\n")
+        .select("HELLO")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    assert_eq!(robot.ports().keys().copied().collect::<Vec<_>>(), [Port::Ip0]);
+    let (mut stream, _) = peer.accept().unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    // A later connection is served, so the hub knows of this one.
+    exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::Start).unwrap();
+    assert_eq!(text_until(&mut stream, b'\r'), b"HELLO\r");
+}
+
+#[test]
+fn a_peer_that_does_not_read_blocks_nobody() {
+    let robot = Emulator::builder()
+        .file("FLOOD", "PROGRAM FLOOD\nAGAIN:\nPRINT IP1, \"0123456789012345678901234567890123456789\", CR\nGOTO AGAIN\nEND\n")
+        .select("FLOOD")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    let _deaf = dial(&robot, Port::Ip1);
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    for _ in 0..20 {
+        host.write_all(b"\x02SU\r\x03").unwrap();
+        let status = text_until(&mut host, 0x03);
+        assert!(status.starts_with(b"\x02FL,MODE:"), "{}", status.escape_ascii());
+        host.write_all(b"\x02OK\r\x03").unwrap();
+    }
+    exchange(&mut host, b"\x02SP\r\x03", b"\x02OK\r\x03");
+}
