@@ -1,6 +1,11 @@
 //! Helpers shared by the suites: a controller in process under virtual time. What it has to do is written in
 //! the suites; this file only carries bytes, time and panel actions to it and keeps what it sends.
 
+#![expect(
+    clippy::panic,
+    reason = "what does not hold in a helper of the suites fails the test"
+)]
+
 pub mod notation;
 pub mod transcript;
 
@@ -89,7 +94,10 @@ impl Robot {
 
     /// A peer comes to a port.
     pub fn connect(&mut self, port: Port) {
-        self.feed(Input::Connected { port, peer: "suite".to_string() });
+        self.feed(Input::Connected {
+            port,
+            peer: "suite".to_string(),
+        });
     }
 
     /// The peer of a port leaves.
@@ -104,7 +112,10 @@ impl Robot {
 
     /// Bytes come in on a port, as one segment.
     pub fn raw(&mut self, port: Port, bytes: &[u8]) {
-        self.feed(Input::Received { port, bytes: bytes.to_vec() });
+        self.feed(Input::Received {
+            port,
+            bytes: bytes.to_vec(),
+        });
     }
 
     /// A text comes in: its data section, STX and ETX added here.
@@ -155,7 +166,10 @@ impl Robot {
     /// The ports on which something lies that nobody has read.
     #[must_use]
     pub fn unread(&self) -> Vec<(Port, Vec<u8>)> {
-        self.sent.iter().map(|(port, bytes)| (*port, bytes.clone())).collect()
+        self.sent
+            .iter()
+            .map(|(port, bytes)| (*port, bytes.clone()))
+            .collect()
     }
 
     /// A command with its answer: the data section of an OK, an NG or the first FL text. An unsolicited SP
@@ -190,9 +204,12 @@ impl Robot {
     /// When the texts are not those of a file.
     pub fn file(&mut self, port: Port, command: &str) -> Vec<u8> {
         let first = self.ask(port, command);
-        let mut content = first.strip_prefix(b"FL,".as_slice()).map(<[u8]>::to_vec).unwrap_or_else(|| {
-            panic!("{command}: FL expected, {} found", notation::write(&first));
-        });
+        let mut content = first
+            .strip_prefix(b"FL,".as_slice())
+            .map(<[u8]>::to_vec)
+            .unwrap_or_else(|| {
+                panic!("{command}: FL expected, {} found", notation::write(&first));
+            });
         while content.last() != Some(&0x1A) {
             self.send(port, b"OK\r");
             let text = self.received(port);
@@ -200,7 +217,10 @@ impl Robot {
         }
         self.send(port, b"OK\r");
         let rest = self.received(port);
-        assert!(rest.is_empty() || rest == frame(b"SP\r"), "{command}: {rest:02x?} follows the host's last OK");
+        assert!(
+            rest.is_empty() || rest == frame(b"SP\r"),
+            "{command}: {rest:02x?} follows the host's last OK"
+        );
         if !rest.is_empty() {
             self.sent.insert(port, rest);
         }
@@ -219,7 +239,9 @@ impl Robot {
     /// When the body is shorter.
     pub fn float(&mut self, port: Port, offset: usize) -> f32 {
         let body = self.total(port);
-        let word: [u8; 4] = body[offset..offset + 4].try_into().expect("a slice of four bytes");
+        let word: [u8; 4] = body[offset..offset + 4]
+            .try_into()
+            .expect("a slice of four bytes");
         f32::from_be_bytes(word)
     }
 

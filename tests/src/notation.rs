@@ -1,7 +1,13 @@
 //! Bytes as transcripts write them: printable ASCII stands for itself, control codes by name in angle
 //! brackets, any other byte in hexadecimal, `<*12>` for twelve bytes whatever they are.
 
-const NAMES: [(&str, u8); 5] = [("STX", 0x02), ("ETX", 0x03), ("LF", 0x0A), ("CR", 0x0D), ("EOF", 0x1A)];
+const NAMES: [(&str, u8); 5] = [
+    ("STX", 0x02),
+    ("ETX", 0x03),
+    ("LF", 0x0A),
+    ("CR", 0x0D),
+    ("EOF", 0x1A),
+];
 
 /// A piece of an expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,10 +34,14 @@ pub fn read(text: &str) -> Result<Vec<Piece>, String> {
             rest = &rest[1..];
             continue;
         };
-        let (name, after) = inner.split_once('>').ok_or_else(|| format!("no > after <{inner}"))?;
+        let (name, after) = inner
+            .split_once('>')
+            .ok_or_else(|| format!("no > after <{inner}"))?;
         rest = after;
         if let Some(count) = name.strip_prefix('*') {
-            let count: usize = count.parse().map_err(|_| format!("a number expected in <{name}>"))?;
+            let count: usize = count
+                .parse()
+                .map_err(|_| format!("a number expected in <{name}>"))?;
             pieces.extend(vec![Piece::Any; count]);
         } else if let Some((_, byte)) = NAMES.iter().find(|(known, _)| *known == name) {
             pieces.push(Piece::Byte(*byte));
@@ -39,7 +49,9 @@ pub fn read(text: &str) -> Result<Vec<Piece>, String> {
             let byte = u8::from_str_radix(name, 16).map_err(|_| format!("<{name}> is no byte"))?;
             pieces.push(Piece::Byte(byte));
         } else {
-            return Err(format!("<{name}> is neither a control code, nor a byte, nor a count"));
+            return Err(format!(
+                "<{name}> is neither a control code, nor a byte, nor a count"
+            ));
         }
     }
     Ok(pieces)

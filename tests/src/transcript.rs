@@ -86,7 +86,9 @@ impl Transcript {
             let read = transcript.line(number, line);
             read.map_err(|error| format!("line {number}: {error}: {line}"))?;
         }
-        let known = ["manual", "observed", "assumed"].iter().any(|word| transcript.origin.starts_with(word));
+        let known = ["manual", "observed", "assumed"]
+            .iter()
+            .any(|word| transcript.origin.starts_with(word));
         if !known {
             return Err("the header has no `origin: manual|observed|assumed`".to_string());
         }
@@ -147,12 +149,14 @@ impl Transcript {
     pub fn run(&self, cut: Cut) -> Result<(), String> {
         let mut robot = self.robot()?;
         for (number, step) in &self.steps {
-            self.step(&mut robot, step, cut).map_err(|error| format!("line {number}, cut {cut:?}: {error}"))?;
+            self.step(&mut robot, step, cut)
+                .map_err(|error| format!("line {number}, cut {cut:?}: {error}"))?;
         }
         match robot.unread().first() {
-            Some((port, bytes)) => {
-                Err(format!("at the end, cut {cut:?}: {port} has sent {} unread", notation::write(bytes)))
-            }
+            Some((port, bytes)) => Err(format!(
+                "at the end, cut {cut:?}: {port} has sent {} unread",
+                notation::write(bytes)
+            )),
             None => Ok(()),
         }
     }
@@ -161,18 +165,29 @@ impl Transcript {
         match step {
             Step::Send(port, bytes) => {
                 if let Some((_, unread)) = robot.unread().iter().find(|(unread, _)| unread == port) {
-                    return Err(format!("{port} has sent {} before, unread", notation::write(unread)));
+                    return Err(format!(
+                        "{port} has sent {} before, unread",
+                        notation::write(unread)
+                    ));
                 }
                 for segment in segments(bytes, cut) {
                     robot.raw(*port, segment);
                 }
             }
             Step::Expect(port, pieces) => {
-                let count = if pieces.is_empty() { usize::MAX } else { pieces.len() };
+                let count = if pieces.is_empty() {
+                    usize::MAX
+                } else {
+                    pieces.len()
+                };
                 let found = robot.take(*port, count);
                 if !notation::matches(pieces, &found) {
                     let all = [found, robot.received(*port)].concat();
-                    return Err(format!("{} bytes expected, found {}", pieces.len(), notation::write(&all)));
+                    return Err(format!(
+                        "{} bytes expected, found {}",
+                        pieces.len(),
+                        notation::write(&all)
+                    ));
                 }
             }
             Step::Pass(duration) => robot.advance(*duration),
@@ -212,7 +227,8 @@ impl Transcript {
                     tried += 1;
                 }
             }
-            self.step(&mut robot, step, Cut::Whole).map_err(|error| format!("line {number}: {error}"))?;
+            self.step(&mut robot, step, Cut::Whole)
+                .map_err(|error| format!("line {number}: {error}"))?;
         }
         Ok(tried)
     }
@@ -266,7 +282,10 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
         ">" if protocol => Ok(Step::Send(port, frame(&notation::bytes(data)?))),
         ">" => Ok(Step::Send(port, notation::bytes(data)?)),
         ">>" => Ok(Step::Send(port, hexadecimal(data)?)),
-        "<<" => Ok(Step::Expect(port, hexadecimal(data)?.into_iter().map(Piece::Byte).collect())),
+        "<<" => Ok(Step::Expect(
+            port,
+            hexadecimal(data)?.into_iter().map(Piece::Byte).collect(),
+        )),
         "<" if data == "nothing" => Ok(Step::Expect(port, Vec::new())),
         "<" => {
             let mut pieces = notation::read(data)?;
@@ -288,9 +307,10 @@ fn action(text: &str) -> Result<Step, String> {
         ["emergency-stop", state] => Panel::EmergencyStop(on(state)?),
         ["servo", state] => Panel::Servo(on(state)?),
         ["machine-lock", state] => Panel::MachineLock(on(state)?),
-        ["input", line, state] => {
-            Panel::InputLine { line: line.parse().map_err(|_| "a line number expected")?, on: on(state)? }
-        }
+        ["input", line, state] => Panel::InputLine {
+            line: line.parse().map_err(|_| "a line number expected")?,
+            on: on(state)?,
+        },
         ["key", "teaching"] => Panel::Key(KeySwitch::Teaching),
         ["key", "internal"] => Panel::Key(KeySwitch::Internal),
         ["key", "ext"] => Panel::Key(KeySwitch::Ext),

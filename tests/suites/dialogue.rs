@@ -20,7 +20,9 @@ fn printed(lines: &str) -> String {
 
 fn status(robot: &mut Robot) -> String {
     let text = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
-    text.rsplit_once("STATUS:").map(|(_, status)| status.to_string()).unwrap()
+    text.rsplit_once("STATUS:")
+        .map(|(_, status)| status.to_string())
+        .unwrap()
 }
 
 // clause: PRT-03 PRT-04 PRT-05 PRT-06 PRT-07 PRT-08 PRT-09 PRT-10 PRT-11 PRT-12 PRT-13 PRT-15
@@ -36,7 +38,10 @@ fn print_to_the_byte() {
         ("PRINT COM1, -12.25, 12.25", "     -12.250      12.250"),
         (r#"PRINT COM1, "REQ""#, "REQ"),
         (r#"PRINT COM1, "REQ", CR"#, "REQ<CR>"),
-        (r#"PRINT COM1, "INPUT DATA =", -1000.0/3, CR"#, "INPUT DATA =    -333.333<CR>"),
+        (
+            r#"PRINT COM1, "INPUT DATA =", -1000.0/3, CR"#,
+            "INPUT DATA =    -333.333<CR>",
+        ),
         ("PRINT COM1, 2.0/3, 1.0", "       0.667       1.000"),
         ("PRINT COM1, 12345.678", "   12345.678"),
         ("PRINT COM1, 1000000000.0", "************"),
@@ -52,7 +57,8 @@ fn print_to_the_byte() {
 // clause: PRT-01 PRT-02 PRT-09
 #[test]
 fn each_channel_has_its_own_output() {
-    let mut robot = run("PRINT COM1, \"C\"\nPRINT IP1, \"A\", 1, \"B\", CR\nPRINT IP2, 1, CR\nPRINT \"SHOWN\", CR");
+    let mut robot =
+        run("PRINT COM1, \"C\"\nPRINT IP1, \"A\", 1, \"B\", CR\nPRINT IP2, 1, CR\nPRINT \"SHOWN\", CR");
     assert_eq!(robot.received(Port::Com1), b"C");
     assert_eq!(robot.received(Port::Ip1), b"A           1B\r");
     assert_eq!(robot.received(Port::Ip2), b"           1\r");
@@ -79,9 +85,18 @@ fn input_takes_what_the_manual_says() {
     assert_eq!(after(&["12\r", "3\r"]), "          12       3.000<CR>");
     assert_eq!(after(&["2.7,1\r"]), "           2       1.000<CR>");
     assert_eq!(after(&[" 1 , 2 \r\n"]), "           1       2.000<CR>");
-    assert_eq!(after(&["1,2,\r", "7\r"]), "           1       2.000<CR>           7");
-    assert_eq!(after(&["1,2,", "\r", "7\r"]), "           1       2.000<CR>           7");
-    assert_eq!(after(&["1,2\r", "\n", "7\r"]), "           1       2.000<CR>           7");
+    assert_eq!(
+        after(&["1,2,\r", "7\r"]),
+        "           1       2.000<CR>           7"
+    );
+    assert_eq!(
+        after(&["1,2,", "\r", "7\r"]),
+        "           1       2.000<CR>           7"
+    );
+    assert_eq!(
+        after(&["1,2\r", "\n", "7\r"]),
+        "           1       2.000<CR>           7"
+    );
     assert_eq!(after(&["1,2,3\r"]), "           1       2.000<CR>           3");
 }
 
@@ -102,7 +117,10 @@ fn surplus_is_kept_until_buffreset() {
     assert_eq!(surplus("PRINT COM1, \"BUFFRESET\""), "|           1           9");
     assert_eq!(surplus("PRINT IP1, \"BUFFRESET\""), "           1           2|");
     assert_eq!(surplus("PRINT TP, \"BUFFRESET\""), "           1           2|");
-    assert_eq!(surplus("PRINT COM1, \"BUFFRESET\", CR"), "BUFFRESET<CR>           1           2|");
+    assert_eq!(
+        surplus("PRINT COM1, \"BUFFRESET\", CR"),
+        "BUFFRESET<CR>           1           2|"
+    );
 }
 
 // clause: INP-08 INP-13
@@ -155,7 +173,10 @@ fn a_cancelled_input_leaves_zeros() {
 // clause: PRT-14
 #[test]
 fn a_channel_without_a_peer() {
-    for (dialect, alarms, expected) in [(Dialect::Field, vec!["2-046"], false), (Dialect::Manual, vec![], true)] {
+    for (dialect, alarms, expected) in [
+        (Dialect::Field, vec!["2-046"], false),
+        (Dialect::Manual, vec![], true),
+    ] {
         let mut robot = Robot::new(dialect);
         robot.load("TEST", "PROGRAM TEST\nPRINT IP1, \"A\", CR\nDOUT(1)\nEND\n");
         robot.connect(Port::Ip0);
@@ -261,7 +282,14 @@ fn example_select() {
     let program = "PROGRAM CHOOSE\nCHOOSE:\nK = 0\nPRINT COM1, \"STR\"\nINPUT COM1, K\nGOTO(K) L1, L2, L3\n\
         PRINT COM1, \"NG\"\nGOTO FIN\nL1:\nPRINT COM1, \"T1\"\nGOTO FIN\nL2: PRINT COM1, \"T2\"\nGOTO FIN\n\
         L3:\nPRINT COM1, \"T3\"\nFIN:\nEND\n";
-    for (answer, expected) in [("1", "T1"), ("2", "T2"), ("3", "T3"), ("7", "NG"), ("0", "NG"), ("-1", "NG")] {
+    for (answer, expected) in [
+        ("1", "T1"),
+        ("2", "T2"),
+        ("3", "T3"),
+        ("7", "NG"),
+        ("0", "NG"),
+        ("-1", "NG"),
+    ] {
         let mut robot = ready(program);
         assert_eq!(robot.received(Port::Com1), b"STR");
         robot.raw(Port::Com1, format!("{answer}\r").as_bytes());
@@ -288,7 +316,14 @@ fn example_position_with_check_value() {
     robot.raw(Port::Com1, b"400,0,200,0,0,0,0,0,601\r");
     robot.advance_ms(10_000);
     assert_eq!(robot.received(Port::Com1), b"REQOK");
-    for (offset, expected) in [(148, 400.0), (152, 0.0), (156, 200.0), (180, 400.0), (184, 0.0), (188, 200.0)] {
+    for (offset, expected) in [
+        (148, 400.0),
+        (152, 0.0),
+        (156, 200.0),
+        (180, 400.0),
+        (184, 0.0),
+        (188, 200.0),
+    ] {
         let found = robot.float(Port::Ip0, offset);
         assert!((found - expected).abs() < 0.001, "{offset}: {found}");
     }
@@ -306,15 +341,24 @@ fn example_relative_correction() {
     let program = "PROGRAM SHIFTED\nX = 0.0\nY = 0.0\nSUM = 0.0\nMOVE P1\nPRINT COM1, \"REQ\"\nINPUT COM1, X, Y, SUM\n\
         IF SUM == X + Y + 1 THEN GOTO GOOD\nPRINT COM1, \"NG\"\nGOTO FIN\nGOOD:\nPRINT COM1, \"OK\"\n\
         MOVE P1 + POINT(X, Y)\nFIN:\nEND\nDATA\nPOINT P1=400,0,200,0,0,0,0,0/\nEND\n";
-    for (answer, word, x, y) in
-        [("10,20,31", "OK", 410.0, 20.0), ("10,20,30", "NG", 400.0, 0.0), ("10.5,20.25,31.75", "OK", 410.5, 20.25)]
-    {
+    for (answer, word, x, y) in [
+        ("10,20,31", "OK", 410.0, 20.0),
+        ("10,20,30", "NG", 400.0, 0.0),
+        ("10.5,20.25,31.75", "OK", 410.5, 20.25),
+    ] {
         let mut robot = ready(program);
         robot.advance_ms(10_000);
         robot.raw(Port::Com1, format!("{answer}\r").as_bytes());
         robot.advance_ms(10_000);
         assert_eq!(robot.received(Port::Com1), format!("REQ{word}").as_bytes());
-        for (offset, expected) in [(148, x), (152, y), (156, 200.0), (160, 0.0), (164, 0.0), (168, 0.0)] {
+        for (offset, expected) in [
+            (148, x),
+            (152, y),
+            (156, 200.0),
+            (160, 0.0),
+            (164, 0.0),
+            (168, 0.0),
+        ] {
             let found = robot.float(Port::Ip0, offset);
             assert!((found - expected).abs() < 0.001, "{answer} at {offset}: {found}");
         }

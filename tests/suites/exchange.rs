@@ -57,14 +57,19 @@ fn upload(robot: &mut Robot, command: &str) -> Vec<Vec<u8>> {
 // clause: FL-01 FL-02 FL-05 TRN-06 FRM-02 CMD-UL-01 CMD-UL-02 CMD-DL-02 CMD-DL-03 RAM-06 DIR-03
 #[test]
 fn files_of_every_awkward_length_travel_both_ways() {
-    for length in [17, 249, 250, 251, 252, 253, 254, 500, 502, 503, 504, 505, 755, 756, 757, 1_100] {
+    for length in [
+        17, 249, 250, 251, 252, 253, 254, 500, 502, 503, 504, 505, 755, 756, 757, 1_100,
+    ] {
         let mut robot = robot();
         let content = file_of(length);
         assert_eq!(content.len(), length);
         assert_eq!(download(&mut robot, "BULK", &content, DATA), b"OK\r", "{length}");
         let texts = upload(&mut robot, "UL,BULK");
         assert_eq!(texts.len(), (length + 3 + 1).div_ceil(DATA), "{length}");
-        assert!(texts[..texts.len() - 1].iter().all(|text| text.len() == DATA), "{length}");
+        assert!(
+            texts[..texts.len() - 1].iter().all(|text| text.len() == DATA),
+            "{length}"
+        );
         let joined = texts.concat();
         assert_eq!(joined[..3], *b"FL,");
         assert_eq!(joined[3..joined.len() - 1], content, "{length}");
@@ -142,13 +147,19 @@ fn half_a_text_is_forgotten_after_ten_seconds() {
         robot.raw(port, b"\x02S");
         robot.advance_ms(9_000);
         robot.raw(port, b"U\r\x03");
-        assert!(robot.received(port).starts_with(b"\x02FL,MODE:"), "{port}: within 10 s");
+        assert!(
+            robot.received(port).starts_with(b"\x02FL,MODE:"),
+            "{port}: within 10 s"
+        );
         robot.send(port, b"OK\r");
         robot.raw(port, b"\x02S");
         robot.advance_ms(11_000);
         assert_eq!(robot.received(port), b"", "{port}: in silence");
         robot.send(port, b"SU\r");
-        assert!(robot.received(port).starts_with(b"\x02FL,MODE:"), "{port}: one FL");
+        assert!(
+            robot.received(port).starts_with(b"\x02FL,MODE:"),
+            "{port}: one FL"
+        );
     }
 }
 
@@ -164,7 +175,11 @@ fn a_new_command_takes_the_place_of_an_open_exchange() {
     assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"));
     robot.send(Port::Ip0, b"OK\r");
     robot.send(Port::Ip0, b"FL,PROGRAM OTHER\nEND\n\x1A");
-    assert_ne!(robot.received(Port::Ip0), frame(b"OK\r"), "the download was given up");
+    assert_ne!(
+        robot.received(Port::Ip0),
+        frame(b"OK\r"),
+        "the download was given up"
+    );
 }
 
 // clause: TRN-11
@@ -197,9 +212,18 @@ fn a_download_is_stored_whole_or_not_at_all() {
     for bad in [b"A\tB\n".to_vec(), b"A\x80B\n".to_vec(), long] {
         let mut robot = robot();
         download(&mut robot, "KEEP", old, DATA);
-        assert_eq!(download(&mut robot, "KEEP", &bad, DATA), b"NG\r", "{}", notation::write(&bad[..4]));
+        assert_eq!(
+            download(&mut robot, "KEEP", &bad, DATA),
+            b"NG\r",
+            "{}",
+            notation::write(&bad[..4])
+        );
         robot.send(Port::Ip0, b"END\n\x1A");
-        assert_ne!(robot.received(Port::Ip0), frame(b"OK\r"), "the download was discontinued");
+        assert_ne!(
+            robot.received(Port::Ip0),
+            frame(b"OK\r"),
+            "the download was discontinued"
+        );
         assert_eq!(robot.file(Port::Ip0, "UL,KEEP"), old);
     }
     let mut robot = robot();
@@ -233,13 +257,16 @@ fn a_file_of_six_digits_is_refused() {
 fn a_message_of_two_texts_is_answered_once() {
     let mut robot = robot();
     robot.command(Port::Ip0, "SO");
-    let statement = format!("DO,SPEED = 1{}", " + 0".repeat(80));
-    let message = [statement.as_bytes(), b"\r"].concat();
-    assert!(message.len() > DATA);
-    robot.send(Port::Ip0, &message[..DATA]);
-    assert_eq!(robot.received(Port::Ip0), b"");
-    robot.send(Port::Ip0, &message[DATA..]);
-    assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+    // A line of the language has at most 252 characters: the longer statement is refused, once.
+    for (terms, answer) in [(60, b"OK\r"), (80, b"NG\r")] {
+        let statement = format!("DO,SPEED = 01{}", " + 0".repeat(terms));
+        let message = [statement.as_bytes(), b"\r"].concat();
+        assert!(message.len() > DATA, "{}", message.len());
+        robot.send(Port::Ip0, &message[..DATA]);
+        assert_eq!(robot.received(Port::Ip0), b"");
+        robot.send(Port::Ip0, &message[DATA..]);
+        assert_eq!(robot.received(Port::Ip0), frame(answer), "{terms}");
+    }
 }
 
 // clause: FRM-04 FRM-16
@@ -264,7 +291,10 @@ fn noise_of_any_kind_leaves_the_port_working() {
             robot.disconnect(Port::Ip0);
             robot.received(Port::Ip0);
             robot.connect(Port::Ip0);
-            assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"), "round {round}");
+            assert!(
+                robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE:"),
+                "round {round}"
+            );
             robot.disconnect(Port::Ip0);
         }
     }

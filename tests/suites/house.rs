@@ -12,7 +12,11 @@ const EXPECTS_PER_THOUSAND: usize = 2;
 const DEPENDENCIES: [(&str, &[&str], usize); 4] = [
     ("proto", &["bytes", "nom", "thiserror"], 3),
     ("scol-mini", &["libm", "thiserror", "serde"], 3),
-    ("controller", &["libm", "scol-mini", "thiserror", "ts3100-proto", "serde"], 6),
+    (
+        "controller",
+        &["libm", "scol-mini", "thiserror", "ts3100-proto", "serde"],
+        6,
+    ),
     ("emulator", &[], 20),
 ];
 
@@ -24,7 +28,9 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(folder) = folders.pop() {
-        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        let Ok(entries) = std::fs::read_dir(&folder) else {
+            continue;
+        };
         for path in entries.map(|entry| entry.unwrap().path()) {
             if path.is_dir() {
                 if path.file_name().is_some_and(|name| name != "target") {
@@ -40,8 +46,12 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
 }
 
 fn sources() -> Vec<(PathBuf, String)> {
-    let paths = ["crates", "tests"].into_iter().flat_map(|folder| files(&root().join(folder), "rs"));
-    paths.map(|path| (path.clone(), std::fs::read_to_string(&path).unwrap())).collect()
+    let paths = ["crates", "tests"]
+        .into_iter()
+        .flat_map(|folder| files(&root().join(folder), "rs"));
+    paths
+        .map(|path| (path.clone(), std::fs::read_to_string(&path).unwrap()))
+        .collect()
 }
 
 /// A source without its test module.
@@ -55,7 +65,10 @@ fn product(text: &str) -> &str {
 fn is_test(path: &Path) -> bool {
     let whole = path.to_string_lossy();
     let part = whole.strip_prefix(&*root().to_string_lossy()).unwrap_or(&whole);
-    part.starts_with("/tests/") || part.contains("/tests/") || part.ends_with("/tests.rs") || part.contains("/testing")
+    part.starts_with("/tests/")
+        || part.contains("/tests/")
+        || part.ends_with("/tests.rs")
+        || part.contains("/testing")
 }
 
 fn none(what: &str, offenders: &[String]) {
@@ -81,8 +94,15 @@ fn files_are_short() {
 
 #[test]
 fn every_file_says_what_it_is_for() {
-    let offenders = sources().into_iter().filter(|(_, text)| !text.starts_with("//! "));
-    none("files without an opening `//!`", &offenders.map(|(path, _)| path.display().to_string()).collect::<Vec<_>>());
+    let offenders = sources()
+        .into_iter()
+        .filter(|(_, text)| !text.starts_with("//! "));
+    none(
+        "files without an opening `//!`",
+        &offenders
+            .map(|(path, _)| path.display().to_string())
+            .collect::<Vec<_>>(),
+    );
 }
 
 #[test]
@@ -94,7 +114,9 @@ fn crates_use_what_they_may() {
         if found.len() > most {
             offenders.push(format!("{name}: {} dependencies, {most} allowed", found.len()));
         }
-        let foreign = found.iter().filter(|found| !allowed.is_empty() && !allowed.contains(&found.as_str()));
+        let foreign = found
+            .iter()
+            .filter(|found| !allowed.is_empty() && !allowed.contains(&found.as_str()));
         offenders.extend(foreign.map(|found| format!("{name}: {found} is not on its list")));
     }
     none("dependencies", &offenders);
@@ -130,9 +152,14 @@ fn nothing_panics_on_purpose() {
     for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
         let name = path.components().rev().find_map(|part| {
             let part = part.as_os_str().to_string_lossy().into_owned();
-            DEPENDENCIES.iter().any(|(name, ..)| *name == part).then_some(part)
+            DEPENDENCIES
+                .iter()
+                .any(|(name, ..)| *name == part)
+                .then_some(part)
         });
-        let count = counts.entry(name.unwrap_or_else(|| "other".to_string())).or_default();
+        let count = counts
+            .entry(name.unwrap_or_else(|| "other".to_string()))
+            .or_default();
         for (number, line) in (1..).zip(product(&text).lines()) {
             count.0 += 1;
             let code = line.trim_start();
@@ -150,7 +177,10 @@ fn nothing_panics_on_purpose() {
     none("words that do not belong in the product", &offenders);
     for (name, (lines, expects)) in counts {
         let most = (lines * EXPECTS_PER_THOUSAND).div_ceil(1_000);
-        assert!(expects <= most, "{name}: {expects} `expect` in {lines} lines, {most} allowed");
+        assert!(
+            expects <= most,
+            "{name}: {expects} `expect` in {lines} lines, {most} allowed"
+        );
     }
 }
 
@@ -174,12 +204,19 @@ fn every_fixture_states_its_origin() {
 fn clauses_named_by_transcripts_exist_in_form() {
     for path in files(&root().join("fixtures/transcripts"), "txt") {
         let text = std::fs::read_to_string(&path).unwrap();
-        let clauses = text.lines().filter_map(|line| line.strip_prefix("clauses: ")).flat_map(str::split_whitespace);
+        let clauses = text
+            .lines()
+            .filter_map(|line| line.strip_prefix("clauses: "))
+            .flat_map(str::split_whitespace);
         for clause in clauses {
             let (group, number) = clause.rsplit_once('-').unwrap_or((clause, ""));
             let named = ["SP", "RN"].iter().any(|word| number.starts_with(word)) || group.starts_with("PRM-");
             let formed = number.chars().all(|c| c.is_ascii_digit()) && number.len() == 2;
-            assert!(formed || named, "{}: {clause} has not the form of a clause id", path.display());
+            assert!(
+                formed || named,
+                "{}: {clause} has not the form of a clause id",
+                path.display()
+            );
         }
     }
 }

@@ -58,7 +58,10 @@ fn positions_change_while_it_moves_and_stay_on_the_line() {
         let here = position(&mut robot);
         assert_eq!(motion_status(&mut robot), 1);
         assert!(here[1] > last[1] && here[1] < FAR[1], "{here:?} after {last:?}");
-        assert!((here[0] - 400.0).abs() < 0.01 && (here[2] - 200.0).abs() < 0.01, "{here:?} is off the line");
+        assert!(
+            (here[0] - 400.0).abs() < 0.01 && (here[2] - 200.0).abs() < 0.01,
+            "{here:?} is off the line"
+        );
         last = here;
     }
 }
@@ -87,7 +90,10 @@ fn break_stops_between_the_points_and_rn_repeats_the_move() {
         robot.command(Port::Ip0, stop);
         robot.advance_ms(1_000);
         let rest = position(&mut robot);
-        assert!(distance(rest, FAR) > 1.0 && distance(rest, HOME) > 1.0, "{stop}: {rest:?}");
+        assert!(
+            distance(rest, FAR) > 1.0 && distance(rest, HOME) > 1.0,
+            "{stop}: {rest:?}"
+        );
         assert_eq!(motion_status(&mut robot), 2, "{stop}");
         robot.advance_ms(5_000);
         assert_eq!(position(&mut robot), rest, "{stop}");
@@ -97,7 +103,9 @@ fn break_stops_between_the_points_and_rn_repeats_the_move() {
             robot.command(Port::Ip0, "SO");
         }
         robot.command(Port::Ip0, "RN");
-        until(&mut robot, "FAR", |robot| robot.unread().iter().any(|(port, _)| *port == Port::Ip1));
+        until(&mut robot, "FAR", |robot| {
+            robot.unread().iter().any(|(port, _)| *port == Port::Ip1)
+        });
         assert_eq!(robot.received(Port::Ip1), b"2", "{stop}");
         assert!(distance(position(&mut robot), FAR) < 3.0, "{stop}");
     }
@@ -167,9 +175,17 @@ fn a_do_of_no_length_shows_run_for_200_ms() {
     for statement in ["DO,DOUT(1)", "DO,MOVE HERE", "DO,SPEED=50"] {
         let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
         robot.command(Port::Ip0, statement);
-        assert_eq!(motion_status(&mut robot), u8::from(statement.contains("MOVE")), "{statement}");
+        assert_eq!(
+            motion_status(&mut robot),
+            u8::from(statement.contains("MOVE")),
+            "{statement}"
+        );
         robot.advance_ms(190);
-        assert_eq!(motion_status(&mut robot), u8::from(statement.contains("MOVE")), "{statement}");
+        assert_eq!(
+            motion_status(&mut robot),
+            u8::from(statement.contains("MOVE")),
+            "{statement}"
+        );
         robot.advance_ms(20);
         assert_eq!(motion_status(&mut robot), 0, "{statement}");
     }
@@ -179,9 +195,16 @@ fn a_do_of_no_length_shows_run_for_200_ms() {
 #[test]
 fn teaching_is_slow() {
     let seconds = |key: KeySwitch| {
-        let mut robot = Robot::with(Config { key, control_right: ControlRight::Ether, ..Config::new(Dialect::Field) });
-        robot.load("TEST", "PROGRAM T\nMOVE A\nPRINT IP1, \"1\"\nMOVES B\nPRINT IP1, \"2\"\nEND\nDATA\n\
-            POINT A=400,-250,200,0,0,0,0,0/\nPOINT B=400,250,200,0,0,0,0,0/\nEND\n");
+        let mut robot = Robot::with(Config {
+            key,
+            control_right: ControlRight::Ether,
+            ..Config::new(Dialect::Field)
+        });
+        robot.load(
+            "TEST",
+            "PROGRAM T\nMOVE A\nPRINT IP1, \"1\"\nMOVES B\nPRINT IP1, \"2\"\nEND\nDATA\n\
+            POINT A=400,-250,200,0,0,0,0,0/\nPOINT B=400,250,200,0,0,0,0,0/\nEND\n",
+        );
         robot.connect(Port::Ip0);
         robot.connect(Port::Ip1);
         robot.panel(Panel::Servo(true));
@@ -189,12 +212,17 @@ fn teaching_is_slow() {
         until(&mut robot, "A", |robot| robot.received(Port::Ip1) == b"1");
         let start = robot.now();
         let mut last = position(&mut robot);
-        until(&mut robot, "B", |robot| robot.received(Port::Ip1) == b"2" || {
-            let clone = &mut robot.clone();
-            clone.advance_ms(10);
-            let step = distance(position(clone), position(robot));
-            assert!(key != KeySwitch::Teaching || step <= 2.5 + 0.001, "{step} mm in 10 ms");
-            false
+        until(&mut robot, "B", |robot| {
+            robot.received(Port::Ip1) == b"2" || {
+                let clone = &mut robot.clone();
+                clone.advance_ms(10);
+                let step = distance(position(clone), position(robot));
+                assert!(
+                    key != KeySwitch::Teaching || step <= 2.5 + 0.001,
+                    "{step} mm in 10 ms"
+                );
+                false
+            }
         });
         last[1] = position(&mut robot)[1];
         assert!((last[1] - 250.0).abs() < 0.01);
@@ -267,7 +295,11 @@ fn the_unsolicited_sp_never_lands_inside_an_exchange() {
     assert!(robot.ask(Port::Ip0, "SU").ends_with(b"STATUS:running\x1A"));
     robot.advance_ms(500);
     assert_eq!(robot.received(Port::Ip0), b"");
-    assert_eq!(robot.received(Port::Host), frame(b"SP\r"), "the other port is told at once");
+    assert_eq!(
+        robot.received(Port::Host),
+        frame(b"SP\r"),
+        "the other port is told at once"
+    );
     robot.send(Port::Ip0, b"OK\r");
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
     robot.command(Port::Ip0, "RN");
@@ -291,7 +323,11 @@ fn the_same_run_whatever_the_polling() {
         for _ in 0..(2_000 / step) {
             robot.advance_ms(step);
         }
-        (robot.total(Port::Ip0), robot.received(Port::Ip1), robot.received(Port::Ip0))
+        (
+            robot.total(Port::Ip0),
+            robot.received(Port::Ip1),
+            robot.received(Port::Ip0),
+        )
     };
     let once = trace(2_000);
     assert_eq!(trace(1), once);

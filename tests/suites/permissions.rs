@@ -33,7 +33,13 @@ const MANUAL: [(&str, &str, &str); 20] = [
 ];
 
 /// The words SU has for the five columns.
-const MODES: [&str; 5] = ["teaching", "internal", "external(sig)", "external(host)", "external(ethernet)"];
+const MODES: [&str; 5] = [
+    "teaching",
+    "internal",
+    "external(sig)",
+    "external(host)",
+    "external(ethernet)",
+];
 
 const PROGRAM: &str = "GLOBAL\nA = 10\nEND\nPROGRAM TEST\nINPUT IP1, A\nGOTO HERE1\nHERE1:\nEND\n";
 
@@ -68,7 +74,10 @@ fn prepare(column: usize, running: bool) -> Robot {
     let mut robot = Robot::ready(PROGRAM);
     robot.controller.put_file("OLD", b"PROGRAM OLD\nEND\n").unwrap();
     robot.connect(Port::Host);
-    let key = [KeySwitch::Teaching, KeySwitch::Internal].get(column).copied().unwrap_or(KeySwitch::Ext);
+    let key = [KeySwitch::Teaching, KeySwitch::Internal]
+        .get(column)
+        .copied()
+        .unwrap_or(KeySwitch::Ext);
     robot.panel(Panel::Key(key));
     let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
     if let Some(right) = column.checked_sub(2).map(|place| rights[place]) {
@@ -78,7 +87,10 @@ fn prepare(column: usize, running: bool) -> Robot {
         robot.panel(Panel::Start);
     }
     let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
-    assert!(status.starts_with(&format!("MODE:{}/", MODES[column])), "{status}");
+    assert!(
+        status.starts_with(&format!("MODE:{}/", MODES[column])),
+        "{status}"
+    );
     assert_eq!(status.ends_with("STATUS:running"), running, "{status}");
     robot
 }
@@ -111,11 +123,17 @@ fn every_command_in_every_mode_on_both_ports() {
                     }
                     let valid = cell == "O" || cell == "S" && !running;
                     let (text, yes) = example(letters);
-                    let expected = if valid && !(running && refused_while_running(letters)) { yes } else { "NG<CR>" };
+                    let expected = if valid && !(running && refused_while_running(letters)) {
+                        yes
+                    } else {
+                        "NG<CR>"
+                    };
                     let answer = notation::write(&prepared.clone().ask(port, text));
                     if !answer.starts_with(expected) {
                         let state = if running { "running" } else { "stopped" };
-                        failures.push(format!("{port} {text} in {mode}, {state}, {cell}: {expected} expected, {answer}"));
+                        failures.push(format!(
+                            "{port} {text} in {mode}, {state}, {cell}: {expected} expected, {answer}"
+                        ));
                     }
                 }
             }
@@ -131,7 +149,16 @@ fn a_refused_command_has_no_effect() {
         let mut robot = prepare(column, false);
         robot.panel(Panel::Servo(false));
         let before = robot.clone().total(Port::Ip0);
-        for command in ["SO", "RN", "RS,SEL", "SL,OLD", "EC,OVRD 50", "EC,MODE STEP", "IW,1 1", "DO,DOUT(1)"] {
+        for command in [
+            "SO",
+            "RN",
+            "RS,SEL",
+            "SL,OLD",
+            "EC,OVRD 50",
+            "EC,MODE STEP",
+            "IW,1 1",
+            "DO,DOUT(1)",
+        ] {
             assert_eq!(robot.ask(Port::Ip0, command), b"NG\r", "{command}");
         }
         assert_eq!(robot.total(Port::Ip0), before);
@@ -159,12 +186,20 @@ fn the_products_copy_of_the_tables_is_the_manuals() {
                     "S" => Permission::WhenStopped,
                     _ => Permission::Invalid,
                 };
-                assert_eq!(table.get(port, letters, mode), Some(expected), "{port:?} {letters} {mode:?}");
+                assert_eq!(
+                    table.get(port, letters, mode),
+                    Some(expected),
+                    "{port:?} {letters} {mode:?}"
+                );
             }
         }
     }
     for letters in ["FL", "OK", "NG"] {
-        assert_eq!(table.get(ProtocolPort::Ip0, letters, MasterMode::ExtEther), None, "{letters}");
+        assert_eq!(
+            table.get(ProtocolPort::Ip0, letters, MasterMode::ExtEther),
+            None,
+            "{letters}"
+        );
     }
 }
 

@@ -9,20 +9,34 @@ const EDITION: &str = "2024";
 
 /// What a pure crate must not name, as a function that names it.
 const FORBIDDEN: [(&str, &str); 4] = [
-    ("clock", "pub fn f() -> std::time::Instant { std::time::Instant::now() }"),
-    ("socket", "pub fn f(a: &str) -> Option<std::net::TcpStream> { std::net::TcpStream::connect(a).ok() }"),
-    ("file", "pub fn f(a: &str) -> Option<std::fs::File> { std::fs::File::open(a).ok() }"),
+    (
+        "clock",
+        "pub fn f() -> std::time::Instant { std::time::Instant::now() }",
+    ),
+    (
+        "socket",
+        "pub fn f(a: &str) -> Option<std::net::TcpStream> { std::net::TcpStream::connect(a).ok() }",
+    ),
+    (
+        "file",
+        "pub fn f(a: &str) -> Option<std::fs::File> { std::fs::File::open(a).ok() }",
+    ),
     ("thread", "pub fn f() { drop(std::thread::spawn(|| {})); }"),
 ];
 
 fn crate_folder(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../crates").join(name)
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../crates")
+        .join(name)
 }
 
 /// The inner attributes of a crate: what its build obeys.
 fn header(name: &str) -> String {
     let text = std::fs::read_to_string(crate_folder(name).join("src/lib.rs")).unwrap();
-    text.lines().filter(|line| line.starts_with("#![")).map(|line| format!("{line}\n")).collect()
+    text.lines()
+        .filter(|line| line.starts_with("#!["))
+        .map(|line| format!("{line}\n"))
+        .collect()
 }
 
 struct Folder(PathBuf);
@@ -42,11 +56,25 @@ impl Drop for Folder {
 }
 
 /// Compiles a source; what the compiler said if it refused.
-fn refusal(compiler: &str, folder: &Path, source: &str, arguments: &[&str], configuration: &Path) -> Option<String> {
+fn refusal(
+    compiler: &str,
+    folder: &Path,
+    source: &str,
+    arguments: &[&str],
+    configuration: &Path,
+) -> Option<String> {
     let file = folder.join("lib.rs");
     std::fs::write(&file, source).unwrap();
     let output = Command::new(compiler)
-        .args(["--crate-type", "lib", "--emit", "metadata", "--edition", EDITION, "-o"])
+        .args([
+            "--crate-type",
+            "lib",
+            "--emit",
+            "metadata",
+            "--edition",
+            EDITION,
+            "-o",
+        ])
         .arg(folder.join("lib.rmeta"))
         .args(arguments)
         .arg(&file)
@@ -74,12 +102,20 @@ fn without_std_the_names_do_not_exist() {
 
 #[test]
 fn with_std_brought_back_clippy_refuses_them() {
-    let installed = Command::new("clippy-driver").arg("--version").output().is_ok_and(|out| out.status.success());
+    let installed = Command::new("clippy-driver")
+        .arg("--version")
+        .output()
+        .is_ok_and(|out| out.status.success());
     if !installed {
         println!("clippy-driver is not installed: the second fence is not tried");
         return;
     }
-    let lints = ["-D", "clippy::disallowed_types", "-D", "clippy::disallowed_methods"];
+    let lints = [
+        "-D",
+        "clippy::disallowed_types",
+        "-D",
+        "clippy::disallowed_methods",
+    ];
     for name in PURE {
         let folder = Folder::new(&format!("clippy-{name}"));
         let header = format!("{}extern crate std;\n", header(name));
@@ -88,7 +124,10 @@ fn with_std_brought_back_clippy_refuses_them() {
         for (what, function) in FORBIDDEN {
             let said = refused(&format!("{header}{function}\n"));
             let said = said.unwrap_or_else(|| panic!("{name} may name a {what} with std"));
-            assert!(said.contains("disallowed"), "{name}: refused for another reason: {said}");
+            assert!(
+                said.contains("disallowed"),
+                "{name}: refused for another reason: {said}"
+            );
         }
     }
 }

@@ -41,8 +41,16 @@ fn an_idle_controller() {
 fn every_line_has_its_bit() {
     let mut robot = idle();
     for (line, offset, bit) in [
-        (1, 84, 0), (16, 84, 15), (17, 86, 0), (64, 90, 15), (101, 92, 0), (109, 92, 8), (110, 92, 9),
-        (164, 98, 15), (201, 100, 0), (208, 100, 7),
+        (1, 84, 0),
+        (16, 84, 15),
+        (17, 86, 0),
+        (64, 90, 15),
+        (101, 92, 0),
+        (109, 92, 8),
+        (110, 92, 9),
+        (164, 98, 15),
+        (201, 100, 0),
+        (208, 100, 7),
     ] {
         robot.command(Port::Ip0, &format!("IW,{line} 1"));
         assert_eq!(word(&robot.total(Port::Ip0), offset), 1 << bit, "Dout{line}");
@@ -50,17 +58,35 @@ fn every_line_has_its_bit() {
         assert_eq!(word(&robot.total(Port::Ip0), offset), 0, "Dout{line}");
     }
     for (line, offset, bit) in [
-        (1, 52, 0), (32, 54, 15), (64, 58, 15), (101, 60, 0), (164, 66, 15), (201, 68, 0), (217, 70, 0),
-        (232, 70, 15), (257, 74, 8),
+        (1, 52, 0),
+        (32, 54, 15),
+        (64, 58, 15),
+        (101, 60, 0),
+        (164, 66, 15),
+        (201, 68, 0),
+        (217, 70, 0),
+        (232, 70, 15),
+        (257, 74, 8),
     ] {
         robot.panel(Panel::InputLine { line, on: true });
         assert_eq!(word(&robot.total(Port::Ip0), offset), 1 << bit, "Din{line}");
         robot.panel(Panel::InputLine { line, on: false });
     }
-    for operands in ["0 1", "65 1", "70 1", "100 1", "165 1", "200 1", "209 1", "1 2", "1", "", "1 1 2", "-1 1"] {
-        assert_eq!(robot.ask(Port::Ip0, &format!("IW,{operands}")), b"NG\r", "IW,{operands}");
+    for operands in [
+        "0 1", "65 1", "70 1", "100 1", "165 1", "200 1", "209 1", "1 2", "1", "", "1 1 2", "-1 1",
+    ] {
+        assert_eq!(
+            robot.ask(Port::Ip0, &format!("IW,{operands}")),
+            b"NG\r",
+            "IW,{operands}"
+        );
     }
-    let pairs = |count: u16| (1..=count).map(|line| format!("{line} 1")).collect::<Vec<_>>().join(" ");
+    let pairs = |count: u16| {
+        (1..=count)
+            .map(|line| format!("{line} 1"))
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
     assert_eq!(robot.ask(Port::Ip0, &format!("IW,{}", pairs(33))), b"NG\r");
     assert_eq!(robot.total(Port::Ip0)[84..100], [0; 16], "all or nothing");
     robot.command(Port::Ip0, &format!("IW,{}", pairs(32)));
@@ -76,7 +102,10 @@ fn rs_sig_clears_the_first_24_outputs() {
     robot.command(Port::Ip0, "IW,1 1 24 1 25 1 101 1");
     robot.command(Port::Ip0, "RS,SIG");
     let body = robot.total(Port::Ip0);
-    assert_eq!((word(&body, 84), word(&body, 86), word(&body, 92)), (0, 1 << 8, 1));
+    assert_eq!(
+        (word(&body, 84), word(&body, 86), word(&body, 92)),
+        (0, 1 << 8, 1)
+    );
 }
 
 // clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01
@@ -93,14 +122,21 @@ fn su_and_sf_agree_in_every_mode() {
         let mut robot = idle();
         robot.panel(Panel::Key(key));
         robot.panel(Panel::ControlRight(right));
-        assert!(su(&mut robot).starts_with(&format!("MODE:{words}/cycle ")), "{words}");
+        assert!(
+            su(&mut robot).starts_with(&format!("MODE:{words}/cycle ")),
+            "{words}"
+        );
         let body = robot.total(Port::Ip0);
         assert_eq!(word(&body, 40), number, "{words}");
         assert_eq!(word(&body, 106) >> 3 & 0b1111, 1 << (bit - 3), "{words}");
         for servo in [true, false] {
             robot.panel(Panel::Servo(servo));
             let body = robot.total(Port::Ip0);
-            assert_eq!((body[0] == 1, word(&body, 106) & 2 == 2), (servo, servo), "{words}");
+            assert_eq!(
+                (body[0] == 1, word(&body, 106) & 2 == 2),
+                (servo, servo),
+                "{words}"
+            );
         }
     }
 }
@@ -111,7 +147,10 @@ fn su_and_sf_agree_in_every_status() {
     let mut robot = Robot::ready("PROGRAM T\nDELAY 10.0\nDELAY 10.0\nEND\n");
     let both = |robot: &mut Robot| {
         let text = su(robot);
-        (robot.total(Port::Ip0)[2], text.rsplit_once(':').unwrap().1.to_string())
+        (
+            robot.total(Port::Ip0)[2],
+            text.rsplit_once(':').unwrap().1.to_string(),
+        )
     };
     assert_eq!(both(&mut robot), (0, "stop(reset)".to_string()));
     robot.command(Port::Ip0, "RN");
@@ -159,7 +198,10 @@ fn minutes_are_counted() {
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(180_000);
     let body = robot.total(Port::Ip0);
-    assert_eq!((body[44..48].to_vec(), body[48..52].to_vec()), (vec![0, 0, 0, 5], vec![0, 0, 0, 2]));
+    assert_eq!(
+        (body[44..48].to_vec(), body[48..52].to_vec()),
+        (vec![0, 0, 0, 5], vec![0, 0, 0, 2])
+    );
 }
 
 // clause: EU-01 EU-02 EU-03 EU-04 EU-05 EU-06 EU-07 CMD-EU-01
@@ -173,7 +215,10 @@ fn the_error_history() {
     robot.advance_ms(1_000);
     robot.panel(Panel::EmergencyStop(true));
     let text = notation::write(&robot.file(Port::Ip0, "EU"));
-    assert_eq!(text, "2<CR>008-027 14-02-06 01:01:02<CR>008-027 14-02-06 01:01:01<CR>");
+    assert_eq!(
+        text,
+        "2<CR>008-027 14-02-06 01:01:02<CR>008-027 14-02-06 01:01:01<CR>"
+    );
     for _ in 0..120 {
         robot.panel(Panel::EmergencyStop(false));
         robot.panel(Panel::EmergencyStop(true));
@@ -191,8 +236,14 @@ fn the_version_in_both_layouts() {
     let record = field.split('\r').next().unwrap();
     assert_eq!(record.len(), 11 + 10 + 1 + 5 + 1 + 4, "{field:?}");
     assert_eq!(&record[15..16], "-");
-    assert!(digits(&record[11..15]) && digits(&record[16..18]) && digits(&record[19..21]), "{record}");
-    assert!(digits(&record[22..24]) && digits(&record[25..27]) && &record[24..25] == ":", "{record}");
+    assert!(
+        digits(&record[11..15]) && digits(&record[16..18]) && digits(&record[19..21]),
+        "{record}"
+    );
+    assert!(
+        digits(&record[22..24]) && digits(&record[25..27]) && &record[24..25] == ":",
+        "{record}"
+    );
     assert!(record[28..].chars().all(|c| c.is_ascii_hexdigit()), "{record}");
 
     let mut robot = Robot::new(Dialect::Manual);
@@ -202,7 +253,10 @@ fn the_version_in_both_layouts() {
     assert!(content.len() >= 60, "two records or more");
     for record in content.chunks(30) {
         let text = std::str::from_utf8(record).unwrap();
-        assert!(text.ends_with('\r') && text[10..].starts_with("20") && &text[14..15] == "/", "{text:?}");
+        assert!(
+            text.ends_with('\r') && text[10..].starts_with("20") && &text[14..15] == "/",
+            "{text:?}"
+        );
         assert_eq!(&text[22..23], ":");
     }
 }
@@ -230,7 +284,13 @@ fn the_directory() {
         assert_eq!(robot.received(Port::Ip0), b"\x02OK\r\x03");
     }
     let text = String::from_utf8(robot.file(Port::Ip0, "CA")).unwrap();
-    let names: Vec<&str> = text.split_terminator('\r').map(|record| record.split_once(' ').unwrap().0).collect();
+    let names: Vec<&str> = text
+        .split_terminator('\r')
+        .map(|record| record.split_once(' ').unwrap().0)
+        .collect();
     assert_eq!(names, ["ABC", "ETHERNET.PAR", "USER.PAR", "ZED"]);
-    assert!(text.starts_with("ABC 14\r") && text.ends_with("ZED 14\r"), "{text:?}");
+    assert!(
+        text.starts_with("ABC 14\r") && text.ends_with("ZED 14\r"),
+        "{text:?}"
+    );
 }

@@ -39,8 +39,12 @@ fn read(robot: &mut Robot, operands: &str) -> String {
     robot.send(Port::Ip0, b"OK\r");
     assert_eq!(robot.received(Port::Ip0), b"");
     let text = String::from_utf8(answer).unwrap();
-    let values = text.strip_prefix("FL,").and_then(|text| text.strip_suffix("\r\x1A"));
-    values.unwrap_or_else(|| panic!("FL, values CR EOF expected, {text:?} found")).to_string()
+    let values = text
+        .strip_prefix("FL,")
+        .and_then(|text| text.strip_suffix("\r\x1A"));
+    values
+        .unwrap_or_else(|| panic!("FL, values CR EOF expected, {text:?} found"))
+        .to_string()
 }
 
 // clause: CMD-MR-01 CMD-MR-02 CMD-MR-03 CMD-MR-04 CMD-MR-05 CMD-MR-06 MR-01 MR-02 MR-03 MR-04 MR-05
@@ -58,8 +62,14 @@ fn mr_of_every_type() {
         ("H1 2", "3.000 100.000 0.000 0.000 0.000 0.000 0.000"),
         ("H2 2", "5.000 0.000 0.000 0.000 0.000 0.000 0.000"),
         ("W1 3", "400.000 200.000 50.000 90.000 0.000 0.000"),
-        ("P1 4", "1.000 2.000 3.000 4.000 5.000 6.000 7.000 8.000 12111.000"),
-        ("P1 -1", "1.000 2.000 3.000 4.000 5.000 6.000 7.000 8.000 12111.000"),
+        (
+            "P1 4",
+            "1.000 2.000 3.000 4.000 5.000 6.000 7.000 8.000 12111.000",
+        ),
+        (
+            "P1 -1",
+            "1.000 2.000 3.000 4.000 5.000 6.000 7.000 8.000 12111.000",
+        ),
         ("P2 4", "1.000 0.000 3.000 0.000 0.000 0.000 0.000 0.000 0.000"),
         ("A 4", "NG"),
         ("A 5", "NG"),
@@ -86,9 +96,21 @@ fn mw_of_every_type() {
     for (operands, name, expected) in [
         ("0 A 0 25", "A 0", "25"),
         ("0 X 1 -3.142", "X 1", "-3.142"),
-        ("0 H1 2 1 2 3 4 5 6 7", "H1 2", "1.000 2.000 3.000 4.000 5.000 6.000 7.000"),
-        ("0 W1 3 1.5 2 3 4 5 6", "W1 3", "1.500 2.000 3.000 4.000 5.000 6.000"),
-        ("0 P1 4 8 7 6 5 4 3 2 1 11211", "P1 4", "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000"),
+        (
+            "0 H1 2 1 2 3 4 5 6 7",
+            "H1 2",
+            "1.000 2.000 3.000 4.000 5.000 6.000 7.000",
+        ),
+        (
+            "0 W1 3 1.5 2 3 4 5 6",
+            "W1 3",
+            "1.500 2.000 3.000 4.000 5.000 6.000",
+        ),
+        (
+            "0 P1 4 8 7 6 5 4 3 2 1 11211",
+            "P1 4",
+            "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000",
+        ),
         ("0 TBL(2) 5 9", "TBL(2) 5", "9"),
         ("0 GRID(1,3) 6 2.5", "GRID(1,3) 6", "2.500"),
     ] {
@@ -96,14 +118,33 @@ fn mw_of_every_type() {
         assert_eq!(read(&mut robot, name), expected, "MW,{operands}");
     }
     for operands in [
-        "2 A 0 1", "0 A 0", "0 A 0 1 2", "0 A 0 X", "0 NOVAR 0 1", "0 LOCAL1 0 1", "0 P1 4 1 2 3 4 5 6 7 8",
-        "0 P1 4 1 2 3 4 5 6 7 8 33333", "0 W1 3 1 2 3 4 5", "0 H1 2 1 2 3 4 5 6", "0 A 4 1 2 3 4 5 6 7 8 9",
-        "0 ABCDEFGHIJK 0 1", "0 TBL(9) 5 1", "A 0 1", "",
+        "2 A 0 1",
+        "0 A 0",
+        "0 A 0 1 2",
+        "0 A 0 X",
+        "0 NOVAR 0 1",
+        "0 LOCAL1 0 1",
+        "0 P1 4 1 2 3 4 5 6 7 8",
+        "0 P1 4 1 2 3 4 5 6 7 8 33333",
+        "0 W1 3 1 2 3 4 5",
+        "0 H1 2 1 2 3 4 5 6",
+        "0 A 4 1 2 3 4 5 6 7 8 9",
+        "0 ABCDEFGHIJK 0 1",
+        "0 TBL(9) 5 1",
+        "A 0 1",
+        "",
     ] {
-        assert_eq!(robot.ask(Port::Ip0, &format!("MW,{operands}")), b"NG\r", "MW,{operands}");
+        assert_eq!(
+            robot.ask(Port::Ip0, &format!("MW,{operands}")),
+            b"NG\r",
+            "MW,{operands}"
+        );
     }
     assert_eq!(read(&mut robot, "A 0"), "25");
-    assert_eq!(read(&mut robot, "P1 4"), "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000");
+    assert_eq!(
+        read(&mut robot, "P1 4"),
+        "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000"
+    );
 }
 
 // clause: CMD-MW-02 CMD-MW-05 CMD-RS-03 CMD-RS-04
@@ -118,14 +159,20 @@ fn the_flag_of_mw_decides_about_the_file() {
     assert_eq!(read(&mut robot, "A 0"), "10");
     robot.command(Port::Ip0, "MW,1 A 0 25");
     let expected = PROGRAM.replace("A = 10", "A = 25");
-    assert_eq!(String::from_utf8(robot.file(Port::Ip0, "UL,TEST")).unwrap(), expected);
+    assert_eq!(
+        String::from_utf8(robot.file(Port::Ip0, "UL,TEST")).unwrap(),
+        expected
+    );
     assert_eq!(read(&mut robot, "A 0"), "25");
     robot.command(Port::Ip0, "RS,PRG");
     assert_eq!(read(&mut robot, "A 0"), "25");
     robot.command(Port::Ip0, "MW,1 P1 4 8 7 6 5 4 3 2 1 11211");
     robot.command(Port::Ip0, "SL,TEST");
     assert_eq!(read(&mut robot, "A 0"), "25");
-    assert_eq!(read(&mut robot, "P1 4"), "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000");
+    assert_eq!(
+        read(&mut robot, "P1 4"),
+        "8.000 7.000 6.000 5.000 4.000 3.000 2.000 1.000 11211.000"
+    );
     let file = String::from_utf8(robot.file(Port::Ip0, "UL,TEST")).unwrap();
     assert_eq!(file.lines().count(), PROGRAM.lines().count());
     assert!(file.contains("/11211\n"), "{file}");
@@ -134,7 +181,8 @@ fn the_flag_of_mw_decides_about_the_file() {
 // clause: CMD-MW-06
 #[test]
 fn mw_acts_at_once_while_a_program_runs() {
-    let mut robot = Robot::ready("GLOBAL\nA = 1\nEND\nPROGRAM TEST\nAGAIN:\nPRINT IP1, A\nDELAY 1.0\nGOTO AGAIN\nEND\n");
+    let mut robot =
+        Robot::ready("GLOBAL\nA = 1\nEND\nPROGRAM TEST\nAGAIN:\nPRINT IP1, A\nDELAY 1.0\nGOTO AGAIN\nEND\n");
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(500);
     assert_eq!(robot.received(Port::Ip1), b"           1");
@@ -146,7 +194,11 @@ fn mw_acts_at_once_while_a_program_runs() {
     assert_eq!(robot.received(Port::Ip1), b"           6");
     robot.command(Port::Ip0, "SP");
     robot.advance_ms(1_500);
-    assert!(robot.file(Port::Ip0, "UL,TEST").starts_with(b"GLOBAL\nA = 6\nEND\n"));
+    assert!(
+        robot
+            .file(Port::Ip0, "UL,TEST")
+            .starts_with(b"GLOBAL\nA = 6\nEND\n")
+    );
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(1_500);
     let printed = String::from_utf8(robot.received(Port::Ip1)).unwrap();
@@ -166,7 +218,10 @@ fn files_that_do_not_load_are_refused_by_sl() {
         let mut robot = Robot::new(Dialect::Field);
         robot.connect(Port::Ip0);
         robot.controller.put_file("GOOD", b"PROGRAM G\nEND\n").unwrap();
-        robot.controller.put_file("BAD", format!("PROGRAM B\nEND\nDATA\n{line}\nEND\n").as_bytes()).unwrap();
+        robot
+            .controller
+            .put_file("BAD", format!("PROGRAM B\nEND\nDATA\n{line}\nEND\n").as_bytes())
+            .unwrap();
         robot.command(Port::Ip0, "SL,GOOD");
         assert_eq!(robot.ask(Port::Ip0, "SL,BAD"), b"NG\r", "{line}");
         let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
@@ -182,7 +237,10 @@ fn a_download_of_the_selected_file_acts_on_the_next_start() {
     robot.send(Port::Ip0, b"FL,PROGRAM TEST\nPRINT IP1, \"NEW\"\nEND\n\x1A");
     assert_eq!(robot.received(Port::Ip0), b"\x02OK\r\x03");
     let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
-    assert!(status.contains("FILE:TEST") && status.ends_with("stop(reset)"), "{status}");
+    assert!(
+        status.contains("FILE:TEST") && status.ends_with("stop(reset)"),
+        "{status}"
+    );
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(100);
     assert_eq!(robot.received(Port::Ip1), b"NEW");

@@ -86,11 +86,18 @@ fn measure(subjects: &[Subject], rounds: usize) -> Result<(), Box<dyn Error>> {
     for (times, subject) in times.iter_mut().zip(subjects) {
         times.sort_unstable();
         let (median, least) = (milliseconds(times[rounds / 2]), milliseconds(times[0]));
-        println!("{:24} median {median:7.3} ms   least {least:7.3} ms   of {rounds}", subject.name);
+        println!(
+            "{:24} median {median:7.3} ms   least {least:7.3} ms   of {rounds}",
+            subject.name
+        );
         medians.push(median);
     }
     if let [emulator, bare] = medians[..] {
-        println!("{:24} {:.2} of the bare server's", "ratio of the medians", emulator / bare);
+        println!(
+            "{:24} {:.2} of the bare server's",
+            "ratio of the medians",
+            emulator / bare
+        );
     }
     Ok(())
 }
@@ -109,7 +116,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             program: Path::new(&binary).to_path_buf(),
             arguments: &["serve", "--ports", "auto", "--ready-json"],
             key: "\"ip0\":",
-            answer: |bytes| bytes.starts_with(b"\x02FL,MODE:external(ethernet)/") && bytes.ends_with(b"\x1a\x03"),
+            answer: |bytes| {
+                bytes.starts_with(b"\x02FL,MODE:external(ethernet)/") && bytes.ends_with(b"\x1a\x03")
+            },
         },
         Subject {
             name: "bare tokio echo",
