@@ -1,6 +1,8 @@
 //! The embedding API: several emulators in one process, each with its own state, actions at the panel, and
 //! a power cycle.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
+
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;

@@ -2,6 +2,7 @@
 //! end is reported exactly once, whatever ended it.
 
 use super::LinkMessage;
+use crate::log::Readable;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
 use std::io;
@@ -168,7 +169,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
             Ok(0) => break,
             Ok(length) => {
                 let bytes = buffer.get(..length).unwrap_or_default().to_vec();
-                trace!(port = port.name(), "{port} < {}", bytes.escape_ascii());
+                log_bytes(port, '<', &bytes);
                 if hub.send(LinkMessage::Received { port, id, bytes }).await.is_err() {
                     return;
                 }
@@ -186,7 +187,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
 
 async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Vec<u8>>) {
     while let Some(bytes) = queued.recv().await {
-        trace!(port = port.name(), "{port} > {}", bytes.escape_ascii());
+        log_bytes(port, '>', &bytes);
         if let Err(error) = write_all(&stream, &bytes).await {
             debug!(port = port.name(), "{port}: writing ended: {error}");
             // Wakes the reading task, which reports the end.
@@ -195,6 +196,16 @@ async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Ve
         }
     }
     close(&stream, Shutdown::Write);
+}
+
+/// On a channel without texts the bytes are all there is to show.
+fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
+    let text = Readable(bytes);
+    if port.protocol().is_some() {
+        trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
+    } else {
+        debug!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
+    }
 }
 
 async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {

@@ -1,6 +1,12 @@
 //! Tests of the binary `ts3100` from outside: processes, exit codes, bytes on sockets. Ports are chosen by
 //! the system, nothing waits by the clock.
 
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests, which may fail as tests do"
+)]
+
 mod client;
 mod serve;
 mod support;
