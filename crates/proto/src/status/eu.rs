@@ -4,6 +4,7 @@ use super::fields::Field;
 use super::{AlarmLevel, BodyError};
 use crate::calendar::CalendarTime;
 use alloc::format;
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Most entries of a file: the count has two digits (EU-01).
@@ -28,17 +29,7 @@ pub fn encode_history(entries: &[ErrorEntry]) -> Vec<u8> {
     let mut out = format!("{count}\r");
     for entry in entries.iter().take(count) {
         let (main, sub) = (entry.level.number(), entry.code.min(MAX_CODE));
-        let CalendarTime {
-            year,
-            month,
-            day,
-            hour,
-            minute,
-            second,
-        } = entry.at;
-        let year = year % 100;
-        out +=
-            &format!("{main:03}-{sub:03} {year:02}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}\r");
+        out += &format!("{main:03}-{sub:03} {}\r", stamp(entry.at));
     }
     out.into_bytes()
 }
@@ -70,37 +61,66 @@ const CENTURY: u16 = 2_000;
 
 fn decode_entry(record: Field<'_>) -> Result<ErrorEntry, BodyError> {
     let expected = "an entry LLL-CCC YY-MM-DD HH:MM:SS";
-    let mut rest = record;
-    let mut take = |length: usize, after: &str| {
-        let (field, tail) = rest.cut(length).ok_or_else(|| record.error(expected))?;
-        rest = tail.after(after, expected)?;
-        Ok::<_, BodyError>(field)
-    };
-    let level = take(3, "-")?;
-    let code = take(3, " ")?.number(expected)?;
-    let year: u16 = take(2, "-")?.number(expected)?;
-    let mut at = CalendarTime {
-        year: CENTURY + year,
-        month: 0,
-        day: 0,
-        hour: 0,
-        minute: 0,
-        second: 0,
-    };
-    at.month = take(2, "-")?.number(expected)?;
-    at.day = take(2, " ")?.number(expected)?;
-    at.hour = take(2, ":")?.number(expected)?;
-    at.minute = take(2, ":")?.number(expected)?;
-    at.second = take(2, "")?.number(expected)?;
-    if !rest.bytes().is_empty() {
-        return Err(rest.error("the end of the entry"));
-    }
-    if !at.is_valid() {
-        return Err(record.error("a date and time that exist"));
-    }
+    let (level, rest) = take(record, 3, "-", expected)?;
+    let (code, rest) = take(rest, 3, " ", expected)?;
+    let code = code.number(expected)?;
+    let at = decode_stamp(rest)?;
     let number = level.number(expected)?;
     let level = AlarmLevel::from_number(number).ok_or_else(|| level.error("level 008, 004, 002 or 001"))?;
     Ok(ErrorEntry { level, code, at })
+}
+
+/// A time as `YY-MM-DD HH:MM:SS`; of the year the last two digits.
+pub(super) fn stamp(at: CalendarTime) -> String {
+    let CalendarTime {
+        year,
+        month,
+        day,
+        hour,
+        minute,
+        second,
+    } = at;
+    let year = year % 100;
+    format!("{year:02}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+/// Reads a time as [`stamp`] writes it, of the years 2000 to 2099.
+pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> {
+    let expected = "a time YY-MM-DD HH:MM:SS";
+    let (year, rest) = take(field, 2, "-", expected)?;
+    let (month, rest) = take(rest, 2, "-", expected)?;
+    let (day, rest) = take(rest, 2, " ", expected)?;
+    let (hour, rest) = take(rest, 2, ":", expected)?;
+    let (minute, rest) = take(rest, 2, ":", expected)?;
+    let (second, rest) = take(rest, 2, "", expected)?;
+    if !rest.bytes().is_empty() {
+        return Err(rest.error("the end of the time"));
+    }
+    let year: u16 = year.number(expected)?;
+    let at = CalendarTime {
+        year: CENTURY + year,
+        month: month.number(expected)?,
+        day: day.number(expected)?,
+        hour: hour.number(expected)?,
+        minute: minute.number(expected)?,
+        second: second.number(expected)?,
+    };
+    if at.is_valid() {
+        Ok(at)
+    } else {
+        Err(field.error("a date and time that exist"))
+    }
+}
+
+/// The first `length` bytes, and what stands behind the separator that follows them.
+fn take<'a>(
+    field: Field<'a>,
+    length: usize,
+    separator: &str,
+    expected: &'static str,
+) -> Result<(Field<'a>, Field<'a>), BodyError> {
+    let (head, tail) = field.cut(length).ok_or_else(|| field.error(expected))?;
+    Ok((head, tail.after(separator, expected)?))
 }
 
 #[cfg(test)]

@@ -1,12 +1,16 @@
-//! The files a host asks for with SU, SF, EU, VR, CA and MR, as values with encoder and decoder. All of
-//! them are contents: what stands between `FL,` and EOF. Cutting them into texts is `file`'s, filling
-//! them is the controller's.
+//! The files a host asks for with SU, SF, EU, VR, CA and MR, and with the extensions SM, AC, AH, PR, VL and
+//! IO, as values with encoder and decoder. All of them are contents: what stands between `FL,` and EOF.
+//! Cutting them into texts is `file`'s, filling them is the controller's.
 
+pub mod ac;
 pub mod ca;
 pub mod eu;
 mod fields;
+pub mod io;
 pub mod mr;
+pub mod pr;
 pub mod sf;
+pub mod sm;
 pub mod su;
 pub mod vr;
 

@@ -1,0 +1,180 @@
+//! The alarm lists of AC and AH (hosts 7.2, decision D5). Which alarms they hold, and in which order, is the
+//! controller's business.
+
+use super::BodyError;
+use super::eu::{MAX_ENTRIES, decode_stamp, stamp};
+use super::fields::Field;
+use crate::calendar::CalendarTime;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// Characters of a message that are sent; the rest is cut. The limit is ours.
+pub const MAX_MESSAGE: usize = 80;
+
+/// An alarm as AC and AH tell it.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct AlarmRecord {
+    /// Level and code, for example `2-046`.
+    pub number: String,
+    /// What the operator reads; may be empty.
+    pub message: String,
+    /// When; of the year the last two digits are written.
+    pub at: CalendarTime,
+}
+
+/// The content of the file, records in the order given; CR ends each, and the count stands before the first.
+/// No alarm is `0`. Records beyond 99 are left out. Commas and control codes go as blanks, what is not ASCII
+/// as `?`.
+#[must_use]
+pub fn encode_alarms(records: &[AlarmRecord]) -> Vec<u8> {
+    let count = records.len().min(MAX_ENTRIES);
+    let mut out = count.to_string();
+    for (index, record) in records.iter().take(count).enumerate() {
+        let comma = if index == 0 { "," } else { "" };
+        let (number, message) = (plain(&record.number), plain(&record.message));
+        out += &format!("{comma}{number},{message},{}\r", stamp(record.at));
+    }
+    out.into_bytes()
+}
+
+/// Reads a content; years are those of 2000 to 2099.
+///
+/// # Errors
+/// A count that does not fit, a record that is not `number,message,YY-MM-DD HH:MM:SS`, a date that does not
+/// exist.
+pub fn decode_alarms(content: &[u8]) -> Result<Vec<AlarmRecord>, BodyError> {
+    const COUNT: &str = "the number of the records that follow, 99 at most";
+    let whole = Field::whole("AC", content);
+    let mut parts = whole
+        .records()
+        .map(|record| record.split(b',').collect::<Vec<_>>());
+    let first = parts.next().unwrap_or_default();
+    let (count, first) = first.split_first().ok_or_else(|| whole.error(COUNT))?;
+    let number: usize = count.number(COUNT)?;
+    let mut records = Vec::new();
+    if !first.is_empty() {
+        records.push(decode_record(*count, first)?);
+    }
+    for part in parts {
+        // Without a first record there are no further ones.
+        if records.is_empty() {
+            return Err(count.error(COUNT));
+        }
+        records.push(decode_record(whole, &part)?);
+    }
+    if records.len() == number && number <= MAX_ENTRIES {
+        Ok(records)
+    } else {
+        Err(count.error(COUNT))
+    }
+}
+
+fn decode_record(near: Field<'_>, parts: &[Field<'_>]) -> Result<AlarmRecord, BodyError> {
+    const EXPECTED: &str = "a record number,message,YY-MM-DD HH:MM:SS";
+    let [number, message, at] = parts else {
+        return Err(parts.first().unwrap_or(&near).error(EXPECTED));
+    };
+    if number.bytes().is_empty() {
+        return Err(number.error("the number of an alarm"));
+    }
+    Ok(AlarmRecord {
+        number: number.text("the number of an alarm in ASCII")?.to_string(),
+        message: message.text("a message in ASCII")?.to_string(),
+        at: decode_stamp(*at)?,
+    })
+}
+
+/// What may stand in a field: neither separators nor anything that is not printable ASCII.
+fn plain(text: &str) -> String {
+    let shown = text.chars().take(MAX_MESSAGE).map(|char| match char {
+        ',' => ' ',
+        ' '..='~' => char,
+        char if char.is_control() => ' ',
+        _ => '?',
+    });
+    shown.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn record(number: &str, message: &str, year: u16, second: u8) -> AlarmRecord {
+        AlarmRecord {
+            number: number.to_string(),
+            message: message.to_string(),
+            at: CalendarTime {
+                year,
+                month: 2,
+                day: 6,
+                hour: 10,
+                minute: 30,
+                second,
+            },
+        }
+    }
+
+    #[test]
+    fn the_file_to_the_byte() {
+        assert_eq!(encode_alarms(&[]), b"0");
+        let two = [
+            record("8-001", "hello a", 2014, 15),
+            record("4-002", "there b", 2015, 16),
+        ];
+        let content = b"2,8-001,hello a,14-02-06 10:30:15\r4-002,there b,15-02-06 10:30:16\r";
+        assert_eq!(encode_alarms(&two), content);
+        assert_eq!(decode_alarms(content).unwrap(), two);
+        assert_eq!(decode_alarms(&content[..content.len() - 1]).unwrap(), two);
+        assert_eq!(decode_alarms(b"0"), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn a_message_holds_no_separator() {
+        let odd = record("2-046", "a,b\rc\nd\u{e9}\u{7f}e\u{1a}", 2026, 0);
+        let sent = encode_alarms(&[odd]);
+        assert_eq!(sent, b"1,2-046,a b c d? e ,26-02-06 10:30:00\r");
+        let long = record("2-046", &"x".repeat(500), 2026, 0);
+        let read = decode_alarms(&encode_alarms(&[long])).unwrap();
+        assert_eq!(read[0].message.len(), MAX_MESSAGE);
+        let empty = [record("2-046", "", 2026, 0)];
+        assert_eq!(decode_alarms(&encode_alarms(&empty)).unwrap(), empty);
+    }
+
+    #[test]
+    fn ninety_nine_records_at_most() {
+        let many: Vec<AlarmRecord> = (0..120)
+            .map(|code| record(&format!("1-{code:03}"), "warning", 2026, 0))
+            .collect();
+        let content = encode_alarms(&many);
+        assert!(content.starts_with(b"99,1-000,"));
+        assert_eq!(decode_alarms(&content).unwrap(), many[..MAX_ENTRIES]);
+    }
+
+    #[test]
+    fn what_is_no_list_is_refused() {
+        let two = [record("8-001", "a", 2014, 15), record("4-002", "b", 2015, 16)];
+        let content = encode_alarms(&two);
+        for end in 0..content.len() - 1 {
+            assert!(decode_alarms(&content[..end]).is_err(), "{end}");
+        }
+        for bad in [
+            "x",
+            "1",
+            "0,",
+            "0,2-046,a,26-02-06 10:30:15",
+            "2,2-046,a,26-02-06 10:30:15",
+            "1,2-046,a,b,26-02-06 10:30:15",
+            "1,2-046,26-02-06 10:30:15",
+            "1,,a,26-02-06 10:30:15",
+            "1,2-046,a,26/02/06 10:30:15",
+            "1,2-046,a,26-02-30 10:30:15",
+            "1,2-046,a,26-02-06 10:30:150",
+            "1,2-046,a\n,26-02-06 10:30:15",
+            "0\r2-046,a,26-02-06 10:30:15",
+            "1\r2-046,a,26-02-06 10:30:15",
+        ] {
+            assert!(decode_alarms(bad.as_bytes()).is_err(), "{bad:?}");
+        }
+    }
+}
