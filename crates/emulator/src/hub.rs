@@ -176,7 +176,7 @@ impl Hub {
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
-            Output::Send { port, bytes } => inputs.extend(self.links.send(port, bytes)),
+            Output::Send { port, bytes } => inputs.extend(self.links.send(port, bytes).await),
             Output::Stored { name, content } => {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
                 let stored = self.store.as_mut().map(|store| store.put(&name, &content));

@@ -22,6 +22,8 @@ use ts3100_controller::port::Port;
 /// Writes that may wait for a peer that does not read: with texts of 255 bytes at most about 64 KiB on top
 /// of what the system buffers.
 pub(super) const WRITE_QUEUE: usize = 256;
+/// Turns the writing task gets to empty a full queue into the system's buffers.
+const WRITE_TURNS: u32 = 8;
 /// Bytes read at once.
 const READ_BUFFER: usize = 4_096;
 /// How long a peer that has closed its sending half may take to read what was queued before.
@@ -85,13 +87,18 @@ impl Connection {
         self.peer
     }
 
-    /// Queues one write.
-    pub(super) fn send(&self, bytes: Vec<u8>) -> Result<(), Overflow> {
-        match self.queue.try_send(bytes) {
-            // Closed: the writing task met an error, and the reading task is about to report the end.
-            Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => Ok(()),
-            Err(mpsc::error::TrySendError::Full(_)) => Err(Overflow),
+    /// Queues one write. A full queue is no proof of a peer that does not read, since the controller may
+    /// have much to say at once: the writing task gets its turn first.
+    pub(super) async fn send(&self, mut bytes: Vec<u8>) -> Result<(), Overflow> {
+        for _ in 0..=WRITE_TURNS {
+            match self.queue.try_send(bytes) {
+                // Closed: the writing task met an error, and the reading task is about to report the end.
+                Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => return Ok(()),
+                Err(mpsc::error::TrySendError::Full(back)) => bytes = back,
+            }
+            tokio::task::yield_now().await;
         }
+        Err(Overflow)
     }
 
     /// Whether the system knows that the peer has closed, though its last bytes may still be unread.

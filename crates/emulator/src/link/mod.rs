@@ -172,31 +172,25 @@ impl Links {
 
     /// Queues bytes for the peer of a port. `Some` if the peer has left so much unread that the connection
     /// had to be closed.
-    pub fn send(&mut self, port: Port, bytes: Vec<u8>) -> Option<Input> {
-        let channel = self.channels.get_mut(&port);
-        let Some((channel, connection)) = channel.and_then(|channel| {
-            let connection = channel.connection.take()?;
-            Some((channel, connection))
-        }) else {
+    pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Option<Input> {
+        let channel = self.channels.get_mut(&port)?;
+        let Some(connection) = &channel.connection else {
             debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
             return None;
         };
-        match connection.send(bytes) {
-            Ok(()) => {
-                channel.connection = Some(connection);
-                None
-            }
-            Err(Overflow) => {
-                warn!(
-                    port = port.name(),
-                    "{port}: {} does not read, closed with {} texts unsent",
-                    connection.peer(),
-                    connection::WRITE_QUEUE
-                );
-                connection.cut();
-                Some(Input::Disconnected { port })
-            }
+        if connection.send(bytes).await.is_ok() {
+            return None;
         }
+        warn!(
+            port = port.name(),
+            "{port}: {} does not read, closed with {} writes unsent",
+            connection.peer(),
+            connection::WRITE_QUEUE
+        );
+        channel.connection.take().map(|connection| {
+            connection.cut();
+            Input::Disconnected { port }
+        })
     }
 
     fn wanted_port(&self, port: Port, own: u16) -> Result<u16, LinkError> {
