@@ -13,6 +13,8 @@ mod house;
 mod motion;
 mod permissions;
 mod purity;
+mod settings;
+mod simulation;
 mod status;
 mod transcripts;
 mod variables;
