@@ -1,5 +1,5 @@
-//! Which command is valid on which port in which mode: tables 5.3 and 5.4 as data. What a refusal looks
-//! like, and when the robot counts as stopped, is the controller's business.
+//! Which command is valid on which port in which mode: tables 5.3 and 5.4 as data, and the extensions in the
+//! same form. What a refusal looks like, and when the robot counts as stopped, is the controller's business.
 
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
@@ -36,17 +36,24 @@ pub const ROWS: [&str; 20] = [
     "IW", "VR", "DO",
 ];
 
+/// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms.
+pub const EXTENSION_ROWS: [&str; 15] = [
+    "SM", "AC", "AH", "IO", "PR", "VL", "HI", "HO", "WD", "ZS", "MD", "RT", "SC", "JG", "RS,ERR",
+];
+
 /// The columns as the file names them, in the order of [`MasterMode::ALL`].
 const COLUMNS: [&str; 5] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
 
 type Row = [Permission; COLUMNS.len()];
-type Rows = [Row; ROWS.len()];
+type Rows<const N: usize> = [Row; N];
 
-/// Both tables.
+/// The tables of either port, the manual's and that of the extensions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PermissionTable {
-    host: Rows,
-    ip0: Rows,
+    host: Rows<{ ROWS.len() }>,
+    ip0: Rows<{ ROWS.len() }>,
+    host_extensions: Rows<{ EXTENSION_ROWS.len() }>,
+    ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
 /// Why a permission file cannot be used.
@@ -62,50 +69,81 @@ pub struct PermissionError {
 }
 
 impl PermissionTable {
-    /// The tables as the manual prints them (decision D4).
+    /// The tables as the manual prints them, and the extensions as decision D4 has them.
     #[must_use]
     pub fn printed() -> PermissionTable {
         PermissionTable::parse(include_str!("../data/permissions.txt"))
             .expect("the printed tables are part of the crate and a test reads them")
     }
 
-    /// Reads tables in the form of `data/permissions.txt`.
+    /// Reads tables in the form of `data/permissions.txt`, in any order.
     ///
     /// # Errors
-    /// A line that is no heading and no row, a cell that is not O, S or X, a row twice or missing.
+    /// A line that is no heading and no row, a cell that is not O, S or X, a row or a table twice
+    /// or missing.
     pub fn parse(text: &str) -> Result<PermissionTable, PermissionError> {
-        let mut tables: [Option<Rows>; 2] = [None; 2];
+        let (mut host, mut ip0) = (None, None);
+        let (mut host_extensions, mut ip0_extensions) = (None, None);
         let mut lines = Lines::new(text);
         while let Some((number, line)) = lines.next() {
-            let index = match line {
-                "[HOST]" => 0,
-                "[IP0]" => 1,
-                _ => return Err(error(number, "[HOST] or [IP0]", line)),
-            };
-            if tables[index].is_some() {
-                return Err(error(number, "each table once", line));
+            match line {
+                HOST => fill(&mut host, number, line, &ROWS, &mut lines)?,
+                IP0 => fill(&mut ip0, number, line, &ROWS, &mut lines)?,
+                HOST_EXTENSIONS => fill(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
+                IP0_EXTENSIONS => fill(&mut ip0_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
+                _ => return Err(error(number, HEADINGS, line)),
             }
-            tables[index] = Some(table(&mut lines)?);
         }
-        let [host, ip0] = tables;
-        let missing = |name: &str| error(lines.number.max(1), name, "the end of the file");
+        let missing = |heading: &str| error(lines.number.max(1), heading, "the end of the file");
         Ok(PermissionTable {
-            host: host.ok_or_else(|| missing("[HOST]"))?,
-            ip0: ip0.ok_or_else(|| missing("[IP0]"))?,
+            host: host.ok_or_else(|| missing(HOST))?,
+            ip0: ip0.ok_or_else(|| missing(IP0))?,
+            host_extensions: host_extensions.ok_or_else(|| missing(HOST_EXTENSIONS))?,
+            ip0_extensions: ip0_extensions.ok_or_else(|| missing(IP0_EXTENSIONS))?,
         })
     }
 
-    /// The cell of a command; `None` if the tables have no such row (FL, OK, NG: PRM-LEG-05).
+    /// The cell of a row, in upper or lower case: the letters of a command, `RS,ERR` for the reset of alarms
+    /// ([`Command::permission_row`](crate::command::Command::permission_row)). `None` if the tables have no
+    /// such row (FL, OK, NG: PRM-LEG-05).
     #[must_use]
-    pub fn get(&self, port: ProtocolPort, letters: &str, mode: MasterMode) -> Option<Permission> {
-        let rows = match port {
-            ProtocolPort::Host => &self.host,
-            ProtocolPort::Ip0 => &self.ip0,
+    pub fn get(&self, port: ProtocolPort, row: &str, mode: MasterMode) -> Option<Permission> {
+        let (rows, extensions) = match port {
+            ProtocolPort::Host => (&self.host, &self.host_extensions),
+            ProtocolPort::Ip0 => (&self.ip0, &self.ip0_extensions),
         };
-        let row = ROWS.iter().position(|row| row.eq_ignore_ascii_case(letters))?;
+        let of_manual = ROWS.iter().zip(rows);
+        let mut all = of_manual.chain(EXTENSION_ROWS.iter().zip(extensions));
+        let (_, cells) = all.find(|(name, _)| name.eq_ignore_ascii_case(row))?;
         let column = MasterMode::ALL.iter().position(|known| *known == mode)?;
-        rows.get(row)?.get(column).copied()
+        cells.get(column).copied()
     }
+}
+
+/// Heading of table 5.3.
+const HOST: &str = "[HOST]";
+/// Heading of table 5.4.
+const IP0: &str = "[IP0]";
+/// Heading of the extensions on HOST.
+const HOST_EXTENSIONS: &str = "[HOST extensions]";
+/// Heading of the extensions on IP0.
+const IP0_EXTENSIONS: &str = "[IP0 extensions]";
+/// What may stand where a table begins.
+const HEADINGS: &str = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
+
+/// Reads the table under a heading, unless it was there before.
+fn fill<const N: usize>(
+    place: &mut Option<Rows<N>>,
+    number: usize,
+    heading: &str,
+    names: &[&'static str; N],
+    lines: &mut Lines<'_>,
+) -> Result<(), PermissionError> {
+    if place.is_some() {
+        return Err(error(number, "each table once", heading));
+    }
+    *place = Some(table(lines, names)?);
+    Ok(())
 }
 
 /// Lines with content, blanks around them and comments removed.
@@ -135,7 +173,10 @@ impl<'a> Lines<'a> {
 }
 
 /// The head row and the rows of one table.
-fn table(lines: &mut Lines<'_>) -> Result<Rows, PermissionError> {
+fn table<const N: usize>(
+    lines: &mut Lines<'_>,
+    names: &[&'static str; N],
+) -> Result<Rows<N>, PermissionError> {
     let head = || alloc::format!("COMMAND {}", COLUMNS.join(" "));
     match lines.next() {
         Some((_, line))
@@ -145,11 +186,12 @@ fn table(lines: &mut Lines<'_>) -> Result<Rows, PermissionError> {
         Some((number, line)) => return Err(error(number, &head(), line)),
         None => return Err(error(lines.number, &head(), "the end of the file")),
     }
-    let mut rows = [[Permission::Invalid; COLUMNS.len()]; ROWS.len()];
+    let mut rows = [[Permission::Invalid; COLUMNS.len()]; N];
     let mut seen = BTreeSet::new();
-    while seen.len() < ROWS.len() {
+    while seen.len() < N {
         let missing = || {
-            ROWS.iter()
+            names
+                .iter()
                 .filter(|row| !seen.contains(*row))
                 .copied()
                 .collect::<alloc::vec::Vec<_>>()
@@ -160,13 +202,12 @@ fn table(lines: &mut Lines<'_>) -> Result<Rows, PermissionError> {
         };
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
-        let (index, name) = ROWS
-            .iter()
-            .enumerate()
-            .find(|(_, row)| **row == letters && !seen.contains(*row))
+        let mut places = names.iter().zip(&mut rows);
+        let (name, place) = places
+            .find(|(row, _)| **row == letters && !seen.contains(*row))
             .ok_or_else(|| error(number, &expected(), line))?;
+        *place = row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
         seen.insert(*name);
-        rows[index] = row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
     }
     Ok(rows)
 }
@@ -199,6 +240,7 @@ fn error(line: usize, expected: &str, found: &str) -> PermissionError {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::command::{COMMANDS, Command, EXTENSIONS};
     use alloc::format;
     use alloc::vec::Vec;
 
@@ -235,6 +277,42 @@ mod tests {
         assert_eq!(cells(ProtocolPort::Ip0, "RN"), of("XXXXS"));
     }
 
+    #[test]
+    fn the_extensions() {
+        let like = [
+            ("SF", "SM AC AH IO PR VL HI"),
+            ("IW", "HO"),
+            ("EC", "WD ZS MD RT SC"),
+            ("DO", "JG"),
+        ];
+        for port in ProtocolPort::ALL {
+            for (model, rows) in like {
+                for row in rows.split(' ') {
+                    assert_eq!(cells(port, row), cells(port, model), "{row}");
+                }
+            }
+            assert_eq!(cells(port, "RS,ERR"), of("SSSSS"));
+            assert_eq!(cells(port, "rs,err"), of("SSSSS"));
+        }
+    }
+
+    #[test]
+    fn every_command_but_the_parts_of_an_exchange_has_a_row() {
+        let all = COMMANDS.iter().chain(EXTENSIONS);
+        for row in all.filter(|row| !matches!(row.letters, "FL" | "OK" | "NG")) {
+            let command = Command::parse(row.example.as_bytes()).unwrap();
+            let extension = EXTENSION_ROWS.contains(&command.permission_row());
+            assert_eq!(extension, command.is_extension(), "{}", row.form);
+            assert_ne!(
+                extension,
+                ROWS.contains(&command.permission_row()),
+                "{}",
+                row.form
+            );
+        }
+        assert_eq!(EXTENSION_ROWS.len(), EXTENSIONS.len());
+    }
+
     // clause: PRM-LEG-05
     #[test]
     fn parts_of_an_exchange_have_no_row() {
@@ -258,7 +336,15 @@ mod tests {
             table.get(ProtocolPort::Host, "RN", MasterMode::ExtEther),
             Some(Permission::Invalid)
         );
-        assert_eq!(table.ip0, PermissionTable::printed().ip0);
+        let printed = PermissionTable::printed();
+        assert_ne!(table.host, printed.host);
+        assert_eq!(
+            PermissionTable {
+                host: printed.host,
+                ..table
+            },
+            printed
+        );
         assert_eq!(
             PermissionTable::parse(&text.replace('\n', "\r\n")),
             Ok(PermissionTable::printed())
@@ -300,6 +386,9 @@ mod tests {
                 .contains("[HOST]")
         );
         assert!(PermissionTable::parse("[COM1]").is_err());
+        let manual = text.split("[HOST extensions]").next().unwrap_or_default();
+        let error = PermissionTable::parse(manual).unwrap_err();
+        assert_eq!(error.expected, "[HOST extensions]");
         for end in 0..text.trim_end().len() {
             assert!(PermissionTable::parse(&text[..end]).is_err(), "{end}");
         }
@@ -308,6 +397,11 @@ mod tests {
                 .unwrap_err()
                 .found,
             "[IP0]"
+        );
+        let swapped = text.replace("[HOST extensions]", "[HOST]");
+        assert_eq!(
+            PermissionTable::parse(&swapped).unwrap_err().expected,
+            "each table once"
         );
     }
 }
