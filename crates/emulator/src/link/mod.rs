@@ -9,7 +9,7 @@ mod listen;
 pub use listen::LinkError;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
-use connection::{Connection, Overflow};
+use connection::Connection;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use tokio::net::TcpStream;
