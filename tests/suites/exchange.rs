@@ -155,6 +155,9 @@ fn half_a_text_is_forgotten_after_ten_seconds() {
         robot.raw(port, b"\x02S");
         robot.advance_ms(11_000);
         assert_eq!(robot.received(port), b"", "{port}: in silence");
+        robot.raw(port, b"U\r\x03");
+        let answer = robot.received(port);
+        assert!(!answer.starts_with(b"\x02FL"), "{port}: the rest comes too late");
         robot.send(port, b"SU\r");
         assert!(
             robot.received(port).starts_with(b"\x02FL,MODE:"),
