@@ -42,6 +42,8 @@ macro_rules! alarms {
 alarms! {
     EMERGENCY_STOP = L8 27 false "Emergency stop ON", "The emergency stop button is pressed.",
         "Release the button, reset the alarm, turn servo power on.";
+    SAFETY_STOP = L8 203 true "Safety switch open", "The safety switch (fence) was opened.",
+        "Close it, reset the alarm, turn servo power on.";
     INVALID_CHANNEL = L2 46 false "Invalid channel",
         "PRINT or INPUT on a channel without a peer, or INPUT received something that is no number.",
         "Connect the peer before the program reaches the statement; send figures, commas and CR only.";

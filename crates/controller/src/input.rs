@@ -42,6 +42,8 @@ pub enum Panel {
     ControlRight(ControlRight),
     /// The emergency stop button is pressed (true) or released (false).
     EmergencyStop(bool),
+    /// The safety switch (fence) is open (true) or closed: an open one stops the robot like the emergency stop.
+    SafetySwitch(bool),
     /// The servo power button: on or off. Refused on like SO.
     Servo(bool),
     /// START: automatic operation from the panel, whatever the control right.

@@ -18,6 +18,7 @@ impl Controller {
             Panel::Key(key) => self.turn_key(key),
             Panel::ControlRight(right) => self.state.control_right = right,
             Panel::EmergencyStop(pressed) => self.emergency_stop(pressed),
+            Panel::SafetySwitch(open) => self.safety_switch(open),
             Panel::Servo(true) => self.or_report("servo on", Self::servo_on),
             Panel::Servo(false) => self.servo_off(By::Other),
             Panel::Start => self.or_report("start", Self::start),
@@ -73,6 +74,9 @@ impl Controller {
         if self.state.emergency_stop {
             return Err("the emergency stop is on".to_string());
         }
+        if self.state.safety_open {
+            return Err("the safety switch is open".to_string());
+        }
         if self.alarms.blocks_servo() {
             return Err("an alarm of level 8 is active".to_string());
         }
@@ -117,6 +121,8 @@ impl Controller {
             "the arm is being guided by JG"
         } else if self.state.emergency_stop {
             "the emergency stop is on"
+        } else if self.state.safety_open {
+            "the safety switch is open"
         } else if self.alarms.blocks_start() {
             "an alarm of level 4 or 8 is active"
         } else if !self.state.servo {
@@ -155,6 +161,7 @@ impl Controller {
         let file = FileName::parse(self.execution.file());
         let State {
             emergency_stop,
+            safety_open,
             machine_lock,
             battery_low,
             run_mode,
@@ -164,6 +171,7 @@ impl Controller {
         } = self.state;
         self.state = State {
             emergency_stop,
+            safety_open,
             machine_lock,
             battery_low,
             ..State::power_on(self.now, key, control_right)
@@ -194,8 +202,11 @@ impl Controller {
             });
         }
         self.take_parameters();
-        if self.state.emergency_stop {
+        if emergency_stop {
             self.raise(crate::alarm::EMERGENCY_STOP, String::new());
+        }
+        if safety_open {
+            self.raise(crate::alarm::SAFETY_STOP, String::new());
         }
         self.push_output(Output::PowerCycled);
     }

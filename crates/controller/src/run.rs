@@ -105,8 +105,8 @@ impl Controller {
             Course::Running { stop: Some(by) } => by,
             Course::Running { stop: None } | Course::Reset | Course::Retry | Course::Continue => By::Other,
         };
-        self.stop_program(Course::Reset, by);
         self.execution.rewind(self.now);
+        self.stop_program(Course::Reset, by);
         self.show_cycle_end();
     }
 

@@ -85,7 +85,7 @@ impl Controller {
             din::SVOFF if on => self.servo_off(By::Other),
             din::STROBE if on && self.by_signals() => self.strobe(),
             _ if on && COMMANDS.contains(&line) && self.config.options.strobe == Strobe::Free => {
-                self.signal(line)
+                self.signal(line);
             }
             _ => {}
         }

@@ -44,6 +44,8 @@ pub struct State {
     pub servo: bool,
     /// The emergency stop button is pressed.
     pub emergency_stop: bool,
+    /// The safety switch is open.
+    pub safety_open: bool,
     /// Position of the key switch.
     pub key: KeySwitch,
     /// EXTERNAL mode control right.
@@ -77,6 +79,7 @@ impl State {
         State {
             servo: false,
             emergency_stop: false,
+            safety_open: false,
             key,
             control_right,
             run_mode: RunMode::Cycle,

@@ -8,6 +8,7 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::session::Exchange;
 use crate::sig::dout;
+use crate::state::State;
 use alloc::format;
 use alloc::string::String;
 use scol_mini::Answer;
@@ -113,11 +114,15 @@ impl Controller {
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        let pressed = self.state.emergency_stop;
-        if self
-            .alarms
-            .reset(|code| pressed && *code == alarm::EMERGENCY_STOP)
-        {
+        let State {
+            emergency_stop,
+            safety_open,
+            ..
+        } = self.state;
+        let persists = |code: &AlarmCode| {
+            emergency_stop && *code == alarm::EMERGENCY_STOP || safety_open && *code == alarm::SAFETY_STOP
+        };
+        if self.alarms.reset(persists) {
             self.event(Event::AlarmsReset);
         }
     }
@@ -128,6 +133,15 @@ impl Controller {
         self.state.emergency_stop = pressed;
         if newly {
             self.raise(alarm::EMERGENCY_STOP, String::new());
+        }
+    }
+
+    /// The safety switch.
+    pub(crate) fn safety_switch(&mut self, open: bool) {
+        let newly = open && !self.state.safety_open;
+        self.state.safety_open = open;
+        if newly {
+            self.raise(alarm::SAFETY_STOP, String::new());
         }
     }
 

@@ -30,11 +30,11 @@ impl Controller {
         }
         let status = QuickStatus {
             emergency_stop: self.state.emergency_stop,
-            safety_stop: false,
+            safety_stop: self.state.safety_open,
             stop_command: self.signals.input(din::STOP),
             break_command: self.signals.input(din::BREAK),
             emergency_switch: self.state.emergency_stop,
-            safety_switch: false,
+            safety_switch: self.state.safety_open,
             servo: self.state.servo,
             master_mode: match self.state.master_mode() {
                 MasterMode::Teaching => 0,

@@ -1,6 +1,7 @@
 //! What the host commands do. This file asks the permission tables and wires each command to its
 //! operation; each group has a file of its own.
 
+mod extended;
 mod files;
 mod jog;
 mod operate;
@@ -54,12 +55,22 @@ impl Controller {
             Command::Vr => self.op_version(),
             Command::Mr(read) => self.op_read_variable(&read),
             Command::Mw(write) => self.op_write_variable(&write),
+            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
+            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
             Command::Wd { timeout_ms, level } => self.op_watchdog(timeout_ms, level),
             Command::Md(mode) => self.op_guide(|guide| guide.mode = u16::from(mode)),
             Command::Rt(rate) => self.op_guide(|guide| guide.rate = u16::from(rate)),
             Command::Sc(system) => self.op_guide(|guide| guide.coordinate = u16::from(system)),
             Command::Jg { axis, motion } => self.op_jog(port, axis, motion),
-            _ => Outcome::ng("not served yet"),
+            Command::Sm(_) => self.op_quick_status(),
+            Command::Ac => self.op_current_alarms(),
+            Command::Ah => self.op_alarm_history(),
+            Command::Io(_) => self.op_lines(),
+            Command::Hi { first, count } => self.op_read_inputs(first, count),
+            Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),
+            Command::Pr(query) => self.op_position(query),
+            Command::Vl(which) => self.op_velocity(which),
+            Command::Zs { frame, name, values } => self.op_set_frame(frame, &name, &values),
         }
     }
 
