@@ -212,6 +212,7 @@ impl Controller {
         match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
+            Some(Ok(command)) if command.is_extension() && !self.config.options.extensions => true,
             Some(Ok(command)) => {
                 let message = format!(
                     "{} came while a download was open; the download is given up",

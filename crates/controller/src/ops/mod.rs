@@ -14,12 +14,9 @@ use crate::Controller;
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::format;
-use ts3100_proto::command::{Command, Reset};
+use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
-
-/// Row of `RS,ERR` in the permission tables.
-const ALARM_RESET_ROW: &str = "RS,ERR";
 
 impl Controller {
     /// Carries out a command that came on a protocol port.
@@ -27,11 +24,7 @@ impl Controller {
         if command.is_extension() && !self.config.options.extensions {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
-        let row = match command {
-            Command::Rs(Reset::Alarm) => ALARM_RESET_ROW,
-            _ => command.letters(),
-        };
-        if let Some(refusal) = self.forbidden(port, row) {
+        if let Some(refusal) = self.forbidden(port, command.permission_row()) {
             return refusal;
         }
         match command {
