@@ -250,7 +250,7 @@ fn definition() -> clap::Command {
     ServeArgs::augment_args(clap::Command::new("serve").disable_help_flag(true))
 }
 
-fn known_keys() -> Vec<String> {
+pub(super) fn known_keys() -> Vec<String> {
     definition()
         .get_arguments()
         .filter_map(|argument| argument.get_long().map(str::to_owned))

@@ -4,7 +4,7 @@
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::limits;
-use ts3100_controller::options::{Malformed, NoPeer, Options, SfTexts};
+use ts3100_controller::options::{Malformed, NoPeer, Options, SfTexts, Strobe, WaitAfterStop};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
@@ -104,14 +104,17 @@ const TABLE: &[(&str, &str, Set)] = &[
         "four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`",
         |o, _, v| put(&mut o.open_mode, open_modes(v)),
     ),
-    ("input.malformed", "alarm or leading_number", |o, _, v| {
+    ("extensions", "true or false", |o, _, v| {
+        put(&mut o.extensions, v.parse().ok())
+    }),
+    ("input.malformed", "alarm or leading-number", |o, _, v| {
         put(
             &mut o.malformed,
             word(
                 v,
                 &[
                     ("alarm", Malformed::Alarm),
-                    ("leading_number", Malformed::LeadingNumber),
+                    ("leading-number", Malformed::LeadingNumber),
                 ],
             ),
         )
@@ -140,16 +143,38 @@ const TABLE: &[(&str, &str, Set)] = &[
             word(v, &[("one", SfTexts::One), ("several", SfTexts::Several)]),
         )
     }),
+    (
+        "sig.low_speed",
+        "a whole number of percent from 1 to 100",
+        |o, _, v| {
+            put(
+                &mut o.low_speed,
+                v.parse().ok().filter(|percent| (1..=100).contains(percent)),
+            )
+        },
+    ),
+    ("sig.strobe", "free or required", |o, _, v| {
+        put(
+            &mut o.strobe,
+            word(v, &[("free", Strobe::Free), ("required", Strobe::Required)]),
+        )
+    }),
     ("sp.unsolicited", "true or false", |o, _, v| {
         put(&mut o.unsolicited_sp, v.parse().ok())
     }),
     ("strict_50ms", "true or false", |o, _, v| {
         put(&mut o.strict_50ms, v.parse().ok())
     }),
-    ("su.layout", "one or six (records)", |o, _, v| {
+    ("su.layout", "one-record or six-records", |o, _, v| {
         put(
             &mut o.su_layout,
-            word(v, &[("one", SuLayout::OneRecord), ("six", SuLayout::SixRecords)]),
+            word(
+                v,
+                &[
+                    ("one-record", SuLayout::OneRecord),
+                    ("six-records", SuLayout::SixRecords),
+                ],
+            ),
         )
     }),
     ("text.checksum", "none or sum", |o, _, v| {
@@ -171,6 +196,15 @@ const TABLE: &[(&str, &str, Set)] = &[
         put(
             &mut o.vr_layout,
             word(v, &[("blanks", VrLayout::Blanks), ("packed", VrLayout::Packed)]),
+        )
+    }),
+    ("wait.after_stop", "next or again", |o, _, v| {
+        put(
+            &mut o.wait_after_stop,
+            word(
+                v,
+                &[("next", WaitAfterStop::Next), ("again", WaitAfterStop::Again)],
+            ),
         )
     }),
 ];
@@ -210,7 +244,9 @@ fn put<T>(place: &mut T, value: Option<T>) -> Option<()> {
     Some(())
 }
 
+/// `_` in a word is as good as `-`: keys have the one, words the other.
 fn word<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
+    let value = value.replace('_', "-");
     words
         .iter()
         .find(|(word, _)| *word == value)
@@ -246,3 +282,6 @@ fn open_modes(text: &str) -> Option<[OpenMode; 4]> {
         .collect();
     modes?.try_into().ok()
 }
+
+#[cfg(test)]
+mod tests;

@@ -128,22 +128,6 @@ fn every_named_option_is_known_and_refuses_what_it_does_not_take() {
             format!("option {key}: expected {values}, found `nonsense`")
         );
     }
-    set_option(&mut options, &mut links, "drive.open_mode", "1, 2,0 0").unwrap();
-    set_option(&mut options, &mut links, "channel.redial", "0.5s").unwrap();
-    set_option(&mut options, &mut links, "channel.second", "replace").unwrap();
-    assert_eq!(
-        links,
-        LinkOptions {
-            second: SecondConnection::Replace,
-            redial: Duration::from_millis(500)
-        }
-    );
-    for wrong in ["1 1 1", "1 1 1 1 1", "1 1 1 3"] {
-        assert!(
-            set_option(&mut options, &mut links, "drive.open_mode", wrong).is_err(),
-            "{wrong}"
-        );
-    }
 }
 
 #[test]

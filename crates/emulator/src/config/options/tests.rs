@@ -1,0 +1,202 @@
+//! Tests of the named options: every reading has its key, every key does what it says and nothing else, and
+//! what the documents name exists.
+
+use super::*;
+use crate::config::layers::known_keys;
+use crate::config::{Environment, ServeArgs, Settings, read};
+use crate::testing::TempDir;
+use ts3100_controller::options::Dialect;
+use ts3100_proto::text::TextOptions;
+
+/// Every reading under its key. Neither pattern has `..`: a new field does not compile until it has a line
+/// here, and then fails below until it has a key.
+fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String)> {
+    let Options {
+        text: TextOptions { stx, checksum },
+        require_cr,
+        sf_texts,
+        su_layout,
+        vr_layout,
+        no_peer,
+        malformed,
+        wait_after_stop,
+        strobe,
+        low_speed,
+        line_end,
+        open_mode,
+        extensions,
+        unsolicited_sp,
+        strict_50ms,
+        do_min_run,
+        drive_capacity,
+        int_division,
+        sticky_work,
+    } = options;
+    let LinkOptions { second, redial } = links;
+    vec![
+        ("channel.no_peer", format!("{no_peer:?}")),
+        ("channel.redial", format!("{redial:?}")),
+        ("channel.second", format!("{second:?}")),
+        ("do.min_run", format!("{do_min_run:?}")),
+        ("drive.capacity", format!("{drive_capacity:?}")),
+        ("drive.open_mode", format!("{open_mode:?}")),
+        ("extensions", format!("{extensions:?}")),
+        ("input.malformed", format!("{malformed:?}")),
+        ("parameter.line_end", format!("{line_end:?}")),
+        ("scol.int_division", format!("{int_division:?}")),
+        ("scol.sticky_work", format!("{sticky_work:?}")),
+        ("sf.split", format!("{sf_texts:?}")),
+        ("sig.low_speed", format!("{low_speed:?}")),
+        ("sig.strobe", format!("{strobe:?}")),
+        ("sp.unsolicited", format!("{unsolicited_sp:?}")),
+        ("strict_50ms", format!("{strict_50ms:?}")),
+        ("su.layout", format!("{su_layout:?}")),
+        ("text.checksum", format!("{checksum:?}")),
+        ("text.require_cr", format!("{require_cr:?}")),
+        ("text.stx", format!("{stx:?}")),
+        ("vr.layout", format!("{vr_layout:?}")),
+        ("wait.after_stop", format!("{wait_after_stop:?}")),
+    ]
+}
+
+/// A value of each option that is not the field dialect's.
+const OTHERS: [(&str, &str); 22] = [
+    ("channel.no_peer", "silent"),
+    ("channel.redial", "0.5s"),
+    ("channel.second", "replace"),
+    ("do.min_run", "300ms"),
+    ("drive.capacity", "200000"),
+    ("drive.open_mode", "1 0 2 0"),
+    ("extensions", "false"),
+    ("input.malformed", "leading-number"),
+    ("parameter.line_end", "cr"),
+    ("scol.int_division", "real"),
+    ("scol.sticky_work", "true"),
+    ("sf.split", "several"),
+    ("sig.low_speed", "37"),
+    ("sig.strobe", "required"),
+    ("sp.unsolicited", "false"),
+    ("strict_50ms", "true"),
+    ("su.layout", "six-records"),
+    ("text.checksum", "sum"),
+    ("text.require_cr", "false"),
+    ("text.stx", "required"),
+    ("vr.layout", "packed"),
+    ("wait.after_stop", "again"),
+];
+
+fn defaults() -> Vec<(&'static str, String)> {
+    readings(&Options::of(Dialect::Field), &LinkOptions::default())
+}
+
+/// Keys of the readings that are not the field dialect's.
+fn changed(args: ServeArgs) -> Vec<&'static str> {
+    let (args, _) = read(args, &Environment::new()).unwrap();
+    let settings = Settings::from_args(&args).unwrap();
+    let now = readings(&settings.controller.options, &settings.links);
+    let pairs = defaults().into_iter().zip(now);
+    pairs
+        .filter(|(before, after)| before != after)
+        .map(|(before, _)| before.0)
+        .collect()
+}
+
+#[test]
+fn every_reading_has_its_key() {
+    let keys: Vec<&str> = option_keys().into_iter().map(|(key, _)| key).collect();
+    let fields: Vec<&str> = defaults().into_iter().map(|(key, _)| key).collect();
+    assert_eq!(keys, fields);
+    assert_eq!(OTHERS.map(|(key, _)| key).to_vec(), fields);
+}
+
+#[test]
+fn a_key_changes_its_reading_alone_on_the_command_line_and_in_the_file() {
+    let directory = TempDir::new("options");
+    let file = directory.path().join("ts3100.toml");
+    for (key, value) in OTHERS {
+        let flag = ServeArgs {
+            set: vec![format!("{key}={value}")],
+            ..ServeArgs::default()
+        };
+        assert_eq!(changed(flag), [key], "--set");
+        std::fs::write(&file, format!("[options]\n{key} = \"{value}\"\n")).unwrap();
+        let config = ServeArgs {
+            config: Some(file.clone()),
+            ..ServeArgs::default()
+        };
+        assert_eq!(changed(config), [key], "TOML");
+    }
+    std::fs::write(&file, "[options]\nsig.low_speed = 37\nextensions = false\n").unwrap();
+    let config = ServeArgs {
+        config: Some(file.clone()),
+        ..ServeArgs::default()
+    };
+    assert_eq!(changed(config), ["extensions", "sig.low_speed"], "without quotes");
+}
+
+#[test]
+fn numbers_keep_to_their_range() {
+    let (mut options, mut links) = (Options::of(Dialect::Field), LinkOptions::default());
+    let mut takes = |key: &str, value: &str| set_option(&mut options, &mut links, key, value).is_ok();
+    for (key, good, bad) in [
+        ("sig.low_speed", &["1", "100"][..], &["0", "101", "-1", "3.5"][..]),
+        ("drive.capacity", &["99999"], &["99998", "1e6"]),
+        ("do.min_run", &["0s", "3600s"], &["3601s", "-1s", "200", "nans"]),
+        (
+            "drive.open_mode",
+            &["1, 2,0 0"],
+            &["1 1 1", "1 1 1 1 1", "1 1 1 3"],
+        ),
+        (
+            "input.malformed",
+            &["leading_number", "leading-number"],
+            &["leading number"],
+        ),
+    ] {
+        assert!(good.iter().all(|value| takes(key, value)), "{key}");
+        assert!(!bad.iter().any(|value| takes(key, value)), "{key}");
+    }
+}
+
+/// Names and values of the Option column of docs/FIDELITY.md, as `name = value \| value` or `name`.
+fn documented() -> Vec<(String, Vec<String>)> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FIDELITY.md");
+    let text = std::fs::read_to_string(path).unwrap().replace("\\|", "/");
+    let mut found = Vec::new();
+    let mut in_table = false;
+    for line in text.lines() {
+        let cells: Vec<&str> = line.trim().trim_matches('|').split('|').map(str::trim).collect();
+        if !line.starts_with('|') {
+            in_table = false;
+        } else if cells.last() == Some(&"Option") {
+            in_table = true;
+        } else if let Some(cell) = cells.last().filter(|_| in_table) {
+            for word in cell.split('`').skip(1).step_by(2) {
+                let (name, values) = word.split_once('=').unwrap_or((word, ""));
+                let values = values.split('/').map(|value| value.trim().to_owned());
+                found.push((
+                    name.trim().to_owned(),
+                    values.filter(|value| !value.is_empty()).collect(),
+                ));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn what_the_documents_name_exists() {
+    let documented = documented();
+    assert!(documented.len() > 10, "the tables were not found");
+    let (mut options, mut links) = (Options::of(Dialect::Field), LinkOptions::default());
+    for (name, values) in documented {
+        if let Some(flag) = name.strip_prefix("--") {
+            assert!(known_keys().iter().any(|known| known == flag), "{name}");
+            continue;
+        }
+        assert!(option_keys().iter().any(|(key, _)| *key == name), "{name}");
+        for value in values {
+            set_option(&mut options, &mut links, &name, &value).unwrap();
+        }
+    }
+}
