@@ -6,6 +6,7 @@
     reason = "what does not hold in a helper of the suites fails the test"
 )]
 
+pub mod clauses;
 pub mod notation;
 pub mod transcript;
 
