@@ -138,7 +138,7 @@ impl Controller {
         match input {
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
-            Input::Received { port, bytes } => self.received(port, &bytes),
+            Input::Received { port, bytes } => self.received(port, bytes),
             Input::Disconnected { port } => self.disconnected(port),
             Input::Panel(panel) => self.panel(panel),
         }

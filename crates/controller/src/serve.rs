@@ -90,7 +90,8 @@ impl Controller {
         };
         let missing = self.missing_peer(port);
         if !missing && !data.is_empty() {
-            self.push_output(Output::Send { port, bytes: data });
+            let bytes = self.through_line(port, data);
+            self.push_output(Output::Send { port, bytes });
         }
         match (self.answer(task, Answer::Done, false), missing) {
             (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(

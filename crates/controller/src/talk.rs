@@ -43,7 +43,8 @@ impl Controller {
         }
     }
 
-    pub(crate) fn received(&mut self, port: Port, bytes: &[u8]) {
+    pub(crate) fn received(&mut self, port: Port, bytes: Vec<u8>) {
+        let bytes = &self.through_line(port, bytes);
         if self.sessions.contains_key(&port) {
             self.received_protocol(port, bytes);
         } else if port != Port::Ip3 {
@@ -115,11 +116,12 @@ impl Controller {
             };
             if session.deadline().is_some_and(|deadline| deadline <= now) {
                 let bytes = session.give_up();
-                self.event(Event::Dropped {
-                    port,
-                    bytes,
-                    reason: "the host was silent for 10 s",
-                });
+                let reason = if bytes > 0 {
+                    "a text was begun and not finished within 10 s"
+                } else {
+                    "the host owed an answer for 10 s; the exchange is given up"
+                };
+                self.event(Event::Dropped { port, bytes, reason });
             }
         }
     }
@@ -348,6 +350,7 @@ impl Controller {
             framing,
             data: data.to_vec(),
         });
+        let bytes = self.through_line(port, bytes);
         self.push_output(Output::Send { port, bytes });
     }
 

@@ -1,0 +1,117 @@
+//! The pages [ETHER] of the teach pendant as data: addresses, peers and states of the Ethernet channels
+//! (UI-ETHER-01 to UI-ETHER-07). Drawing a screen of them is for others.
+
+use crate::Controller;
+use crate::network::ChannelPlan;
+use crate::port::Port;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use ts3100_proto::parameter::OpenMode;
+
+/// Version of the Ethernet unit's firmware as shown; ours.
+const FIRMWARE: &str = concat!("V", env!("CARGO_PKG_VERSION"));
+/// Hardware address as shown: the manual's form, a locally administered address of ours.
+const MAC_ADDRESS: &str = "020031:003100";
+/// Pages of the display.
+pub const PAGES: usize = 3;
+
+/// One page: its heading and its lines.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Page {
+    /// `ETHERNET STATUS [1/3]`.
+    pub heading: String,
+    /// The lines below it.
+    pub lines: Vec<String>,
+}
+
+/// State of a channel as the display names it (UI-ETHER-06); the transient ones of TCP are the edge's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum LinkState {
+    Closed,
+    Listen,
+    SynSent,
+    Established,
+}
+
+impl LinkState {
+    fn word(self) -> &'static str {
+        match self {
+            LinkState::Closed => "CLOSED",
+            LinkState::Listen => "LISTEN",
+            LinkState::SynSent => "SYN SENT",
+            LinkState::Established => "ESTABLISHED",
+        }
+    }
+}
+
+impl Controller {
+    /// The three pages [ETHER].
+    #[must_use]
+    pub fn ethernet_pages(&self) -> [Page; PAGES] {
+        let rows = |row: fn(&Controller, Port, &ChannelPlan) -> String| {
+            Port::ETHERNET
+                .iter()
+                .zip(&self.network().channels)
+                .map(|(port, plan)| row(self, *port, plan))
+                .collect()
+        };
+        let page = |number: usize, lines| Page {
+            heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
+            lines,
+        };
+        let dotted = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
+        let own = Vec::from([
+            format!("IP ADDRESS  {}", dotted(self.ethernet.address)),
+            format!("SUBNET MASK {}", dotted(self.ethernet.mask)),
+            format!("MAC ADDRESS {MAC_ADDRESS}"),
+            format!("FIRMWARE    {FIRMWARE}"),
+        ]);
+        [
+            page(1, own),
+            page(2, rows(Controller::peer_row)),
+            page(3, rows(Controller::state_row)),
+        ]
+    }
+
+    /// OwnPort, Port, Connect IP; zeros where the channel is not used or nobody is connected (UI-ETHER-04).
+    fn peer_row(&self, port: Port, plan: &ChannelPlan) -> String {
+        let own = if plan.mode == OpenMode::NotUsed {
+            0
+        } else {
+            plan.own_port
+        };
+        let peer = self.peer_of(port).unwrap_or_default();
+        let (address, number) = peer.rsplit_once(':').unwrap_or(("0.0.0.0", "0"));
+        format!("{port} {own:05} {number:0>5} {address}")
+    }
+
+    /// App., Mode, Status (UI-ETHER-05, UI-ETHER-07).
+    fn state_row(&self, port: Port, plan: &ChannelPlan) -> String {
+        let application = match port {
+            Port::Ip0 | Port::Host => "HOST",
+            Port::Ip1 | Port::Ip2 | Port::Com1 => "SCOL",
+            Port::Ip3 => "SYSTEM",
+        };
+        let mode = if plan.mode == OpenMode::Client {
+            "TCP/C"
+        } else {
+            "TCP/S"
+        };
+        let state = match (plan.mode, self.peer_of(port)) {
+            (OpenMode::NotUsed, _) => LinkState::Closed,
+            (OpenMode::Server | OpenMode::Client, Some(_)) => LinkState::Established,
+            (OpenMode::Server, None) => LinkState::Listen,
+            (OpenMode::Client, None) => LinkState::SynSent,
+        };
+        format!("{port} {application:<6} {mode} {}", state.word())
+    }
+
+    /// Address and port of the peer on a port, as the edge gave it.
+    #[must_use]
+    pub fn peer_of(&self, port: Port) -> Option<String> {
+        let session = self.sessions.get(&port).and_then(|session| session.peer.as_ref());
+        let channel = || self.channels.get(&port).and_then(|channel| channel.peer.as_ref());
+        session.or_else(channel).map(ToString::to_string)
+    }
+}
