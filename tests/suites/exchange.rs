@@ -329,3 +329,19 @@ fn in_the_field_dialect_sf_is_one_text() {
         assert!(text.ends_with(b"\x1A\x03"));
     }
 }
+
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn an_unsolicited_sp_is_never_glued_to_an_ok() {
+    let mut robot = Robot::ready("PROGRAM E\nEND\n");
+    robot.send(Port::Ip0, b"RN\r");
+    assert_eq!(
+        robot.received(Port::Ip0),
+        frame(b"OK\r"),
+        "a host reads five bytes and compares them"
+    );
+    robot.advance_ms(49);
+    assert_eq!(robot.received(Port::Ip0), b"");
+    robot.advance_ms(1);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}

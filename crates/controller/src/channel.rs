@@ -38,9 +38,16 @@ impl Channel {
         taken
     }
 
-    /// Empties the buffer (BUFFRESET, start from step 1).
+    /// Empties the buffer (BUFFRESET, start from step 1). The CR that ends a record behind its last comma may
+    /// still be on its way; it is no value then either.
     pub fn clear(&mut self) {
+        self.after_comma = self.ring.back().map_or(self.after_comma, |last| *last == b',');
         self.ring.clear();
+    }
+
+    /// A peer is there; nothing is left of a former one's record.
+    pub fn meet_peer(&mut self, peer: String) {
+        self.peer = Some(peer);
         self.after_comma = false;
     }
 
@@ -199,6 +206,17 @@ mod tests {
         assert_eq!(channel.push(&[b'1'; 300]), 256);
         assert_eq!(channel.push(b","), 0);
         assert_eq!(channel.len(), 256);
+    }
+
+    // clause: BUF-01
+    #[test]
+    fn the_end_of_a_cleared_record_is_no_value() {
+        let mut channel = Channel::default();
+        channel.push(b"1,2,");
+        assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(1)));
+        channel.clear();
+        channel.push(b"\r9\r");
+        assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(9)));
     }
 
     #[test]

@@ -153,7 +153,10 @@ impl Controller {
     /// When the controller wants to be called again, at the latest.
     #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
-        let sessions = self.sessions.values().filter_map(Session::deadline);
+        let sessions = self
+            .sessions
+            .values()
+            .filter_map(|session| session.deadline().into_iter().chain(session.sp_due()).min());
         sessions
             .chain(self.arm.ends_at())
             .chain(self.execution.deadline())

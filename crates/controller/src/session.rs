@@ -16,7 +16,7 @@
 //!                             +--other command; 10 s------------->+
 //! ```
 
-use crate::limits::HOST_TIMEOUT;
+use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::BTreeSet;
@@ -68,6 +68,8 @@ pub struct Session {
     pub heard_at: Time,
     /// When the last text was sent.
     pub sent_at: Option<Time>,
+    /// When OK or NG was last sent: texts the host does not acknowledge.
+    pub replied_at: Option<Time>,
     /// An unsolicited SP waits for the open exchange to end.
     pub waiting_sp: bool,
     /// The SU body as last served here, for the SU request flag (SF-21).
@@ -89,6 +91,7 @@ impl Session {
             framing: Framing::Stx,
             heard_at: Time::ZERO,
             sent_at: None,
+            replied_at: None,
             waiting_sp: false,
             last_status: None,
             reported: BTreeSet::new(),
@@ -120,6 +123,14 @@ impl Session {
     pub fn deadline(&self) -> Option<Time> {
         let since = self.sent_at.map_or(self.heard_at, |sent| sent.max(self.heard_at));
         self.awaits_host().then(|| since + HOST_TIMEOUT)
+    }
+
+    /// When a waiting SP may be sent, unless an exchange is open: a host that compares a reply by its length must
+    /// not find SP glued to its OK (hosts.md 1.3), so it keeps the pause that is asked of hosts (TRN-04).
+    #[must_use]
+    pub fn sp_due(&self) -> Option<Time> {
+        let due = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
+        (self.waiting_sp && !self.awaits_host()).then_some(due)
     }
 
     /// Gives up waiting, in silence (SER-07). Returns the bytes dropped.

@@ -6,7 +6,6 @@ use crate::alarm::{self, Alarm, AlarmCode};
 use crate::execution::{By, Course, Doing};
 use crate::output::Event;
 use crate::port::Port;
-use crate::session::Exchange;
 use crate::sig::dout;
 use crate::state::State;
 use alloc::format;
@@ -161,12 +160,12 @@ impl Controller {
 
     /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
     pub(crate) fn release_sp(&mut self) {
+        let now = self.now;
         for port in [Port::Host, Port::Ip0] {
             let Some(session) = self.sessions.get_mut(&port) else {
                 continue;
             };
-            let free = session.exchange == Exchange::Idle && !session.is_partial();
-            if session.waiting_sp && free {
+            if session.sp_due().is_some_and(|due| due <= now) {
                 session.waiting_sp = false;
                 self.send_text(port, &Reply::Sp.encode());
             }

@@ -22,7 +22,7 @@ impl Controller {
             session.reset(self.config.options.text, Some(peer));
             session.last_status = Some(body);
         } else if let Some(channel) = self.channels.get_mut(&port) {
-            channel.peer = Some(peer);
+            channel.meet_peer(peer);
         }
     }
 
@@ -342,6 +342,9 @@ impl Controller {
             return;
         };
         session.sent_at = Some(now);
+        if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
+            session.replied_at = Some(now);
+        }
         let framing: Framing = session.framing;
         let bytes: Vec<u8> = encode_text(data, framing, checksum);
         debug_assert!(bytes.len() <= MAX_SEND);
