@@ -7,7 +7,7 @@ use std::net::TcpListener;
 
 const COUNTER: &str = "GLOBAL\nCOUNT = 7\nEND\nPROGRAM COUNTER\nCOUNT = COUNT + 1\nEND\n";
 
-fn ok(serve: &Serve, words: &[&str]) -> String {
+pub fn ok(serve: &Serve, words: &[&str]) -> String {
     let output = serve.host(words);
     assert_eq!(
         output.status.code(),
@@ -100,7 +100,7 @@ fn wrong_words_are_not_sent() {
     for (words, expected) in [
         (&["rs", "everything"][..], "`RS,everything` is no command"),
         (&["sl", "2X"], "`SL,2X` is no command"),
-        (&["mw", "P", "1", "2"], "--type"),
+        (&["mw", "2P", "1", "2"], "`MW,0 2P -1 1 2` is no command"),
     ] {
         let output = serve.host(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");
@@ -109,7 +109,7 @@ fn wrong_words_are_not_sent() {
 }
 
 /// A peer that reads one text and answers with these bytes; they are its address.
-fn peer(answer: &'static [u8]) -> String {
+pub fn peer(answer: &'static [u8]) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {

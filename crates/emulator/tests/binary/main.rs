@@ -8,5 +8,6 @@
 )]
 
 mod client;
+mod extensions;
 mod serve;
 mod support;

@@ -1,6 +1,8 @@
 //! The words of `ts3100 host`: commands and their operands as typed by a person, turned into a message that
 //! proto parses. So the operands are held to the same grammar as on the wire.
 
+use super::extensions::Extension;
+use super::kind::Kind;
 use super::session::HostError;
 use crate::loading;
 use clap::{Args, Subcommand};
@@ -89,31 +91,35 @@ pub(super) enum Word {
     So,
     /// Servo off
     Br,
-    /// Reset: prg, stp, cyc, sig, sel
+    /// Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms
     Rs {
         /// What
         what: String,
     },
-    /// Read a global variable, for example COUNT or TABLE(2)
+    /// Read a global variable, for example COUNT, TABLE(2) or PLACED integer
     Mr {
         /// Its name
         name: String,
-        /// Type code: 0 integer, 1 real, 2 load, 3 coordinate, 4 position, 5-9 elements of such arrays
+        /// Its type: integer, real, load, coordinate, position, or the manual's code: 0-4 these, 5-9 elements
+        /// of arrays of these, -1 whatever it is
+        #[arg(value_name = "TYPE", allow_negative_numbers = true)]
+        kind: Option<Kind>,
+        /// The same as TYPE
         #[arg(
             long = "type",
-            value_name = "CODE",
-            default_value = "-1",
-            allow_hyphen_values = true
+            value_name = "TYPE",
+            allow_negative_numbers = true,
+            conflicts_with = "kind"
         )]
-        kind: i8,
+        named_kind: Option<Kind>,
     },
     /// Write a global variable
     Mw {
         /// Its name
         name: String,
-        /// Type code as for mr; told from a single value if not given
-        #[arg(long = "type", value_name = "CODE")]
-        kind: Option<i8>,
+        /// Its type as for mr [default: -1, whatever it is]
+        #[arg(long = "type", value_name = "TYPE", allow_negative_numbers = true)]
+        kind: Option<Kind>,
         /// Also write the value into the program file
         #[arg(long)]
         restore: bool,
@@ -141,6 +147,8 @@ pub(super) enum Word {
     },
     /// Feed hold: once holds, again releases
     Fd,
+    #[command(flatten)]
+    Extension(Extension),
 }
 
 /// Which decoder an answer needs.
@@ -154,8 +162,14 @@ pub(super) enum Show {
     Version,
     /// EU.
     History,
-    /// MR.
+    /// MR and HI.
     Values,
+    /// SM.
+    QuickStatus,
+    /// AC and AH.
+    Alarms,
+    /// PR and VL.
+    Position,
 }
 
 /// What an exchange consists of.
@@ -173,6 +187,8 @@ pub(super) enum Action {
     Status(Show),
     /// SF: read by length.
     SystemStatus,
+    /// IO: read by length.
+    Lines,
 }
 
 impl Word {
@@ -201,6 +217,7 @@ impl Word {
                 output: output.clone(),
             },
             Word::Dl { file, .. } => Action::Download { file: file.clone() },
+            Word::Extension(extension) => extension.action(),
             Word::Rn { wait: Some(limit) } => Action::RunAndWait(*limit),
             Word::Rn { wait: None }
             | Word::Er { .. }
@@ -234,30 +251,28 @@ impl Word {
             Word::So => "SO".to_owned(),
             Word::Br => "BR".to_owned(),
             Word::Rs { what } => format!("RS,{what}"),
-            Word::Mr { name, kind } => format!("MR,{name} {kind}"),
+            Word::Mr {
+                name,
+                kind,
+                named_kind,
+            } => {
+                let kind = kind.or(*named_kind).unwrap_or_default();
+                format!("MR,{name} {}", kind.code(name))
+            }
             Word::Mw {
                 name,
                 kind,
                 restore,
                 values,
             } => {
-                let kind = match (kind, values.as_slice()) {
-                    (Some(kind), _) => *kind,
-                    (None, [value]) => scalar_kind(name, value),
-                    (None, _) => return Err(HostError::KindNeeded),
-                };
+                let kind = kind.unwrap_or_default().code(name);
                 format!("MW,{} {name} {kind} {}", u8::from(*restore), values.join(" "))
             }
             Word::Iw { pairs } => format!("IW,{}", pairs.join(" ")),
             Word::Do { statement } => format!("DO,{}", statement.join(" ")),
             Word::Ec { words } => format!("EC,{}", words.join(" ")),
             Word::Fd => "FD".to_owned(),
+            Word::Extension(extension) => extension.message(),
         })
     }
-}
-
-/// Integer or real, of a variable or of an array's element.
-fn scalar_kind(name: &str, value: &str) -> i8 {
-    let real = i8::from(value.contains(['.', 'e', 'E']));
-    if name.contains('(') { real + 5 } else { real }
 }

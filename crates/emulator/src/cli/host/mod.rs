@@ -3,6 +3,8 @@
 //! shown.
 
 mod args;
+mod extensions;
+mod kind;
 mod render;
 mod session;
 mod transfer;
@@ -59,6 +61,13 @@ fn exchange(args: &HostArgs) -> Result<Answer, HostError> {
                 return Ok(Answer::Negative);
             };
             print(&render::system_status(&status), args.json)?;
+            Ok(Answer::Positive)
+        }
+        Action::Lines => {
+            let Some(lines) = session.lines(&command)? else {
+                return Ok(Answer::Negative);
+            };
+            print(&render::lines(&lines), args.json)?;
             Ok(Answer::Positive)
         }
     }

@@ -6,9 +6,13 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::{Number, RunMode};
+use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
+use ts3100_proto::status::io::{LineWords, SF_WORDS};
+use ts3100_proto::status::pr::{self, Position};
 use ts3100_proto::status::sf::{self, SystemStatus};
+use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
 use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, MasterMode, mr};
@@ -24,6 +28,9 @@ pub(super) fn decode(show: Show, content: &[u8]) -> Result<Value, BodyError> {
         Show::Version => list(&vr::decode_versions(content)?, version),
         Show::History => list(&eu::decode_history(content)?, error_entry),
         Show::Values => list(&mr::decode_values(content)?, number),
+        Show::QuickStatus => quick_status(&QuickStatus::decode(content)?),
+        Show::Alarms => list(&ac::decode_alarms(content)?, alarm_record),
+        Show::Position => position(&pr::decode_position(content)?),
     })
 }
 
@@ -66,6 +73,58 @@ fn number(number: &Number) -> Value {
     }
 }
 
+fn alarm_record(record: &AlarmRecord) -> Value {
+    json!({ "alarm": record.number, "message": record.message, "at": date(record.at) })
+}
+
+/// Values without names: which coordinates they are depends on the query and the arm.
+fn position(position: &Position) -> Value {
+    json!({ "values": position.values, "configuration": position.configuration })
+}
+
+fn quick_status(status: &QuickStatus) -> Value {
+    json!({
+        "emergency_stop": status.emergency_stop,
+        "safety_stop": status.safety_stop,
+        "stop_command": status.stop_command,
+        "break_command": status.break_command,
+        "emergency_switch": status.emergency_switch,
+        "safety_switch": status.safety_switch,
+        "servo": status.servo,
+        "master_mode": named(&QUICK_MODES, status.master_mode),
+        "run_mode": named(&QUICK_RUN_MODES, status.run_mode),
+        "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(execution(status))),
+        "override_percent": status.override_percent,
+        "alarm_level": status.alarm_level,
+        "do_done": status.done,
+        "do_busy": status.busy,
+    })
+}
+
+/// Master modes in the order of their numbers in SM.
+const QUICK_MODES: [&str; 6] = [
+    "TEACHING",
+    "INTERNAL",
+    "EXT (SIG)",
+    "EXT",
+    "EXT (RS-232C)",
+    "EXT (ETHER)",
+];
+/// Operation modes in the order of their numbers in SM.
+const QUICK_RUN_MODES: [&str; 4] = ["continuous", "cycle", "segment", "step"];
+
+/// The word of a number, or the number if it has none.
+fn named(words: &[&str], number: u8) -> Value {
+    let word = words.get(usize::from(number));
+    word.map_or(json!(number), |word| json!(word))
+}
+
+/// The lines of IO that are on; of the words that SF does not have, nothing is known.
+pub(super) fn lines(words: &LineWords) -> Value {
+    let known = |words: &[u16]| on(words.get(..SF_WORDS).unwrap_or(words));
+    json!({ "inputs_on": known(&words.inputs), "outputs_on": known(&words.outputs) })
+}
+
 /// All of SF; signals as the lists of lines that are on, positions as they came.
 pub(super) fn system_status(status: &SystemStatus) -> Value {
     json!({
@@ -85,8 +144,8 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
         "master_mode": sf_mode(status.master_mode),
         "power_on_minutes": status.power_on_minutes,
         "run_minutes": status.run_minutes,
-        "inputs_on": lines(&status.inputs),
-        "outputs_on": lines(&status.outputs),
+        "inputs_on": on(&status.inputs),
+        "outputs_on": on(&status.outputs),
         "joint": rounded(&status.joint),
         "world": rounded(&status.world),
         "work": rounded(&status.work),
@@ -97,7 +156,7 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
 }
 
 /// Numbers of the lines that are on: four words each from line 1, 101 and 201; the rest is reserved.
-fn lines(words: &[u16; 16]) -> Vec<usize> {
+fn on(words: &[u16]) -> Vec<usize> {
     let mut on = Vec::new();
     for (index, word) in words.iter().enumerate() {
         let first = index / 4 * 100 + index % 4 * 16 + 1;
@@ -172,7 +231,7 @@ fn execution(status: ExecutionStatus) -> &'static str {
     }
 }
 
-/// The value for people: an object as one `name  value` line a field, a list of objects as one line each
+/// The value for people: an object as one `name  value` line a field (none for null), a list of objects as one line each
 /// under a heading, a list of numbers as one line.
 pub(super) fn table(value: &Value) -> String {
     let mut text = String::new();
@@ -180,7 +239,7 @@ pub(super) fn table(value: &Value) -> String {
     match value {
         Value::Object(fields) => {
             let width = fields.keys().map(String::len).max().unwrap_or(0);
-            for (name, value) in fields {
+            for (name, value) in fields.iter().filter(|(_, value)| !value.is_null()) {
                 let _ = writeln!(text, "{:<width$}  {}", name.replace('_', " "), cell(value));
             }
         }
@@ -257,7 +316,7 @@ mod tests {
         words[3] = 0x8000;
         words[4] = 1;
         words[11] = 0x8000;
-        assert_eq!(lines(&words), [1, 64, 101, 264]);
+        assert_eq!(on(&words), [1, 64, 101, 264]);
     }
 
     #[test]

@@ -12,6 +12,7 @@ use ts3100_controller::limits;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::Reply;
+use ts3100_proto::status::io::{self as io_words, LineWords};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::text::{self, Checksum, Decoded, Framing, StxRule, TextDecoder, TextOptions};
 
@@ -31,9 +32,6 @@ pub(super) enum HostError {
         /// What was expected and found.
         reason: String,
     },
-    /// MW with several values.
-    #[error("several values: say what they are with --type (2 load, 3 coordinate, 4 position)")]
-    KindNeeded,
     /// A file of the PC.
     #[error(transparent)]
     Load(#[from] LoadError),
@@ -222,30 +220,21 @@ impl Session {
     pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, HostError> {
         self.send(&command.encode())?;
         let content = match self.system_status_form()? {
-            None => {
-                let data = self.answer(FILE)?;
-                return match Reply::parse(&data) {
-                    Ok(Reply::Ng) => Ok(None),
-                    _ => Err(HostError::Unexpected {
-                        expected: FILE,
-                        found: data,
-                    }),
-                };
-            }
+            None => return self.no_file(),
             Some(SfForm::Whole(layout)) => {
                 let ending = if matches!(layout, SfLayout::Six) { 2 } else { 1 };
                 let length = FL.len() + layout.len() + ending;
-                let data = self.binary(length)?;
+                let data = self.binary(length, SF_TEXT)?;
                 self.acknowledge()?;
                 data.get(FL.len()..FL.len() + layout.len())
                     .unwrap_or_default()
                     .to_vec()
             }
             Some(SfForm::Several) => {
-                let mut data = self.binary(text::MAX_DATA)?;
+                let mut data = self.binary(text::MAX_DATA, SF_TEXT)?;
                 self.acknowledge()?;
                 let rest = FL.len() + SfLayout::Eight.len() + 1 - text::MAX_DATA;
-                data.extend(self.binary(rest)?);
+                data.extend(self.binary(rest, SF_TEXT)?);
                 self.acknowledge()?;
                 data.get(FL.len()..FL.len() + SfLayout::Eight.len())
                     .unwrap_or_default()
@@ -269,33 +258,77 @@ impl Session {
     /// Waits until the form of an SF answer is plain; `None` if what came is no FL.
     fn system_status_form(&mut self) -> Result<Option<SfForm>, HostError> {
         let deadline = Instant::now() + self.limit;
-        loop {
-            let stx = usize::from(self.framing == Framing::Stx);
-            self.fill(stx + FL.len(), deadline)?;
-            let start = self.raw.get(stx..).unwrap_or_default();
-            if start.starts_with(b"SP") {
-                self.skip_stop(deadline)?;
-                continue;
-            }
-            if !start.starts_with(FL) {
-                return Ok(None);
-            }
-            // The shorter layout ends 1A 0D 03 after 255 bytes at most; the first of two texts has its ETX
-            // there; in the long text names stand there, which have no control codes.
-            let short = stx + text::MAX_DATA + 1;
-            self.fill(short, deadline)?;
-            let end = self.raw.get(..short).unwrap_or_default();
-            return Ok(Some(if end.ends_with(&[text::EOF, text::CR, text::ETX]) {
-                SfForm::Whole(SfLayout::Six)
-            } else if end.ends_with(&[text::ETX]) {
-                SfForm::Several
-            } else {
-                SfForm::Whole(SfLayout::Eight)
-            }));
+        if !self.begins_file(deadline)? {
+            return Ok(None);
+        }
+        // The shorter layout ends 1A 0D 03 after 255 bytes at most; the first of two texts has its ETX
+        // there; in the long text names stand there, which have no control codes.
+        let short = self.stx() + text::MAX_DATA + 1;
+        self.fill(short, deadline)?;
+        let end = self.raw.get(..short).unwrap_or_default();
+        Ok(Some(if end.ends_with(&[text::EOF, text::CR, text::ETX]) {
+            SfForm::Whole(SfLayout::Six)
+        } else if end.ends_with(&[text::ETX]) {
+            SfForm::Several
+        } else {
+            SfForm::Whole(SfLayout::Eight)
+        }))
+    }
+
+    /// IO, with CR behind EOF or without (hosts 2); `None` if the answer is NG.
+    pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, HostError> {
+        self.send(&command.encode())?;
+        let deadline = Instant::now() + self.limit;
+        if !self.begins_file(deadline)? {
+            return self.no_file();
+        }
+        let length = FL.len() + io_words::LENGTH + 1;
+        let behind = self.stx() + length;
+        self.fill(behind + 1, deadline)?;
+        let cr = usize::from(self.raw.get(behind) == Some(&text::CR));
+        let data = self.binary(length + cr, "a text of IO")?;
+        self.acknowledge()?;
+        let content = data
+            .get(FL.len()..FL.len() + io_words::LENGTH)
+            .unwrap_or_default();
+        let decoded = io_words::decode_lines(content);
+        decoded.map(Some).map_err(|error| HostError::Content {
+            letters: "IO",
+            reason: error.to_string(),
+            found: data,
+        })
+    }
+
+    /// The answer in place of a file that is read by length: `None` for NG.
+    fn no_file<T>(&mut self) -> Result<Option<T>, HostError> {
+        let data = self.answer(FILE)?;
+        match Reply::parse(&data) {
+            Ok(Reply::Ng) => Ok(None),
+            _ => Err(HostError::Unexpected {
+                expected: FILE,
+                found: data,
+            }),
         }
     }
 
-    /// An SP in front of an SF answer.
+    /// Bytes in front of the data section.
+    fn stx(&self) -> usize {
+        usize::from(self.framing == Framing::Stx)
+    }
+
+    /// Waits for the beginning of an answer: whether it is an FL. An SP in front of it is reported.
+    fn begins_file(&mut self, deadline: Instant) -> Result<bool, HostError> {
+        loop {
+            self.fill(self.stx() + FL.len(), deadline)?;
+            let start = self.raw.get(self.stx()..).unwrap_or_default();
+            if !start.starts_with(b"SP") {
+                return Ok(start.starts_with(FL));
+            }
+            self.skip_stop(deadline)?;
+        }
+    }
+
+    /// An SP in front of an answer that is read by length.
     fn skip_stop(&mut self, deadline: Instant) -> Result<(), HostError> {
         loop {
             if let Some(end) = self.raw.iter().position(|byte| *byte == text::ETX) {
@@ -309,9 +342,9 @@ impl Session {
     }
 
     /// A text cut by length.
-    fn binary(&mut self, length: usize) -> Result<Vec<u8>, HostError> {
+    fn binary(&mut self, length: usize, expected: &'static str) -> Result<Vec<u8>, HostError> {
         self.decoder.expect_binary(length);
-        self.answer("a text of SF")
+        self.answer(expected)
     }
 
     /// Waits for the SP by which the controller says that the program has stopped.
@@ -441,6 +474,8 @@ impl Session {
 const FL: &[u8] = b"FL,";
 /// What most commands are answered by.
 const FILE: &str = "FL or NG";
+/// What SF is answered by.
+const SF_TEXT: &str = "a text of SF";
 
 fn report_stop() {
     eprintln!("ts3100 host: SP came in between: the controller has stopped by itself");

@@ -1,0 +1,158 @@
+//! The words of `ts3100 host` for the commands that real hosts send beyond the manual. A controller in the
+//! manual's dialect answers them with NG.
+
+use super::args::{Action, Show};
+use clap::{Subcommand, ValueEnum};
+use ts3100_proto::command::ZsFrame;
+
+/// Words for the numbers of MD.
+const MODES: [&str; 3] = ["jog", "inching", "free"];
+/// Words for the numbers of RT.
+const RATES: [&str; 3] = ["slow", "mid", "fast"];
+/// Words for the numbers of SC.
+const SYSTEMS: [&str; 4] = ["joint", "tool", "work", "world"];
+
+/// One command beyond the manual.
+#[derive(Debug, Subcommand)]
+pub(super) enum Extension {
+    /// Extension: quick status
+    Sm,
+    /// Extension: watchdog; an alarm when no sm follows in time. 0 0 stops it
+    Wd {
+        /// Longest silence of the host in milliseconds
+        timeout_ms: String,
+        /// Level of the alarm: 8, 4, 2 or 1; 0 none
+        level: String,
+    },
+    /// Extension: present alarms
+    Ac,
+    /// Extension: alarm history
+    Ah,
+    /// Extension: input and output lines that are on
+    Io,
+    /// Extension: successive input lines as one number
+    Hi {
+        /// Number of the first line, which is bit 0
+        first: String,
+        /// How many lines, 1 to 16
+        count: String,
+    },
+    /// Extension: set successive output lines from one number
+    Ho {
+        /// Number of the first line, which is bit 0
+        first: String,
+        /// How many lines, 1 to 16
+        count: String,
+        /// The number
+        value: String,
+    },
+    /// Extension: position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work
+    Pr {
+        /// Which position
+        which: String,
+    },
+    /// Extension: speed: 0 of the joints, 1 in world coordinates
+    Vl {
+        /// Which speed
+        which: String,
+    },
+    /// Extension: set the work or the tool coordinate system
+    Zs {
+        /// Which one
+        frame: FrameWord,
+        /// Name of the coordinate variable
+        name: String,
+        /// X Y Z C of a SCARA, X Y Z A B C of a six-axis arm
+        #[arg(required = true, allow_negative_numbers = true)]
+        values: Vec<String>,
+    },
+    /// Extension: guide mode: jog, inching, free (0 to 2)
+    Md {
+        /// Word or number
+        mode: String,
+    },
+    /// Extension: guide rate: slow, mid, fast (0 to 2)
+    Rt {
+        /// Word or number
+        rate: String,
+    },
+    /// Extension: guide coordinate system: joint, tool, work, world (0 to 3)
+    Sc {
+        /// Word or number
+        system: String,
+    },
+    /// Extension: guide an axis up (+), down (-), or stop it (!)
+    Jg {
+        /// Axis, 1 to 8
+        axis: String,
+        /// + - or !
+        #[arg(allow_hyphen_values = true)]
+        motion: String,
+    },
+}
+
+/// The coordinate system of ZS.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum FrameWord {
+    /// The work coordinate system
+    Work,
+    /// The tool
+    Tool,
+}
+
+impl From<FrameWord> for ZsFrame {
+    fn from(frame: FrameWord) -> ZsFrame {
+        match frame {
+            FrameWord::Work => ZsFrame::Work,
+            FrameWord::Tool => ZsFrame::Tool,
+        }
+    }
+}
+
+impl Extension {
+    /// The message they make.
+    pub(super) fn message(&self) -> String {
+        match self {
+            Extension::Sm => "SM,1".to_owned(),
+            Extension::Wd { timeout_ms, level } => format!("WD,{timeout_ms} {level}"),
+            Extension::Ac => "AC".to_owned(),
+            Extension::Ah => "AH".to_owned(),
+            Extension::Io => "IO,1".to_owned(),
+            Extension::Hi { first, count } => format!("HI,{first} {count}"),
+            Extension::Ho { first, count, value } => format!("HO,{first} {count} {value}"),
+            Extension::Pr { which } => format!("PR,{which}"),
+            Extension::Vl { which } => format!("VL,{which}"),
+            Extension::Zs { frame, name, values } => {
+                format!("ZS,{} {name} {}", ZsFrame::from(*frame).code(), values.join(" "))
+            }
+            Extension::Md { mode } => format!("MD,{}", number(mode, &MODES)),
+            Extension::Rt { rate } => format!("RT,{}", number(rate, &RATES)),
+            Extension::Sc { system } => format!("SC,{}", number(system, &SYSTEMS)),
+            Extension::Jg { axis, motion } => format!("JG,{axis} {motion}"),
+        }
+    }
+
+    /// What is to be done with it.
+    pub(super) fn action(&self) -> Action {
+        match self {
+            Extension::Sm => Action::Status(Show::QuickStatus),
+            Extension::Ac | Extension::Ah => Action::Status(Show::Alarms),
+            Extension::Hi { .. } => Action::Status(Show::Values),
+            Extension::Pr { .. } | Extension::Vl { .. } => Action::Status(Show::Position),
+            Extension::Io => Action::Lines,
+            Extension::Wd { .. }
+            | Extension::Ho { .. }
+            | Extension::Zs { .. }
+            | Extension::Md { .. }
+            | Extension::Rt { .. }
+            | Extension::Sc { .. }
+            | Extension::Jg { .. } => Action::Plain,
+        }
+    }
+}
+
+/// The number of a word, or the word as it is: proto knows which numbers there are.
+fn number(word: &str, words: &[&str]) -> String {
+    let place = words.iter().position(|known| word.eq_ignore_ascii_case(known));
+    place.map_or_else(|| word.to_owned(), |place| place.to_string())
+}
