@@ -181,18 +181,12 @@ impl Hub {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
                 let stored = self.store.as_mut().map(|store| store.put(&name, &content));
                 if let Some(Err(reason)) = stored {
-                    error!(
-                        file = name,
-                        "{name} is on the RAM drive but not in its directory: {reason}"
-                    );
+                    self.log.not_kept(self.clock.now(), &name, &reason);
                 }
             }
             Output::Erased { name } => {
                 if let Some(Err(reason)) = self.store.as_mut().map(|store| store.remove(&name)) {
-                    error!(
-                        file = name,
-                        "{name} is erased but still in the directory: {reason}"
-                    );
+                    self.log.not_removed(self.clock.now(), &name, &reason);
                 }
             }
             Output::PowerCycled => {

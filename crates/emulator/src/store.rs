@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use ts3100_controller::limits;
@@ -12,6 +12,10 @@ use ts3100_proto::name::FileName;
 
 /// Ending of a file that is still being written; such files are hidden and removed when the store opens.
 const UNFINISHED: &str = ".unfinished";
+
+/// Hidden file whose lock says that an emulator keeps its files here. It stays when the emulator ends; the
+/// lock does not, whatever the end was.
+const LOCK: &str = ".ts3100.lock";
 
 /// What can go wrong with the backing directory.
 #[derive(Debug, thiserror::Error)]
@@ -25,6 +29,15 @@ pub enum StoreError {
         path: PathBuf,
         /// What the system said.
         source: io::Error,
+    },
+    /// Another emulator, of this process or another, keeps its files there.
+    #[error(
+        "the directory {} is the RAM drive of another running ts3100; end that one, or give each its own --drive",
+        path.display()
+    )]
+    InUse {
+        /// The directory.
+        path: PathBuf,
     },
     /// A file that can be no file of the RAM drive.
     #[error("{} cannot be a file of the RAM drive: {reason}", path.display())]
@@ -41,10 +54,12 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Stor
     move |source| StoreError::Io { action, path, source }
 }
 
-/// An open backing directory.
+/// An open backing directory, for nobody else until it is dropped.
 #[derive(Debug)]
 pub struct Store {
     directory: PathBuf,
+    /// Holds the lock until it is closed.
+    _lock: File,
     /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
     files: BTreeMap<String, OsString>,
 }
@@ -57,12 +72,13 @@ impl Store {
     /// except unfinished ones of an earlier run, which are removed.
     ///
     /// # Errors
-    /// The system's, and [`StoreError::Foreign`] for anything that can be no file of the RAM drive:
+    /// The system's, [`StoreError::InUse`], and [`StoreError::Foreign`] for anything that can be no file of the RAM drive:
     /// better refused than a wrong directory written to.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
         let mut store = Store {
             directory: directory.to_path_buf(),
+            _lock: lock(directory)?,
             files: BTreeMap::new(),
         };
         let mut found = Vec::new();
@@ -185,6 +201,21 @@ impl Store {
                 .map_err(io_error("sync", directory))?;
         }
         Ok(())
+    }
+}
+
+/// Takes the directory, which is free again when the file returned is closed.
+fn lock(directory: &Path) -> Result<File, StoreError> {
+    let path = directory.join(LOCK);
+    let mut options = File::options();
+    let opened = options.create(true).truncate(false).write(true).open(&path);
+    let file = opened.map_err(io_error("open the lock file", &path))?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(StoreError::InUse {
+            path: directory.to_path_buf(),
+        }),
+        Err(TryLockError::Error(source)) => Err(io_error("lock", &path)(source)),
     }
 }
 

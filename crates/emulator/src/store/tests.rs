@@ -7,6 +7,7 @@ fn names(directory: &TempDir) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(directory.path())
         .unwrap()
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .filter(|name| name != LOCK)
         .collect();
     names.sort();
     names
@@ -24,6 +25,7 @@ fn what_was_put_is_there_after_a_restart() {
     store.put("GONE", b"x").unwrap();
     store.remove("GONE").unwrap();
     store.remove("GONE").unwrap();
+    drop(store);
     let (_, found) = Store::open(directory.path()).unwrap();
     assert_eq!(
         found,
@@ -44,6 +46,7 @@ fn a_write_that_was_cut_short_leaves_the_old_file_whole() {
     let directory = TempDir::new("store-cut");
     let (mut store, _) = Store::open(directory.path()).unwrap();
     store.put("PICK", b"old").unwrap();
+    drop(store);
     // What a kill between the write and the rename leaves.
     fs::write(directory.path().join(".PICK.unfinished"), b"ne").unwrap();
     let (_, found) = Store::open(directory.path()).unwrap();
@@ -99,6 +102,24 @@ fn names_never_lead_out_of_the_directory() {
         );
     }
     assert_eq!(names(&directory), ["drive"]);
+}
+
+#[test]
+fn a_directory_has_one_owner_at_a_time() {
+    let directory = TempDir::new("store-lock");
+    let (store, _) = Store::open(directory.path()).unwrap();
+    // Half a write of the owner, which must not be swept away.
+    let unfinished = directory.path().join(".PICK.unfinished");
+    fs::write(&unfinished, b"ne").unwrap();
+    let error = Store::open(directory.path()).unwrap_err();
+    assert!(matches!(error, StoreError::InUse { .. }), "{error}");
+    assert!(
+        error.to_string().contains(directory.path().to_str().unwrap()),
+        "{error}"
+    );
+    assert!(unfinished.exists());
+    drop(store);
+    Store::open(directory.path()).unwrap();
 }
 
 #[test]

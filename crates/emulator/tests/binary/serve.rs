@@ -182,6 +182,54 @@ fn a_download_survives_a_kill() {
     assert!(!directory.path().join("drive/PICK").exists());
 }
 
+#[test]
+fn two_daemons_on_one_directory_are_refused() {
+    let directory = TempDir::new();
+    let drive = directory.path().join("drive");
+    let drive = drive.to_str().unwrap();
+    let first = Serve::start(&["--drive", drive]);
+    let output = run(&["serve", "--ports", "auto", "--ready-json", "--drive", drive]);
+    let error = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(output.stdout.is_empty());
+    assert!(
+        error.contains(drive) && error.contains("the RAM drive of another running ts3100"),
+        "{error}"
+    );
+    exchange(&mut first.dial(0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    first.signal("KILL");
+    assert_eq!(
+        Serve::start(&["--drive", drive]).signal("TERM").status.code(),
+        Some(0)
+    );
+    Serve::start(&["--drive", drive]);
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_is_one_error_and_the_robot_goes_on() {
+    let directory = TempDir::new();
+    let drive = directory.path().join("drive");
+    let file = directory.file("pick.scol", PICK);
+    let serve = Serve::start(&["--drive", drive.to_str().unwrap(), "--log-format", "json"]);
+    // In the way of the temporary file: the write fails for every user, root included.
+    std::fs::create_dir(drive.join(".PICK.unfinished")).unwrap();
+    assert_eq!(serve.host(&["dl", &file]).status.code(), Some(0));
+    assert_eq!(serve.host(&["ul", "PICK"]).stdout, PICK.as_bytes());
+    assert_eq!(serve.host(&["so"]).status.code(), Some(0));
+    let log = stderr(&serve.signal("TERM"));
+    let lines = log.lines();
+    let events: Vec<serde_json::Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
+    let failed: Vec<_> = events
+        .iter()
+        .filter(|event| event["event"] == "store-failed")
+        .collect();
+    assert_eq!(failed.len(), 1, "{log}");
+    assert_eq!(
+        (failed[0]["level"].as_str(), failed[0]["file"].as_str()),
+        (Some("ERROR"), Some("PICK"))
+    );
+}
+
 // clause: PAR-FILE-03 PAR-E05-01
 #[test]
 fn a_parameter_file_given_at_the_start_acts_at_once() {
