@@ -13,15 +13,18 @@
 
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
-use crate::hub::{Hub, StartError};
+use crate::hub::{Action, Hub, StartError};
+use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::PathBuf;
 use std::thread::JoinHandle;
+use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::input::Panel;
 use ts3100_controller::options::{Config, Dialect};
+use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
 
 /// What is to be started; see [`Emulator::builder`].
@@ -124,6 +127,7 @@ impl Builder {
     pub fn start(self) -> Result<Emulator, StartError> {
         let (tell, told) = std::sync::mpsc::sync_channel(1);
         let (stop, stopped) = oneshot::channel::<()>();
+        let (feeder, watch) = watch();
         let settings = self.settings;
         let listen = settings.listen;
         let thread = std::thread::Builder::new()
@@ -134,7 +138,8 @@ impl Builder {
                     Ok((runtime, hub, panel))
                 });
                 match started {
-                    Ok((runtime, hub, panel)) => {
+                    Ok((runtime, mut hub, panel)) => {
+                        hub.watched_by(feeder);
                         let ports = hub.ports().clone();
                         if tell.send(Ok((ports, panel))).is_ok() {
                             runtime.block_on(hub.run(async {
@@ -156,6 +161,7 @@ impl Builder {
                 listen,
                 ports,
                 panel,
+                watch,
                 stop: Some(stop),
                 thread: Some(thread),
             }),
@@ -187,7 +193,8 @@ pub struct PanelError;
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
-    panel: mpsc::Sender<Panel>,
+    panel: mpsc::Sender<Action>,
+    watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
 }
@@ -219,12 +226,32 @@ impl Emulator {
             .map(|number| SocketAddr::new(self.listen, *number))
     }
 
-    /// Does something at the panel. It has been queued when this returns, not yet done.
+    /// Does something at the panel. When this returns it has been done, and all that follows from it at
+    /// once; a host's bytes sent before may still be on their way.
     ///
     /// # Errors
     /// [`PanelError`].
-    pub fn panel(&self, action: Panel) -> Result<(), PanelError> {
-        self.panel.try_send(action).map_err(|_| PanelError)
+    pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
+        let (done, is_done) = std::sync::mpsc::channel();
+        self.panel
+            .try_send(Action { panel, done })
+            .map_err(|_| PanelError)?;
+        is_done.recv().map_err(|_| PanelError)
+    }
+
+    /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file
+    /// stored, a text sent. Every output since the start is looked at once, in order; an output is there when
+    /// it has been carried out. Of many that nobody looked at the oldest are forgotten
+    /// ([`KEPT_OUTPUTS`](crate::watch::KEPT_OUTPUTS)).
+    ///
+    /// # Errors
+    /// [`WaitError`]: not within `limit`, or the emulator has ended.
+    pub fn wait_for<T>(
+        &self,
+        limit: Duration,
+        found: impl FnMut(&Output) -> Option<T>,
+    ) -> Result<T, WaitError> {
+        self.watch.wait_for(limit, found)
     }
 }
 

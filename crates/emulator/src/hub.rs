@@ -7,6 +7,7 @@ use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError, Loaded};
 use crate::log::EventLog;
 use crate::store::Store;
+use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::pin::pin;
@@ -19,6 +20,15 @@ use ts3100_controller::port::Port;
 
 /// Panel actions that may wait for the hub.
 pub const WAITING_ACTIONS: usize = 64;
+
+/// Something done at the panel.
+#[derive(Debug)]
+pub struct Action {
+    /// What.
+    pub panel: Panel,
+    /// Told when it is done, with all that follows from it at once.
+    pub done: std::sync::mpsc::Sender<()>,
+}
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -62,7 +72,8 @@ pub struct Hub {
     links: Links,
     store: Option<Store>,
     log: EventLog,
-    actions: mpsc::Receiver<Panel>,
+    actions: mpsc::Receiver<Action>,
+    watch: Option<Feeder>,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -73,7 +84,7 @@ impl Hub {
     ///
     /// # Errors
     /// See [`StartError`]; nothing is left open.
-    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Panel>), StartError> {
+    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
         let Loaded {
             store,
             present,
@@ -93,6 +104,7 @@ impl Hub {
             store,
             log: EventLog::default(),
             actions,
+            watch: None,
             ports: BTreeMap::new(),
             demo,
         };
@@ -131,8 +143,18 @@ impl Hub {
         self.demo
     }
 
+    /// From now on what has been done is told to `feeder`.
+    pub fn watched_by(&mut self, feeder: Feeder) {
+        self.watch = Some(feeder);
+    }
+
     /// Serves until `stop` is ready, then closes every port.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
+        self.serve(stop).await;
+        self.links.close().await;
+    }
+
+    async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         let mut actions_open = true;
         loop {
@@ -143,7 +165,11 @@ impl Hub {
                 biased;
                 () = &mut stop => break,
                 action = self.actions.recv(), if actions_open => match action {
-                    Some(action) => self.feed(Input::Panel(action)).await,
+                    Some(Action { panel, done }) => {
+                        self.feed(Input::Panel(panel)).await;
+                        // Fails only when nobody waits for it.
+                        let _ = done.send(());
+                    }
                     None => actions_open = false,
                 },
                 message = self.links.next() => if let Some(message) = message {
@@ -159,7 +185,6 @@ impl Hub {
                 }
             }
         }
-        self.links.close().await;
     }
 
     /// One input and everything that follows from it.
@@ -169,7 +194,11 @@ impl Hub {
             let now = self.clock.now();
             self.controller.handle(now, input);
             while let Some(output) = self.controller.poll_output() {
+                let watched = self.watch.as_ref().map(|_| output.clone());
                 self.perform(output, &mut inputs).await;
+                if let (Some(feeder), Some(output)) = (&self.watch, watched) {
+                    feeder.put(output);
+                }
             }
         }
     }
@@ -217,3 +246,6 @@ async fn sleep(wake: Wake) {
         Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -14,3 +14,4 @@ pub mod ready;
 pub mod store;
 #[cfg(test)]
 mod testing;
+pub mod watch;

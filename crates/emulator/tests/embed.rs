@@ -6,10 +6,12 @@
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
-use ts3100_controller::input::Panel;
+use ts3100_controller::input::{ControlRight, KeySwitch, Panel};
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::hub::StartError;
+use ts3100_emulator::watch::WaitError;
 
 const LONG: Duration = Duration::from_secs(30);
 
@@ -86,6 +88,72 @@ fn the_panel_starts_the_program() {
     assert_eq!(text_until(&mut program, b'\r'), b"HELLO\r");
 }
 
+#[test]
+fn everything_that_can_be_done_at_the_panel_is_done_when_the_call_returns() {
+    let robot = Emulator::builder().start().unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    robot.panel(Panel::InputLine { line: 3, on: true }).unwrap();
+    exchange(&mut host, b"\x02HI,1 8\r\x03", b"\x02FL,4\r\x1a\x03");
+    exchange(&mut host, b"\x02OK\r\x03\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::SafetySwitch(true)).unwrap();
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02NG\r\x03");
+    for action in [
+        Panel::SafetySwitch(false),
+        Panel::EmergencyStop(true),
+        Panel::EmergencyStop(false),
+        Panel::AlarmReset,
+        Panel::Servo(true),
+        Panel::Start,
+        Panel::Stop,
+        Panel::FeedHold,
+        Panel::MachineLock(true),
+        Panel::Battery(true),
+        Panel::Keys("12".to_owned()),
+        Panel::ControlRight(ControlRight::Ether),
+        Panel::Key(KeySwitch::Teaching),
+    ] {
+        robot.panel(action).unwrap();
+    }
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
+}
+
+#[test]
+fn a_test_waits_for_what_happens_instead_of_sleeping() {
+    let robot = Emulator::builder()
+        .file("WAITS", "PROGRAM WAITS\nDELAY 0.05\nPRINT \"HELLO\", CR\nEND\n")
+        .select("WAITS")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    robot.panel(Panel::Battery(true)).unwrap();
+    robot.panel(Panel::Start).unwrap();
+    let alarm = robot.wait_for(LONG, |output| match output {
+        Output::Event(Event::Alarm { number, .. }) => Some(number.clone()),
+        _ => None,
+    });
+    assert!(alarm.unwrap().contains('-'));
+    let shown = robot.wait_for(LONG, |output| match output {
+        Output::Pendant(text) => Some(text.clone()),
+        _ => None,
+    });
+    assert!(shown.unwrap().contains("HELLO"));
+    let nothing = robot.wait_for(Duration::ZERO, |output| {
+        matches!(output, Output::PowerCycled).then_some(())
+    });
+    assert_eq!(nothing, Err(WaitError::Late(Duration::ZERO)));
+}
+
+#[test]
+fn two_emulators_do_not_share_a_directory() {
+    let directory = std::env::temp_dir().join(format!("ts3100-embed-{}", std::process::id()));
+    let first = Emulator::builder().drive(&directory).start().unwrap();
+    let error = Emulator::builder().drive(&directory).start().unwrap_err();
+    assert!(error.to_string().contains("another running ts3100"), "{error}");
+    drop(first);
+    drop(Emulator::builder().drive(&directory).start().unwrap());
+    std::fs::remove_dir_all(&directory).unwrap();
+}
+
 // clause: PAR-FILE-03
 #[test]
 fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
@@ -94,14 +162,7 @@ fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(Panel::PowerCycle).unwrap();
     assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
-    // The links close before the ports open again.
-    let mut host = loop {
-        match TcpStream::connect(robot.address(Port::Ip0).unwrap()) {
-            Ok(stream) => break stream,
-            Err(_) => std::thread::yield_now(),
-        }
-    };
-    host.set_read_timeout(Some(LONG)).unwrap();
+    let mut host = dial(&robot, Port::Ip0);
     host.write_all(b"\x02SF\r\x03").unwrap();
     let mut answer = [0; 282];
     host.read_exact(&mut answer).unwrap();

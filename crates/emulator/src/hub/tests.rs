@@ -1,0 +1,92 @@
+//! Tests of the loop: when it lets time jump.
+
+use super::*;
+use crate::clock::TimeMode;
+use crate::config::Ports;
+use crate::embed::single_threaded;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+use ts3100_controller::options::{Config, Dialect};
+
+const HOUR: Duration = Duration::from_secs(3_600);
+
+fn automatic() -> Settings {
+    Settings {
+        ports: Ports::Auto,
+        time: TimeMode::Auto,
+        ..Settings::new(Config::new(Dialect::Field))
+    }
+}
+
+/// Serves until a thread of its own has done what hosts do.
+async fn serve_while<T: Send + 'static>(
+    hub: &mut Hub,
+    hosts: impl FnOnce(BTreeMap<Port, u16>) -> T + Send + 'static,
+) -> T {
+    let (done, is_done) = oneshot::channel();
+    let ports = hub.ports().clone();
+    let thread = std::thread::spawn(move || {
+        let value = hosts(ports);
+        done.send(()).unwrap();
+        value
+    });
+    hub.serve(async { is_done.await.unwrap() }).await;
+    thread.join().unwrap()
+}
+
+fn dial(ports: &BTreeMap<Port, u16>, port: Port) -> TcpStream {
+    TcpStream::connect(("127.0.0.1", ports[&port])).unwrap()
+}
+
+fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
+    host.write_all(bytes).unwrap();
+    let mut found = vec![0; expected.len()];
+    host.read_exact(&mut found).unwrap();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn automatic_time_does_not_run_away_while_nothing_is_due() {
+    single_threaded().unwrap().block_on(async {
+        let started = Instant::now();
+        let (mut hub, _panel) = Hub::open(&automatic()).await.unwrap();
+        let _hosts = serve_while(&mut hub, |ports| {
+            let program = dial(&ports, Port::Ip1);
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            (host, program)
+        })
+        .await;
+        // An hour in which the hosts are idle passes at once for timers, not for the wall: a loop that
+        // jumps again and again does so here.
+        tokio::time::pause();
+        hub.serve(tokio::time::sleep(HOUR)).await;
+        hub.feed(Input::Tick).await;
+        let (virtual_time, wall) = (hub.controller.now().as_micros(), started.elapsed().as_micros());
+        assert!(
+            u128::from(virtual_time) <= wall,
+            "{virtual_time} us passed in {wall} us"
+        );
+        assert_eq!(hub.clock.wake(hub.controller.poll_deadline(), true), Wake::Never);
+    });
+}
+
+#[test]
+fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
+    single_threaded().unwrap().block_on(async {
+        let started = Instant::now();
+        let (mut hub, _panel) = Hub::open(&automatic()).await.unwrap();
+        let _host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03\x02S", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        let due = hub.controller.poll_deadline().unwrap();
+        let wake = hub.clock.wake(Some(due), hub.controller.host_is_silent());
+        assert!(matches!(wake, Wake::After(_)), "{wake:?}");
+        assert!(u128::from(hub.controller.now().as_micros()) <= started.elapsed().as_micros());
+    });
+}

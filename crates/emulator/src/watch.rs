@@ -1,0 +1,148 @@
+//! What a controller puts out, for a test in the same process that waits for something to happen instead of
+//! sleeping. The hub feeds it behind each deed; what is worth waiting for is the test's business.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use ts3100_controller::output::Output;
+
+/// Outputs that are kept for a [`Watch`]; of more, the oldest are forgotten.
+pub const KEPT_OUTPUTS: usize = 4_096;
+
+/// Why a wait ended without what was waited for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum WaitError {
+    /// It did not happen in time.
+    #[error("nothing that was waited for happened within {0:?}")]
+    Late(Duration),
+    /// The emulator has ended.
+    #[error("the emulator has ended before anything that was waited for happened")]
+    Ended,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    outputs: VecDeque<Output>,
+    ended: bool,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+impl Shared {
+    /// The state is whole between any two statements, so a panic elsewhere does not matter.
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The reading end.
+#[derive(Debug)]
+pub struct Watch(Arc<Shared>);
+
+/// The hub's end; the emulator has ended when it is dropped.
+#[derive(Debug)]
+pub struct Feeder(Arc<Shared>);
+
+/// Two ends of one watch.
+#[must_use]
+pub fn watch() -> (Feeder, Watch) {
+    let shared = Arc::new(Shared::default());
+    (Feeder(Arc::clone(&shared)), Watch(shared))
+}
+
+impl Feeder {
+    /// Something has been done.
+    pub fn put(&self, output: Output) {
+        let mut state = self.0.state();
+        if state.outputs.len() >= KEPT_OUTPUTS {
+            state.outputs.pop_front();
+        }
+        state.outputs.push_back(output);
+        self.0.changed.notify_all();
+    }
+}
+
+impl Drop for Feeder {
+    fn drop(&mut self) {
+        self.0.state().ended = true;
+        self.0.changed.notify_all();
+    }
+}
+
+impl Watch {
+    /// The first of the outputs not yet looked at of which `found` makes something; that one and those
+    /// before it are looked at then.
+    ///
+    /// # Errors
+    /// See [`WaitError`].
+    pub fn wait_for<T>(
+        &self,
+        limit: Duration,
+        mut found: impl FnMut(&Output) -> Option<T>,
+    ) -> Result<T, WaitError> {
+        let start = Instant::now();
+        let mut state = self.0.state();
+        loop {
+            while let Some(output) = state.outputs.pop_front() {
+                if let Some(value) = found(&output) {
+                    return Ok(value);
+                }
+            }
+            if state.ended {
+                return Err(WaitError::Ended);
+            }
+            let left = limit.saturating_sub(start.elapsed());
+            if left.is_zero() {
+                return Err(WaitError::Late(limit));
+            }
+            let waited = self.0.changed.wait_timeout(state, left);
+            state = waited.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pendant(output: &Output) -> Option<String> {
+        match output {
+            Output::Pendant(text) => Some(text.clone()),
+            _ => None,
+        }
+    }
+
+    #[test]
+    fn outputs_are_looked_at_once_and_in_order() {
+        let (feeder, watch) = watch();
+        for output in [
+            Output::Pendant("a".to_owned()),
+            Output::PowerCycled,
+            Output::Pendant("b".to_owned()),
+        ] {
+            feeder.put(output);
+        }
+        let now = Duration::ZERO;
+        assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("a"));
+        assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("b"));
+        assert_eq!(watch.wait_for(now, pendant), Err(WaitError::Late(now)));
+        let late = std::thread::spawn(move || feeder.put(Output::Pendant("c".to_owned())));
+        assert_eq!(watch.wait_for(Duration::MAX, pendant).as_deref(), Ok("c"));
+        late.join().unwrap();
+        assert_eq!(watch.wait_for(Duration::MAX, pendant), Err(WaitError::Ended));
+    }
+
+    #[test]
+    fn a_watch_nobody_reads_does_not_grow() {
+        let (feeder, watch) = watch();
+        for number in 0..=KEPT_OUTPUTS {
+            feeder.put(Output::Pendant(number.to_string()));
+        }
+        assert_eq!(watch.0.state().outputs.len(), KEPT_OUTPUTS);
+        assert_eq!(watch.wait_for(Duration::ZERO, pendant).as_deref(), Ok("1"));
+    }
+}
