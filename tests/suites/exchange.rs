@@ -260,15 +260,16 @@ fn a_file_of_six_digits_is_refused() {
 fn a_message_of_two_texts_is_answered_once() {
     let mut robot = robot();
     robot.command(Port::Ip0, "SO");
-    // A line of the language has at most 252 characters: the longer statement is refused, once.
-    for (terms, answer) in [(60, b"OK\r"), (80, b"NG\r")] {
-        let statement = format!("DO,SPEED = 01{}", " + 0".repeat(terms));
+    // A statement that cannot be executed is refused as often: once.
+    for (statement, answer) in [("SPEED = 01", b"OK\r"), ("XYZZY 01", b"NG\r")] {
+        let terms = 80;
+        let statement = format!("DO,{statement}{}", " + 0".repeat(terms));
         let message = [statement.as_bytes(), b"\r"].concat();
         assert!(message.len() > DATA, "{}", message.len());
         robot.send(Port::Ip0, &message[..DATA]);
         assert_eq!(robot.received(Port::Ip0), b"");
         robot.send(Port::Ip0, &message[DATA..]);
-        assert_eq!(robot.received(Port::Ip0), frame(answer), "{terms}");
+        assert_eq!(robot.received(Port::Ip0), frame(answer), "{statement}");
     }
 }
 

@@ -50,6 +50,8 @@ alarms! {
     OUT_OF_REACH = L4 101 true "Position out of reach",
         "The target, or a point of the path to it, cannot be reached by the arm.",
         "Correct the position, the tool, or the work coordinate system.";
+    OVERLOAD = L4 102 true "Load too heavy", "The load selected by PAYLOAD is heavier than the arm can carry.",
+        "Correct the load data.";
     DIVISION_BY_ZERO = L2 101 true "Division by zero", "A divisor was zero.", "Check the value before dividing.";
     UNDEFINED_VARIABLE = L2 102 true "Undefined variable",
         "A variable was read before a value was given to it.", "Give it a value at the head of the program.";

@@ -24,7 +24,20 @@ struct Asked {
     decel: f64,
 }
 
+/// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
+const LOAD_EFFECT: f64 = 0.5;
+
 impl Asked {
+    /// A load slows acceleration and deceleration, in proportion to its part of the heaviest one.
+    fn with_load(self, mass: f64, heaviest: f64) -> Asked {
+        let part = 1.0 - LOAD_EFFECT * (mass / heaviest).clamp(0.0, 1.0);
+        Asked {
+            accel: self.accel * part,
+            decel: self.decel * part,
+            ..self
+        }
+    }
+
     fn limits(self, pace: Pace) -> Limits {
         Limits {
             speed: self.speed / 100.0 * f64::from(pace.override_percent) / 100.0,
@@ -230,7 +243,12 @@ impl Arm {
         let Conditions {
             speed, accel, decel, ..
         } = motion.conditions;
-        let asked = Asked { speed, accel, decel };
+        let load = motion
+            .conditions
+            .payload
+            .as_ref()
+            .map_or(0.0, |(_, load)| load.mass);
+        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
         let planned = plan(&self.model, &from, &target, &frames.tool, &asked.limits(pace))?;
         self.rest = from;
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
@@ -253,6 +271,7 @@ impl Arm {
         guidance: &Guidance,
         conditions: &Conditions,
         pace: Pace,
+        locked: bool,
     ) -> Result<(), MotionError> {
         self.settle(now);
         let asked = Asked {
@@ -281,7 +300,7 @@ impl Arm {
             motion: planned?,
             start: now,
             asked,
-            locked: false,
+            locked,
         });
         self.rest = from;
         Ok(())

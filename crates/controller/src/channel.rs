@@ -3,7 +3,7 @@
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;
-use alloc::collections::VecDeque;
+use alloc::collections::{BTreeSet, VecDeque};
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::Number;
@@ -25,6 +25,8 @@ pub enum Datum {
 pub struct Channel {
     /// The peer, while there is one.
     pub peer: Option<String>,
+    /// Rules of findings already reported to this peer.
+    pub reported: BTreeSet<&'static str>,
     ring: VecDeque<u8>,
     /// A comma was the last byte read: a CR right behind it ends the record without a further value.
     after_comma: bool,
@@ -48,6 +50,7 @@ impl Channel {
     /// A peer is there; nothing is left of a former one's record.
     pub fn meet_peer(&mut self, peer: String) {
         self.peer = Some(peer);
+        self.reported.clear();
         self.after_comma = false;
     }
 

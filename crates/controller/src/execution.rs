@@ -11,6 +11,7 @@
 //! ```
 
 use crate::limits::STATEMENTS_PER_SCAN;
+use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
 use alloc::sync::Arc;
@@ -232,6 +233,19 @@ impl Execution {
     #[must_use]
     pub fn line(&self) -> u32 {
         self.main.as_ref().map_or(0, |task| task.machine.line())
+    }
+
+    /// Whether an INPUT waits for values from this port.
+    #[must_use]
+    pub fn reads_from(&self, port: Port) -> bool {
+        let tasks = self
+            .main
+            .iter()
+            .chain(self.direct.as_ref().map(|direct| &direct.task));
+        tasks.into_iter().any(|task| match &task.doing {
+            Doing::Reading { channel, .. } => Port::of_channel(*channel) == Some(port),
+            _ => false,
+        })
     }
 
     /// When something that runs can go on by itself.

@@ -28,6 +28,8 @@ pub struct ArmModel {
     /// Speed of turning the tool on lines and arcs at 100 %, degrees/s. The turning acceleration follows: the
     /// full turning speed is reached in the time in which the full tool speed is.
     pub max_turn_speed: f64,
+    /// Heaviest load the hand may carry, kg (ours: no data sheet at hand).
+    pub max_payload: f64,
     /// The posture READY goes to, and the one at power-up.
     pub ready: Joints,
 }
@@ -121,6 +123,7 @@ impl ArmModel {
             max_tool_speed: 2000.0,
             max_tool_accel: 8000.0,
             max_turn_speed: 360.0,
+            max_payload: 10.0,
             ready: [0.0, 10.0, 130.0, 0.0, 40.0, 0.0, 0.0, 0.0],
         }
     }
@@ -147,6 +150,7 @@ impl ArmModel {
             max_tool_speed: 2500.0,
             max_tool_accel: 10_000.0,
             max_turn_speed: 720.0,
+            max_payload: 5.0,
             ready: [-30.0, 78.0, 0.0, -48.0, 0.0, 0.0, 0.0, 0.0],
         }
     }

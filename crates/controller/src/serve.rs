@@ -66,6 +66,12 @@ impl Controller {
             task.doing = Doing::Holding;
             return Step::Blocked;
         }
+        if let Some(mass) = self.overload(motion) {
+            let line = task.machine.line();
+            let heaviest = self.arm.model().max_payload;
+            let detail = format!("line {line}: a load of at most {heaviest} kg expected, {mass} kg found");
+            return Step::Trouble(alarm::OVERLOAD, detail);
+        }
         match self
             .arm
             .start(self.now, motion, self.pace(), self.state.machine_lock)
@@ -80,6 +86,12 @@ impl Controller {
                 Step::Trouble(alarm::OUT_OF_REACH, format!("line {line}: {error}"))
             }
         }
+    }
+
+    /// Mass of a load that is too heavy for the arm.
+    fn overload(&self, motion: &Motion) -> Option<f64> {
+        let (_, load) = motion.conditions.payload.as_ref()?;
+        (load.mass > self.arm.model().max_payload).then_some(load.mass)
     }
 
     fn print(&mut self, task: &mut Task, channel: Channel, data: Vec<u8>) -> Step {

@@ -53,10 +53,7 @@ impl Controller {
     pub(crate) fn interrupt(&mut self, by: By) {
         self.arm.stop(self.now);
         self.jogging = None;
-        if self.execution.direct.take().is_some() {
-            self.execution.direct_done = true;
-            self.report_status();
-        }
+        self.end_direct();
         if !self.execution.program_runs() {
             return;
         }

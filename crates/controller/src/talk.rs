@@ -55,6 +55,12 @@ impl Controller {
     /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
     fn received_data(&mut self, port: Port, bytes: &[u8]) {
         let mut rest = bytes;
+        if !self.execution.reads_from(port) {
+            let message = format!(
+                "data came on {port} while no INPUT waited; the manual says it may be ignored (4.1.2)"
+            );
+            self.channel_finding(port, "data-before-input", message);
+        }
         while !rest.is_empty() {
             let Some(channel) = self.channels.get_mut(&port) else {
                 return;
@@ -140,8 +146,17 @@ impl Controller {
         session.framing = framing;
         let early = session.sent_at.is_some_and(|sent| now.since(sent) < HOST_DELAY);
         if early {
-            let message = "a text within 50 ms of the controller's; the manual advises to wait (5.1)";
-            self.finding(port, "answer-early", message);
+            let (rule, message) = match Reply::parse(&data) {
+                Ok(Reply::Ok | Reply::Ng) => (
+                    "answer-early",
+                    "an answer within 50 ms of the controller's text; the manual advises to wait (5.1)",
+                ),
+                _ => (
+                    "command-early",
+                    "a command within 50 ms of the controller's text; the manual advises to wait (5.1)",
+                ),
+            };
+            self.finding(port, rule, message);
             if self.config.options.strict_50ms {
                 self.event(Event::Dropped {
                     port,
@@ -355,6 +370,21 @@ impl Controller {
         });
         let bytes = self.through_line(port, bytes);
         self.push_output(Output::Send { port, bytes });
+    }
+
+    /// Reports a rule the first time the peer of a SCOL channel breaks it.
+    fn channel_finding(&mut self, port: Port, rule: &'static str, message: String) {
+        let first = self
+            .channels
+            .get_mut(&port)
+            .is_some_and(|channel| channel.reported.insert(rule));
+        if first {
+            self.event(Event::Finding {
+                rule,
+                port: Some(port),
+                message,
+            });
+        }
     }
 
     /// Reports a rule the first time this peer breaks it.

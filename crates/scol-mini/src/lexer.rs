@@ -5,7 +5,6 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use crate::MAX_LINE;
 use crate::diagnostic::{Problem, Span};
 use crate::lines::Line;
 
@@ -83,8 +82,8 @@ pub(crate) struct Lexeme {
 }
 
 /// Cuts one line into tokens; a comment is left out.
-pub(crate) fn tokens(source: &str, line: Line) -> Result<Vec<Lexeme>, Problem> {
-    check_characters(source, line)?;
+pub(crate) fn tokens(source: &str, line: Line, longest: usize) -> Result<Vec<Lexeme>, Problem> {
+    check_characters(source, line, longest)?;
     let mut list = Vec::new();
     let mut at = line.span.start;
     while at < line.span.end {
@@ -113,13 +112,10 @@ pub(crate) fn tokens(source: &str, line: Line) -> Result<Vec<Lexeme>, Problem> {
     Ok(list)
 }
 
-fn check_characters(source: &str, line: Line) -> Result<(), Problem> {
+fn check_characters(source: &str, line: Line, longest: usize) -> Result<(), Problem> {
     let text = source.get(line.span.start..line.span.end).unwrap_or_default();
-    if text.len() > MAX_LINE {
-        let message = format!(
-            "a line has at most {MAX_LINE} characters, this one has {}",
-            text.len()
-        );
+    if text.len() > longest {
+        let message = format!("at most {longest} characters expected, {} found", text.len());
         return Err(Problem::new("E0005", line.span, message));
     }
     for (at, c) in text.char_indices() {
@@ -262,7 +258,11 @@ mod tests {
                 end: text.len(),
             },
         };
-        tokens(text, line).unwrap().into_iter().map(|l| l.token).collect()
+        tokens(text, line, crate::MAX_LINE)
+            .unwrap()
+            .into_iter()
+            .map(|l| l.token)
+            .collect()
     }
 
     #[test]

@@ -65,6 +65,8 @@ pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
 pub const MAX_SOURCE: usize = 99_999;
 /// Longest line, in bytes without its line end: one record of a RAM file (RAM-01).
 pub const MAX_LINE: usize = 252;
+/// Longest statement of the host command DO, in characters: as much as a message may carry (TRN-07).
+pub const MAX_DIRECT: usize = 1_024;
 /// Deepest nesting of an expression or of `IF` within `IF`.
 pub const MAX_EXPRESSION_NESTING: usize = 64;
 /// Deepest nesting of `FOR` loops in one program.

@@ -3,6 +3,7 @@
 
 use crate::Controller;
 use crate::alarm::Alarm;
+use crate::ops::status::NOISE;
 use crate::session::Outcome;
 use crate::sig::din;
 use crate::signals::Signals;
@@ -122,7 +123,7 @@ impl Controller {
                 (self.coordinates(&shown.work), Some(config))
             }
         };
-        Outcome::file(encode_position(&values, config))
+        Outcome::file(encode_position(&quiet(values), config))
     }
 
     /// SCARA: X Y Z C T and an unused one; six-axis: X Y Z A B C U V (hosts.md 2).
@@ -150,7 +151,7 @@ impl Controller {
         };
         let speed = |(before, after): (&f64, &f64)| (after - before) / seconds;
         let values: Vec<f64> = before.iter().zip(&after).map(speed).collect();
-        Outcome::file(encode_position(&values, None))
+        Outcome::file(encode_position(&quiet(values), None))
     }
 
     /// ZS: the work coordinate or the tool, by name and values.
@@ -187,4 +188,12 @@ fn record(alarm: &Alarm) -> AlarmRecord {
         message: alarm.code.text.to_string(),
         at: alarm.at,
     }
+}
+
+/// Without the rounding noise of the kinematics, which would print as `-0.000`.
+fn quiet(values: Vec<f64>) -> Vec<f64> {
+    values
+        .into_iter()
+        .map(|value| if value.abs() < NOISE { 0.0 } else { value })
+        .collect()
 }

@@ -52,7 +52,13 @@ impl Controller {
                 frame: GuideFrame::of(guide.coordinate),
             };
             let conditions = self.execution.memory().conditions().clone();
-            return match self.arm.guide(self.now, &guidance, &conditions, self.pace()) {
+            return match self.arm.guide(
+                self.now,
+                &guidance,
+                &conditions,
+                self.pace(),
+                self.state.machine_lock,
+            ) {
                 Ok(()) => {
                     self.jogging = Some(port);
                     Outcome::Ok

@@ -28,7 +28,7 @@ impl Controller {
             return refusal;
         }
         match command {
-            Command::Rn => self.op_start(),
+            Command::Rn => self.op_start(port),
             Command::Sp => self.op_stop(),
             Command::Br => self.op_servo_off(),
             Command::So => self.op_servo_on(),

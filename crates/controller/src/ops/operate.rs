@@ -3,6 +3,7 @@
 use crate::Controller;
 use crate::execution::{By, Course, Direct, Doing, Task};
 use crate::limits::MAX_FORCED_LINES;
+use crate::port::Port;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
@@ -18,7 +19,10 @@ fn outcome(result: Result<(), String>) -> Outcome {
 
 impl Controller {
     /// RN (CMD-RN-01, CMD-RN-05).
-    pub(super) fn op_start(&mut self) -> Outcome {
+    pub(super) fn op_start(&mut self, port: Port) -> Outcome {
+        if !self.state.servo {
+            self.finding(port, "start-servo-off", "RN with servo power off; SO comes first");
+        }
         outcome(self.start())
     }
 
@@ -33,6 +37,15 @@ impl Controller {
             self.cancel_direct_input();
         }
         Outcome::Ok
+    }
+
+    /// The statement of DO is given up; it shows RUN until the arm rests (D7).
+    pub(crate) fn end_direct(&mut self) {
+        self.cancel_direct_input();
+        if let Some(direct) = &mut self.execution.direct {
+            let rest = self.arm.ends_at().unwrap_or(self.now);
+            direct.shown_until = Some(direct.shown_until.unwrap_or(rest).min(rest).max(self.now));
+        }
     }
 
     fn cancel_direct_input(&mut self) {

@@ -15,8 +15,8 @@ use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{VersionRecord, VrLayout, encode_versions};
 use ts3100_proto::text::{CR, EOF};
 
-/// Speed limit shown by SU; nothing is known that lowers it (D5).
-const SPEED_LIMIT: u8 = 100;
+/// Speed limit while nothing lowers it, in percent.
+const FULL_SPEED: u8 = 100;
 /// Task number of the main program (SF-24).
 const MAIN_TASK: u16 = 1;
 /// Date of the software whose behaviour this is: that of the manual.
@@ -37,9 +37,19 @@ impl Controller {
             run_mode: self.state.run_mode,
             file: self.execution.file().to_string(),
             override_percent: self.state.override_percent,
-            speed_limit_percent: SPEED_LIMIT,
+            speed_limit_percent: self.speed_limit(),
             machine_lock: self.state.machine_lock,
             execution: self.execution.status(),
+        }
+    }
+
+    /// How fast the robot may be now, in percent of its full speed: LOW_SPD lowers it (D5). TEACHING sets a limit
+    /// in mm/s instead, which no percentage states.
+    fn speed_limit(&self) -> u8 {
+        if self.is_slow() {
+            self.config.options.low_speed
+        } else {
+            FULL_SPEED
         }
     }
 
@@ -162,7 +172,7 @@ fn version(name: alloc::string::String) -> VersionRecord {
 }
 
 /// Below this, in mm or degrees, a coordinate is rounding noise of the kinematics and shown as zero.
-const NOISE: f64 = 1e-9;
+pub(super) const NOISE: f64 = 1e-9;
 
 #[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
 fn single(values: [f64; 8]) -> [f32; 8] {

@@ -144,7 +144,8 @@ fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
 fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
-    let wrong = |what: &str| format!("{what} expected, {} values found", numbers.len());
+    let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+    let wrong = |what: &str| format!("{what} expected, `{}` found", found.join(" "));
     match (kind, numbers) {
         (Kind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
         (Kind::Integer, _) => Err(wrong("one integer")),

@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols};
 use crate::sink::Sink;
-use crate::tree::Statement;
+use crate::tree::{Simple, Statement};
 
 /// Compiles one statement for direct execution.
 ///
@@ -62,6 +62,8 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
             whole,
             "expected a statement, found nothing",
         )),
+        // There is no program that it could stop.
+        Some(Statement::Simple(Simple::Stop)) => refused("STOP"),
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
         Some(Statement::Wait(_)) => refused("WAIT"),
         Some(Statement::If { .. }) => refused("IF"),

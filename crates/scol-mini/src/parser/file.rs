@@ -13,6 +13,7 @@ use crate::lines::{Line, lines};
 use crate::options::LanguageOptions;
 use crate::sink::Sink;
 use crate::tree::Name;
+use crate::{MAX_DIRECT, MAX_LINE};
 
 /// Parses a whole file; what could not be parsed is reported to `sink` and left out.
 pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sink) -> File {
@@ -27,7 +28,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         work: None,
     };
     for line in lines(source) {
-        match lexer::tokens(source, line) {
+        match lexer::tokens(source, line, MAX_LINE) {
             Ok(tokens) if tokens.is_empty() => {}
             Ok(tokens) => {
                 if let Err(problem) = parser.line(line, &tokens) {
@@ -321,7 +322,7 @@ pub(crate) fn parse_direct(
             end: source.len(),
         },
     };
-    let tokens = lexer::tokens(source, line)?;
+    let tokens = lexer::tokens(source, line, MAX_DIRECT)?;
     let mut cursor = Cursor::new(source, options.arm, &tokens);
     if tokens.is_empty() {
         return Ok(None);
