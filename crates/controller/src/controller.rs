@@ -23,11 +23,6 @@ use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
 
-/// Name of the Ethernet parameter file.
-pub(crate) const ETHERNET_PAR: &str = "ETHERNET.PAR";
-/// Name of the user parameter file.
-pub(crate) const USER_PAR: &str = "USER.PAR";
-
 /// Why a file was not selected.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SelectError {
@@ -76,7 +71,7 @@ pub struct Controller {
     pub(crate) jogging: Option<Port>,
     pub(crate) ethernet: EthernetParameters,
     pub(crate) user: UserParameters,
-    network: NetworkPlan,
+    pub(crate) network: NetworkPlan,
     outputs: VecDeque<Output>,
 }
 
@@ -296,37 +291,6 @@ impl Controller {
         self.execution.main = None;
         self.execution.course = Course::Reset;
         self.event(Event::Selected(None));
-    }
-
-    /// Parameters act from now on; called when the power comes on (PAR-FILE-03).
-    pub(crate) fn take_parameters(&mut self) {
-        let mut problems = Vec::new();
-        if let Some(content) = self.drive.get(ETHERNET_PAR) {
-            let (ethernet, found) = EthernetParameters::parse(content, &self.ethernet);
-            self.ethernet = ethernet;
-            problems.extend(found.into_iter().map(|problem| (ETHERNET_PAR, problem)));
-        }
-        if let Some(content) = self.drive.get(USER_PAR) {
-            let (user, found) = UserParameters::parse(content, &self.user);
-            self.user = user;
-            problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
-        }
-        self.network = NetworkPlan::of(&self.ethernet);
-        for (file, problem) in problems {
-            self.raise(crate::alarm::PARAMETER, alloc::format!("{file}: {problem}"));
-        }
-    }
-
-    fn make_parameter_files(&mut self) -> Result<(), DriveError> {
-        let options = &self.config.options;
-        let ethernet = EthernetParameters::factory_text(options.open_mode, options.line_end);
-        let user = UserParameters::factory_text(options.line_end);
-        for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
-            if !self.drive.contains(name) {
-                self.store(&FileName::parse(name)?, &content)?;
-            }
-        }
-        Ok(())
     }
 }
 

@@ -3,6 +3,7 @@
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use core::ops::Range;
 
 /// Most sections kept of a file.
 pub const MAX_SECTIONS: usize = 64;
@@ -40,6 +41,8 @@ pub struct Assignment {
     pub line: u32,
     /// What stands after the `=`, blanks around it removed, quotes kept.
     pub value: String,
+    /// Where it stands in the file, in bytes, if the file is UTF-8.
+    pub place: Range<usize>,
 }
 
 impl ParameterFile {
@@ -75,11 +78,17 @@ impl ParameterFile {
                 '{' => key = reader.braces(),
                 '=' => {
                     let line = reader.line;
+                    reader.skip_blanks();
+                    let start = text.len() - reader.rest.len();
                     let value = reader.value();
+                    let through = text.len() - reader.rest.len();
+                    let written = text.get(start..through).unwrap_or_default().trim_end();
+                    let place = start..start + written.len();
                     let assignment = Assignment {
                         key: core::mem::take(&mut key),
                         line,
                         value,
+                        place,
                     };
                     if keep {
                         file.assign(assignment);
@@ -166,11 +175,14 @@ impl<'a> Reader<'a> {
         squeezed(&inner)
     }
 
-    /// What stands after `=`, possibly on a later line.
-    fn value(&mut self) -> String {
+    fn skip_blanks(&mut self) {
         while self.rest.starts_with(char::is_whitespace) {
             self.next();
         }
+    }
+
+    /// What stands after `=` and the blanks and line ends behind it.
+    fn value(&mut self) -> String {
         if let Some(quoted) = self.quoted() {
             return quoted;
         }

@@ -1,0 +1,108 @@
+//! One value of a parameter file replaced, everything else as it was: comments, order, line ends. Whether the
+//! value makes sense is told by the file's own module.
+
+use super::reader::{Assignment, ParameterFile};
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+
+/// Why a value was not replaced.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum RewriteError {
+    /// The file is not text.
+    #[error("a parameter file of ASCII text expected")]
+    NotText,
+    /// No such section.
+    #[error("there is no section [{0}]")]
+    NoSection(String),
+    /// The section has no value of this key.
+    #[error("section [{section}] has no value {{{key}}}")]
+    NoValue {
+        /// The section.
+        section: String,
+        /// The key; empty for the value without one.
+        key: String,
+    },
+    /// The new value would end the old one's line or begin a comment, a section or another value.
+    #[error("a value of one line without `{{`, `[` and `=` expected, `{0}` found")]
+    Value(String),
+}
+
+/// Replaces the value of `key` in `section`; an empty key is the section's first value whatever stands in the
+/// braces before it, since sections of one value have only comments there.
+///
+/// # Errors
+/// See [`RewriteError`]; nothing is changed then.
+pub fn rewrite(content: &[u8], section: &str, key: &str, value: &str) -> Result<Vec<u8>, RewriteError> {
+    if content.iter().any(|byte| !byte.is_ascii()) {
+        return Err(RewriteError::NotText);
+    }
+    let quoted = value.len() >= 2 && value.starts_with('"') && value.ends_with('"');
+    let special: &[char] = if quoted {
+        &['\r', '\n']
+    } else {
+        &['\r', '\n', '{', '[', '=']
+    };
+    if value.trim().is_empty() || value.contains(special) {
+        return Err(RewriteError::Value(value.into()));
+    }
+    let file = ParameterFile::parse(content);
+    let found = file
+        .sections
+        .iter()
+        .find(|found| found.tag.eq_ignore_ascii_case(section));
+    let found = found.ok_or_else(|| RewriteError::NoSection(section.into()))?;
+    let named = |assignment: &&Assignment| key.is_empty() || assignment.key.eq_ignore_ascii_case(key);
+    let assignment = found.assignments.iter().find(named);
+    let place = assignment
+        .map(|assignment| assignment.place.clone())
+        .ok_or_else(|| RewriteError::NoValue {
+            section: section.into(),
+            key: key.into(),
+        })?;
+    let before = content.get(..place.start).unwrap_or_default();
+    let after = content.get(place.end..).unwrap_or_default();
+    Ok([before, value.as_bytes(), after].concat())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILE: &[u8] =
+        b"[E00] Mode { 0: no }\r= 1 0 0 0 \r[E02] Name\r= \"A\"\r[E05]{ IP0 } = 1000 {IP1} =\r 1001\r[END]\r";
+
+    // clause: PAR-FILE-02 PAR-FILE-04
+    #[test]
+    fn one_value_changes_and_nothing_else() {
+        let text =
+            |section, key, value| String::from_utf8(rewrite(FILE, section, key, value).unwrap()).unwrap();
+        let original = core::str::from_utf8(FILE).unwrap();
+        assert_eq!(text("E00", "", "1 1 1 1"), original.replace("1 0 0 0", "1 1 1 1"));
+        assert_eq!(text("e05", "ip1", "2101"), original.replace("1001", "2101"));
+        assert_eq!(text("E05", "IP0", "7"), original.replace("1000", "7"));
+        assert_eq!(text("E02", "", "\"B=C\""), original.replace("\"A\"", "\"B=C\""));
+    }
+
+    #[test]
+    fn what_cannot_be_replaced_is_named() {
+        assert_eq!(
+            rewrite(FILE, "E09", "", "1"),
+            Err(RewriteError::NoSection("E09".into()))
+        );
+        assert!(matches!(
+            rewrite(FILE, "E05", "IP9", "1"),
+            Err(RewriteError::NoValue { .. })
+        ));
+        for value in ["", " ", "1\r= 2", "{x}", "1 [E01]"] {
+            assert!(
+                matches!(rewrite(FILE, "E00", "", value), Err(RewriteError::Value(_))),
+                "{value:?}"
+            );
+        }
+        assert_eq!(
+            rewrite(b"[E00] = \xFF", "E00", "", "1"),
+            Err(RewriteError::NotText)
+        );
+    }
+}
