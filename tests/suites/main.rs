@@ -9,11 +9,14 @@
 
 mod dialogue;
 mod exchange;
+mod extended;
+mod guiding;
 mod house;
 mod motion;
 mod permissions;
 mod purity;
 mod settings;
+mod signals;
 mod simulation;
 mod status;
 mod transcripts;

@@ -1,0 +1,373 @@
+//! EXT (SIG): the robot driven by the system inputs Din249 to Din261 and answering on the system outputs
+//! Dout249 to Dout262. Edges, levels and pulses are those of docs/PROTOCOL.md 11, all of them assumed.
+
+use crate::extended::{text, values, word};
+use ts3100_controller::options::Strobe;
+use ts3100_controller::{Config, ControlRight, Dialect, Event, KeySwitch, Output, Panel, Port};
+use ts3100_tests::Robot;
+
+const STROBE: u16 = 249;
+const PRG_RST: u16 = 250;
+const STEP_RST: u16 = 251;
+const CYC_RST: u16 = 252;
+const DO_RST: u16 = 253;
+const ALM_RST: u16 = 254;
+const RUN: u16 = 255;
+const EX_SVON: u16 = 256;
+const STOP: u16 = 257;
+const CYCLE: u16 = 258;
+const LOW_SPD: u16 = 259;
+const BREAK: u16 = 260;
+const SVOFF: u16 = 261;
+
+const EMG_ST: u16 = 249;
+const SV_RDY: u16 = 250;
+const ACK: u16 = 251;
+const SYS_RDY: u16 = 256;
+const AUTORUN: u16 = 257;
+const CYC_END: u16 = 258;
+const LOW_ST: u16 = 259;
+const CYC_ST: u16 = 260;
+const BT_ALM: u16 = 261;
+const ALARM: u16 = 262;
+
+const PROGRAM: &str = "GLOBAL\nN = 7\nEND\nPROGRAM T\nPRINT IP1, \"A\"\nRCYCLE:\nN = N + 1\nDELAY 10.0\nPRINT IP1, \"B\"\nEND\n";
+
+/// A robot in EXT (SIG) with servo on and the program selected; `strobe` as the option says.
+fn robot_with(strobe: Strobe, program: &str) -> Robot {
+    let mut config = Config::new(Dialect::Field);
+    config.options.strobe = strobe;
+    config.control_right = ControlRight::Sig;
+    let mut robot = Robot::with(config);
+    robot.load("TEST", program);
+    robot.connect(Port::Ip0);
+    robot.connect(Port::Ip1);
+    robot.panel(Panel::Servo(true));
+    robot
+}
+
+fn robot() -> Robot {
+    robot_with(Strobe::Free, PROGRAM)
+}
+
+fn set(robot: &mut Robot, line: u16, on: bool) {
+    robot.panel(Panel::InputLine { line, on });
+}
+
+/// A rising and a falling edge, 20 ms apart.
+fn pulse(robot: &mut Robot, line: u16) {
+    set(robot, line, true);
+    robot.advance_ms(20);
+    set(robot, line, false);
+}
+
+fn output(robot: &mut Robot, line: u16) -> bool {
+    word(&robot.total(Port::Ip0), 106) >> (line - 249) & 1 == 1
+}
+
+fn status(robot: &mut Robot) -> String {
+    let su = text(robot, "SU");
+    su.rsplit_once(':').unwrap().1.to_string()
+}
+
+/// Forgets what was sent to the host unasked.
+fn quiet(robot: &mut Robot) {
+    robot.advance_ms(100);
+    robot.received(Port::Ip0);
+}
+
+fn refusals(robot: &Robot) -> usize {
+    let refused = |output: &&Output| {
+        matches!(
+            output,
+            Output::Event(Event::Finding {
+                rule: "signal-refused",
+                ..
+            })
+        )
+    };
+    robot.outputs.iter().filter(refused).count()
+}
+
+// clause: SF-31 SF-32 SF-38 SF-39
+#[test]
+fn a_cycle_by_signals_alone() {
+    let mut robot = robot();
+    robot.panel(Panel::Servo(false));
+    assert!(!output(&mut robot, SV_RDY) && output(&mut robot, SYS_RDY) && output(&mut robot, CYC_ST));
+    pulse(&mut robot, EX_SVON);
+    assert!(output(&mut robot, SV_RDY) && output(&mut robot, ACK));
+    robot.advance_ms(100);
+    pulse(&mut robot, RUN);
+    assert!(output(&mut robot, AUTORUN) && output(&mut robot, ACK) && !output(&mut robot, CYC_END));
+    assert_eq!(status(&mut robot), "running");
+    robot.advance_ms(10_000);
+    assert_eq!(robot.received(Port::Ip1), b"AB");
+    assert!(!output(&mut robot, AUTORUN) && output(&mut robot, CYC_END));
+    quiet(&mut robot);
+    pulse(&mut robot, RUN);
+    assert!(!output(&mut robot, CYC_END), "on until the next start");
+    pulse(&mut robot, SVOFF);
+    assert!(!output(&mut robot, SV_RDY) && !output(&mut robot, AUTORUN));
+}
+
+#[test]
+fn ack_is_a_pulse_of_100_ms_and_only_for_what_was_obeyed() {
+    for line in [RUN, EX_SVON, PRG_RST, STEP_RST, CYC_RST, DO_RST, ALM_RST, STROBE] {
+        let mut robot = robot();
+        assert!(!output(&mut robot, ACK));
+        set(&mut robot, line, true);
+        assert!(output(&mut robot, ACK), "Din{line}");
+        robot.advance_ms(99);
+        assert!(output(&mut robot, ACK), "Din{line}, 99 ms");
+        robot.advance_ms(1);
+        assert!(!output(&mut robot, ACK), "Din{line}, 100 ms");
+        robot.advance_ms(500);
+        set(&mut robot, line, false);
+        assert!(
+            !output(&mut robot, ACK),
+            "the falling edge of Din{line} says nothing"
+        );
+    }
+    let mut robot = robot();
+    robot.panel(Panel::Servo(false));
+    set(&mut robot, RUN, true);
+    assert!(!output(&mut robot, ACK));
+    assert_eq!(refusals(&robot), 1);
+    robot.panel(Panel::EmergencyStop(true));
+    set(&mut robot, EX_SVON, true);
+    assert!(!output(&mut robot, ACK) && !output(&mut robot, SV_RDY));
+    assert_eq!(refusals(&robot), 2);
+}
+
+// clause: PRM-LEG-08
+#[test]
+fn start_and_reset_inputs_are_dead_outside_ext_sig() {
+    let places = [
+        (KeySwitch::Ext, ControlRight::Rs232c),
+        (KeySwitch::Ext, ControlRight::Ether),
+        (KeySwitch::Internal, ControlRight::Sig),
+        (KeySwitch::Teaching, ControlRight::Sig),
+    ];
+    for (key, right) in places {
+        for strobe in [Strobe::Free, Strobe::Required] {
+            let mut robot = robot_with(strobe, PROGRAM);
+            pulse(&mut robot, RUN);
+            pulse(&mut robot, STROBE);
+            robot.panel(Panel::Start);
+            pulse(&mut robot, BREAK);
+            robot.panel(Panel::Servo(false));
+            robot.panel(Panel::Battery(true));
+            robot.advance_ms(200);
+            quiet(&mut robot);
+            robot.panel(Panel::Key(key));
+            robot.panel(Panel::ControlRight(right));
+            let mode = text(&mut robot, "SU");
+            let before = robot.total(Port::Ip0);
+            for line in [EX_SVON, RUN, PRG_RST, STEP_RST, CYC_RST, DO_RST, ALM_RST, CYCLE] {
+                set(&mut robot, line, true);
+                pulse(&mut robot, STROBE);
+                set(&mut robot, line, false);
+                let after = robot.total(Port::Ip0);
+                assert_eq!(after, before, "{key:?} {right:?} Din{line}");
+                assert_eq!(text(&mut robot, "SU"), mode, "{key:?} {right:?} Din{line}");
+            }
+        }
+    }
+}
+
+// clause: PRM-LEG-08
+#[test]
+fn stop_inputs_act_in_every_mode() {
+    for (key, right) in [
+        (KeySwitch::Ext, ControlRight::Sig),
+        (KeySwitch::Ext, ControlRight::Rs232c),
+        (KeySwitch::Ext, ControlRight::Ether),
+        (KeySwitch::Internal, ControlRight::Sig),
+        (KeySwitch::Teaching, ControlRight::Sig),
+    ] {
+        for (line, servo, expected) in [
+            (STOP, 1, "stop(continue)"),
+            (BREAK, 1, "stop(retry)"),
+            (SVOFF, 0, "stop(retry)"),
+        ] {
+            let mut robot = robot();
+            robot.panel(Panel::Key(key));
+            robot.panel(Panel::ControlRight(right));
+            robot.panel(Panel::Start);
+            robot.advance_ms(1_000);
+            assert_eq!(status(&mut robot), "running");
+            quiet(&mut robot);
+            pulse(&mut robot, line);
+            robot.advance_ms(11_000);
+            assert_eq!(
+                robot.received(Port::Ip0),
+                b"\x02SP\r\x03",
+                "Din{line}: the host is told"
+            );
+            assert_eq!(status(&mut robot), expected, "{key:?} {right:?} Din{line}");
+            assert_eq!(robot.total(Port::Ip0)[0], servo, "Din{line}");
+        }
+    }
+}
+
+#[test]
+fn resets_do_what_rs_does() {
+    let stopped = || {
+        let mut robot = robot();
+        robot.command(Port::Ip0, "MW,0 N 0 20");
+        pulse(&mut robot, RUN);
+        robot.advance_ms(1_000);
+        pulse(&mut robot, BREAK);
+        quiet(&mut robot);
+        robot.received(Port::Ip1);
+        assert_eq!(status(&mut robot), "stop(retry)");
+        robot
+    };
+    for (line, course, number, printed) in [
+        (PRG_RST, "stop(reset)", "7\r", "AB"),
+        (STEP_RST, "stop(reset)", "21\r", "AB"),
+        (CYC_RST, "stop(continue)", "21\r", "B"),
+    ] {
+        let mut robot = stopped();
+        pulse(&mut robot, line);
+        assert_eq!(status(&mut robot), course, "Din{line}");
+        assert_eq!(text(&mut robot, "MR,N 0"), number, "Din{line}");
+        pulse(&mut robot, RUN);
+        robot.advance_ms(11_000);
+        assert_eq!(robot.received(Port::Ip1), printed.as_bytes(), "Din{line}");
+    }
+    let mut robot = stopped();
+    robot.panel(Panel::ControlRight(ControlRight::Ether));
+    robot.command(Port::Ip0, "IW,1 1 24 1 25 1");
+    robot.panel(Panel::ControlRight(ControlRight::Sig));
+    pulse(&mut robot, DO_RST);
+    let sf = robot.total(Port::Ip0);
+    assert_eq!((word(&sf, 84), word(&sf, 86)), (0, 1 << 8), "outputs 1 to 24 off");
+    assert_eq!(status(&mut robot), "stop(retry)");
+}
+
+#[test]
+fn resets_wait_for_a_stop_but_not_that_of_alarms() {
+    let mut robot = robot();
+    pulse(&mut robot, RUN);
+    robot.advance_ms(200);
+    robot.panel(Panel::Battery(true));
+    assert!(output(&mut robot, ALARM));
+    for line in [PRG_RST, STEP_RST, CYC_RST, DO_RST] {
+        pulse(&mut robot, line);
+        assert!(!output(&mut robot, ACK), "Din{line}");
+        assert_eq!(status(&mut robot), "running", "Din{line}");
+    }
+    assert_eq!(refusals(&robot), 4);
+    pulse(&mut robot, ALM_RST);
+    assert!(!output(&mut robot, ALARM) && output(&mut robot, ACK));
+    assert_eq!(status(&mut robot), "running");
+}
+
+#[test]
+fn alm_rst_leaves_an_alarm_whose_cause_persists() {
+    let mut robot = robot();
+    robot.panel(Panel::EmergencyStop(true));
+    assert!(output(&mut robot, EMG_ST) && output(&mut robot, ALARM) && !output(&mut robot, SYS_RDY));
+    pulse(&mut robot, ALM_RST);
+    assert!(output(&mut robot, ALARM));
+    robot.panel(Panel::EmergencyStop(false));
+    assert!(!output(&mut robot, EMG_ST) && output(&mut robot, ALARM));
+    pulse(&mut robot, ALM_RST);
+    assert!(!output(&mut robot, ALARM) && output(&mut robot, SYS_RDY));
+}
+
+#[test]
+fn with_strobe_required_commands_wait_for_it() {
+    let mut robot = robot_with(Strobe::Required, PROGRAM);
+    robot.panel(Panel::Servo(false));
+    set(&mut robot, EX_SVON, true);
+    set(&mut robot, RUN, true);
+    robot.advance_ms(500);
+    assert!(!output(&mut robot, SV_RDY) && !output(&mut robot, ACK));
+    set(&mut robot, STROBE, true);
+    assert!(
+        output(&mut robot, SV_RDY) && output(&mut robot, AUTORUN) && output(&mut robot, ACK),
+        "servo, then run"
+    );
+    for line in [EX_SVON, RUN, STROBE] {
+        set(&mut robot, line, false);
+    }
+    robot.advance_ms(200);
+    pulse(&mut robot, STROBE);
+    assert!(!output(&mut robot, ACK), "nothing stood beside it");
+    pulse(&mut robot, STOP);
+    robot.advance_ms(11_000);
+    assert_eq!(status(&mut robot), "stop(continue)", "stops need no strobe");
+}
+
+#[test]
+fn cycle_chooses_the_operation_mode() {
+    let mut robot = robot_with(Strobe::Free, "PROGRAM T\nPRINT IP1, \"A\"\nDELAY 1.0\nEND\n");
+    set(&mut robot, CYCLE, true);
+    assert!(text(&mut robot, "SU").contains("/cycle ") && output(&mut robot, CYC_ST));
+    set(&mut robot, CYCLE, false);
+    assert!(text(&mut robot, "SU").contains("/continuous ") && !output(&mut robot, CYC_ST));
+    pulse(&mut robot, RUN);
+    robot.advance_ms(981);
+    assert!(output(&mut robot, CYC_END), "a pulse at each END");
+    robot.advance_ms(100);
+    assert!(!output(&mut robot, CYC_END) && output(&mut robot, AUTORUN));
+    robot.advance_ms(2_000);
+    assert_eq!(robot.received(Port::Ip1), b"AAAA");
+    set(&mut robot, CYCLE, true);
+    robot.advance_ms(2_000);
+    assert_eq!(status(&mut robot), "stop(reset)", "the present cycle is the last");
+}
+
+#[test]
+fn low_spd_holds_the_speed_down() {
+    let mut robot = robot_with(Strobe::Free, "PROGRAM T\nMOVEA 1,150.0 WITH SPEED=100\nEND\n");
+    set(&mut robot, LOW_SPD, true);
+    assert!(output(&mut robot, LOW_ST));
+    pulse(&mut robot, RUN);
+    robot.advance_ms(500);
+    assert!(
+        (values(&mut robot, "VL,0")[0] - 24.0).abs() < 0.01,
+        "10 % of 240 degrees/s"
+    );
+    set(&mut robot, LOW_SPD, false);
+    assert!(!output(&mut robot, LOW_ST));
+    robot.advance_ms(300);
+    assert!((values(&mut robot, "VL,0")[0] - 240.0).abs() < 0.01);
+    set(&mut robot, LOW_SPD, true);
+    robot.panel(Panel::Key(KeySwitch::Internal));
+    assert!(!output(&mut robot, LOW_ST), "only with the key in EXT");
+}
+
+// clause: SF-38
+#[test]
+fn one_output_names_the_mode_and_one_the_battery() {
+    let mut robot = robot();
+    for (key, right, line) in [
+        (KeySwitch::Teaching, ControlRight::Sig, 252),
+        (KeySwitch::Internal, ControlRight::Sig, 253),
+        (KeySwitch::Ext, ControlRight::Sig, 254),
+        (KeySwitch::Ext, ControlRight::Rs232c, 255),
+        (KeySwitch::Ext, ControlRight::Ether, 255),
+    ] {
+        robot.panel(Panel::Key(key));
+        robot.panel(Panel::ControlRight(right));
+        for candidate in 252..=255 {
+            assert_eq!(
+                output(&mut robot, candidate),
+                candidate == line,
+                "{key:?} {right:?}"
+            );
+        }
+    }
+    assert!(!output(&mut robot, BT_ALM));
+    robot.panel(Panel::Battery(true));
+    assert!(
+        output(&mut robot, BT_ALM) && output(&mut robot, SYS_RDY),
+        "a warning"
+    );
+    robot.panel(Panel::Battery(false));
+    assert!(!output(&mut robot, BT_ALM));
+}
