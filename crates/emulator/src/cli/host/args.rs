@@ -127,7 +127,7 @@ pub(super) enum Word {
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
-    /// Force input lines: LINE STATE [LINE STATE ...]
+    /// Force output lines: LINE STATE [LINE STATE ...]
     Iw {
         /// Line number and 0 or 1, in turn
         #[arg(required = true)]
