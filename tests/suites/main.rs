@@ -14,6 +14,7 @@ mod guiding;
 mod house;
 mod lines;
 mod motion;
+mod network;
 mod permissions;
 mod purity;
 mod settings;
