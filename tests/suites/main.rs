@@ -8,6 +8,7 @@
 )]
 
 mod dialogue;
+mod docs;
 mod exchange;
 mod extended;
 mod guiding;
