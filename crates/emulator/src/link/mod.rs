@@ -10,7 +10,7 @@ pub use listen::LinkError;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
 use tokio::net::TcpStream;
@@ -68,6 +68,9 @@ pub enum LinkMessage {
 /// back at once may be on its way still, behind the new connection, when the machine is busy.
 const CLOSE_GRACE: Duration = Duration::from_millis(50);
 
+/// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
+const WAITING_NEWCOMERS: usize = 4;
+
 /// A connection that came while its predecessor was not read to its end.
 type Waiting = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 
@@ -76,7 +79,8 @@ struct Channel {
     /// The accepting or dialling task.
     source: Option<JoinHandle<()>>,
     connection: Option<Connection>,
-    waiting: Option<Waiting>,
+    /// In the order in which they came.
+    waiting: VecDeque<Waiting>,
 }
 
 /// All Ethernet channels.
@@ -238,16 +242,12 @@ impl Links {
             // A host that has closed and is already back is not refused: it is served as soon as the old
             // connection is read to its end.
             Some(old)
-                if channel.waiting.is_none()
+                if channel.waiting.len() < WAITING_NEWCOMERS
                     && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
             {
-                let (sender, peer) = (self.sender.clone(), newcomer.1);
-                channel.waiting = Some(newcomer);
-                tokio::spawn(async move {
-                    tokio::time::sleep(CLOSE_GRACE).await;
-                    // Fails only when the hub is gone, and then nobody waits.
-                    let _ = sender.send(LinkMessage::Overdue { port, peer }).await;
-                });
+                let peer = newcomer.1;
+                channel.waiting.push_back(newcomer);
+                self.remind(port, peer);
                 Vec::new()
             }
             Some(old) if second == SecondConnection::Refuse => {
@@ -255,7 +255,7 @@ impl Links {
                 Vec::new()
             }
             Some(_) => {
-                channel.waiting = None;
+                channel.waiting.clear();
                 if let Some(old) = channel.connection.take() {
                     info!(
                         port = port.name(),
@@ -270,13 +270,24 @@ impl Links {
         }
     }
 
+    /// Has a newcomer looked at again after its grace.
+    fn remind(&self, port: Port, peer: SocketAddr) {
+        let sender = self.sender.clone();
+        tokio::spawn(async move {
+            tokio::time::sleep(CLOSE_GRACE).await;
+            // Fails only when the hub is gone, and then nobody waits.
+            let _ = sender.send(LinkMessage::Overdue { port, peer }).await;
+        });
+    }
+
     /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
     fn overdue(&mut self, port: Port, peer: SocketAddr) {
         let channel = self.channels.entry(port).or_default();
         let Some(old) = channel.connection.as_ref().filter(|old| !old.peer_has_closed()) else {
             return;
         };
-        if let Some(newcomer) = channel.waiting.take_if(|waiting| waiting.1 == peer) {
+        let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
+        if let Some(newcomer) = place.and_then(|place| channel.waiting.remove(place)) {
             refuse(port, &newcomer, old);
         }
     }
@@ -298,9 +309,14 @@ impl Links {
             info!(port = port.name(), "{port}: {} disconnected", connection.peer());
             connection.finish();
         }
-        let waiting = channel.waiting.take();
+        let waiting = channel.waiting.pop_front();
+        let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
         let mut inputs = vec![Input::Disconnected { port }];
         inputs.extend(waiting.map(|newcomer| self.connect(port, newcomer)));
+        // The others have a new predecessor now, which may be there to stay.
+        for peer in others {
+            self.remind(port, peer);
+        }
         inputs
     }
 }
