@@ -9,6 +9,7 @@
 
 mod dialogue;
 mod docs;
+mod effects;
 mod exchange;
 mod extended;
 mod guiding;
