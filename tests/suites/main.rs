@@ -18,6 +18,7 @@ mod lines;
 mod motion;
 mod network;
 mod permissions;
+mod proofs;
 mod purity;
 mod settings;
 mod signals;

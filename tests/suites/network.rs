@@ -5,7 +5,7 @@ use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::time::{Duration, Instant};
-use ts3100_controller::Port;
+use ts3100_controller::{Panel, Port};
 use ts3100_emulator::config::Ports;
 use ts3100_emulator::embed::Emulator;
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
@@ -295,4 +295,54 @@ fn the_address_of_the_emulator_answers_ping() {
         }
         Err(error) => panic!("echo to {ip}: {error}"),
     }
+}
+
+// clause: PAR-FILE-03 PAR-E05-01
+#[test]
+fn a_new_port_serves_after_the_power_cycle_and_the_old_no_more() {
+    let (first, second) = (free_ports(1), free_ports(1));
+    let with_port = |port| {
+        ethernet(|parameters| {
+            parameters.open_mode = [
+                OpenMode::Server,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+            ];
+            parameters.own_port[0] = port;
+        })
+    };
+    let robot = Emulator::builder()
+        .file("ETHERNET.PAR", with_port(first))
+        .ports(Ports::Offset(0))
+        .start()
+        .unwrap();
+    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, first)));
+    exchange(&mut ip0, b"\x02DL,ETHERNET.PAR\r\x03", b"\x02OK\r\x03");
+    for block in [b"FL,", with_port(second).as_slice(), b"\x1A"]
+        .concat()
+        .chunks(253)
+    {
+        exchange(&mut ip0, &[b"\x02", block, b"\x03"].concat(), b"\x02OK\r\x03");
+    }
+    assert!(
+        TcpStream::connect((Ipv4Addr::LOCALHOST, second)).is_err(),
+        "not before"
+    );
+    exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::PowerCycle).unwrap();
+    let limit = Instant::now() + LONG;
+    let mut ip0 = loop {
+        match TcpStream::connect((Ipv4Addr::LOCALHOST, second)) {
+            Ok(stream) => break stream,
+            Err(error) => assert!(Instant::now() < limit, "{error}"),
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    ip0.set_read_timeout(Some(LONG)).unwrap();
+    exchange(&mut ip0, b"\x02BR\r\x03", b"\x02OK\r\x03");
+    assert!(
+        TcpStream::connect((Ipv4Addr::LOCALHOST, first)).is_err(),
+        "no more"
+    );
 }
