@@ -132,7 +132,7 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
     let mut robot = Robot::new(Dialect::Field);
     robot.connect(Port::Ip0);
     let plain = String::from_utf8(robot.file(Port::Ip0, "UL,ETHERNET.PAR")).unwrap();
-    let before = robot.controller.network().clone();
+    let before = *robot.controller.network();
     let other = plain
         .replace("Open mode of IP0 IP1 IP2 IP3", "OPEN MODE OF THE CHANNELS")
         .replace("IP address of the controller", "{another comment} MY ADDRESS")
