@@ -2,7 +2,7 @@
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
-use crate::model::{ArmKind, ArmModel, Joints};
+use crate::model::{ArmModel, Joints};
 use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
@@ -173,10 +173,7 @@ impl Arm {
     /// Which way positions are written.
     #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
-        match self.model.kind {
-            ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
-            ArmKind::Scara(_) => scol_mini::Arm::Scara,
-        }
+        self.model.language()
     }
 
     /// Joint values at `now`.
