@@ -2,8 +2,8 @@
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
-use crate::model::{ArmKind, ArmModel, Joints};
-use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::model::{ArmModel, Joints};
+use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
@@ -40,7 +40,8 @@ impl Asked {
 
     fn limits(self, pace: Pace) -> Limits {
         Limits {
-            speed: self.speed / 100.0 * f64::from(pace.override_percent) / 100.0,
+            speed: self.speed / 100.0,
+            override_part: f64::from(pace.override_percent) / 100.0,
             accel: self.accel / 100.0,
             decel: self.decel / 100.0,
             tool_speed_cap: pace.tool_speed_cap,
@@ -173,10 +174,7 @@ impl Arm {
     /// Which way positions are written.
     #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
-        match self.model.kind {
-            ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
-            ArmKind::Scara(_) => scol_mini::Arm::Scara,
-        }
+        self.model.language()
     }
 
     /// Joint values at `now`.
@@ -383,6 +381,20 @@ impl Arm {
                 end: world(end),
                 config: merge(end.config, config),
             },
+            Path::Arch {
+                end,
+                rise,
+                height,
+                descent,
+            } => Target::Arch {
+                end: world(end),
+                config: merge(end.config, config),
+                gate: Gate {
+                    rise: *rise,
+                    height: *height,
+                    descent: *descent,
+                },
+            },
             Path::Axis { axis, value } => Target::Axis {
                 axis: axis_index(*axis),
                 value: *value,
@@ -526,7 +538,10 @@ fn merge(position: Configuration, set: Configuration) -> [u8; 5] {
 
 fn destination(path: &Path) -> Option<&Position> {
     match path {
-        Path::Ptp(position) | Path::Line(position) | Path::Arc { end: position, .. } => Some(position),
+        Path::Ptp(position)
+        | Path::Line(position)
+        | Path::Arc { end: position, .. }
+        | Path::Arch { end: position, .. } => Some(position),
         Path::Axis { .. } | Path::AxisBy { .. } | Path::Ready => None,
     }
 }

@@ -170,9 +170,9 @@ fn five_letters(word: &str) -> Option<i32> {
 /// Words of the language that this implementation does not carry out.
 const UNSUPPORTED: &[&str] = &[
     "ACCUR", "BCDIN", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COARSE", "DEST",
-    "DISABLE", "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "MOVEJ", "NOWAIT", "OPEN1",
-    "OPEN2", "OPENI1", "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN",
-    "SWITCH", "TASK", "TID", "TIMER", "TORQUE",
+    "DISABLE", "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "NOWAIT", "OPEN1", "OPEN2",
+    "OPENI1", "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN", "SWITCH",
+    "TASK", "TID", "TIMER", "TORQUE",
 ];
 
 /// `true` for a word of the language that is not supported yet.
@@ -183,9 +183,9 @@ pub(crate) fn is_unsupported(word: &str) -> bool {
 /// Words that begin or join statements.
 const STATEMENTS: &[&str] = &[
     "AND", "AS", "COM1", "CR", "CRE", "DATA", "DELAY", "DIM", "DO", "ELSE", "END", "FOR", "FREELOAD",
-    "GLOBAL", "GOTO", "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVES", "NEXT", "NOT",
-    "OR", "PRINT", "PROGRAM", "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP", "WAIT",
-    "WITH",
+    "GLOBAL", "GOTO", "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES",
+    "NEXT", "NOT", "OR", "PRINT", "PROGRAM", "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP",
+    "WAIT", "WITH",
 ];
 
 /// `true` when the word cannot be the name of a variable, label or program.

@@ -11,6 +11,9 @@ use libm::ceil;
 /// Rounding allowed before a duration counts as the next microsecond, in microseconds.
 const MICROSECOND_SLACK: f64 = 1e-3;
 
+/// Highest rate of a path that takes no time, 1/s.
+const MAX_TIME_RATE: f64 = 1e6;
+
 /// ```text
 /// Moving --hold--> Held --resume--> Moving
 ///   |               |
@@ -49,7 +52,42 @@ impl Motion {
             place: if still { 1.0 } else { 0.0 },
             speed: 0.0,
         };
-        let profile = Profile::to_end(start, 1.0, &rates(&full, tool_way, limits));
+        Motion::begun(path, full, tool_way, limits, start)
+    }
+
+    /// A motion whose path is a function of time and rests at its end by itself: it takes `duration` seconds as
+    /// SPEED asks for it, the override is a factor on the time. Its feed hold takes as long as the slowest axis needs
+    /// from full speed to rest (assumed).
+    pub(super) fn timed(
+        path: Path,
+        model: &ArmModel,
+        duration: f64,
+        tool_way: f64,
+        limits: &Limits,
+    ) -> Motion {
+        let ramp = model
+            .axes
+            .iter()
+            .map(|axis| axis.max_speed / axis.max_accel)
+            .fold(model.max_tool_speed / model.max_tool_accel, f64::max);
+        let speed = (1.0 / duration).min(MAX_TIME_RATE);
+        let full = Rates {
+            speed,
+            accel: speed / ramp,
+            decel: speed / ramp,
+        };
+        let mut start = State {
+            place: 0.0,
+            speed: rates(&path, &full, tool_way, limits).speed,
+        };
+        if duration <= 0.0 {
+            start.place = 1.0;
+        }
+        Motion::begun(path, full, tool_way, limits, start)
+    }
+
+    fn begun(path: Path, full: Rates, tool_way: f64, limits: &Limits, start: State) -> Motion {
+        let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
         Motion {
             path,
             full,
@@ -88,7 +126,7 @@ impl Motion {
     pub fn hold(&mut self, _model: &ArmModel, at: Duration) {
         if self.phase == Phase::Moving && at < self.duration() {
             let decel = self.rates().decel;
-            self.change(Phase::Held, at, |state| Profile::to_rest(state, 1.0, decel));
+            self.change(Phase::Held, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
 
@@ -108,7 +146,7 @@ impl Motion {
     pub fn resume(&mut self, at: Duration) {
         if self.phase == Phase::Held {
             let rates = self.rates();
-            self.change(Phase::Moving, at, |state| Profile::to_end(state, 1.0, &rates));
+            self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
         }
     }
 
@@ -119,7 +157,7 @@ impl Motion {
             Phase::Moving if at < self.duration() => {
                 self.limits = *limits;
                 let rates = self.rates();
-                self.change(Phase::Moving, at, |state| Profile::to_end(state, 1.0, &rates));
+                self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
             }
             Phase::Held => self.limits = *limits,
             Phase::Moving | Phase::Stopped => {}
@@ -131,7 +169,7 @@ impl Motion {
     pub fn stop(&mut self, at: Duration) {
         if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
             let decel = self.full.decel;
-            self.change(Phase::Stopped, at, |state| Profile::to_rest(state, 1.0, decel));
+            self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
 
@@ -142,7 +180,7 @@ impl Motion {
     }
 
     fn rates(&self) -> Rates {
-        rates(&self.full, self.tool_way, &self.limits)
+        rates(&self.path, &self.full, self.tool_way, &self.limits)
     }
 
     fn state_at(&self, t: Duration) -> State {
@@ -154,22 +192,44 @@ impl Motion {
         self.profile.state_at(time)
     }
 
-    fn change(&mut self, phase: Phase, at: Duration, profile: impl FnOnce(State) -> Profile) {
-        self.profile = profile(self.state_at(at));
+    fn change(&mut self, phase: Phase, at: Duration, profile: impl FnOnce(&Path, State) -> Profile) {
+        self.profile = profile(&self.path, self.state_at(at));
         self.since = self.since.max(at);
         self.phase = phase;
     }
 }
 
-fn rates(full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
-    let part = |value: f64| {
-        if value >= MIN_FRACTION {
-            value.min(1.0)
-        } else {
-            MIN_FRACTION
+/// The course to the end: to rest there, or through it where the path rests by itself.
+fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
+    if path.is_timed() {
+        Profile::through(state, 1.0, rates)
+    } else {
+        Profile::to_end(state, 1.0, rates)
+    }
+}
+
+/// Rates of a path as its own conditions ask for it: override 100, no cap.
+pub(super) fn nominal(full: &Rates, limits: &Limits) -> Rates {
+    Rates {
+        speed: full.speed * part(limits.speed),
+        accel: full.accel * part(limits.accel),
+        decel: full.decel * part(limits.decel),
+    }
+}
+
+fn rates(path: &Path, full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
+    let asked = if path.is_timed() {
+        Rates {
+            speed: full.speed * part(limits.override_part),
+            ..*full
+        }
+    } else {
+        let speed = full.speed * part(limits.speed * limits.override_part);
+        Rates {
+            speed,
+            ..nominal(full, limits)
         }
     };
-    let asked = full.speed * part(limits.speed);
     let speed = match limits.tool_speed_cap {
         Some(cap) if tool_way > 0.0 => {
             let cap = if cap >= MIN_TOOL_SPEED {
@@ -177,13 +237,18 @@ fn rates(full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
             } else {
                 MIN_TOOL_SPEED
             };
-            asked.min(cap / tool_way)
+            asked.speed.min(cap / tool_way)
         }
-        _ => asked,
+        _ => asked.speed,
     };
-    Rates {
-        speed,
-        accel: full.accel * part(limits.accel),
-        decel: full.decel * part(limits.decel),
+    Rates { speed, ..asked }
+}
+
+/// A part of full speed or acceleration, brought into range.
+fn part(value: f64) -> f64 {
+    if value >= MIN_FRACTION {
+        value.min(1.0)
+    } else {
+        MIN_FRACTION
     }
 }

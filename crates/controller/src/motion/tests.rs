@@ -4,6 +4,7 @@ use super::{Limits, Motion, MotionError, Pose, Target, Transform, Unreachable, p
 use crate::model::{ArmModel, Joints};
 use core::time::Duration;
 
+mod arch;
 mod change;
 
 const KEEP: [u8; 5] = [0; 5];
@@ -143,6 +144,7 @@ fn durations_are_those_of_the_trapezoid() {
     assert_eq!(short.duration(), seconds(0.25));
     let slow = Limits {
         speed: 0.5,
+        override_part: 1.0,
         accel: 0.5,
         decel: 0.25,
         tool_speed_cap: None,
@@ -407,6 +409,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
     let target = Target::Axis { axis: 0, value: 1.0 };
     let wild = Limits {
         speed: 7.0,
+        override_part: 1.0,
         accel: f64::INFINITY,
         decel: 1.5,
         tool_speed_cap: None,
@@ -415,6 +418,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
     assert_eq!(planned(&model, &model.ready, &target, &wild).duration(), full);
     let none = Limits {
         speed: f64::NAN,
+        override_part: 1.0,
         accel: 0.0,
         decel: -1.0,
         tool_speed_cap: Some(0.0),

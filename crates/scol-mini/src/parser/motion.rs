@@ -21,6 +21,11 @@ impl Cursor<'_> {
                 self.sign(Sign::Comma);
                 Course::Arc(via, self.expression()?)
             }
+            "MOVEJ" => {
+                let end = self.expression()?;
+                self.sign(Sign::Comma);
+                Course::Arch(end, self.expression()?)
+            }
             _ => {
                 let axis = self.expression()?;
                 self.expect_sign(Sign::Comma, ",")?;
