@@ -68,6 +68,10 @@ alarms! {
         "Enter the loop by its FOR.";
     DOMAIN = L2 109 true "Argument outside the domain", "A function has no value for its argument.",
         "Check the argument.";
+    ARM_TAKEN = L2 110 true "Arm belongs to another task",
+        "A task wanted to move the arm that another task moves.", "Move the arm from one task only.";
+    TOO_MANY_TASKS = L2 111 true "Too many tasks", "TASK was executed while all tasks were in use.",
+        "End a task first; MAXTASK tells how many there can be.";
     PARAMETER = L1 101 true "Parameter not accepted", "A value in USER.PAR or ETHERNET.PAR is not allowed.",
         "Correct the file and turn the power off and on.";
     BATTERY = L1 102 true "Battery low", "The battery of the RAM drive is low.", "Replace the battery.";

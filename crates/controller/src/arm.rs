@@ -1,6 +1,8 @@
 //! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
+mod course;
+
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
@@ -471,7 +473,12 @@ impl Arm {
     /// HERE: the present position in the frames given.
     #[must_use]
     pub fn here(&self, now: Time, frames: &Frames) -> Position {
-        let (flange, digits) = self.model.forward(&self.joints(now));
+        self.position_of(&self.joints(now), frames)
+    }
+
+    /// The position of a posture in the frames given.
+    fn position_of(&self, joints: &Joints, frames: &Frames) -> Position {
+        let (flange, digits) = self.model.forward(joints);
         let world = flange.transform().compose(&frames.tool);
         let local = Pose::from_transform(
             &frames.base.compose(&frames.work).inverse().compose(&world),

@@ -154,6 +154,7 @@ impl Controller {
             .filter_map(|session| session.deadline().into_iter().chain(session.sp_due()).min());
         sessions
             .chain(self.arm.ends_at())
+            .chain(self.arrives_at())
             .chain(self.execution.deadline())
             .chain(self.signals.deadline())
             .chain(self.state.watchdog.as_ref().map(Watchdog::deadline))
@@ -291,6 +292,7 @@ impl Controller {
     pub(crate) fn deselect(&mut self) {
         self.execution.selected = None;
         self.execution.main = None;
+        self.execution.drop_tasks();
         self.execution.course = Course::Reset;
         self.event(Event::Selected(None));
     }

@@ -13,11 +13,17 @@
 use crate::limits::STATEMENTS_PER_SCAN;
 use crate::port::Port;
 use crate::time::Time;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::time::Duration;
 use scol_mini::{Channel, LanguageOptions, Machine, Memory, Number, Program};
 use ts3100_proto::status::ExecutionStatus;
+
+/// ID of the main program (M-58762 p.2-27).
+pub const MAIN_TASK: u16 = 1;
 
 /// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +63,12 @@ pub enum Doing {
     /// A motion statement waits for the feed hold to end before it begins.
     Holding,
     /// A motion is under way.
-    Moving,
+    Moving {
+        /// How long before its end the statement is over.
+        lead: Duration,
+    },
+    /// The statement waits for the arm to rest before it begins.
+    Resting,
     /// DELAY.
     Delaying {
         /// Its end.
@@ -90,6 +101,10 @@ pub struct Task {
     pub budget: u32,
     /// When the present scan began.
     pub scan_at: Time,
+    /// What a monitor has begun; the task goes on behind it.
+    pub handler: Option<Box<Task>>,
+    /// When the monitors are to be looked at again, if time alone can change them.
+    pub look_at: Option<Time>,
 }
 
 impl Task {
@@ -101,17 +116,50 @@ impl Task {
             doing: Doing::Ready,
             budget: STATEMENTS_PER_SCAN,
             scan_at: now,
+            handler: None,
+            look_at: None,
         }
+    }
+
+    /// ID of the task: 1 the main program, 0 the statement of DO.
+    #[must_use]
+    pub fn id(&self) -> u16 {
+        self.machine.task_id()
+    }
+
+    /// The task, and the handler in front of it.
+    pub fn parts(&self) -> impl Iterator<Item = &Task> {
+        core::iter::once(self).chain(self.handler.as_deref())
     }
 
     /// When the task can go on by itself.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
-        match &self.doing {
+        let parts = self.parts().filter_map(|part| match &part.doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
-            Doing::Ready | Doing::Holding | Doing::Moving | Doing::Reading { .. } => None,
-        }
+            Doing::Ready | Doing::Holding | Doing::Moving { .. } | Doing::Resting | Doing::Reading { .. } => {
+                None
+            }
+        });
+        parts.chain(self.look_at).min()
+    }
+}
+
+/// The running timer of TIMER.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stopwatch {
+    /// When it was set.
+    pub set_at: Time,
+    /// To how many seconds.
+    pub seconds: f64,
+}
+
+impl Stopwatch {
+    /// Seconds at `now`.
+    #[must_use]
+    pub fn read(&self, now: Time) -> f64 {
+        self.seconds + now.since(self.set_at).as_secs_f64()
     }
 }
 
@@ -150,6 +198,20 @@ pub struct Execution {
     pub selected: Option<Selected>,
     /// Its main program; there is one exactly while a file is selected.
     pub main: Option<Task>,
+    /// The tasks it has started, by their IDs.
+    pub tasks: BTreeMap<u16, Task>,
+    /// Whose turn it is to execute statements.
+    pub turn: u16,
+    /// ID of the next task.
+    pub next_task: u16,
+    /// The task that moves the arm: the first that did.
+    pub arm_owner: Option<u16>,
+    /// Line of the last motion statement that began.
+    pub motion_line: u32,
+    /// The motion is held by PAUSE.
+    pub paused: bool,
+    /// TIMER.
+    pub timer: Stopwatch,
     /// Automatic operation.
     pub course: Course,
     /// The statement of DO, while it runs.
@@ -171,6 +233,13 @@ impl Execution {
         Execution {
             selected: None,
             main: None,
+            tasks: BTreeMap::new(),
+            turn: MAIN_TASK,
+            next_task: MAIN_TASK + 1,
+            arm_owner: None,
+            motion_line: 0,
+            paused: false,
+            timer: Stopwatch::default(),
             course: Course::Reset,
             direct: None,
             direct_done: false,
@@ -235,14 +304,76 @@ impl Execution {
         self.main.as_ref().map_or(0, |task| task.machine.line())
     }
 
+    /// The main program and the tasks it has started.
+    pub fn program_tasks(&self) -> impl Iterator<Item = &Task> {
+        self.main.iter().chain(self.tasks.values())
+    }
+
+    /// The IDs of all tasks, that whose turn it is first.
+    #[must_use]
+    pub fn order(&self) -> Vec<u16> {
+        let ids = self.program_tasks().map(Task::id).collect::<Vec<_>>();
+        let (before, from) = ids.iter().partition::<Vec<u16>, _>(|id| **id < self.turn);
+        from.into_iter().chain(before).collect()
+    }
+
+    /// Takes a task out, to work with it.
+    pub fn take_task(&mut self, id: u16) -> Option<Task> {
+        if id == MAIN_TASK {
+            self.main.take()
+        } else {
+            self.tasks.remove(&id)
+        }
+    }
+
+    /// Puts a task back.
+    pub fn put_task(&mut self, task: Task) {
+        match task.id() {
+            MAIN_TASK => self.main = Some(task),
+            id => {
+                self.tasks.insert(id, task);
+            }
+        }
+    }
+
+    /// The tasks end, the main program apart; it counts them from the beginning again.
+    pub fn drop_tasks(&mut self) {
+        self.tasks.clear();
+        self.turn = MAIN_TASK;
+        self.next_task = MAIN_TASK + 1;
+        self.arm_owner = None;
+    }
+
+    /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
+    #[must_use]
+    pub fn executed(&self, moving: bool) -> (u32, u16) {
+        match self.arm_owner {
+            Some(owner) if moving && self.program_runs() => (self.motion_line, owner),
+            _ => (self.line(), if self.main.is_some() { MAIN_TASK } else { 0 }),
+        }
+    }
+
+    /// Line and task of the statement that is analysed: a MOVE behind a MOVE is read before its time (SF-24).
+    #[must_use]
+    pub fn analysed(&self) -> (u32, u16) {
+        let turn = self.tasks.get(&self.turn).or(self.main.as_ref());
+        turn.map_or((0, 0), |task| {
+            let line = task.machine.line();
+            let ahead = match task.doing {
+                Doing::Moving { .. } => task.machine.motion_ahead(),
+                _ => None,
+            };
+            (ahead.unwrap_or(line), task.id())
+        })
+    }
+
     /// Whether an INPUT waits for values from this port.
     #[must_use]
     pub fn reads_from(&self, port: Port) -> bool {
         let tasks = self
-            .main
-            .iter()
+            .program_tasks()
             .chain(self.direct.as_ref().map(|direct| &direct.task));
-        tasks.into_iter().any(|task| match &task.doing {
+        tasks.flat_map(Task::parts).any(|task| match &task.doing {
             Doing::Reading { channel, .. } => Port::of_channel(*channel) == Some(port),
             _ => false,
         })
@@ -251,11 +382,12 @@ impl Execution {
     /// When something that runs can go on by itself.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
+        let runs = self.program_runs();
         let program = self
-            .main
-            .as_ref()
-            .filter(|_| self.program_runs())
-            .and_then(Task::deadline);
+            .program_tasks()
+            .filter(|_| runs)
+            .filter_map(Task::deadline)
+            .min();
         let direct = self
             .direct
             .as_ref()
@@ -274,6 +406,7 @@ impl Execution {
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub fn rewind(&mut self, now: Time) {
         self.course = Course::Reset;
+        self.drop_tasks();
         self.main = self
             .selected
             .as_ref()

@@ -24,6 +24,8 @@ pub const MAX_ALARMS: usize = 32;
 pub const STATEMENTS_PER_SCAN: u32 = 100;
 /// Pause between two scans of a program that never waits, and of a WAIT on a changing quantity (scol.md 3.6).
 pub const SCAN: Duration = Duration::from_millis(10);
+/// How long before its end a motion counts as arrived under ACCUR = COARSE (assumed).
+pub const COARSE_LEAD: Duration = Duration::from_millis(50);
 /// Shortest time a DO motion shows RUN (D7, option `do.min_run`).
 pub const DO_MIN_RUN: Duration = Duration::from_millis(200);
 /// Lines one IW may force (IW-02).

@@ -89,6 +89,7 @@ impl Controller {
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
     pub(crate) fn start(&mut self) -> Result<(), String> {
         if self.execution.program_runs() {
+            self.end_pause();
             return Ok(());
         }
         self.may_start()?;
@@ -140,7 +141,7 @@ impl Controller {
         self.state.feed_hold = !self.state.feed_hold;
         if self.state.feed_hold {
             self.arm.hold(self.now);
-        } else {
+        } else if !self.execution.paused {
             self.arm.resume(self.now);
         }
     }
@@ -191,6 +192,7 @@ impl Controller {
             session.reset(self.config.options.text, None);
         }
         self.execution = Execution::new(&self.config.options.language(self.arm.kind()));
+        self.execution.timer.set_at = self.now;
         if let Ok(name) = file
             && let Err(error) = self.select_file(&name)
         {

@@ -7,6 +7,7 @@ use crate::arm::Frames;
 use crate::execution::{By, Course, Direct, Doing, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::time::Time;
 use crate::view::View;
 use alloc::format;
 use alloc::string::String;
@@ -25,6 +26,16 @@ pub(crate) enum Step {
     Done {
         /// It moved the arm.
         motion: bool,
+    },
+    /// A statement is over, and with it the turn of its task.
+    Switch {
+        /// The task whose turn it is.
+        to: u16,
+    },
+    /// A statement is over that ends a task.
+    Killed {
+        /// That task.
+        id: u16,
     },
     /// STOP was executed.
     Stopped,
@@ -49,31 +60,55 @@ impl Controller {
         self.release_sp();
     }
 
-    /// Takes the program one step further; false when it waits or does not run.
+    /// Takes one task one step further; false when all wait or nothing runs.
     fn step_program(&mut self) -> bool {
         let Course::Running { stop } = self.execution.course else {
             return false;
         };
-        let Some(mut task) = self.execution.main.take() else {
-            return false;
-        };
-        let ended = stop.filter(|_| self.end_step(&mut task));
-        if let Some(by) = ended {
-            self.execution.main = Some(task);
-            self.stop_program(Course::Continue, by);
-            return true;
+        let single = self.state.run_mode == RunMode::Step;
+        let mut standing = true;
+        for id in self.execution.order() {
+            let Some(mut task) = self.execution.take_task(id) else {
+                continue;
+            };
+            if stop.is_some() && self.end_step(&mut task) {
+                self.execution.put_task(task);
+                continue;
+            }
+            standing = false;
+            let step = self.advance(&mut task, single, stop.is_some());
+            self.execution.put_task(task);
+            if !matches!(step, Step::Blocked) {
+                self.execution.turn = id;
+                self.after(id, step);
+                return true;
+            }
         }
-        let step = self.advance(&mut task, self.state.run_mode == RunMode::Step);
-        self.execution.main = Some(task);
+        match stop {
+            Some(by) if standing && !self.arm.is_moving() => {
+                self.stop_program(Course::Continue, by);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn after(&mut self, id: u16, step: Step) {
         match step {
-            Step::Blocked => return false,
-            Step::Begun => {}
+            Step::Blocked | Step::Begun => {}
             Step::Done { motion } => self.between_steps(motion),
-            Step::Stopped => self.stop_program(Course::Continue, By::Other),
-            Step::Ended => self.end_cycle(),
+            Step::Switch { to } => {
+                self.execution.turn = to;
+                self.between_steps(false);
+            }
+            Step::Stopped => self.stop_after_step(By::Other),
+            Step::Ended => self.end_task(id),
+            Step::Killed { id } => {
+                self.between_steps(false);
+                self.end_task(id);
+            }
             Step::Trouble(code, detail) => self.raise(code, detail),
         }
-        true
     }
 
     /// A step is over: the operation mode may end the run here.
@@ -83,16 +118,18 @@ impl Controller {
             RunMode::Segment => motion,
             RunMode::Cycle | RunMode::Continuous => false,
         };
-        if stops && self.execution.course == (Course::Running { stop: None }) {
-            self.stop_program(Course::Continue, By::Other);
+        if stops {
+            self.stop_after_step(By::Other);
         }
     }
 
     /// END of the main program (D8, CMD-SP-10).
-    fn end_cycle(&mut self) {
+    pub(crate) fn end_cycle(&mut self) {
         let stop_wanted = self.execution.course != (Course::Running { stop: None });
         if self.state.run_mode == RunMode::Continuous && !stop_wanted {
+            self.execution.drop_tasks();
             if let Some(task) = &mut self.execution.main {
+                task.handler = None;
                 if !task.machine.go_to_rcycle() {
                     task.machine.restart();
                 }
@@ -112,9 +149,16 @@ impl Controller {
 
     /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
     fn end_step(&mut self, task: &mut Task) -> bool {
+        if let Some(mut handler) = task.handler.take() {
+            let stands = self.end_step(&mut handler);
+            task.handler = Some(handler);
+            if !stands {
+                return false;
+            }
+        }
         match &task.doing {
             Doing::Ready | Doing::Pausing { .. } => {}
-            Doing::Moving | Doing::Holding | Doing::Delaying { .. } => return false,
+            Doing::Moving { .. } | Doing::Resting | Doing::Holding | Doing::Delaying { .. } => return false,
             Doing::Reading { got, .. } => {
                 let answer = Answer::Cancelled(got.clone());
                 // The values that came are stored; a value the variable cannot hold is lost with the INPUT.
@@ -146,12 +190,15 @@ impl Controller {
             }
             return over;
         }
-        match self.advance(&mut direct.task, false) {
+        match self.advance(&mut direct.task, false, false) {
             Step::Blocked => {
                 self.execution.direct = Some(direct);
                 return false;
             }
-            Step::Begun => self.execution.direct = Some(direct),
+            // Tasks are not started and ended by DO.
+            Step::Begun | Step::Switch { .. } | Step::Killed { .. } => {
+                self.execution.direct = Some(direct);
+            }
             Step::Done { motion } => {
                 self.execution.direct = Some(Direct {
                     moved: direct.moved || motion,
@@ -178,23 +225,62 @@ impl Controller {
         true
     }
 
-    /// Carries a task forward as far as one statement, or one slice of statements.
-    fn advance(&mut self, task: &mut Task, single: bool) -> Step {
+    /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
+    /// everything is to stop and it stands between its statements.
+    fn advance(&mut self, task: &mut Task, single: bool, stopping: bool) -> Step {
+        if let Some(mut handler) = task.handler.take() {
+            if stopping && self.end_step(&mut handler) {
+                task.handler = Some(handler);
+            } else {
+                let step = self.carry(&mut handler, single);
+                if matches!(step, Step::Ended) {
+                    return Step::DONE;
+                }
+                task.handler = Some(handler);
+                return step;
+            }
+        } else if !stopping && let Some(step) = self.look_at_monitors(task) {
+            return step;
+        }
+        self.carry(task, single || task.machine.has_monitors())
+    }
+
+    fn carry(&mut self, task: &mut Task, single: bool) -> Step {
         match &task.doing {
             Doing::Ready | Doing::Watching { .. } => self.execute(task, single),
             Doing::Pausing { until } if *until > self.now => Step::Blocked,
             Doing::Pausing { .. } => self.execute(task, single),
-            Doing::Holding if self.state.feed_hold => Step::Blocked,
-            Doing::Holding => {
+            Doing::Holding if self.is_held() => Step::Blocked,
+            Doing::Resting if self.arm.is_moving() => Step::Blocked,
+            Doing::Holding | Doing::Resting => {
                 task.doing = Doing::Ready;
                 self.execute(task, single)
             }
-            Doing::Moving if self.arm.is_moving() => Step::Blocked,
-            Doing::Moving => self.answer(task, Answer::Done, true),
+            Doing::Moving { lead } if !self.has_arrived(*lead) => Step::Blocked,
+            Doing::Moving { .. } => self.answer(task, Answer::Done, true),
             Doing::Delaying { until } if *until > self.now => Step::Blocked,
             Doing::Delaying { .. } => self.answer(task, Answer::Done, false),
             Doing::Reading { .. } => self.read_values(task),
         }
+    }
+
+    /// Whether the motion under way is over, or as good as over.
+    fn has_arrived(&self, lead: Duration) -> bool {
+        !self.arm.is_moving() || self.arm.ends_at().is_some_and(|end| end - lead <= self.now)
+    }
+
+    /// When a motion counts as arrived before its end.
+    pub(crate) fn arrives_at(&self) -> Option<Time> {
+        let end = self.arm.ends_at()?;
+        let tasks = self.execution.program_tasks();
+        let direct = self.execution.direct.as_ref().map(|direct| &direct.task);
+        let leads = tasks.chain(direct).flat_map(Task::parts).filter_map(|task| {
+            let Doing::Moving { lead } = task.doing else {
+                return None;
+            };
+            (lead > Duration::ZERO).then(|| (end - lead).max(self.now))
+        });
+        leads.min()
     }
 
     /// Ends the statement under way by giving it what it asked for.
@@ -224,6 +310,11 @@ impl Controller {
         task.doing = Doing::Ready;
         match pause {
             Pause::Fuel => Step::DONE,
+            // A motion that nobody waited for ends first.
+            Pause::Ended if self.moves(task) => {
+                task.doing = Doing::Resting;
+                Step::Blocked
+            }
             Pause::Ended => Step::Ended,
             Pause::Waiting => {
                 task.doing = Doing::Watching {
@@ -236,14 +327,20 @@ impl Controller {
         }
     }
 
+    /// Whether the arm is on a motion of this task.
+    pub(crate) fn moves(&self, task: &Task) -> bool {
+        let id = task.id();
+        self.arm.is_moving() && (id == 0 || self.execution.arm_owner == Some(id))
+    }
+
     fn run_machine(&mut self, task: &mut Task, fuel: &mut u32) -> (Pause, bool) {
-        let frames = Frames::of(self.execution.memory().conditions());
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames,
+            frames: Frames::of(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
+            timer: self.execution.timer.read(self.now),
             changing: Cell::new(false),
         };
         let pause = task.machine.run(self.execution.memory_mut(), &view, fuel);
@@ -252,12 +349,12 @@ impl Controller {
 }
 
 /// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.
-fn fail(task: &mut Task, fault: &Fault) -> Step {
+pub(crate) fn fail(task: &mut Task, fault: &Fault) -> Step {
     task.machine.skip();
     Step::Trouble(alarm_of(fault.kind), format!("{fault}"))
 }
 
-fn alarm_of(kind: FaultKind) -> AlarmCode {
+pub(crate) fn alarm_of(kind: FaultKind) -> AlarmCode {
     match kind {
         FaultKind::DivisionByZero => alarm::DIVISION_BY_ZERO,
         FaultKind::Undefined => alarm::UNDEFINED_VARIABLE,

@@ -5,9 +5,9 @@ use crate::Controller;
 use crate::alarm;
 use crate::arm::Pace;
 use crate::channel::Datum;
-use crate::execution::{Doing, Task};
+use crate::execution::{Doing, Stopwatch, Task};
 use crate::input::KeySwitch;
-use crate::limits::{PENDANT_TEXT, TEACHING_SPEED};
+use crate::limits::{COARSE_LEAD, PENDANT_TEXT, TEACHING_SPEED};
 use crate::options::NoPeer;
 use crate::output::Output;
 use crate::port::Port;
@@ -17,7 +17,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Answer, Channel, Motion, Request};
+use scol_mini::{Accuracy, Answer, Channel, Motion, Request};
 
 /// Longest DELAY that is told apart from one without end, in seconds: a hundred years.
 const LONGEST_DELAY: f64 = 3_155_760_000.0;
@@ -34,6 +34,11 @@ impl Controller {
                 self.answer(task, Answer::Done, false)
             }
             Request::Input { channel, wanted } => self.input(task, channel, wanted),
+            // DELAY dwells where the motion before it has led.
+            Request::Delay { .. } if self.moves(task) => {
+                task.doing = Doing::Resting;
+                Step::Blocked
+            }
             Request::Delay { seconds } => {
                 let pause = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
                 task.doing = Doing::Delaying {
@@ -42,6 +47,21 @@ impl Controller {
                 Step::Begun
             }
             Request::Outputs(switches) => self.switch_outputs(task, &switches),
+            Request::Hand { hand, open, at_once } => self.work_hand(task, hand, open, at_once),
+            Request::Pulse { line, seconds } => self.pulse_output(task, line, seconds),
+            Request::Break => self.break_motion(task),
+            Request::Pause => self.pause_motion(task),
+            Request::Resume => self.resume_motion(task),
+            Request::SetTimer { seconds } => {
+                self.execution.timer = Stopwatch {
+                    set_at: self.now,
+                    seconds,
+                };
+                self.answer(task, Answer::Done, false)
+            }
+            Request::Task { program } => self.start_task(task, program),
+            Request::Switch => self.switch_task(task),
+            Request::Kill { task: victim } => self.kill_task(task, victim),
             Request::Stop => match self.answer(task, Answer::Done, false) {
                 Step::Done { .. } => Step::Stopped,
                 other => other,
@@ -62,8 +82,18 @@ impl Controller {
     }
 
     fn start_motion(&mut self, task: &mut Task, motion: &Motion) -> Step {
-        if self.state.feed_hold {
+        if !self.takes_arm(task) {
+            let line = task.machine.line();
+            task.machine.skip();
+            let detail = format!("line {line}: task {} wants to move it", task.id());
+            return Step::Trouble(alarm::ARM_TAKEN, detail);
+        }
+        if self.is_held() {
             task.doing = Doing::Holding;
+            return Step::Blocked;
+        }
+        if self.arm.is_moving() {
+            task.doing = Doing::Resting;
             return Step::Blocked;
         }
         if let Some(mass) = self.overload(motion) {
@@ -77,8 +107,16 @@ impl Controller {
             .start(self.now, motion, self.pace(), self.state.machine_lock)
         {
             Ok(()) => {
-                task.doing = Doing::Moving;
+                self.execution.motion_line = task.machine.line();
+                let lead = match motion.conditions.accuracy {
+                    Accuracy::Coarse => COARSE_LEAD,
+                    Accuracy::Fine => Duration::ZERO,
+                };
+                task.doing = Doing::Moving { lead };
                 self.arm.settle(self.now);
+                if motion.conditions.nowait {
+                    return self.answer(task, Answer::Done, true);
+                }
                 Step::Begun
             }
             Err(error) => {

@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::alarm::{self, Alarm, AlarmCode};
-use crate::execution::{By, Course, Doing};
+use crate::execution::{By, Course, Doing, MAIN_TASK, Task};
 use crate::output::Event;
 use crate::port::Port;
 use crate::sig::dout;
@@ -26,6 +26,7 @@ impl Controller {
     /// Automatic operation has come to a stand.
     pub(crate) fn stop_program(&mut self, course: Course, by: By) {
         self.execution.course = course;
+        self.execution.paused = false;
         if let Some(since) = self.state.running_since.take() {
             self.state.run_total += self.now.since(since);
         }
@@ -58,22 +59,38 @@ impl Controller {
             return;
         }
         let mut course = Course::Retry;
-        if let Some(mut task) = self.execution.main.take() {
-            if let Doing::Reading { got, .. } = &task.doing {
-                let values = got.clone();
-                if task
-                    .machine
-                    .answer(self.execution.memory_mut(), Answer::Cancelled(values))
-                    .is_err()
-                {
-                    task.machine.skip();
-                }
+        for id in self.execution.order() {
+            let Some(mut task) = self.execution.take_task(id) else {
+                continue;
+            };
+            let cancelled = self.cut_short(&mut task);
+            if cancelled && id == MAIN_TASK {
                 course = Course::Continue;
             }
-            task.doing = Doing::Ready;
-            self.execution.main = Some(task);
+            self.execution.put_task(task);
         }
         self.stop_program(course, by);
+    }
+
+    /// The statement under way will be done again, but for an INPUT, which is over: true.
+    fn cut_short(&mut self, task: &mut Task) -> bool {
+        if let Some(mut handler) = task.handler.take() {
+            self.cut_short(&mut handler);
+            task.handler = Some(handler);
+        }
+        let reading = matches!(task.doing, Doing::Reading { .. });
+        if let Doing::Reading { got, .. } = &task.doing {
+            let values = got.clone();
+            if task
+                .machine
+                .answer(self.execution.memory_mut(), Answer::Cancelled(values))
+                .is_err()
+            {
+                task.machine.skip();
+            }
+        }
+        task.doing = Doing::Ready;
+        reading
     }
 
     /// Servo power goes off, and with it everything that moves.

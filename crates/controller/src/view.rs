@@ -19,6 +19,8 @@ pub struct View<'a> {
     pub run_mode: RunMode,
     /// The instant.
     pub now: Time,
+    /// TIMER, in seconds.
+    pub timer: f64,
     /// Something was looked at that changes by time alone, so a WAIT must look again.
     pub changing: Cell<bool>,
 }
@@ -48,6 +50,26 @@ impl Inputs for View<'_> {
     fn here(&self) -> Position {
         self.looked_at_motion();
         self.arm.here(self.now, &self.frames)
+    }
+
+    fn timer(&self) -> f64 {
+        self.changing.set(true);
+        self.timer
+    }
+
+    fn motion_seconds(&self) -> f64 {
+        self.looked_at_motion();
+        self.arm.elapsed(self.now).as_secs_f64()
+    }
+
+    fn remaining_seconds(&self) -> f64 {
+        self.looked_at_motion();
+        self.arm.remaining(self.now).as_secs_f64()
+    }
+
+    fn destination(&self) -> Position {
+        self.looked_at_motion();
+        self.arm.destination(self.now, &self.frames)
     }
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.

@@ -31,6 +31,9 @@ pub(crate) enum Builtin {
     Payload,
     Din,
     Dout,
+    Bcdin,
+    Gain,
+    Torque,
 }
 
 const BUILTINS: &[(&str, Builtin)] = &[
@@ -57,6 +60,9 @@ const BUILTINS: &[(&str, Builtin)] = &[
     ("PAYLOAD", Builtin::Payload),
     ("DIN", Builtin::Din),
     ("DOUT", Builtin::Dout),
+    ("BCDIN", Builtin::Bcdin),
+    ("GAIN", Builtin::Gain),
+    ("TORQUE", Builtin::Torque),
 ];
 
 /// Most arguments of `MAX`, `MIN`, `DIN` and `DOUT`.
@@ -80,7 +86,7 @@ impl Builtin {
     /// Fewest and most arguments.
     pub fn arity(self, arm: Arm) -> (usize, usize) {
         match self {
-            Builtin::Atan2 | Builtin::Mod => (2, 2),
+            Builtin::Atan2 | Builtin::Mod | Builtin::Bcdin => (2, 2),
             Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
             Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
             Builtin::Point => (1, coordinates(arm) + 1),
@@ -97,6 +103,13 @@ pub(crate) enum System {
     Motion,
     Here,
     Mode,
+    Timer,
+    MotionTime,
+    Remain,
+    RemainTime,
+    Dest,
+    TaskId,
+    MaxTask,
     Condition(Condition),
 }
 
@@ -106,6 +119,13 @@ impl System {
             "MOTION" => System::Motion,
             "HERE" => System::Here,
             "MODE" => System::Mode,
+            "TIMER" => System::Timer,
+            "MOTIONT" => System::MotionTime,
+            "REMAIN" => System::Remain,
+            "REMAINT" => System::RemainTime,
+            "DEST" => System::Dest,
+            "TID" => System::TaskId,
+            "MAXTASK" => System::MaxTask,
             // PAYLOAD in an expression is the constructor.
             "PAYLOAD" => return None,
             _ => System::Condition(condition(word)?),
@@ -124,6 +144,8 @@ pub(crate) fn condition(word: &str) -> Option<Condition> {
         "WORK" => Condition::Work,
         "TOOL" => Condition::Tool,
         "BASE" => Condition::Base,
+        "PASS" => Condition::Pass,
+        "ACCUR" => Condition::Accur,
         _ => return None,
     })
 }
@@ -135,8 +157,8 @@ pub(crate) fn condition(word: &str) -> Option<Condition> {
 /// `LAFSS` name a whole one.
 pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
     let digits = match word {
-        "ON" => return Some(1),
-        "OFF" | "FREE" => return Some(0),
+        "ON" | "FINE" => return Some(1),
+        "OFF" | "FREE" | "COARSE" => return Some(0),
         "LEFTY" => 10_000,
         "RIGHTY" => 20_000,
         "ABOVE" => 1_000,
@@ -168,12 +190,7 @@ fn five_letters(word: &str) -> Option<i32> {
 }
 
 /// Words of the language that this implementation does not carry out.
-const UNSUPPORTED: &[&str] = &[
-    "ACCUR", "BCDIN", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COARSE", "DEST",
-    "DISABLE", "ENABLE", "FINE", "GAIN", "IGNORE", "KILL", "MAXTASK", "MOTIONT", "NOWAIT", "OPEN1", "OPEN2",
-    "OPENI1", "OPENI2", "PASS", "PAUSE", "PULOUT", "REMAIN", "REMAINT", "RESUME", "SETGAIN", "SWITCH",
-    "TASK", "TID", "TIMER", "TORQUE",
-];
+const UNSUPPORTED: &[&str] = &["PASS"];
 
 /// `true` for a word of the language that is not supported yet.
 pub(crate) fn is_unsupported(word: &str) -> bool {
@@ -182,9 +199,11 @@ pub(crate) fn is_unsupported(word: &str) -> bool {
 
 /// Words that begin or join statements.
 const STATEMENTS: &[&str] = &[
-    "AND", "AS", "COM1", "CR", "CRE", "DATA", "DELAY", "DIM", "DO", "ELSE", "END", "FOR", "FREELOAD",
-    "GLOBAL", "GOTO", "IF", "INPUT", "IP1", "IP2", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES",
-    "NEXT", "NOT", "OR", "PRINT", "PROGRAM", "READY", "REMARK", "RETURN", "STEP", "STOP", "THEN", "TO", "TP",
+    "AND", "AS", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COM1", "CR", "CRE", "DATA",
+    "DELAY", "DIM", "DISABLE", "DO", "ELSE", "ENABLE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO", "IF",
+    "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES", "NEXT",
+    "NOT", "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT",
+    "READY", "REMARK", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN", "TO", "TP",
     "WAIT", "WITH",
 ];
 

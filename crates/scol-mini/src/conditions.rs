@@ -14,6 +14,20 @@ pub struct Frame {
     pub trans: Trans,
 }
 
+/// Axes that `GAIN` and `TORQUE` know.
+pub const AXES: usize = 8;
+/// Overlap ratio before `PASS` sets one, in percent.
+const FIRST_PASS: f64 = 50.0;
+
+/// `ACCUR`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accuracy {
+    /// The next statement begins a little before the arm rests.
+    Coarse,
+    /// The arm rests first.
+    Fine,
+}
+
 /// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {
@@ -33,10 +47,18 @@ pub struct Conditions {
     pub work: Frame,
     /// Selected load and the name of its data; `None` after `FREELOAD`.
     pub payload: Option<(Option<String>, Payload)>,
-    /// Statements do not wait for the end of a motion. No statement sets it yet.
+    /// `ENABLE NOWAIT`: statements behind a motion go on once it has started.
     pub nowait: bool,
-    /// Overlap ratio in percent. No statement sets it yet.
+    /// Overlap ratio of `PASS` in percent, 0 to 100; it holds while `passing`.
     pub pass: f64,
+    /// `ENABLE PASS`: the arm does not rest between two motions.
+    pub passing: bool,
+    /// `ACCUR`: how exactly the arm has arrived before the next statement.
+    pub accuracy: Accuracy,
+    /// `GAIN` of each axis, axis 1 first.
+    pub gain: [f64; AXES],
+    /// `TORQUE` of each axis in percent, axis 1 first.
+    pub torque: [f64; AXES],
 }
 
 impl Default for Conditions {
@@ -51,7 +73,11 @@ impl Default for Conditions {
             work: Frame::default(),
             payload: None,
             nowait: false,
-            pass: 0.0,
+            pass: FIRST_PASS,
+            passing: false,
+            accuracy: Accuracy::Fine,
+            gain: [1.0; AXES],
+            torque: [100.0; AXES],
         }
     }
 }

@@ -49,9 +49,9 @@ mod tree;
 mod value;
 
 pub use compile::{Compilation, compile, compile_direct};
-pub use conditions::{Conditions, Frame};
+pub use conditions::{AXES, Accuracy, Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
-pub use machine::Machine;
+pub use machine::{Machine, Monitored};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use program::{Program, VariableInfo};
@@ -73,6 +73,12 @@ pub const MAX_EXPRESSION_NESTING: usize = 64;
 pub const MAX_FOR_NESTING: usize = 16;
 /// Deepest nesting of subprogram calls.
 pub const MAX_CALL_NESTING: usize = 16;
+/// Most tasks at a time, the main program counted (`MAXTASK`).
+pub const MAX_TASKS: usize = 4;
+/// Most monitors of `ON ... DO` of one task.
+pub const MAX_MONITORS: usize = 16;
+/// Most digits of `BCDIN` and `BCDOUT`.
+pub const MAX_BCD_DIGITS: usize = 8;
 /// Most elements of all arrays of a file together, counting subscript 0.
 pub const MAX_ARRAY: usize = 20_000;
 /// Most subscripts of an array.

@@ -79,6 +79,15 @@ pub(crate) enum Operation {
         arguments: Vec<Expression>,
     },
     Return,
+    /// Begins to watch; the action is the next step, `after` the one behind its `HandlerEnd`.
+    On {
+        condition: Expression,
+        after: usize,
+        /// The action is a jump, not a handler.
+        jump: bool,
+    },
+    /// The action of a monitor is over.
+    HandlerEnd,
 }
 
 /// The variables of a file.

@@ -23,6 +23,22 @@ pub trait Inputs {
     fn here(&self) -> Position;
     /// `MODE`: the operation mode, numbered by the outside.
     fn mode(&self) -> i32;
+    /// `TIMER`: the running timer, in seconds.
+    fn timer(&self) -> f64 {
+        0.0
+    }
+    /// `MOTIONT`: how long the present motion has gone on, in seconds; 0 when the arm stands.
+    fn motion_seconds(&self) -> f64 {
+        0.0
+    }
+    /// `REMAINT`: how long the present motion will still go on, in seconds; 0 when the arm stands.
+    fn remaining_seconds(&self) -> f64 {
+        0.0
+    }
+    /// `DEST`: where the present motion leads; `HERE` when the arm stands.
+    fn destination(&self) -> Position {
+        self.here()
+    }
 }
 
 /// Why the machine returned.
@@ -73,6 +89,45 @@ pub enum Request {
     Outputs(Vec<(u16, bool)>),
     /// `STOP`: stop the execution; after the answer the next statement follows.
     Stop,
+    /// Open or close a hand.
+    Hand {
+        /// 1 or 2.
+        hand: u8,
+        /// `OPEN`, not `CLOSE`.
+        open: bool,
+        /// `OPENI`, `CLOSEI`: without waiting for the end of the motion.
+        at_once: bool,
+    },
+    /// `PULOUT`: switch an output on and, without waiting, off again.
+    Pulse {
+        /// The output, from 1.
+        line: u16,
+        /// Seconds, not negative, finite.
+        seconds: f64,
+    },
+    /// `BREAK`: give up the motion under way.
+    Break,
+    /// `PAUSE`: hold the motion.
+    Pause,
+    /// `RESUME`: let a motion held by `PAUSE` go on.
+    Resume,
+    /// `TIMER = ...`: set the timer, in seconds.
+    SetTimer {
+        /// The value it counts on from.
+        seconds: f64,
+    },
+    /// `TASK`: start a program; the answer is its task ID.
+    Task {
+        /// Number of the PROGRAM block, from 0.
+        program: usize,
+    },
+    /// `SWITCH`: let another task run.
+    Switch,
+    /// `KILL`: end a task.
+    Kill {
+        /// Its ID.
+        task: i32,
+    },
 }
 
 /// What the world gives back.
@@ -80,7 +135,7 @@ pub enum Request {
 pub enum Answer {
     /// Done as asked.
     Done,
-    /// The numbers of an `INPUT`, exactly as many as wanted.
+    /// The numbers of an `INPUT`, exactly as many as wanted; the ID of a `TASK`.
     Values(Vec<Number>),
     /// The `INPUT` was cut short: what came until then; the other variables become 0 (INP-10).
     Cancelled(Vec<Number>),

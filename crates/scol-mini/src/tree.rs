@@ -94,6 +94,24 @@ pub(crate) enum Condition {
     Work,
     Tool,
     Base,
+    Pass,
+    Accur,
+}
+
+/// A condition with one value for each axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PerAxis {
+    Gain,
+    Torque,
+}
+
+/// What `ENABLE` and `DISABLE` switch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Feature {
+    Pass,
+    Nowait,
+    /// The monitors of the task; the bare words.
+    Monitors,
 }
 
 /// The shape of a motion.
@@ -141,6 +159,33 @@ pub(crate) enum Simple {
     Delay(Expression),
     Outputs(Vec<Expression>),
     Stop,
+    Hand {
+        hand: u8,
+        open: bool,
+        at_once: bool,
+    },
+    /// Output and seconds.
+    Pulse(Expression, Expression),
+    /// First output, digits, value.
+    Bcd([Expression; 3]),
+    Break,
+    Pause,
+    Resume,
+    Timer(Expression),
+    /// `GAIN = {...}`: axis 1 first.
+    PerAxis(PerAxis, Vec<Expression>),
+    /// `SETGAIN(axis, value)`.
+    SetGain(Expression, Expression),
+    Switch(Feature, bool),
+    Ignore,
+    Task {
+        target: Option<Variable>,
+        name: Name,
+        /// Number of the PROGRAM block, filled in by the compiler.
+        block: usize,
+    },
+    Yield,
+    Kill(Expression),
 }
 
 /// A statement as parsed; the compiler turns control flow into steps and jumps.
@@ -164,6 +209,10 @@ pub(crate) enum Statement {
     Select(Expression, Vec<Name>),
     Call(Name, Vec<Expression>),
     Return,
+    On {
+        condition: Expression,
+        action: Box<Statement>,
+    },
 }
 
 impl Statement {
@@ -189,6 +238,10 @@ impl Statement {
                 step.iter_mut().for_each(visit);
             }
             Statement::Call(_, arguments) => arguments.iter_mut().for_each(visit),
+            Statement::On { condition, action } => {
+                visit(condition);
+                action.expressions(visit);
+            }
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
         }
     }
@@ -200,6 +253,10 @@ impl Statement {
                 visit(target);
             }
             Statement::Simple(Simple::Input { targets, .. }) => targets.iter_mut().for_each(visit),
+            Statement::Simple(Simple::Task {
+                target: Some(target), ..
+            }) => visit(target),
+            Statement::On { action, .. } => action.targets(visit),
             Statement::If { then, otherwise, .. } => {
                 then.targets(visit);
                 if let Some(otherwise) = otherwise {
@@ -214,7 +271,17 @@ impl Statement {
 impl Simple {
     fn expressions(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
         match self {
-            Simple::Assign { value, .. } | Simple::Set(_, value) | Simple::Delay(value) => visit(value),
+            Simple::Assign { value, .. }
+            | Simple::Set(_, value)
+            | Simple::Delay(value)
+            | Simple::Timer(value)
+            | Simple::Kill(value) => visit(value),
+            Simple::Pulse(a, b) | Simple::SetGain(a, b) => {
+                visit(a);
+                visit(b);
+            }
+            Simple::Bcd(operands) => operands.iter_mut().for_each(visit),
+            Simple::PerAxis(_, values) => values.iter_mut().for_each(visit),
             Simple::Move { course, with } => {
                 match course {
                     Course::Ptp(a) | Course::Line(a) => visit(a),
@@ -234,7 +301,17 @@ impl Simple {
                 }
             }
             Simple::Outputs(lines) => lines.iter_mut().for_each(visit),
-            Simple::FreeLoad | Simple::Stop | Simple::Input { .. } => {}
+            Simple::FreeLoad
+            | Simple::Stop
+            | Simple::Input { .. }
+            | Simple::Hand { .. }
+            | Simple::Break
+            | Simple::Pause
+            | Simple::Resume
+            | Simple::Switch(..)
+            | Simple::Ignore
+            | Simple::Task { .. }
+            | Simple::Yield => {}
         }
     }
 }
@@ -270,7 +347,10 @@ impl Expression {
             Node::Variable(_) | Node::System(_) => false,
             Node::Component(of, _) | Node::Unary(_, of) => of.is_constant(),
             Node::Binary(_, left, right) => left.is_constant() && right.is_constant(),
-            Node::Function(Builtin::Din | Builtin::Dout, _) => false,
+            Node::Function(
+                Builtin::Din | Builtin::Dout | Builtin::Bcdin | Builtin::Gain | Builtin::Torque,
+                _,
+            ) => false,
             Node::Function(_, arguments) => arguments.iter().all(Expression::is_constant),
         }
     }

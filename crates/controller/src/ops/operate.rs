@@ -29,7 +29,7 @@ impl Controller {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
-        if self.state.feed_hold && self.execution.status() == ExecutionStatus::Running {
+        if self.is_held() && self.execution.status() == ExecutionStatus::Running {
             self.interrupt(By::Host);
             self.clear_feed_hold();
         } else {

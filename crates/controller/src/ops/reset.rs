@@ -53,6 +53,8 @@ impl Controller {
             return Err("the program has no label RCYCLE".to_string());
         }
         task.doing = Doing::Ready;
+        task.handler = None;
+        self.execution.drop_tasks();
         self.stand_at(Course::Continue);
         Ok(())
     }

@@ -17,8 +17,6 @@ use ts3100_proto::text::{CR, EOF};
 
 /// Speed limit while nothing lowers it, in percent.
 const FULL_SPEED: u8 = 100;
-/// Task number of the main program (SF-24).
-const MAIN_TASK: u16 = 1;
 /// Date of the software whose behaviour this is: that of the manual.
 const SOFTWARE_DATE: CalendarTime = CalendarTime {
     year: 2014,
@@ -86,22 +84,19 @@ impl Controller {
             .and_then(|session| session.last_status.as_ref());
         let conditions = self.execution.memory().conditions();
         let shown = self.arm.shown(self.now, conditions);
-        let line = u16::try_from(self.execution.line()).unwrap_or(u16::MAX);
-        let task = if self.execution.main.is_some() {
-            MAIN_TASK
-        } else {
-            0
-        };
+        let (executed, execution_task) = self.execution.executed(self.arm.is_moving());
+        let (analysed, analysis_task) = self.execution.analysed();
+        let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
         SystemStatus {
             servo: self.state.servo,
             emergency_stop: self.state.emergency_stop,
             execution: body.execution,
             su_request: asked.is_some_and(|asked| *asked != body),
             alarms: self.alarms.words().into_iter().take(10).collect(),
-            execution_line: line,
-            analysis_line: line,
-            execution_task: task,
-            analysis_task: task,
+            execution_line: line(executed),
+            analysis_line: line(analysed),
+            execution_task,
+            analysis_task,
             feed_hold: self.state.feed_hold,
             guide_coordinate: self.state.guide.coordinate,
             guide_rate: self.state.guide.rate,

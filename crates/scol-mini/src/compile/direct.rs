@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols};
 use crate::sink::Sink;
-use crate::tree::{Simple, Statement};
+use crate::tree::{Feature, Simple, Statement};
 
 /// Compiles one statement for direct execution.
 ///
@@ -64,6 +64,14 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
         )),
         // There is no program that it could stop.
         Some(Statement::Simple(Simple::Stop)) => refused("STOP"),
+        Some(Statement::Simple(Simple::Task { .. })) => refused("TASK"),
+        Some(Statement::Simple(Simple::Yield)) => refused("SWITCH"),
+        Some(Statement::Simple(Simple::Kill(_))) => refused("KILL"),
+        Some(Statement::Simple(Simple::Ignore)) => refused("IGNORE"),
+        Some(Statement::Simple(Simple::Switch(Feature::Monitors, on))) => {
+            refused(if on { "ENABLE" } else { "DISABLE" })
+        }
+        Some(Statement::On { .. }) => refused("ON"),
         Some(parsed @ Statement::Simple(_)) => Ok(parsed),
         Some(Statement::Wait(_)) => refused("WAIT"),
         Some(Statement::If { .. }) => refused("IF"),

@@ -12,7 +12,7 @@ use crate::diagnostic::{Problem, Span};
 use crate::parser::Block;
 use crate::program::{Operation, Step};
 use crate::sink::Sink;
-use crate::tree::{Name, Statement};
+use crate::tree::{Expression, Name, Reference, Simple, Statement};
 
 /// Appends the steps of a block and its END; returns the step of its label `RCYCLE`.
 pub(super) fn block(
@@ -99,6 +99,8 @@ impl Emitter<'_> {
 
     fn statement(&mut self, statement: Statement, span: Span) {
         match statement {
+            Statement::On { condition, action } => self.monitor(condition, *action, span),
+            Statement::Simple(simple @ Simple::Task { .. }) => self.task(simple, span),
             Statement::Simple(simple) => {
                 self.push(Operation::Simple(simple));
             }
@@ -205,6 +207,63 @@ impl Emitter<'_> {
             self.sink.error(Problem::new("E0206", span, message));
         }
         self.push(Operation::Call { block, arguments });
+    }
+
+    /// The action follows its ON; it is entered only by the monitor.
+    fn monitor(&mut self, mut condition: Expression, mut action: Statement, span: Span) {
+        let mut parameter = None;
+        let mut look = |variable: &mut crate::tree::Variable| {
+            if let Reference::Parameter(_) = variable.reference {
+                parameter = Some(variable.name.clone());
+            }
+        };
+        condition.variables(&mut look);
+        action.expressions(&mut |e| e.variables(&mut look));
+        action.targets(&mut look);
+        if let Some(name) = parameter {
+            let message = format!(
+                "ON outlasts the call: the parameter {} cannot stand in it",
+                name.text
+            );
+            let problem = Problem::new("E0218", name.span, message);
+            self.sink.error(problem.help("copy it to a variable first"));
+        }
+        let jump = matches!(action, Statement::Goto(_) | Statement::Select(..));
+        let on = self.push(Operation::On {
+            condition,
+            after: 0,
+            jump,
+        });
+        self.head = true;
+        self.statement(action, span);
+        self.head = true;
+        let end = self.push(Operation::HandlerEnd);
+        if let Some(Step {
+            operation: Operation::On { after, .. },
+            ..
+        }) = self.steps.get_mut(on)
+        {
+            *after = end + 1;
+        }
+    }
+
+    fn task(&mut self, mut simple: Simple, span: Span) {
+        if let Simple::Task { name, block, .. } = &mut simple {
+            let found = self.signatures.iter().position(|known| known.name == name.text);
+            match found.and_then(|at| Some((at, self.signatures.get(at)?))) {
+                Some((at, signature)) if signature.parameters == 0 => *block = at,
+                Some(_) => {
+                    let message = format!("{} takes arguments; a task is started without", name.text);
+                    self.sink.error(Problem::new("E0206", span, message));
+                }
+                None if self.doubtful.contains(&name.text) => {}
+                None => {
+                    let message = format!("{} is no program of this file", name.text);
+                    self.sink.error(Problem::new("E0203", name.span, message));
+                }
+            }
+        }
+        self.push(Operation::Simple(simple));
     }
 
     fn next(&mut self, name: Option<&Name>, span: Span) {

@@ -55,6 +55,10 @@ pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &m
             }
         }
         Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
+        Statement::On { condition, action } => {
+            number(condition);
+            check_statement(action, symbols, sink);
+        }
     }
 }
 
@@ -92,8 +96,8 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
                 }
                 Course::Ready => {}
             }
-            for (_, value) in with {
-                expect(value, Wanted::Number, symbols, sink);
+            for (condition, value) in with {
+                expect(value, condition_kind(*condition), symbols, sink);
             }
         }
         Simple::Print { items, .. } => {
@@ -111,17 +115,39 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
                 }
             }
         }
-        Simple::Delay(e) => expect(e, Wanted::Number, symbols, sink),
-        Simple::Outputs(lines) => lines
-            .iter()
-            .for_each(|e| expect(e, Wanted::Number, symbols, sink)),
-        Simple::FreeLoad | Simple::Stop => {}
+        other => check_devices(other, symbols, sink),
+    }
+}
+
+/// Statements whose operands are numbers only.
+fn check_devices(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
+    let mut number = |e: &Expression| expect(e, Wanted::Number, symbols, sink);
+    match simple {
+        Simple::Delay(e) | Simple::Timer(e) | Simple::Kill(e) => number(e),
+        Simple::Outputs(list) | Simple::PerAxis(_, list) => list.iter().for_each(number),
+        Simple::Bcd(list) => list.iter().for_each(number),
+        Simple::Pulse(a, b) | Simple::SetGain(a, b) => {
+            number(a);
+            number(b);
+        }
+        Simple::Task {
+            target: Some(target), ..
+        } if variable_kind(target, symbols).is_some_and(|kind| !kind.is_number()) => {
+            let message = format!("a task ID is a number, {} is none", target.name.text);
+            sink.error(Problem::new("E0207", target.name.span, message));
+        }
+        _ => {}
     }
 }
 
 fn condition_kind(condition: Condition) -> Wanted {
     match condition {
-        Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config => Wanted::Number,
+        Condition::Speed
+        | Condition::Accel
+        | Condition::Decel
+        | Condition::Config
+        | Condition::Pass
+        | Condition::Accur => Wanted::Number,
         Condition::Payload => Wanted::Exactly(Kind::Load),
         Condition::Work | Condition::Tool | Condition::Base => Wanted::Exactly(Kind::Coordinate),
     }
@@ -185,16 +211,21 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
                 Builtin::Point => Some(Kind::Position),
                 Builtin::Trans => Some(Kind::Coordinate),
                 Builtin::Payload => Some(Kind::Load),
-                Builtin::Int | Builtin::Sgn | Builtin::Din | Builtin::Dout => Some(Kind::Integer),
+                Builtin::Int | Builtin::Sgn | Builtin::Din | Builtin::Dout | Builtin::Bcdin => {
+                    Some(Kind::Integer)
+                }
+                Builtin::Gain | Builtin::Torque => Some(Kind::Real),
                 _ => None,
             }
         }
         Node::System(system) => Some(match system {
-            System::Motion => Kind::Real,
-            System::Here => Kind::Position,
-            System::Mode => Kind::Integer,
+            System::Motion | System::Timer | System::MotionTime | System::Remain | System::RemainTime => {
+                Kind::Real
+            }
+            System::Here | System::Dest => Kind::Position,
+            System::Mode | System::TaskId | System::MaxTask => Kind::Integer,
             System::Condition(condition) => match condition_kind(*condition) {
-                Wanted::Number if *condition == Condition::Config => Kind::Integer,
+                Wanted::Number if matches!(condition, Condition::Config | Condition::Accur) => Kind::Integer,
                 Wanted::Number => Kind::Real,
                 Wanted::Exactly(kind) => kind,
             },
@@ -209,13 +240,22 @@ fn binary(
     symbols: &Symbols,
     sink: &mut Sink,
 ) -> Option<Kind> {
+    if operator == Binary::Multiply {
+        let (first, second) = (known(left, symbols, sink), known(right, symbols, sink));
+        return match (first, second) {
+            (Some(kind @ (Kind::Position | Kind::Coordinate)), Some(Kind::Coordinate)) => Some(kind),
+            (Some(a), Some(b)) if !a.is_number() || !b.is_number() => {
+                let message = format!("{} and {} cannot be multiplied", a.word(), b.word());
+                sink.error(Problem::new("E0207", left.span.to(right.span), message));
+                None
+            }
+            _ => None,
+        };
+    }
     if !matches!(operator, Binary::Add | Binary::Subtract) {
         expect(left, Wanted::Number, symbols, sink);
         expect(right, Wanted::Number, symbols, sink);
-        let arithmetic = matches!(
-            operator,
-            Binary::Multiply | Binary::Divide | Binary::Modulo | Binary::Power
-        );
+        let arithmetic = matches!(operator, Binary::Divide | Binary::Modulo | Binary::Power);
         return if arithmetic { None } else { Some(Kind::Integer) };
     }
     let (left_kind, right_kind) = (known(left, symbols, sink), known(right, symbols, sink));

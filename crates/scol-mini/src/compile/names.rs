@@ -95,6 +95,7 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
                 passed(otherwise, visit);
             }
         }
+        Statement::On { action, .. } => passed(action, visit),
         _ => {}
     }
 }

@@ -8,9 +8,9 @@ use super::Trouble;
 use super::evaluate::Context;
 use super::functions::configuration;
 use super::print::field;
-use crate::conditions::{Conditions, Frame as System};
+use crate::conditions::{Accuracy, Conditions, Frame as System};
 use crate::request::{Channel, FaultKind, MAX_PRINT, Path, Request};
-use crate::tree::{Condition, Course, Expression, Item, Node};
+use crate::tree::{Condition, Course, Expression, Item, Node, Simple};
 use crate::value::{Position, Value};
 
 /// Text that clears a receive buffer instead of being sent (BUF-03).
@@ -40,19 +40,90 @@ impl Context<'_> {
             Condition::Work => into.work = self.system_frame(value)?,
             Condition::Tool => into.tool = self.system_frame(value)?,
             Condition::Base => into.base = self.system_frame(value)?,
+            Condition::Pass => {
+                into.pass = self.within("PASS", value, 0.0)?;
+                into.passing = into.pass > 0.0;
+            }
+            Condition::Accur => {
+                into.accuracy = match self.integer(value)? {
+                    0 => Accuracy::Coarse,
+                    1 => Accuracy::Fine,
+                    other => {
+                        let message = format!("ACCUR takes COARSE or FINE, found {other}");
+                        return Err(Trouble::new(FaultKind::Range, message));
+                    }
+                }
+            }
         }
         Ok(())
     }
 
     fn percent(&self, name: &str, value: &Expression) -> Result<f64, Trouble> {
+        self.within(name, value, 1.0)
+    }
+
+    fn within(&self, name: &str, value: &Expression, least: f64) -> Result<f64, Trouble> {
         let percent = self.double(value)?;
-        if (1.0..=100.0).contains(&percent) {
+        if (least..=100.0).contains(&percent) {
             return Ok(percent);
         }
         Err(Trouble::new(
             FaultKind::Range,
-            format!("{name} takes 1 to 100, found {percent}"),
+            format!("{name} takes {least} to 100, found {percent}"),
         ))
+    }
+
+    /// A gain or torque.
+    pub fn axis_percent(&self, value: &Expression) -> Result<f64, Trouble> {
+        self.within("an axis", value, 0.0)
+    }
+
+    /// Gains or torques, axis 1 first.
+    pub fn per_axis(&self, values: &[Expression]) -> Result<Vec<f64>, Trouble> {
+        values.iter().map(|value| self.axis_percent(value)).collect()
+    }
+
+    /// The request of a statement that asks the outside for one thing.
+    pub fn device(&self, simple: &Simple) -> Result<Request, Trouble> {
+        Ok(match simple {
+            Simple::Delay(seconds) => Request::Delay {
+                seconds: self.seconds("DELAY", seconds)?,
+            },
+            Simple::Outputs(lines) => Request::Outputs(
+                lines
+                    .iter()
+                    .map(|line| self.signal(line))
+                    .collect::<Result<_, _>>()?,
+            ),
+            Simple::Bcd([first, digits, value]) => Request::Outputs(self.bcd_lines(first, digits, value)?),
+            Simple::Hand { hand, open, at_once } => Request::Hand {
+                hand: *hand,
+                open: *open,
+                at_once: *at_once,
+            },
+            Simple::Pulse(line, seconds) => match self.signal(line)? {
+                (line, true) => Request::Pulse {
+                    line,
+                    seconds: self.seconds("PULOUT", seconds)?,
+                },
+                (line, false) => {
+                    let message = format!("PULOUT takes an output from 1 up, found -{line}");
+                    return Err(Trouble::new(FaultKind::Range, message));
+                }
+            },
+            Simple::Break => Request::Break,
+            Simple::Pause => Request::Pause,
+            Simple::Resume => Request::Resume,
+            Simple::Timer(seconds) => Request::SetTimer {
+                seconds: self.double(seconds)?,
+            },
+            Simple::Yield => Request::Switch,
+            Simple::Kill(task) => Request::Kill {
+                task: self.integer(task)?,
+            },
+            // STOP; all others have been dealt with before.
+            _ => Request::Stop,
+        })
     }
 
     fn system_frame(&self, value: &Expression) -> Result<System, Trouble> {
@@ -101,7 +172,7 @@ impl Context<'_> {
         })
     }
 
-    fn axis(&self, axis: &Expression) -> Result<u8, Trouble> {
+    pub fn axis(&self, axis: &Expression) -> Result<u8, Trouble> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
             Ok(number) if (1..=MAX_AXIS).contains(&axis) => Ok(number),
@@ -112,14 +183,13 @@ impl Context<'_> {
         }
     }
 
-    /// The request of a DELAY.
-    pub fn delay(&self, seconds: &Expression) -> Result<Request, Trouble> {
+    fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64, Trouble> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
-            let message = format!("DELAY takes seconds from 0 up, found {seconds}");
+            let message = format!("{name} takes seconds from 0 up, found {seconds}");
             return Err(Trouble::new(FaultKind::Range, message));
         }
-        Ok(Request::Delay { seconds })
+        Ok(seconds)
     }
 
     pub fn print(&self, channel: Channel, items: &[Item], cr: bool) -> Result<Request, Trouble> {

@@ -4,8 +4,10 @@
 use alloc::format;
 
 use super::arithmetic::{as_number, binary, double, truncated, truth, unary};
-use super::{Frame, Trouble};
+use super::{Frame, Trouble, compose};
+use crate::MAX_TASKS;
 use crate::builtin::System;
+use crate::conditions::Accuracy;
 use crate::memory::Memory;
 use crate::options::Arm;
 use crate::program::Program;
@@ -19,6 +21,8 @@ pub(super) struct Context<'a> {
     pub memory: &'a Memory,
     pub inputs: &'a dyn Inputs,
     pub frames: &'a [Frame],
+    /// ID of the task, for `TID`.
+    pub task: u16,
 }
 
 impl Context<'_> {
@@ -37,6 +41,9 @@ impl Context<'_> {
             Node::Binary(operator @ (Binary::Add | Binary::Subtract), left, right) => {
                 self.sum(*operator, self.evaluate(left)?, self.evaluate(right)?)
             }
+            Node::Binary(Binary::Multiply, left, right) => {
+                self.product(self.evaluate(left)?, self.evaluate(right)?)
+            }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
                 binary(*operator, left, right, self.program.options.int_division)
@@ -47,28 +54,43 @@ impl Context<'_> {
     }
 
     fn system(&self, system: System) -> Value {
-        let conditions = self.memory.conditions();
         match system {
             System::Motion => Value::Real(self.inputs.motion_percent() as f32),
             System::Here => Value::Position(self.inputs.here()),
             System::Mode => Value::Integer(self.inputs.mode()),
-            System::Condition(Condition::Speed) => Value::Real(conditions.speed as f32),
-            System::Condition(Condition::Accel) => Value::Real(conditions.accel as f32),
-            System::Condition(Condition::Decel) => Value::Real(conditions.decel as f32),
-            System::Condition(Condition::Config) => {
+            System::Timer => Value::Real(self.inputs.timer() as f32),
+            System::MotionTime => Value::Real(self.inputs.motion_seconds() as f32),
+            System::Remain => Value::Real((100.0 - self.inputs.motion_percent()) as f32),
+            System::RemainTime => Value::Real(self.inputs.remaining_seconds() as f32),
+            System::Dest => Value::Position(self.inputs.destination()),
+            System::TaskId => Value::Integer(i32::from(self.task)),
+            System::MaxTask => Value::Integer(i32::try_from(MAX_TASKS).unwrap_or(i32::MAX)),
+            System::Condition(condition) => self.condition(condition),
+        }
+    }
+
+    fn condition(&self, condition: Condition) -> Value {
+        let conditions = self.memory.conditions();
+        match condition {
+            Condition::Speed => Value::Real(conditions.speed as f32),
+            Condition::Accel => Value::Real(conditions.accel as f32),
+            Condition::Decel => Value::Real(conditions.decel as f32),
+            Condition::Config => {
                 let number = conditions.config.number_on(self.program.options.arm);
                 Value::Integer(i32::try_from(number).unwrap_or(0))
             }
-            System::Condition(Condition::Payload) => Value::Load(
+            Condition::Payload => Value::Load(
                 conditions
                     .payload
                     .as_ref()
                     .map(|(_, load)| load.clone())
                     .unwrap_or_default(),
             ),
-            System::Condition(Condition::Work) => Value::Coordinate(conditions.work.trans.clone()),
-            System::Condition(Condition::Tool) => Value::Coordinate(conditions.tool.trans.clone()),
-            System::Condition(Condition::Base) => Value::Coordinate(conditions.base.trans.clone()),
+            Condition::Work => Value::Coordinate(conditions.work.trans.clone()),
+            Condition::Tool => Value::Coordinate(conditions.tool.trans.clone()),
+            Condition::Base => Value::Coordinate(conditions.base.trans.clone()),
+            Condition::Pass => Value::Real(conditions.pass as f32),
+            Condition::Accur => Value::Integer(i32::from(conditions.accuracy == Accuracy::Fine)),
         }
     }
 
@@ -93,6 +115,27 @@ impl Context<'_> {
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be added or subtracted");
+                    Err(Trouble::new(FaultKind::Type, message))
+                }
+            },
+        }
+    }
+
+    /// Numbers, or a position or coordinate in front of a coordinate: the second one stands in the first.
+    fn product(&self, left: Value, right: Value) -> Result<Value, Trouble> {
+        let arm = self.program.options.arm;
+        match (left, right) {
+            (Value::Position(left), Value::Coordinate(right)) => {
+                Ok(Value::Position(compose::position(arm, &left, &right)))
+            }
+            (Value::Coordinate(left), Value::Coordinate(right)) => {
+                Ok(Value::Coordinate(compose::trans(&left, &right)))
+            }
+            (left, right) => match (as_number(&left), as_number(&right)) {
+                (Some(a), Some(b)) => binary(Binary::Multiply, a, b, self.program.options.int_division),
+                _ => {
+                    let (left, right) = (left.kind().word(), right.kind().word());
+                    let message = format!("{left} and {right} cannot be multiplied");
                     Err(Trouble::new(FaultKind::Type, message))
                 }
             },

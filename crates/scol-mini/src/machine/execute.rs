@@ -11,7 +11,7 @@ use crate::MAX_CALL_NESTING;
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
 use crate::request::{FaultKind, Inputs, Motion, Number, Request};
-use crate::tree::{Expression, Simple, Variable};
+use crate::tree::{Expression, Feature, PerAxis, Simple, Variable};
 use crate::value::Value;
 
 impl Machine {
@@ -28,6 +28,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         };
         let mut next = self.at + 1;
         match operation {
@@ -82,11 +83,23 @@ impl Machine {
                     .get(*block)
                     .map_or(program.steps.len(), |entry| entry.step);
             }
+            Operation::On { condition, after, .. } => {
+                let was = context.truth(condition)?;
+                self.watch(was)?;
+                next = *after;
+            }
+            Operation::HandlerEnd => {
+                self.state = State::Ended;
+                return Ok(true);
+            }
             Operation::Return if self.frames.len() <= 1 => {
                 self.state = State::Ended;
                 return Ok(true);
             }
-            Operation::Return => next = self.frames.pop().map_or(next, |frame| frame.return_to),
+            Operation::Return => {
+                next = self.frames.pop().map_or(next, |frame| frame.return_to);
+                self.forget_jumps();
+            }
         }
         self.at = next;
         Ok(true)
@@ -114,6 +127,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         };
         let mut targets = Vec::new();
         let request = match simple {
@@ -159,21 +173,54 @@ impl Machine {
                 })))
             }
             Simple::Print { channel, items, cr } => Some(context.print(*channel, items, *cr)?),
-            Simple::Delay(seconds) => Some(context.delay(seconds)?),
-            Simple::Outputs(lines) => {
-                let lines = lines
+            Simple::Task { target, block, .. } => {
+                targets = target
                     .iter()
-                    .map(|line| context.signal(line))
+                    .map(|target| context.place(target))
                     .collect::<Result<_, _>>()?;
-                Some(Request::Outputs(lines))
+                Some(Request::Task { program: *block })
             }
-            Simple::Stop => Some(Request::Stop),
+            Simple::Switch(feature, on) => {
+                self.feature(memory, *feature, *on);
+                None
+            }
+            Simple::Ignore => {
+                self.monitors.clear();
+                None
+            }
+            Simple::PerAxis(condition, values) => {
+                let values = context.per_axis(values)?;
+                let conditions = memory.conditions_mut();
+                let axes = match condition {
+                    PerAxis::Gain => &mut conditions.gain,
+                    PerAxis::Torque => &mut conditions.torque,
+                };
+                axes.iter_mut().zip(values).for_each(|(to, value)| *to = value);
+                None
+            }
+            Simple::SetGain(axis, value) => {
+                let (axis, value) = (context.axis(axis)?, context.axis_percent(value)?);
+                let gain = &mut memory.conditions_mut().gain;
+                if let Some(to) = gain.get_mut(usize::from(axis) - 1) {
+                    *to = value;
+                }
+                None
+            }
+            other => Some(context.device(other)?),
         };
         match request {
             Some(request) => self.state = State::Asked(Pending { request, targets }),
             None => self.at += 1,
         }
         Ok(())
+    }
+
+    fn feature(&mut self, memory: &mut Memory, feature: Feature, on: bool) {
+        match feature {
+            Feature::Pass => memory.conditions_mut().passing = on,
+            Feature::Nowait => memory.conditions_mut().nowait = on,
+            Feature::Monitors => self.awake = on,
+        }
     }
 
     fn assign(
@@ -190,6 +237,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         };
         let value = context.evaluate(value)?;
         let place = context.place(target)?;

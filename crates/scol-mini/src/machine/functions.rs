@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use super::Trouble;
 use super::arithmetic::{binary, double, real, truncated};
 use super::evaluate::Context;
+use crate::MAX_BCD_DIGITS;
 use crate::builtin::Builtin;
 use crate::options::Arm;
 use crate::request::{FaultKind, Number};
@@ -20,6 +21,9 @@ impl Context<'_> {
         match builtin {
             Builtin::Din => self.signals(arguments, |line| self.inputs.din(line)),
             Builtin::Dout => self.signals(arguments, |line| self.inputs.dout(line)),
+            Builtin::Bcdin => self.bcd_in(arguments),
+            Builtin::Gain => self.of_axis(arguments, &self.memory.conditions().gain),
+            Builtin::Torque => self.of_axis(arguments, &self.memory.conditions().torque),
             Builtin::Point | Builtin::Trans | Builtin::Payload => self.vector(builtin, arguments),
             _ => {
                 let numbers: Vec<Number> = arguments
@@ -72,6 +76,73 @@ impl Context<'_> {
             all &= state(line) == on;
         }
         Ok(Value::Integer(i32::from(all)))
+    }
+
+    /// The value of one axis, counted from 1.
+    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value, Trouble> {
+        let axis = arguments.first().map_or(Ok(1), |axis| self.axis(axis))?;
+        let value = values.get(usize::from(axis).saturating_sub(1));
+        Ok(Value::Real(value.copied().unwrap_or_default() as f32))
+    }
+
+    /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
+    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value, Trouble> {
+        let [first, digits] = arguments else {
+            return Err(Trouble::new(FaultKind::Type, "BCDIN takes 2 arguments"));
+        };
+        let (first, digits) = self.bcd_field(first, digits)?;
+        let mut value = 0_i32;
+        for digit in (0..digits).rev() {
+            let line = first + digit * 4;
+            let figure = (0..4).rev().fold(0, |figure, bit| {
+                figure * 2 + i32::from(self.inputs.din(line + bit))
+            });
+            if figure > 9 {
+                let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
+                return Err(Trouble::new(FaultKind::Range, message));
+            }
+            value = value * 10 + figure;
+        }
+        Ok(Value::Integer(value))
+    }
+
+    /// The outputs of `BCDOUT(first, digits, value)`.
+    pub fn bcd_lines(
+        &self,
+        first: &Expression,
+        digits: &Expression,
+        value: &Expression,
+    ) -> Result<Vec<(u16, bool)>, Trouble> {
+        let (first, digits) = self.bcd_field(first, digits)?;
+        let value = self.integer(value)?;
+        let mut rest = value;
+        let mut lines = Vec::new();
+        for digit in 0..digits {
+            let figure = rest % 10;
+            rest /= 10;
+            lines.extend((0..4).map(|bit| (first + digit * 4 + bit, figure >> bit & 1 == 1)));
+        }
+        if value < 0 || rest > 0 {
+            let message = format!("BCDOUT has {digits} digits, found {value}");
+            return Err(Trouble::new(FaultKind::Range, message));
+        }
+        Ok(lines)
+    }
+
+    /// First signal and count of digits; the last signal has a number too.
+    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16), Trouble> {
+        let (first, digits) = (self.signal(first)?, self.integer(digits)?);
+        let most = MAX_BCD_DIGITS as u16;
+        match (first, u16::try_from(digits)) {
+            ((line, true), Ok(digits)) if (1..=most).contains(&digits) && line <= u16::MAX - 4 * most => {
+                Ok((line, digits))
+            }
+            _ => {
+                let message =
+                    format!("expected a first signal and 1 to {most} digits, found {digits} digits");
+                Err(Trouble::new(FaultKind::Range, message))
+            }
+        }
     }
 
     /// A signal and the state its sign names.

@@ -30,6 +30,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         }
         .place(variable)?;
         self.write(program, memory, place, from)?;
@@ -74,6 +75,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         }
         .place(variable)?;
         self.write(program, memory, place, sum)?;
@@ -99,6 +101,7 @@ impl Machine {
             memory,
             inputs,
             frames: &self.frames,
+            task: self.task,
         })
         .fetch(variable)?
         {

@@ -4,10 +4,12 @@
 
 mod arithmetic;
 mod ask;
+mod compose;
 mod evaluate;
 mod execute;
 mod functions;
 mod loops;
+mod monitor;
 mod place;
 mod print;
 #[cfg(test)]
@@ -20,13 +22,20 @@ use alloc::vec::Vec;
 
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
-use crate::program::Program;
+use crate::program::{Operation, Program};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Number, Pause, Request};
-use crate::tree::Expression;
+use crate::tree::{Expression, Simple};
 use crate::value::{Position, Value};
 
 pub(crate) use arithmetic::convert;
+pub use monitor::Monitored;
 use place::{Argument, Place};
+
+/// Task ID of the main program (M-58762 p.2-27).
+const MAIN_TASK: u16 = 1;
+
+/// Jumps followed in search of the next motion.
+const MAX_JUMPS_AHEAD: usize = 4;
 
 /// A fault before its line is known.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,6 +71,11 @@ pub struct Machine {
     at: usize,
     frames: Vec<Frame>,
     state: State,
+    /// ID of its task (`TID`).
+    task: u16,
+    monitors: Vec<monitor::Monitor>,
+    /// `ENABLE`, not `DISABLE`: the monitors are looked at.
+    awake: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -111,13 +125,36 @@ impl Machine {
             at: 0,
             frames: Self::bottom(),
             state: State::Ready,
+            task: MAIN_TASK,
+            monitors: Vec::new(),
+            awake: true,
         }
+    }
+
+    /// Stands before the first statement of the PROGRAM block of this number, counted from 0, as the task `task`.
+    #[must_use]
+    pub fn task(program: Arc<Program>, block: usize, task: u16) -> Self {
+        let at = program.blocks.get(block).map_or(0, |entry| entry.step);
+        Self {
+            at,
+            task,
+            ..Self::main(program)
+        }
+    }
+
+    /// ID of its task: 1 for the main program.
+    #[must_use]
+    pub fn task_id(&self) -> u16 {
+        self.task
     }
 
     /// Stands before the statement of [`compile_direct`](crate::compile_direct), and ends after it.
     #[must_use]
     pub fn direct(program: Arc<Program>) -> Self {
-        Self::main(program)
+        Self {
+            task: 0,
+            ..Self::main(program)
+        }
     }
 
     fn bottom() -> Vec<Frame> {
@@ -207,6 +244,8 @@ impl Machine {
         self.at = step;
         self.frames = Self::bottom();
         self.state = State::Ready;
+        self.monitors.clear();
+        self.awake = true;
     }
 
     /// File line, from 1, of the statement under way or next.
@@ -223,9 +262,28 @@ impl Machine {
     pub fn skip(&mut self) {
         if matches!(self.state, State::Asked(_) | State::Waiting | State::Faulted) {
             let rest = self.program.steps.get(self.at + 1..).unwrap_or_default();
-            self.at += 1 + rest.iter().take_while(|step| !step.head).count();
+            let parts = rest.iter().take_while(|step| !step.head).count();
+            self.at = match self.program.steps.get(self.at).map(|step| &step.operation) {
+                Some(Operation::On { after, .. }) => *after,
+                _ => self.at + 1 + parts,
+            };
             self.state = State::Ready;
         }
+    }
+
+    /// File line of the next statement, when that is a motion that follows whatever comes of the present one.
+    #[must_use]
+    pub fn motion_ahead(&self) -> Option<u32> {
+        let mut at = self.at + 1;
+        for _ in 0..MAX_JUMPS_AHEAD {
+            let step = self.program.steps.get(at)?;
+            match &step.operation {
+                Operation::Jump(target) => at = *target,
+                Operation::Simple(Simple::Move { .. }) => return Some(step.line),
+                _ => return None,
+            }
+        }
+        None
     }
 
     /// The request that waits for its answer.
@@ -259,9 +317,11 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
             Err(Trouble::new(FaultKind::Range, message))
         }
         (Request::Input { .. }, Answer::Done) => Err(Trouble::new(FaultKind::Type, "INPUT wants numbers")),
+        (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => Ok(numbers),
+        (Request::Task { .. }, _) => Err(Trouble::new(FaultKind::Type, "TASK wants one task ID")),
         (_, Answer::Done) => Ok(Vec::new()),
         (_, Answer::Values(_) | Answer::Cancelled(_)) => {
-            Err(Trouble::new(FaultKind::Type, "only INPUT takes numbers"))
+            Err(Trouble::new(FaultKind::Type, "only INPUT and TASK take numbers"))
         }
     }
 }
@@ -275,6 +335,7 @@ pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions)
         memory: &memory,
         inputs: &Nowhere,
         frames: &[],
+        task: MAIN_TASK,
     }
     .evaluate(expression)
 }

@@ -475,6 +475,13 @@ fn direct_statements_see_global_and_data_only() {
         "READY",
         "move point (1,2,3)",
         "PRINT TP,A",
+        "GAIN={1,1,1,1,0}",
+        "BREAK",
+        "OPEN1",
+        "TIMER=0",
+        "PULOUT(1,0.5)",
+        "BCDOUT(1,2,42)",
+        "ENABLE NOWAIT",
     ] {
         assert!(compile_direct(good, &base).is_ok(), "{good}");
     }
@@ -500,7 +507,13 @@ fn direct_statements_see_global_and_data_only() {
         "MOVE A",
         "A=1\nA=2",
         "PRINT CRE",
-        "BREAK",
+        "ON A DO BREAK",
+        "IGNORE",
+        "ENABLE",
+        "A = TASK(\"M\")",
+        "SWITCH",
+        "KILL 1",
+        "MOVEJ P1",
         "DIM X(1)",
     ] {
         assert!(compile_direct(bad, &base).is_err(), "{bad}");

@@ -177,14 +177,15 @@ impl Cursor<'_> {
             let arguments = self.list(Sign::Close, ")")?;
             return self.function(builtin, arguments, span);
         }
+        if builtin::is_unsupported(word) {
+            return Err(unsupported(word, span));
+        }
         let node = if let Some(value) = builtin::constant(word, self.arm) {
             self.advance();
             Node::Literal(Value::Integer(value))
         } else if let Some(system) = System::from_word(word) {
             self.advance();
             Node::System(system)
-        } else if builtin::is_unsupported(word) {
-            return Err(unsupported(word, span));
         } else {
             let name = self.name("a value")?;
             let subscripts = if call {

@@ -5,6 +5,7 @@
 mod communication;
 mod data;
 mod declaration;
+mod device;
 mod expression;
 mod file;
 mod motion;

@@ -53,10 +53,18 @@ impl Cursor<'_> {
                 return Err(self.expected("a motion condition"));
             };
             let condition = match builtin::condition(word) {
-                Some(c @ (Condition::Speed | Condition::Accel | Condition::Decel | Condition::Config)) => c,
+                _ if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
+                Some(
+                    c @ (Condition::Speed
+                    | Condition::Accel
+                    | Condition::Decel
+                    | Condition::Config
+                    | Condition::Pass
+                    | Condition::Accur
+                    | Condition::Payload),
+                ) => c,
                 Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
-                None if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
-                None => return Err(self.expected("SPEED, ACCEL, DECEL or CONFIG")),
+                None => return Err(self.expected("SPEED, ACCEL, DECEL, CONFIG, ACCUR or PAYLOAD")),
             };
             if list.iter().any(|(known, _)| *known == condition) {
                 return Err(Problem::new(

@@ -19,11 +19,14 @@ impl Cursor<'_> {
         Ok(statement)
     }
 
-    fn statement(&mut self) -> Result<Statement, Problem> {
+    pub(super) fn statement(&mut self) -> Result<Statement, Problem> {
         let span = self.span();
         let Some(Token::Word(word)) = self.peek() else {
             return Err(self.expected("a statement"));
         };
+        if builtin::is_unsupported(word) {
+            return Err(unsupported(word, span));
+        }
         if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
             && let Some(condition) = builtin::condition(word)
         {
@@ -37,6 +40,9 @@ impl Cursor<'_> {
         if let Some(statement) = course {
             return Ok(statement);
         }
+        if let Some(simple) = self.device(word)? {
+            return Ok(Statement::Simple(simple));
+        }
         let simple = match word.as_str() {
             "PRINT" => self.print()?,
             "INPUT" => self.input()?,
@@ -47,8 +53,7 @@ impl Cursor<'_> {
             }
             "FREELOAD" => self.bare(Simple::FreeLoad),
             "STOP" => self.bare(Simple::Stop),
-            "ON" | "DO" => return Err(unsupported(word, span)),
-            _ if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
+            "ON" => return self.monitor(),
             _ if builtin::is_reserved(word, self.arm) => return Err(self.misplaced(word, span)),
             _ => return self.named(),
         };
@@ -64,7 +69,9 @@ impl Cursor<'_> {
         let problem = Problem::new("E0103", span, format!("expected a statement, found {word}"));
         match word {
             "DIM" => problem.help("DIM stands in GLOBAL or before the first statement of a program"),
-            "HERE" | "MOTION" | "MODE" => problem.help(format!("{word} can only be read")),
+            "HERE" | "DEST" | "MOTION" | "MOTIONT" | "REMAIN" | "REMAINT" | "MODE" | "TID" | "MAXTASK" => {
+                problem.help(format!("{word} can only be read"))
+            }
             _ if builtin::condition(word).is_some() => problem.help(format!("set it with {word} = value")),
             _ => problem,
         }
@@ -124,6 +131,9 @@ impl Cursor<'_> {
         let statement = self.statement()?;
         if matches!(statement, Statement::For { .. } | Statement::Next(_)) {
             return Err(Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF"));
+        }
+        if let Statement::On { .. } = statement {
+            return Err(Problem::new("E0103", span, "ON cannot depend on an IF"));
         }
         Ok(statement)
     }
@@ -190,12 +200,15 @@ impl Cursor<'_> {
                     "expected a subscript between ( and )",
                 ));
             }
-            let value = self.expression()?;
             let target = Variable {
                 name,
                 reference: Reference::Unresolved,
                 subscripts: list.unwrap_or_default(),
             };
+            if component.is_none() && self.word("TASK") {
+                return Ok(Statement::Simple(self.task(Some(target))?));
+            }
+            let value = self.expression()?;
             return Ok(Statement::Simple(Simple::Assign {
                 target,
                 component,

@@ -148,6 +148,7 @@ pub fn play_on(
         };
         lines.push(describe(&request));
         let answer = match request {
+            Request::Task { .. } => Answer::Values(vec![Number::Integer(2)]),
             Request::Input { .. } => match answers.pop_front() {
                 Some(answer) => answer,
                 None => {
@@ -172,6 +173,7 @@ fn describe(request: &Request) -> String {
         Request::Delay { seconds } => format!("DELAY {seconds}"),
         Request::Outputs(list) => format!("OUTPUTS {list:?}"),
         Request::Stop => "STOP".into(),
+        Request::Task { program } => format!("TASK {program}"),
         Request::Move(motion) => {
             let speed = motion.conditions.speed;
             match &motion.path {
@@ -181,6 +183,7 @@ fn describe(request: &Request) -> String {
                 other => format!("MOVE {other:?} speed {speed}"),
             }
         }
+        other => format!("{other:?}"),
     }
 }
 

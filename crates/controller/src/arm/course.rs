@@ -1,0 +1,31 @@
+//! What a program can ask of the motion under way besides its percentage: times and destination.
+
+use super::{Arm, Frames};
+use crate::time::Time;
+use core::time::Duration;
+use scol_mini::Position;
+
+impl Arm {
+    /// MOTIONT: how long the motion has gone on, a hold counted; zero when none is under way.
+    #[must_use]
+    pub fn elapsed(&self, now: Time) -> Duration {
+        self.active
+            .as_ref()
+            .map_or(Duration::ZERO, |active| now.since(active.start))
+    }
+
+    /// REMAINT: how long the motion will go on; zero when none is under way, and while it is held.
+    #[must_use]
+    pub fn remaining(&self, now: Time) -> Duration {
+        self.ends_at().map_or(Duration::ZERO, |end| end.since(now))
+    }
+
+    /// DEST: where the motion leads in the frames given; the present position when none is under way.
+    #[must_use]
+    pub fn destination(&self, now: Time, frames: &Frames) -> Position {
+        match self.active.as_ref().filter(|active| !active.locked) {
+            Some(active) => self.position_of(&active.motion.end(), frames),
+            None => self.here(now, frames),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! Hands, pulses, and the statements that change the course of a motion: BREAK, PAUSE, RESUME.
+
+use crate::Controller;
+use crate::alarm;
+use crate::execution::{Doing, Task};
+use crate::run::Step;
+use crate::signals::Signals;
+use alloc::format;
+use core::time::Duration;
+use scol_mini::Answer;
+
+/// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
+const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
+/// Longest pulse, in seconds: a hundred years.
+const LONGEST_PULSE: f64 = 3_155_760_000.0;
+
+impl Controller {
+    /// OPEN, CLOSE: when the arm rests, or at once.
+    pub(crate) fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
+        if !at_once && self.arm.is_moving() {
+            task.doing = Doing::Resting;
+            return Step::Blocked;
+        }
+        let index = usize::from(hand).saturating_sub(1);
+        if let Some(&(opens, closes)) = HANDS.get(index) {
+            self.signals.switch(opens, open);
+            self.signals.switch(closes, !open);
+        }
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// PULOUT: the output goes on now and off later; the program does not wait.
+    pub(crate) fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
+        if !Signals::is_user_output(output) {
+            let line = task.machine.line();
+            task.machine.skip();
+            let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
+            return Step::Trouble(alarm::OUT_OF_RANGE, detail);
+        }
+        let pulse = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_PULSE));
+        self.signals.pulse(output, self.now + pulse);
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
+    pub(crate) fn break_motion(&mut self, task: &mut Task) -> Step {
+        self.arm.stop(self.now);
+        self.end_pause();
+        let step = self.answer(task, Answer::Done, false);
+        if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
+            task.doing = Doing::Resting;
+        }
+        step
+    }
+
+    /// PAUSE: the motion slows along its path; one that has not begun does not begin.
+    pub(crate) fn pause_motion(&mut self, task: &mut Task) -> Step {
+        if self.execution.program_runs() && !self.execution.paused {
+            self.execution.paused = true;
+            self.arm.hold(self.now);
+        }
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// RESUME.
+    pub(crate) fn resume_motion(&mut self, task: &mut Task) -> Step {
+        self.end_pause();
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// What PAUSE held goes on, unless feed hold holds it too.
+    pub(crate) fn end_pause(&mut self) {
+        if core::mem::take(&mut self.execution.paused) && !self.state.feed_hold {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Whether no motion may go on or begin.
+    pub(crate) fn is_held(&self) -> bool {
+        self.state.feed_hold || self.execution.paused
+    }
+}

@@ -1,0 +1,54 @@
+//! ON ... DO: when the conditions are looked at, and what becomes of the statement under way. What they are is
+//! the machine's matter.
+
+use crate::Controller;
+use crate::arm::Frames;
+use crate::execution::{Doing, Task};
+use crate::limits::SCAN;
+use crate::run::{Step, alarm_of};
+use crate::view::View;
+use alloc::boxed::Box;
+use alloc::format;
+use core::cell::Cell;
+use scol_mini::Monitored;
+
+impl Controller {
+    /// Looks at the monitors of a task: between its statements, when something changes, and once a scan while time
+    /// alone can change them. `None` when nothing comes of it.
+    pub(crate) fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
+        task.look_at = None;
+        if !task.machine.has_monitors() {
+            return None;
+        }
+        let memory = self.execution.memory();
+        let view = View {
+            signals: &self.signals,
+            arm: &self.arm,
+            frames: Frames::of(memory.conditions()),
+            run_mode: self.state.run_mode,
+            now: self.now,
+            timer: self.execution.timer.read(self.now),
+            changing: Cell::new(false),
+        };
+        let found = task.machine.look(memory, &view);
+        if view.changing.get() {
+            task.look_at = Some(self.now + SCAN);
+        }
+        match found {
+            Ok(None) => None,
+            Ok(Some(Monitored::Jumped)) => {
+                // The motion is given up with its statement; one that nobody waits for goes on.
+                if let Doing::Moving { .. } = task.doing {
+                    self.arm.stop(self.now);
+                }
+                task.doing = Doing::Ready;
+                Some(Step::DONE)
+            }
+            Ok(Some(Monitored::Handler(machine))) => {
+                task.handler = Some(Box::new(Task::new(*machine, self.now)));
+                Some(Step::Begun)
+            }
+            Err(fault) => Some(Step::Trouble(alarm_of(fault.kind), format!("{fault}"))),
+        }
+    }
+}
