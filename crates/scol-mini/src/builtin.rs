@@ -216,6 +216,18 @@ pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
         || constant(word, arm).is_some()
 }
 
+/// The words of the language that have a spelling of their own, for suggestions.
+pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
+    const VARIABLES: &[&str] = &[
+        "MOTION", "HERE", "MODE", "SPEED", "ACCEL", "DECEL", "CONFIG", "WORK", "TOOL", "BASE", "ON", "OFF",
+        "FREE", "LEFTY", "RIGHTY", "ABOVE", "BELOW", "NFLIP", "FLIP", "SINGLE4", "DOUBLE4", "SINGLE6",
+        "DOUBLE6",
+    ];
+    let functions = BUILTINS.iter().map(|(word, _)| word);
+    let words = functions.chain(VARIABLES).chain(STATEMENTS).chain(UNSUPPORTED);
+    words.copied().filter(|word| *word != "CRE")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

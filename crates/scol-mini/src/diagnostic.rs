@@ -13,6 +13,14 @@
 //! | E0401 to E0404 | DATA |
 //! | E0501 | statements that cannot be executed directly |
 //! | W0209, W0404 | names a host cannot reach; a `WORK` without a position |
+//! | W0601 | a `PRINT` that may overtake the motion before it |
+//! | W0602, W0610 | `INPUT` into a variable without a kind; a real for an integer variable |
+//! | W0603, W0604, W0611 | statements, labels, programs that nothing reaches |
+//! | W0605 to W0607 | variables, names of DATA and GLOBAL that nothing uses |
+//! | W0608, W0609 | a loop variable changed in its loop; a jump into a loop |
+//! | W0612 to W0614 | integer division that loses a fraction; division by zero; percentages out of range |
+//!
+//! W0601 and above come from [`check`](crate::check) alone; a compilation does not look for them.
 
 use alloc::format;
 use alloc::string::{String, ToString};

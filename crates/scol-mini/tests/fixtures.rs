@@ -5,7 +5,7 @@
 mod common;
 
 use common::{answers, compiled, options, play, programs};
-use scol_mini::{Severity, compile};
+use scol_mini::{Severity, check, compile};
 
 // clause: EXAMPLE-09 RAM-04 RAM-09 RAM-10 DATA-01
 #[test]
@@ -31,19 +31,45 @@ fn run_programs_play_as_expected() {
 }
 
 fn remarks(source: &str) -> String {
-    let compilation = compile(source, &options(source));
-    assert!(compilation.program.is_none());
-    assert!(
-        compilation
+    let compilation = check(source, &options(source));
+    let list = &compilation.diagnostics;
+    assert!(!list.is_empty(), "nothing is said about\n{source}");
+    let errors = list.iter().any(|d| d.severity == Severity::Error);
+    assert_eq!(compilation.program.is_none(), errors);
+    list.iter().map(|d| d.render(source, "TEST")).collect()
+}
+
+/// What a fixture says by hand it expects: codes and lines, in the order of the source.
+fn said(source: &str) -> Option<Vec<String>> {
+    let line = source.lines().find_map(|line| line.strip_prefix("' says: "))?;
+    let mut list: Vec<String> = line.split(',').map(|entry| entry.trim().to_string()).collect();
+    list.sort();
+    Some(list)
+}
+
+#[test]
+fn err_programs_get_the_codes_on_the_lines_they_name() {
+    let mut fixtures = 0;
+    for (path, source) in programs("err") {
+        let Some(expected) = said(&source) else { continue };
+        fixtures += 1;
+        let compilation = check(&source, &options(&source));
+        let mut found: Vec<String> = compilation
             .diagnostics
             .iter()
-            .any(|d| d.severity == Severity::Error)
-    );
-    compilation
-        .diagnostics
-        .iter()
-        .map(|d| d.render(source, "TEST"))
-        .collect()
+            .map(|d| format!("{}@{}", d.code, d.line))
+            .collect();
+        found.sort();
+        assert_eq!(
+            found,
+            expected,
+            "{}:
+{}",
+            path.display(),
+            remarks(&source)
+        );
+    }
+    assert!(fixtures >= 60, "{fixtures} programs name what they expect");
 }
 
 // clause: RAM-08 DATA-11 DATA-12 DATA-13

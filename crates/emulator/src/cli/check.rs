@@ -1,15 +1,16 @@
 //! `ts3100 check`: the diagnostics of SCOL files, rendered by the compiler.
 
+use super::report;
 use crate::config::model::ModelChoice;
-use clap::Args;
-use scol_mini::{LanguageOptions, Severity};
+use clap::{Args, ValueEnum};
+use scol_mini::{Diagnostic, LanguageOptions, Severity};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use ts3100_controller::limits;
 
-/// Compiles SCOL files and prints what the compiler says. Exit code: 0 no errors, 1 errors, 2 a file cannot
-/// be read.
+/// Compiles SCOL files and prints what is wrong with them, and what is legal and likely wrong. Exit code: 0 no
+/// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
     /// SCOL files
@@ -18,6 +19,23 @@ pub(super) struct CheckArgs {
     /// Arm, by name or .toml file, which decides how wide a position is
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: ModelChoice,
+    /// Form of the remarks on stdout
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    format: Format,
+    /// Warnings count as errors
+    #[arg(long)]
+    deny_warnings: bool,
+}
+
+/// Form of the remarks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// For people: the line and carets under the place.
+    Text,
+    /// One JSON document for programs.
+    Json,
+    /// SARIF 2.1.0, as code hosts show it beside the source.
+    Sarif,
 }
 
 /// The worst that was met; the order is that of the exit codes.
@@ -43,36 +61,102 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     };
     let mut stdout = io::stdout().lock();
     let mut worst = Outcome::Clean;
+    let mut files = Vec::new();
     for path in &args.files {
-        let outcome = check(path, &options, &mut stdout).unwrap_or_else(|error| {
-            eprintln!("ts3100: {}: {error}", path.display());
-            Outcome::Unreadable
-        });
-        worst = worst.max(outcome);
+        let file = CheckedFile::of(path, &options);
+        worst = worst.max(outcome(&file, args.deny_warnings));
+        let written = match (args.format, &file.found) {
+            (_, Err(error)) => {
+                eprintln!("ts3100: {}: {error}", file.name);
+                Ok(())
+            }
+            (Format::Text, Ok(_)) => text(&file, &mut stdout),
+            (Format::Json | Format::Sarif, Ok(_)) => Ok(()),
+        };
+        if written.is_err() {
+            return ExitCode::from(Outcome::Unreadable as u8);
+        }
+        if args.format != Format::Text {
+            files.push(file);
+        }
+    }
+    let document = match args.format {
+        Format::Text => return ExitCode::from(worst as u8),
+        Format::Json => report::json(&files),
+        Format::Sarif => report::sarif(&files),
+    };
+    if writeln!(stdout, "{document:#}").is_err() {
+        return ExitCode::from(Outcome::Unreadable as u8);
     }
     ExitCode::from(worst as u8)
 }
 
-fn check(path: &Path, options: &LanguageOptions, out: &mut impl Write) -> io::Result<Outcome> {
+fn outcome(file: &CheckedFile, deny_warnings: bool) -> Outcome {
+    match &file.found {
+        Err(_) => Outcome::Unreadable,
+        Ok((_, remarks))
+            if remarks
+                .iter()
+                .any(|d| deny_warnings || d.severity == Severity::Error) =>
+        {
+            Outcome::Errors
+        }
+        Ok(_) => Outcome::Clean,
+    }
+}
+
+fn text(file: &CheckedFile, out: &mut impl Write) -> io::Result<()> {
+    let Ok((source, remarks)) = &file.found else {
+        return Ok(());
+    };
+    for remark in remarks {
+        writeln!(out, "{}", remark.render(source, &file.name).trim_end())?;
+    }
+    if !remarks.iter().any(|d| d.severity == Severity::Error) {
+        writeln!(out, "{}: no errors{}", file.name, warnings(remarks.len()))?;
+    }
+    Ok(())
+}
+
+fn warnings(number: usize) -> String {
+    match number {
+        0 => String::new(),
+        1 => ", 1 warning".to_owned(),
+        more => format!(", {more} warnings"),
+    }
+}
+
+/// A file and what was found in it, or why it cannot be read.
+pub(super) struct CheckedFile {
+    /// As given on the command line.
+    pub(super) name: String,
+    /// The source and the remarks.
+    pub(super) found: io::Result<(String, Vec<Diagnostic>)>,
+}
+
+impl CheckedFile {
+    /// Reads a file and checks it.
+    pub(super) fn of(path: &Path, options: &LanguageOptions) -> CheckedFile {
+        let found = read(path).map(|bytes| {
+            // Bytes that are no UTF-8 become a character the compiler points at.
+            let source = String::from_utf8_lossy(&bytes).into_owned();
+            let remarks = scol_mini::check(&source, options).diagnostics;
+            (source, remarks)
+        });
+        CheckedFile {
+            name: path.display().to_string(),
+            found,
+        }
+    }
+}
+
+/// The bytes of a source, unless it is far too large for a file of the drive.
+pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
     if std::fs::metadata(path)?.len() > 2 * limits::MAX_FILE as u64 {
         return Err(io::Error::other(format!(
             "larger than the {} bytes of a file of the drive",
             limits::MAX_FILE
         )));
     }
-    // Bytes that are no UTF-8 become a character the compiler points at.
-    let source = String::from_utf8_lossy(&std::fs::read(path)?).into_owned();
-    let compilation = scol_mini::compile(&source, options);
-    let name = path.display().to_string();
-    let mut outcome = Outcome::Clean;
-    for diagnostic in &compilation.diagnostics {
-        if diagnostic.severity == Severity::Error {
-            outcome = Outcome::Errors;
-        }
-        writeln!(out, "{}", diagnostic.render(&source, &name).trim_end())?;
-    }
-    if compilation.diagnostics.is_empty() {
-        writeln!(out, "{name}: no errors")?;
-    }
-    Ok(outcome)
+    std::fs::read(path)
 }

@@ -1,7 +1,9 @@
-//! The command line `ts3100 serve | host | check`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod format;
 mod host;
+mod report;
 mod serve;
 
 use crate::config::ServeArgs;
@@ -21,6 +23,7 @@ enum Command {
     Serve(Box<ServeArgs>),
     Host(host::HostArgs),
     Check(check::CheckArgs),
+    Fmt(format::FormatArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -30,5 +33,6 @@ pub fn main() -> ExitCode {
         Command::Serve(args) => serve::run(*args),
         Command::Host(args) => host::run(&args),
         Command::Check(args) => check::run(&args),
+        Command::Fmt(args) => format::run(&args),
     }
 }

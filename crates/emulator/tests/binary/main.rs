@@ -11,3 +11,4 @@ mod client;
 mod extensions;
 mod serve;
 mod support;
+mod tools;

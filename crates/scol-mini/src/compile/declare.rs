@@ -154,15 +154,17 @@ pub(super) fn data(file: &File, options: &LanguageOptions, symbols: &mut Symbols
             .iter()
             .filter(|datum| (datum.kind == Kind::Coordinate) == wanted)
         {
-            let added = work(datum, symbols).and_then(|work| {
-                let value = datum_value(datum, work, options);
-                let slot = Slot {
-                    kind: Some(datum.kind),
-                    initial: Vec::from([(0, value)]),
-                    ..Slot::plain(&datum.name.text, Owner::Data)
-                };
-                add(symbols, &datum.name, slot)
+            // A position in a frame that does not exist is still a name: what uses it is not wrong.
+            let work = work(datum, symbols).unwrap_or_else(|problem| {
+                sink.error(problem);
+                None
             });
+            let slot = Slot {
+                kind: Some(datum.kind),
+                initial: Vec::from([(0, datum_value(datum, work, options))]),
+                ..Slot::plain(&datum.name.text, Owner::Data)
+            };
+            let added = add(symbols, &datum.name, slot);
             if let Err(problem) = added {
                 sink.error(problem);
             }

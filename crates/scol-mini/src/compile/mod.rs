@@ -37,10 +37,9 @@ pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
     let mut sink = Sink::new(source);
     let program = build(source, options, &mut sink);
     let program = program.filter(|_| !sink.has_errors()).map(Arc::new);
-    Compilation {
-        program,
-        diagnostics: sink.finish(),
-    }
+    let mut diagnostics = sink.finish();
+    crate::suggest::attach(source, options.arm, &mut diagnostics);
+    Compilation { program, diagnostics }
 }
 
 fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Program> {

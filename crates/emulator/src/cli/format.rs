@@ -1,0 +1,76 @@
+//! `ts3100 fmt`: lays SCOL files out anew. The layout is `scol-mini`'s; here files are read and written.
+
+use super::check::read;
+use clap::Args;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Formats SCOL files in place; `-` formats stdin to stdout. The meaning never changes: a line whose words would
+/// not be the same is left as it is. Exit code: 0 done, 1 with --check: a file is not formatted, 2 a file cannot be
+/// read or written.
+#[derive(Debug, Args)]
+pub(super) struct FormatArgs {
+    /// SCOL files, or - for stdin
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Write nothing, name the files that are not formatted
+    #[arg(long)]
+    check: bool,
+}
+
+/// What became of a file; the order is that of the exit codes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Outcome {
+    Done = 0,
+    Unformatted = 1,
+    Failed = 2,
+}
+
+/// Formats every file.
+pub(super) fn run(args: &FormatArgs) -> ExitCode {
+    let mut worst = Outcome::Done;
+    for path in &args.files {
+        let outcome = one(path, args.check).unwrap_or_else(|error| {
+            eprintln!("ts3100: {}: {error}", path.display());
+            Outcome::Failed
+        });
+        worst = worst.max(outcome);
+    }
+    ExitCode::from(worst as u8)
+}
+
+fn one(path: &Path, check: bool) -> io::Result<Outcome> {
+    let stdin = path == Path::new("-");
+    let bytes = if stdin {
+        let mut bytes = Vec::new();
+        let most = 2 * ts3100_controller::limits::MAX_FILE as u64;
+        io::stdin().lock().take(most + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 > most {
+            return Err(io::Error::other("larger than a file of the drive"));
+        }
+        bytes
+    } else {
+        read(path)?
+    };
+    let source = String::from_utf8(bytes)
+        .map_err(|_| io::Error::other("not a text in ASCII or UTF-8, left as it is"))?;
+    let formatted = scol_mini::format(&source);
+    let changed = formatted != source;
+    if check {
+        if changed {
+            println!("{}: not formatted", path.display());
+        }
+        return Ok(if changed {
+            Outcome::Unformatted
+        } else {
+            Outcome::Done
+        });
+    }
+    if stdin {
+        io::stdout().lock().write_all(formatted.as_bytes())?;
+    } else if changed {
+        std::fs::write(path, formatted)?;
+    }
+    Ok(Outcome::Done)
+}

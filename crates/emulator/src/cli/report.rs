@@ -1,0 +1,222 @@
+//! The remarks of `ts3100 check` as documents: plain JSON, and SARIF 2.1.0 (OASIS). What is remarked is the
+//! compiler's matter.
+
+use super::check::CheckedFile;
+use scol_mini::{Diagnostic, Severity};
+use serde_json::{Value, json};
+use std::collections::BTreeSet;
+
+/// The JSON document: files in the order given, each with its remarks in the order of the source.
+pub(super) fn json(files: &[CheckedFile]) -> Value {
+    let all = || {
+        files
+            .iter()
+            .filter_map(|file| file.found.as_ref().ok())
+            .flat_map(|(_, d)| d)
+    };
+    let count = |severity| all().filter(|d| d.severity == severity).count();
+    json!({
+        "version": 1,
+        "errors": count(Severity::Error),
+        "warnings": count(Severity::Warning),
+        "files": files.iter().map(file).collect::<Vec<_>>(),
+    })
+}
+
+fn file(file: &CheckedFile) -> Value {
+    match &file.found {
+        Err(error) => json!({ "file": file.name, "unreadable": error.to_string() }),
+        Ok((source, remarks)) => json!({
+            "file": file.name,
+            "diagnostics": remarks.iter().map(|d| remark(d, source)).collect::<Vec<_>>(),
+        }),
+    }
+}
+
+fn remark(diagnostic: &Diagnostic, source: &str) -> Value {
+    let place = Place::of(diagnostic, source);
+    json!({
+        "severity": word(diagnostic.severity),
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "help": diagnostic.help,
+        "line": diagnostic.line,
+        "column": place.column,
+        "endColumn": place.end_column,
+        "offset": diagnostic.span.start,
+        "length": diagnostic.span.end.saturating_sub(diagnostic.span.start),
+    })
+}
+
+/// The SARIF document: one run, a rule for every code that occurs, a notification for every file that cannot be
+/// read.
+pub(super) fn sarif(files: &[CheckedFile]) -> Value {
+    let remarks = || {
+        files.iter().filter_map(|file| {
+            let (source, remarks) = file.found.as_ref().ok()?;
+            Some(
+                remarks
+                    .iter()
+                    .map(move |d| (file.name.as_str(), source.as_str(), d)),
+            )
+        })
+    };
+    let rules: BTreeSet<&str> = remarks().flatten().map(|(_, _, d)| d.code).collect();
+    let index = |code: &str| rules.iter().position(|rule| *rule == code);
+    let results: Vec<Value> = remarks()
+        .flatten()
+        .map(|(name, source, d)| result(name, source, d, index(d.code)))
+        .collect();
+    let unreadable: Vec<Value> = files
+        .iter()
+        .filter_map(|file| Some((&file.name, file.found.as_ref().err()?)))
+        .map(|(name, error)| {
+            json!({
+                "level": "error",
+                "message": { "text": error.to_string() },
+                "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri(name) } } }],
+            })
+        })
+        .collect();
+    json!({
+        "$schema": "https://json.schemastore.org/sarif-2.1.0.json",
+        "version": "2.1.0",
+        "runs": [{
+            "tool": { "driver": {
+                "name": "ts3100 check",
+                "semanticVersion": env!("CARGO_PKG_VERSION"),
+                "rules": rules.iter().map(|rule| json!({ "id": rule })).collect::<Vec<_>>(),
+            } },
+            "columnKind": "unicodeCodePoints",
+            "invocations": [{
+                "executionSuccessful": unreadable.is_empty(),
+                "toolExecutionNotifications": unreadable,
+            }],
+            "results": results,
+        }],
+    })
+}
+
+fn result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>) -> Value {
+    let place = Place::of(diagnostic, source);
+    let text = match &diagnostic.help {
+        Some(help) => format!("{} (help: {help})", diagnostic.message),
+        None => diagnostic.message.clone(),
+    };
+    json!({
+        "ruleId": diagnostic.code,
+        "ruleIndex": rule,
+        "level": word(diagnostic.severity),
+        "message": { "text": text },
+        "locations": [{ "physicalLocation": {
+            "artifactLocation": { "uri": uri(name) },
+            "region": {
+                "startLine": diagnostic.line,
+                "startColumn": place.column,
+                "endColumn": place.end_column,
+            },
+        } }],
+    })
+}
+
+/// JSON's and SARIF's word.
+fn word(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+    }
+}
+
+/// Columns from 1, in characters; the second is one past the last. A remark stays on its line.
+struct Place {
+    column: usize,
+    end_column: usize,
+}
+
+impl Place {
+    fn of(diagnostic: &Diagnostic, source: &str) -> Place {
+        let bytes = source.as_bytes();
+        let start = diagnostic.span.start.min(bytes.len());
+        let begin = (start + 1).saturating_sub(diagnostic.column as usize);
+        let rest = bytes.get(start..).unwrap_or_default();
+        let line = rest
+            .iter()
+            .position(|byte| matches!(byte, b'\r' | b'\n'))
+            .unwrap_or(rest.len());
+        let length = diagnostic.span.end.saturating_sub(start).min(line);
+        let characters = |from: usize, to: usize| {
+            String::from_utf8_lossy(bytes.get(from..to).unwrap_or_default())
+                .chars()
+                .count()
+        };
+        let column = characters(begin, start) + 1;
+        Place {
+            column,
+            end_column: column + characters(start, start + length),
+        }
+    }
+}
+
+/// The path of a file as a URI reference (RFC 3986).
+fn uri(path: &str) -> String {
+    let mut uri = String::new();
+    for byte in path.bytes() {
+        match byte {
+            b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+                uri.push(byte.into());
+            }
+            b'\\' => uri.push('/'),
+            other => uri.push_str(&format!("%{other:02X}")),
+        }
+    }
+    uri
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(source: &str) -> Vec<CheckedFile> {
+        let remarks = scol_mini::check(source, &scol_mini::LanguageOptions::default()).diagnostics;
+        vec![
+            CheckedFile {
+                name: "a b/pick.scol".to_owned(),
+                found: Ok((source.to_owned(), remarks)),
+            },
+            CheckedFile {
+                name: "gone.scol".to_owned(),
+                found: Err(std::io::Error::other("not there")),
+            },
+        ]
+    }
+
+    #[test]
+    fn json_names_places_in_characters() {
+        let found = json(&files("PROGRAM T\nN = 1 ' \u{e9}\nMOV N\nEND\n"));
+        assert_eq!(found["errors"], 2);
+        let first = &found["files"][0]["diagnostics"][0];
+        assert_eq!((&first["code"], &first["column"]), (&json!("E0004"), &json!(9)));
+        assert_eq!((&first["endColumn"], &first["length"]), (&json!(10), &json!(2)));
+        let second = &found["files"][0]["diagnostics"][1];
+        assert_eq!(second["help"], "did you mean MOVE?");
+        assert_eq!(found["files"][1]["unreadable"], "not there");
+    }
+
+    #[test]
+    fn sarif_has_the_structure_of_2_1_0() {
+        let found = sarif(&files("PROGRAM T\n  N = 1\n  MOV N\nEND\n"));
+        assert_eq!(found["version"], "2.1.0");
+        let run = &found["runs"][0];
+        let rules = run["tool"]["driver"]["rules"].as_array().unwrap();
+        for result in run["results"].as_array().unwrap() {
+            let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
+            assert_eq!(rules[index]["id"], result["ruleId"]);
+            let place = &result["locations"][0]["physicalLocation"];
+            assert_eq!(place["artifactLocation"]["uri"], "a%20b/pick.scol");
+            assert!(place["region"]["startLine"].as_u64().unwrap() >= 1);
+            assert!(place["region"]["endColumn"].as_u64() >= place["region"]["startColumn"].as_u64());
+        }
+        assert_eq!(run["results"].as_array().unwrap().len(), 1);
+        assert_eq!(run["invocations"][0]["executionSuccessful"], false);
+    }
+}

@@ -1,0 +1,280 @@
+//! Lays a source out anew: one indentation, one spacing, words in upper case. Comments, texts and the spelling of
+//! numbers and operators stay. A line whose words would not be the same afterwards, that cannot be cut into words
+//! or would become too long is left as it is, so the meaning never changes.
+
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::diagnostic::Span;
+use crate::lexer::{self, Lexeme, Sign, Token};
+use crate::lines::{Line, lines};
+use crate::outline::{sign, word};
+use crate::{MAX_FOR_NESTING, MAX_LINE, MAX_SOURCE};
+
+/// Blanks of one level.
+const INDENT: usize = 2;
+
+/// The source laid out anew, with LF, CR or CR LF as its first line ends. Formatting twice is the same as once.
+///
+/// A file longer than [`MAX_SOURCE`], or that would become so, comes back as it is.
+///
+/// ```
+/// let tidy = scol_mini::format("program t\nfor i=1 to 3\nprint i,cr 'count\nnext\nend\n");
+/// assert_eq!(tidy, "PROGRAM T\n  FOR I = 1 TO 3\n    PRINT I, CR 'count\n  NEXT\nEND\n");
+/// ```
+#[must_use]
+pub fn format(source: &str) -> String {
+    if source.len() > MAX_SOURCE {
+        return source.into();
+    }
+    let all = lines(source);
+    let end = line_end(source);
+    let mut layout = Layout::default();
+    let mut text = String::new();
+    let mut blank = true;
+    for line in &all {
+        let laid = layout.line(source, *line);
+        // One empty line separates; more say nothing, nor do those at the beginning.
+        if laid.is_empty() && blank {
+            continue;
+        }
+        blank = laid.is_empty();
+        text.push_str(&laid);
+        text.push_str(end);
+    }
+    if blank && !text.is_empty() {
+        text.truncate(text.len() - end.len());
+    }
+    // What follows the code 1A is no part of the file and is not touched.
+    let behind = source.find('\u{1A}').and_then(|at| source.get(at..));
+    text.push_str(behind.unwrap_or_default());
+    if text.len() > MAX_SOURCE {
+        return source.into();
+    }
+    text
+}
+
+/// The line end of the first line that has one.
+fn line_end(source: &str) -> &'static str {
+    match source.find(['\r', '\n']) {
+        Some(at) if source.get(at..at + 2) == Some("\r\n") => "\r\n",
+        Some(at) if source.get(at..=at) == Some("\r") => "\r",
+        _ => "\n",
+    }
+}
+
+/// Where the layout stands.
+#[derive(Default)]
+struct Layout {
+    /// Inside GLOBAL, PROGRAM or DATA.
+    block: bool,
+    data: bool,
+    loops: usize,
+}
+
+impl Layout {
+    fn line(&mut self, source: &str, line: Line) -> String {
+        let text = source.get(line.span.start..line.span.end).unwrap_or_default();
+        let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
+            return text.into();
+        };
+        let comment = comment(source, line, &tokens);
+        let depth = self.depth(&tokens);
+        let mut laid = " ".repeat(depth * INDENT);
+        laid.push_str(&self.spaced(source, &tokens));
+        if !comment.is_empty() {
+            if !tokens.is_empty() {
+                laid.push_str(gap(source, &tokens, comment));
+            }
+            laid.push_str(&upper_remark(comment));
+        }
+        let laid = laid.trim_end_matches(' ');
+        if laid.len() <= MAX_LINE && same(laid, &tokens) {
+            laid.into()
+        } else {
+            text.into()
+        }
+    }
+
+    /// The depth of a line; goes into and out of blocks and loops with it.
+    fn depth(&mut self, tokens: &[Lexeme]) -> usize {
+        let alone = tokens.len() == 1;
+        let labelled = sign(tokens.get(1)) == Some(Sign::Colon);
+        let head = word(tokens.get(if labelled { 2 } else { 0 }));
+        match head {
+            "END" if alone || (labelled && tokens.len() == 3) => {
+                *self = Layout::default();
+                return 0;
+            }
+            "GLOBAL" | "DATA" | "PROGRAM" if !labelled && (alone || head == "PROGRAM") => {
+                *self = Layout {
+                    block: true,
+                    data: head == "DATA",
+                    loops: 0,
+                };
+                return 0;
+            }
+            "NEXT" => self.loops = self.loops.saturating_sub(1),
+            _ => {}
+        }
+        let depth = usize::from(self.block) + self.loops;
+        if head == "FOR" && self.block {
+            self.loops = (self.loops + 1).min(MAX_FOR_NESTING);
+        }
+        // A label stands out, so that the target of a jump is seen.
+        if labelled { 0 } else { depth }
+    }
+
+    /// The words of a line with one spacing.
+    fn spaced(&self, source: &str, tokens: &[Lexeme]) -> String {
+        let mut text = String::new();
+        for (at, lexeme) in tokens.iter().enumerate() {
+            let before = at.checked_sub(1).and_then(|at| tokens.get(at));
+            let earlier = at.checked_sub(2).and_then(|at| tokens.get(at));
+            if before.is_some() && self.parted(earlier, before, lexeme, tokens.get(at + 1)) {
+                text.push(' ');
+            }
+            let spelling = source.get(lexeme.span.start..lexeme.span.end).unwrap_or_default();
+            match lexeme.token {
+                Token::Text(_) => text.push_str(spelling),
+                _ => text.push_str(&spelling.to_ascii_uppercase()),
+            }
+        }
+        text
+    }
+
+    /// `true` when a blank stands between `before` and `next`.
+    fn parted(
+        &self,
+        earlier: Option<&Lexeme>,
+        before: Option<&Lexeme>,
+        next: &Lexeme,
+        after: Option<&Lexeme>,
+    ) -> bool {
+        let (left, right) = (sign(before), sign(Some(next)));
+        match (left, right) {
+            (_, Some(Sign::Comma | Sign::Close | Sign::CloseBrace | Sign::Colon | Sign::Dot)) => false,
+            (Some(Sign::Open | Sign::OpenBrace | Sign::Dot), _) => false,
+            // Data is written closely, as the controller does it.
+            _ if self.data && (left.is_some() || right.is_some()) => false,
+            (Some(Sign::Comma | Sign::Colon), _) => true,
+            (Some(Sign::Minus | Sign::Plus), _) if is_value(earlier).is_none() => false,
+            (_, Some(Sign::Slash)) if after.is_none() => false,
+            (None, Some(Sign::Open)) => is_value(before) != Some(true) || is_operator(earlier, before),
+            _ => true,
+        }
+    }
+}
+
+/// What a token ends: a value (a name or a function when followed by a parenthesis), or nothing.
+fn is_value(lexeme: Option<&Lexeme>) -> Option<bool> {
+    const JOINTS: &[&str] = &[
+        "IF", "THEN", "ELSE", "WAIT", "MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "PRINT", "INPUT",
+        "DELAY", "TO", "STEP", "AND", "OR", "NOT", "WITH", "DO", "ON", "KILL", "AS",
+    ];
+    match &lexeme?.token {
+        Token::Word(word) if JOINTS.contains(&word.as_str()) => None,
+        Token::Word(_) => Some(true),
+        Token::Integer(_) | Token::Real(_) | Token::Text(_) => Some(false),
+        Token::Sign(Sign::Close | Sign::CloseBrace) => Some(false),
+        Token::Sign(_) => None,
+    }
+}
+
+/// `MOD` between two values is an operator, elsewhere a function.
+fn is_operator(earlier: Option<&Lexeme>, before: Option<&Lexeme>) -> bool {
+    word(before) == "MOD" && is_value(earlier).is_some()
+}
+
+/// The comment of a line, without blanks around it.
+fn comment<'a>(source: &'a str, line: Line, tokens: &[Lexeme]) -> &'a str {
+    let start = tokens.last().map_or(line.span.start, |last| last.span.end);
+    source
+        .get(start..line.span.end)
+        .unwrap_or_default()
+        .trim_matches(' ')
+}
+
+/// The blanks between statement and comment stay: people line comments up. At least one stands there.
+fn gap<'a>(source: &'a str, tokens: &[Lexeme], comment: &str) -> &'a str {
+    let start = tokens.last().map_or(0, |last| last.span.end);
+    let rest = source.get(start..).unwrap_or_default();
+    let blanks = rest.len() - rest.trim_start_matches(' ').len();
+    rest.get(..blanks)
+        .filter(|gap| !gap.is_empty() && !comment.is_empty())
+        .unwrap_or(" ")
+}
+
+/// `remark` in upper case, its text as it is.
+fn upper_remark(comment: &str) -> String {
+    match (comment.get(..6), comment.get(6..)) {
+        (Some(word), Some(text)) if word.eq_ignore_ascii_case("REMARK") => {
+            let mut upper = word.to_ascii_uppercase();
+            upper.push_str(text);
+            upper
+        }
+        _ => comment.into(),
+    }
+}
+
+/// Whether a line laid out has the words it had.
+fn same(laid: &str, tokens: &[Lexeme]) -> bool {
+    let line = Line {
+        number: 1,
+        span: Span {
+            start: 0,
+            end: laid.len(),
+        },
+    };
+    let Ok(again) = lexer::tokens(laid, line, MAX_LINE) else {
+        return false;
+    };
+    let words: Vec<&Token> = again.iter().map(|lexeme| &lexeme.token).collect();
+    words.into_iter().eq(tokens.iter().map(|lexeme| &lexeme.token))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spacing() {
+        for (from, to) in [
+            ("n=-1+ - 2*(a-b)", "N = -1 + -2 * (A - B)"),
+            (
+                "if(a==1)and not(b<2)then stop",
+                "IF (A == 1) AND NOT (B < 2) THEN STOP",
+            ),
+            ("goto (k)a,b", "GOTO(K) A, B"),
+            (
+                "move point (1 ,-2)+p . x with speed=5",
+                "MOVE POINT(1, -2) + P.X WITH SPEED = 5",
+            ),
+            ("print ip1,\"a  b\" , -x,cr", "PRINT IP1, \"a  b\", -X, CR"),
+            ("x=mod(a,2)+a mod(2)", "X = MOD(A, 2) + A MOD (2)"),
+            ("dout(1,-2)", "DOUT(1, -2)"),
+            ("movec p1 p2", "MOVEC P1 P2"),
+            ("a=1 .x", "A = 1 .X"),
+            ("p={1,2}", "P = {1, 2}"),
+            ("remark  Keep  This", "REMARK  Keep  This"),
+            ("a=1   ' Aligned", "A = 1   ' Aligned"),
+        ] {
+            let found = format(from);
+            let found = found.trim_end();
+            // Where the words would change, the line stays as it was.
+            let expected = if from == "a=1 .x" { from } else { to };
+            assert_eq!(found, expected);
+        }
+    }
+
+    #[test]
+    fn blocks_labels_data_and_line_ends() {
+        let source = "\r\n\r\nprogram t\r\nlast:\r\n    stop\r\n\r\n\r\n out: goto last\r\nend\r\ndata\r\npoint p1 = 1, -2 ,,3/\r\nend\r\n\r\n\x1Arest\r\n";
+        assert_eq!(
+            format(source),
+            "PROGRAM T\r\nLAST:\r\n  STOP\r\n\r\nOUT: GOTO LAST\r\nEND\r\nDATA\r\n  POINT P1=1,-2,,3/\r\nEND\r\n\x1Arest\r\n"
+        );
+        let broken = "PROGRAM T\n\tX  = 1\n   é\n";
+        assert_eq!(format(broken), broken);
+    }
+}

@@ -1,0 +1,194 @@
+//! Warnings about the order of statements: what is never reached, jumps into loops, loops whose variable is
+//! changed, a PRINT that may overtake the motion before it.
+
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::vec::Vec;
+
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Lexeme, Sign};
+use crate::outline::{Part, Row, sign, word};
+use crate::sink::Sink;
+
+const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
+
+pub(super) fn lint(part: &Part, sink: &mut Sink) {
+    unreachable(part, sink);
+    overtaking(part, sink);
+    loops(part, sink);
+}
+
+/// The place of a row without its label.
+fn span(row: &Row) -> Span {
+    match (row.body.first(), row.body.last()) {
+        (Some(first), Some(last)) => first.span.to(last.span),
+        _ => row.line.span,
+    }
+}
+
+/// `true` when nothing behind this statement is executed.
+fn leaves(segment: &[Lexeme]) -> bool {
+    match word(segment.first()) {
+        "GOTO" => sign(segment.get(1)) != Some(Sign::Open),
+        "RETURN" => true,
+        _ => false,
+    }
+}
+
+/// W0603: statements behind a jump and before the next label; one remark for each stretch of them.
+fn unreachable(part: &Part, sink: &mut Sink) {
+    let mut left: Option<(u32, &str)> = None;
+    let mut told = false;
+    for row in &part.rows {
+        if row.label.is_some() {
+            (left, told) = (None, false);
+        }
+        if row.body.is_empty() {
+            continue;
+        }
+        let Some((line, by)) = left else {
+            left = leaving(row).map(|by| (row.line.number, by));
+            continue;
+        };
+        if !told {
+            let message = format!("this is never reached: line {line} always leaves by {by}");
+            let problem = Problem::new("W0603", span(row), message);
+            sink.warning(problem.help("remove it, or put a label before it that something jumps to"));
+            told = true;
+        }
+    }
+}
+
+/// The word by which a row leaves in every case.
+fn leaving(row: &Row) -> Option<&str> {
+    let segments: Vec<&[Lexeme]> = row.segments().collect();
+    match segments.as_slice() {
+        [only] if leaves(only) => Some(word(only.first())),
+        [condition, then, otherwise]
+            if word(condition.first()) == "IF" && leaves(then) && leaves(otherwise) =>
+        {
+            Some(word(then.first()))
+        }
+        _ => None,
+    }
+}
+
+/// W0601: a PRINT behind a motion, with nothing between that waits for its end.
+fn overtaking(part: &Part, sink: &mut Sink) {
+    let mut moving: Option<(u32, &str)> = None;
+    for row in &part.rows {
+        if row.label.is_some() {
+            moving = None;
+        }
+        for segment in row.segments() {
+            let head = word(segment.first());
+            if let Some(motion) = MOTIONS.iter().find(|motion| **motion == head) {
+                moving = Some((row.line.number, motion));
+            } else if head == "PRINT" {
+                if let Some((line, motion)) = moving.take() {
+                    let message =
+                        format!("this PRINT follows the {motion} of line {line} without waiting for its end");
+                    let place = segment.first().map_or(row.line.span, |first| first.span);
+                    let problem = Problem::new("W0601", place, message);
+                    sink.warning(problem.help(
+                        "put WAIT MOTION >= 100 before it: under ENABLE NOWAIT it is sent before the arm arrives",
+                    ));
+                }
+            } else if !segment.iter().any(|l| sign(Some(l)) == Some(Sign::Assign)) && head != "IF"
+                || head == "FOR"
+            {
+                moving = None;
+            }
+        }
+    }
+}
+
+/// A FOR loop that is open at some row.
+#[derive(Clone, PartialEq)]
+struct Loop<'a> {
+    line: u32,
+    variable: &'a str,
+}
+
+/// W0608 and W0609.
+fn loops(part: &Part, sink: &mut Sink) {
+    let mut open: Vec<Loop<'_>> = Vec::new();
+    let mut labels: BTreeMap<&str, Vec<Loop<'_>>> = BTreeMap::new();
+    let mut jumps: Vec<(&str, Span, Vec<Loop<'_>>)> = Vec::new();
+    for row in &part.rows {
+        if let Some(label) = &row.label {
+            labels.entry(&label.text).or_insert_with(|| open.clone());
+        }
+        for segment in row.segments() {
+            changed(segment, &open, sink);
+            if word(segment.first()) == "GOTO" {
+                let named = targets(segment).map(|(label, span)| (label, span, open.clone()));
+                jumps.extend(named);
+            }
+        }
+        if row.head() == "FOR" && open.len() < crate::MAX_FOR_NESTING {
+            open.push(Loop {
+                line: row.line.number,
+                variable: word(row.body.get(1)),
+            });
+        } else if row.head() == "NEXT" {
+            open.pop();
+        }
+    }
+    for (label, span, from) in jumps {
+        let inside = labels
+            .get(label)
+            .and_then(|stack| stack.get(from.len().min(stack.len())..));
+        let around = labels.get(label).map_or(&[][..], Vec::as_slice);
+        let entered = around
+            .iter()
+            .enumerate()
+            .find(|(depth, known)| from.get(*depth) != Some(known))
+            .map(|(_, known)| known)
+            .or_else(|| inside.and_then(|rest| rest.first()));
+        if let Some(entered) = entered {
+            let message = format!(
+                "this jumps into the FOR {} loop of line {}, whose NEXT then finds no FOR that was begun",
+                entered.variable, entered.line
+            );
+            let problem = Problem::new("W0609", span, message);
+            sink.warning(problem.help(format!("jump to a label before line {} instead", entered.line)));
+        }
+    }
+}
+
+/// The labels of a GOTO.
+pub(super) fn targets(segment: &[Lexeme]) -> impl Iterator<Item = (&str, Span)> {
+    let close = segment.iter().rposition(|l| sign(Some(l)) == Some(Sign::Close));
+    segment
+        .get(close.map_or(1, |at| at + 1)..)
+        .unwrap_or_default()
+        .iter()
+        .map(|lexeme| (word(Some(lexeme)), lexeme.span))
+        .filter(|(label, _)| !label.is_empty())
+}
+
+/// W0608: the variable of an open loop gets a value by other means.
+fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
+    let head = word(segment.first());
+    let given: Vec<&Lexeme> = match head {
+        "INPUT" => segment.iter().skip(1).collect(),
+        "FOR" => segment.iter().skip(1).take(1).collect(),
+        _ if sign(segment.get(1)) == Some(Sign::Assign) => segment.iter().take(1).collect(),
+        _ => return,
+    };
+    for lexeme in given {
+        let name = word(Some(lexeme));
+        if let Some(around) = open
+            .iter()
+            .find(|around| around.variable == name && !name.is_empty())
+        {
+            let message = format!(
+                "{name} is changed in the FOR loop of line {} that counts it",
+                around.line
+            );
+            let problem = Problem::new("W0608", lexeme.span, message);
+            sink.warning(problem.help("use another variable: this one decides how often the loop runs"));
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Warnings: what is legal and likely wrong. Looks at words, not at trees, so it says something about a file that
+//! does not compile as well; what is an error is left to the compiler. The codes are W0601 to W0614, see
+//! `diagnostic`.
+
+mod flow;
+mod names;
+mod values;
+
+use alloc::vec::Vec;
+
+use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
+use crate::options::LanguageOptions;
+use crate::outline::Outline;
+use crate::sink::Sink;
+use crate::{Compilation, MAX_SOURCE, compile};
+
+/// Compiles a file and warns of what is legal and likely wrong in it, in the order of the source, at most
+/// [`MAX_DIAGNOSTICS`] remarks. Names that nobody uses are only reported when there is no error: the line that
+/// uses one may be the broken one.
+#[must_use]
+pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
+    let mut compilation = compile(source, options);
+    if source.len() > MAX_SOURCE {
+        return compilation;
+    }
+    let clean = !compilation
+        .diagnostics
+        .iter()
+        .any(|d| d.severity == Severity::Error);
+    let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
+    let warnings = warnings(source, options, clean);
+    compilation.diagnostics.extend(warnings.into_iter().take(room));
+    compilation.diagnostics.sort_by_key(|d| (d.line, d.column));
+    compilation
+}
+
+fn warnings(source: &str, options: &LanguageOptions, clean: bool) -> Vec<Diagnostic> {
+    let outline = Outline::new(source);
+    let mut sink = Sink::new(source);
+    for part in &outline.parts {
+        flow::lint(part, &mut sink);
+        values::lint(part, options, &mut sink);
+    }
+    names::lint(&outline, options.arm, clean, &mut sink);
+    sink.finish()
+}

@@ -1,0 +1,210 @@
+//! Warnings about names: given and never used, used and never given a kind.
+
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::format;
+
+use super::flow::targets;
+use crate::builtin;
+use crate::diagnostic::{Problem, Span};
+use crate::lexer::{Lexeme, Sign, Token};
+use crate::options::Arm;
+use crate::outline::{Outline, Part, Row, names, sign, word};
+use crate::sink::Sink;
+
+/// What the statements of a program do with names.
+#[derive(Default)]
+struct Uses<'a> {
+    /// Given a value by assignment, with the first place.
+    assigned: BTreeMap<&'a str, Span>,
+    /// Read, counted by a loop, handed to a subprogram or filled by INPUT.
+    used: BTreeSet<&'a str>,
+    input: BTreeMap<&'a str, Span>,
+    labels: BTreeSet<&'a str>,
+    called: BTreeSet<&'a str>,
+}
+
+pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
+    let mut shared = outline.shared();
+    let mut known: BTreeSet<&str> = BTreeSet::new();
+    let mut called: BTreeSet<&str> = BTreeSet::new();
+    let parts: alloc::vec::Vec<(&Part, Uses<'_>)> = outline
+        .parts
+        .iter()
+        .map(|part| (part, Uses::of(part, arm)))
+        .collect();
+    let valued = valued(outline, &parts);
+    for (part, uses) in &parts {
+        uninitialised(part, uses, &valued, sink);
+        if clean {
+            labels(part, uses, sink);
+            unread(part, uses, &shared, sink);
+        }
+        known.extend(uses.used.iter().chain(uses.assigned.keys()));
+        called.extend(&uses.called);
+    }
+    if !clean {
+        return;
+    }
+    for row in outline.data.iter().filter(|row| row.head() == "WORK") {
+        known.insert(word(row.body.get(1)));
+    }
+    shared.retain(|name, _| !known.contains(name));
+    for row in &outline.data {
+        if let Some((name, span)) = row.datum()
+            && shared.remove(name).is_some()
+        {
+            let message = format!("no program of this file uses {} {name}", row.head());
+            let problem = Problem::new("W0606", span, message);
+            sink.warning(problem.help("remove it from DATA, unless a host uses it by DO or MR"));
+        }
+    }
+    for (name, span) in shared {
+        let problem = Problem::new("W0607", span, format!("no program of this file uses {name}"));
+        sink.warning(problem.help("remove it from GLOBAL, unless a host reads it by MR"));
+    }
+    for name in outline.parts.iter().skip(1).filter_map(|part| part.name.as_ref()) {
+        if !called.contains(name.text.as_str()) {
+            let message = format!("nothing calls or starts {}", name.text);
+            let problem = Problem::new("W0611", name.span, message);
+            sink.warning(problem.help("only the first PROGRAM of a file starts by itself"));
+        }
+    }
+}
+
+/// Shared names that have a value from the file or from some program.
+fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a str> {
+    let mut names: BTreeSet<&str> = outline
+        .data
+        .iter()
+        .filter_map(Row::datum)
+        .map(|(name, _)| name)
+        .collect();
+    let globals = outline.globals.iter();
+    let given = globals.filter(|row| row.head() == "DIM" || row.body.len() > 1);
+    for row in given {
+        names.extend(row.body.iter().map(|lexeme| word(Some(lexeme))));
+    }
+    let shared = outline.shared();
+    for (_, uses) in parts {
+        names.extend(uses.assigned.keys().filter(|name| shared.contains_key(*name)));
+    }
+    names
+}
+
+/// W0602: INPUT into a variable whose kind nothing has fixed.
+fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &mut Sink) {
+    let dims: BTreeSet<&str> = part.dims().map(|(name, _)| name).collect();
+    for (name, span) in &uses.input {
+        let given = uses.assigned.contains_key(name)
+            || valued.contains(name)
+            || dims.contains(name)
+            || part.parameters.iter().any(|parameter| parameter == name);
+        if !given {
+            let message = format!("{name} gets its kind from what the peer happens to send first");
+            let problem = Problem::new("W0602", *span, message);
+            sink.warning(problem.help(format!("give it a value before: {name} = 0 or {name} = 0.0")));
+        }
+    }
+}
+
+/// W0604.
+fn labels(part: &Part, uses: &Uses<'_>, sink: &mut Sink) {
+    for label in part.rows.iter().filter_map(|row| row.label.as_ref()) {
+        if label.text != "RCYCLE" && !uses.labels.contains(label.text.as_str()) {
+            let problem = Problem::new("W0604", label.span, format!("nothing jumps to {}", label.text));
+            sink.warning(problem.help("remove the label"));
+        }
+    }
+}
+
+/// W0605.
+fn unread(part: &Part, uses: &Uses<'_>, shared: &BTreeMap<&str, Span>, sink: &mut Sink) {
+    for (name, span) in &uses.assigned {
+        let known = uses.used.contains(name)
+            || shared.contains_key(name)
+            || part.parameters.iter().any(|parameter| parameter == name);
+        if !known {
+            let message = format!("{name} is given a value that nothing reads");
+            let problem = Problem::new("W0605", *span, message);
+            sink.warning(problem.help("remove it; if a host reads it by MR, declare it in GLOBAL"));
+        }
+    }
+}
+
+impl<'a> Uses<'a> {
+    fn of(part: &'a Part, arm: Arm) -> Uses<'a> {
+        let mut uses = Uses::default();
+        for row in part.rows.iter().filter(|row| row.head() != "DIM") {
+            for segment in row.segments() {
+                uses.segment(segment, arm);
+            }
+        }
+        uses
+    }
+
+    fn segment(&mut self, segment: &'a [Lexeme], arm: Arm) {
+        let head = word(segment.first());
+        self.tasks(segment);
+        match head {
+            "GOTO" => {
+                self.labels.extend(targets(segment).map(|(label, _)| label));
+                self.used.extend(names(segment, arm).map(|(name, _)| name));
+            }
+            "NEXT" => {}
+            "INPUT" => {
+                for (name, span) in names(segment, arm) {
+                    self.input.entry(name).or_insert(span);
+                    self.used.insert(name);
+                }
+            }
+            "" => {}
+            "FOR" => {
+                let name = word(segment.get(1));
+                if let Some(lexeme) = segment.get(1) {
+                    self.assigned.entry(name).or_insert(lexeme.span);
+                }
+                self.used.extend(names(segment, arm).map(|(name, _)| name));
+            }
+            _ if builtin::is_reserved(head, arm) => {
+                self.used.extend(names(segment, arm).map(|(name, _)| name));
+            }
+            _ => self.named(head, segment, arm),
+        }
+    }
+
+    /// An assignment or a call.
+    fn named(&mut self, head: &'a str, segment: &'a [Lexeme], arm: Arm) {
+        let equals = segment
+            .iter()
+            .position(|lexeme| sign(Some(lexeme)) == Some(Sign::Assign));
+        let rest = names(segment, arm).skip(1).map(|(name, _)| name);
+        self.used.extend(rest);
+        match (equals, segment.first()) {
+            (Some(_), Some(first)) => {
+                self.assigned.entry(head).or_insert(first.span);
+                // The id of a task is of use to KILL alone.
+                if segment.iter().any(|lexeme| word(Some(lexeme)) == "TASK") {
+                    self.used.insert(head);
+                }
+            }
+            _ => {
+                self.called.insert(head);
+                for (name, span) in names(segment, arm).skip(1) {
+                    self.assigned.entry(name).or_insert(span);
+                }
+            }
+        }
+    }
+
+    /// Programs started by `TASK("NAME")`.
+    fn tasks(&mut self, segment: &'a [Lexeme]) {
+        for pair in segment.windows(3) {
+            if let [task, _, name] = pair
+                && word(Some(task)) == "TASK"
+                && let Token::Text(name) = &name.token
+            {
+                self.called.insert(name.trim_matches(' '));
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Warnings about constants: divisions that lose their fraction, percentages outside their range, reals for
+//! integer variables.
+
+use alloc::collections::BTreeMap;
+use alloc::format;
+
+use crate::diagnostic::Problem;
+use crate::lexer::{Lexeme, Sign, Token};
+use crate::options::{IntDivision, LanguageOptions};
+use crate::outline::{Part, sign, word};
+use crate::sink::Sink;
+
+pub(super) fn lint(part: &Part, options: &LanguageOptions, sink: &mut Sink) {
+    let mut integers: BTreeMap<&str, u32> = BTreeMap::new();
+    for row in &part.rows {
+        divisions(&row.body, options, sink);
+        percentages(&row.body, sink);
+        for segment in row.segments() {
+            if let [target, equals, value] = segment
+                && sign(Some(equals)) == Some(Sign::Assign)
+            {
+                let name = word(Some(target));
+                match value.token {
+                    Token::Integer(_) => {
+                        integers.entry(name).or_insert(row.line.number);
+                    }
+                    Token::Real(real) => truncated(name, real, value, &integers, sink),
+                    _ => {
+                        integers.entry(name).or_insert(0);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// W0610: the first value of a variable fixes its kind (scol.md 2.3).
+fn truncated(name: &str, real: f32, value: &Lexeme, integers: &BTreeMap<&str, u32>, sink: &mut Sink) {
+    let cut = libm::truncf(real);
+    if let Some(line) = integers.get(name).filter(|line| **line > 0)
+        && (real - cut) != 0.0
+    {
+        let message = format!("{name} is an integer since line {line}, so {real} becomes {cut}");
+        let problem = Problem::new("W0610", value.span, message);
+        sink.warning(problem.help(format!("make it a real from the beginning: {name} = 0.0")));
+    }
+}
+
+/// W0612 and W0613.
+fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
+    for (at, window) in tokens.windows(3).enumerate() {
+        let [left, slash, right] = window else { continue };
+        if sign(Some(slash)) != Some(Sign::Slash) {
+            continue;
+        }
+        if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
+            let problem = Problem::new("W0613", right.span, "this divides by zero, which is an alarm");
+            sink.warning(problem);
+            continue;
+        }
+        let before = at.checked_sub(1).and_then(|at| tokens.get(at));
+        let tighter =
+            matches!(sign(before), Some(Sign::Star | Sign::Slash | Sign::Caret)) || word(before) == "MOD";
+        if tighter || options.int_division != IntDivision::Truncate {
+            continue;
+        }
+        if let (Token::Integer(a), Token::Integer(b)) = (&left.token, &right.token)
+            && a % b != 0
+        {
+            let span = left.span.to(right.span);
+            let message = format!("{a}/{b} divides integers and gives {}", a / b);
+            let problem = Problem::new("W0612", span, message);
+            sink.warning(problem.help(format!("write {a}.0/{b} to keep the fraction")));
+        }
+    }
+}
+
+/// W0614: percentages are 1 to 100 (scol.md 3.2).
+fn percentages(tokens: &[Lexeme], sink: &mut Sink) {
+    for window in tokens.windows(3) {
+        let [name, equals, value] = window else { continue };
+        let condition = word(Some(name));
+        if !matches!(condition, "SPEED" | "ACCEL" | "DECEL") || sign(Some(equals)) != Some(Sign::Assign) {
+            continue;
+        }
+        let outside = match value.token {
+            Token::Integer(percent) => !(1..=100).contains(&percent),
+            Token::Real(percent) => !(1.0..=100.0).contains(&percent),
+            _ => false,
+        };
+        if outside {
+            let message = format!("{condition} takes 1 to 100 percent");
+            let problem = Problem::new("W0614", value.span, message);
+            sink.warning(problem.help("the machine maximum is 100"));
+        }
+    }
+}

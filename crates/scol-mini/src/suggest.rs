@@ -1,0 +1,278 @@
+//! Remedies for errors: the word that was probably meant, the place of the first of two, the END that is missing.
+//! Works on the finished remarks and the words of the file; what is wrong was found by others.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use crate::MAX_SOURCE;
+use crate::builtin;
+use crate::diagnostic::{Diagnostic, Severity, Span};
+use crate::lexer::{Lexeme, Token};
+use crate::options::Arm;
+use crate::outline::{Outline, Part, names, word};
+
+/// Longest word that is compared with others.
+const MAX_WORD: usize = 24;
+/// Most words one misspelt word is compared with.
+const MAX_CANDIDATES: usize = 4_000;
+/// Words of channels of other generations, or close to one.
+const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
+
+/// Adds a remedy to every error that has one.
+pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
+    if source.len() > MAX_SOURCE || !diagnostics.iter().any(|d| d.severity == Severity::Error) {
+        return;
+    }
+    let suggester = Suggester {
+        source,
+        arm,
+        outline: Outline::new(source),
+    };
+    for diagnostic in diagnostics.iter_mut().filter(|d| d.severity == Severity::Error) {
+        if let Some(remedy) = suggester.remedy(diagnostic) {
+            diagnostic.help = Some(match diagnostic.help.take() {
+                Some(help) if remedy.starts_with("did you mean") => format!("{remedy} Otherwise: {help}"),
+                Some(help) if !matches!(diagnostic.code, "E0201" | "E0202") => help,
+                _ => remedy,
+            });
+        }
+    }
+}
+
+struct Suggester<'a> {
+    source: &'a str,
+    arm: Arm,
+    outline: Outline,
+}
+
+impl Suggester<'_> {
+    fn remedy(&self, diagnostic: &Diagnostic) -> Option<String> {
+        let found = self.text(diagnostic.span);
+        let part = self.outline.part_of(diagnostic.line);
+        match diagnostic.code {
+            "E0101" | "E0103" | "E0301" => self.keyword(diagnostic),
+            "E0201" => self.name(&found, part, diagnostic),
+            "E0202" => self.label(&found, part?),
+            "E0203" if matches!(found.as_str(), "ENDIF" | "ENDFOR" | "WEND" | "ENDWHILE") => {
+                Some("there are no blocks: an IF stands on one line, a FOR is closed by NEXT".into())
+            }
+            "E0203" => {
+                let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
+                let words = programs.map(|name| name.text.as_str());
+                did_you_mean(&found, words.chain(builtin::words()))
+            }
+            "E0404" => {
+                let frames = self.outline.data.iter().filter(|row| row.head() == "TRANS");
+                did_you_mean(&found, frames.filter_map(|row| row.datum()).map(|(name, _)| name))
+            }
+            "E0205" => self
+                .first(&found, part, diagnostic)
+                .or_else(|| Some("remove or rename one of them".into())),
+            "E0302" => Some(self.missing_end(diagnostic)),
+            code => fixed(code).map(String::from),
+        }
+    }
+
+    fn text(&self, span: Span) -> String {
+        let text = self.source.get(span.start..span.end).unwrap_or_default();
+        text.to_ascii_uppercase()
+    }
+
+    /// A word of the language that is misspelt: at the place of the error, or at the beginning of its statement.
+    fn keyword(&self, diagnostic: &Diagnostic) -> Option<String> {
+        let line = self.line(diagnostic)?;
+        let (before, rest): (Vec<&Lexeme>, Vec<&Lexeme>) = line
+            .iter()
+            .partition(|lexeme| lexeme.span.start < diagnostic.span.start);
+        let at = rest.first().copied();
+        // The first word of the statement the error is in: behind a label, THEN, ELSE or at the beginning.
+        let joints = |lexeme: &&Lexeme| {
+            matches!(word(Some(lexeme)), "THEN" | "ELSE" | "DO")
+                || lexeme.token == Token::Sign(crate::lexer::Sign::Colon)
+        };
+        let begin = before.iter().rposition(joints).map_or(0, |at| at + 1);
+        let first = before.get(begin).copied();
+        [at, first]
+            .into_iter()
+            .flatten()
+            .map(|lexeme| word(Some(lexeme)))
+            .filter(|text| !text.is_empty() && !builtin::is_reserved(text, self.arm))
+            .find_map(|text| {
+                // What the parser waited for comes before any other word.
+                let expected = diagnostic.message.split(", found").next().unwrap_or_default();
+                let awaited = expected
+                    .split([' ', ',', '"'])
+                    .filter(|word| builtin::is_reserved(word, self.arm));
+                did_you_mean(text, awaited).or_else(|| did_you_mean(text, builtin::words()))
+            })
+    }
+
+    /// The words of the line of an error, also of a line outside all blocks.
+    fn line(&self, diagnostic: &Diagnostic) -> Option<Vec<Lexeme>> {
+        let lines = crate::lines::lines(self.source);
+        let at = usize::try_from(diagnostic.line).ok()?.checked_sub(1)?;
+        crate::lexer::tokens(self.source, *lines.get(at)?, crate::MAX_LINE).ok()
+    }
+
+    fn name(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
+        if CHANNELS.contains(&found) {
+            return Some("the channels of a program are TP, COM1, IP1 and IP2".into());
+        }
+        let shared = self.outline.shared();
+        let call = diagnostic.message.contains("no array and no function");
+        let words = builtin::words().filter(|word| call && builtin::Builtin::from_word(word).is_some());
+        let rows = part.map(|part| part.rows.as_slice()).unwrap_or_default();
+        let given = rows.iter().flat_map(|row| {
+            row.segments()
+                .filter_map(|segment| names(segment, self.arm).next())
+                .filter(|(_, span)| span.start != diagnostic.span.start)
+        });
+        let locals = given.map(|(name, _)| name).filter(|name| *name != found);
+        let parameters = part.into_iter().flat_map(|part| &part.parameters);
+        let variables = shared
+            .keys()
+            .copied()
+            .chain(parameters.map(String::as_str))
+            .chain(locals);
+        did_you_mean(found, words.chain(variables))
+    }
+
+    fn label(&self, found: &str, part: &Part) -> Option<String> {
+        let own = part.rows.iter().filter_map(|row| row.label.as_ref());
+        if let Some(meant) = did_you_mean(found, own.map(|name| name.text.as_str())) {
+            return Some(meant);
+        }
+        let elsewhere = self.outline.parts.iter().find(|other| {
+            let labels = other.rows.iter().filter_map(|row| row.label.as_ref());
+            labels.into_iter().any(|label| label.text == found)
+        });
+        elsewhere
+            .and_then(|other| other.name.as_ref())
+            .map(|name| format!("{found} is a label of PROGRAM {}", name.text))
+    }
+
+    /// Where the first of two stands.
+    fn first(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
+        let label = diagnostic.message.starts_with("the label");
+        let program = diagnostic.message.starts_with("the program");
+        let line = if label {
+            let mut rows = part?.rows.iter();
+            let labelled = rows.find(|row| row.label.as_ref().is_some_and(|label| label.text == found));
+            labelled?.line.number
+        } else if program {
+            let mut parts = self.outline.parts.iter();
+            parts
+                .find(|part| part.name.as_ref().is_some_and(|name| name.text == found))?
+                .first
+        } else {
+            let shared = self.outline.shared();
+            let first = shared.get(found.trim())?.start;
+            let before = self.source.get(..first).unwrap_or_default();
+            u32::try_from(crate::lines::lines(before).len()).ok()?.max(1)
+        };
+        (line < diagnostic.line).then(|| format!("the first one is on line {line}; rename one of them"))
+    }
+
+    fn missing_end(&self, diagnostic: &Diagnostic) -> String {
+        if diagnostic.message.starts_with("expected") {
+            return "every GLOBAL, PROGRAM and DATA is closed by an END of its own".into();
+        }
+        let last = crate::lines::lines(self.source).len();
+        format!("add END behind line {last}, where the file ends")
+    }
+}
+
+/// Remedies that depend on the code alone.
+fn fixed(code: &str) -> Option<&'static str> {
+    Some(match code {
+        "E0002" => "one statement a line; a text stands between double quotes, a comment behind '",
+        "E0004" => "a file holds ASCII characters only, in comments too",
+        "E0006" => "close the text with \" on the same line; a text cannot hold a double quote",
+        "E0102" => "put CR last, or begin another PRINT",
+        "E0208" => "choose another name",
+        "E0215" => "close the loop with NEXT and its variable",
+        "E0216" => "remove it, or write the FOR that it closes",
+        "E0217" => "loops are closed in the opposite order of their beginning",
+        "E0303" => "remove it, or write the GLOBAL, PROGRAM or DATA that it closes",
+        "E0304" => "a file begins with PROGRAM and a name, and is closed by END",
+        "E0402" => "the digits are shoulder, elbow, wrist, axis 4, axis 6; 0 leaves one open",
+        "E0403" => "shorten it: hosts reach names of at most 10 characters",
+        _ => return None,
+    })
+}
+
+/// The nearest of the candidates, if one is near enough.
+fn did_you_mean<'a>(found: &str, candidates: impl Iterator<Item = &'a str>) -> Option<String> {
+    let most = match found.len() {
+        0 | 1 => return None,
+        2..=5 => 1,
+        6..=MAX_WORD => 2,
+        _ => return None,
+    };
+    let nearest = candidates
+        .take(MAX_CANDIDATES)
+        .filter(|word| word.len().abs_diff(found.len()) <= most && word.len() > 1 && *word != found)
+        .map(|word| (distance(found, word), usize::MAX - alike(found, word), word))
+        .min()?;
+    let (letters, _, word) = nearest;
+    // Two letters that differ in one are no misspelling of each other unless they are swapped.
+    let short = found.len() == 2 && word.len() == 2 && !swapped(found, word);
+    (letters <= most && !short).then(|| format!("did you mean {word}?"))
+}
+
+/// How many letters both begin with.
+fn alike(a: &str, b: &str) -> usize {
+    a.bytes().zip(b.bytes()).take_while(|(x, y)| x == y).count()
+}
+
+fn swapped(a: &str, b: &str) -> bool {
+    a.bytes().rev().eq(b.bytes())
+}
+
+/// Fewest letters to insert, remove, replace or swap with their neighbour.
+fn distance(a: &str, b: &str) -> usize {
+    let (a, b) = (a.as_bytes(), b.as_bytes());
+    let mut older: Vec<usize> = Vec::new();
+    let mut last: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.iter().enumerate() {
+        let mut row = Vec::from([i + 1]);
+        for (j, y) in b.iter().enumerate() {
+            let at = |row: &[usize], j: usize| row.get(j).copied().unwrap_or(usize::MAX / 2);
+            let replaced = at(&last, j) + usize::from(x != y);
+            let mut best = replaced.min(at(&last, j + 1) + 1).min(at(&row, j) + 1);
+            let neighbours = i > 0 && j > 0 && a.get(i - 1) == Some(y) && b.get(j - 1) == Some(x);
+            if neighbours {
+                best = best.min(at(&older, j - 1) + 1);
+            }
+            row.push(best);
+        }
+        older = core::mem::replace(&mut last, row);
+    }
+    last.last().copied().unwrap_or(a.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances() {
+        assert_eq!(distance("MOVE", "MOVE"), 0);
+        assert_eq!(distance("MOEV", "MOVE"), 1);
+        assert_eq!(distance("PRNT", "PRINT"), 1);
+        assert_eq!(distance("", "PRINT"), 5);
+        assert_eq!(distance("DELLAYY", "DELAY"), 2);
+    }
+
+    #[test]
+    fn only_near_words_are_suggested() {
+        let of = |word: &str| did_you_mean(word, builtin::words());
+        assert_eq!(of("PRNT").as_deref(), Some("did you mean PRINT?"));
+        assert_eq!(of("MOV").as_deref(), Some("did you mean MOVE?"));
+        assert_eq!(of("FI").as_deref(), Some("did you mean IF?"));
+        assert_eq!(of("N"), None);
+        assert_eq!(of("GRIPPER"), None);
+        assert_eq!(of(&"X".repeat(300)), None);
+    }
+}
