@@ -359,6 +359,9 @@ fn moves_by_do_begin_and_end_in_order() {
 #[test]
 fn a_move_that_cannot_be_made_is_not_reported_as_done() {
     let mut robot = six_axis();
+    robot.command(Port::Ip0, "DO,MOVEA 1,5.0");
+    robot.advance_ms(3_000);
+    assert_eq!(item(&mut robot, "DC"), 1, "a good one before it");
     robot.command(Port::Ip0, "DO,MOVE POINT(2000.0,0.0,0.0,0.0,0.0,0.0,0.0,0.0)");
     robot.advance_ms(3_000);
     assert_eq!(
