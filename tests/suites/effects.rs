@@ -109,7 +109,7 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
     (&["BR"], &["off"], "servo power is off"),
     (
         &["SP"],
-        &["off", "ready", "stopped", "guided", "watched"],
+        &["off", "ready", "stopped", "watched"],
         "no program runs",
     ),
     (&["SP"], &["direct"], "the motion of a DO ends in any case"),
