@@ -12,6 +12,7 @@ mod exchange;
 mod extended;
 mod guiding;
 mod house;
+mod kinematics;
 mod motion;
 mod permissions;
 mod purity;
