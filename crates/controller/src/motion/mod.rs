@@ -11,6 +11,7 @@
 //! ```
 
 mod arch;
+mod chain;
 mod kinematics;
 mod path;
 mod plan;

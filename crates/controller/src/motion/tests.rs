@@ -5,6 +5,7 @@ use crate::model::{ArmModel, Joints};
 use core::time::Duration;
 
 mod arch;
+mod blend;
 mod change;
 
 const KEEP: [u8; 5] = [0; 5];
