@@ -8,6 +8,7 @@ use crate::channel::Datum;
 use crate::execution::{Doing, Stopwatch, Task};
 use crate::input::KeySwitch;
 use crate::limits::{COARSE_LEAD, PENDANT_TEXT, TEACHING_SPEED};
+use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
 use crate::port::Port;
@@ -121,7 +122,16 @@ impl Controller {
             }
             Err(error) => {
                 let line = task.machine.line();
-                Step::Trouble(alarm::OUT_OF_REACH, format!("line {line}: {error}"))
+                let code = match error {
+                    MotionError::Singular { .. } => alarm::SINGULAR,
+                    MotionError::Unreachable(_)
+                    | MotionError::OnPath { .. }
+                    | MotionError::Configuration { .. }
+                    | MotionError::NoArc
+                    | MotionError::Gate { .. }
+                    | MotionError::NoSuchAxis { .. } => alarm::OUT_OF_REACH,
+                };
+                Step::Trouble(code, format!("line {line}: {error}"))
             }
         }
     }

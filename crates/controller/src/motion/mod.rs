@@ -11,6 +11,7 @@
 //! ```
 
 mod arch;
+mod chain;
 mod kinematics;
 mod path;
 mod plan;
@@ -19,7 +20,7 @@ mod profile;
 mod run;
 
 pub use arch::Gate;
-pub use kinematics::Unreachable;
+pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
 pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
@@ -110,10 +111,10 @@ pub enum MotionError {
         reason: Unreachable,
     },
     /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
-    #[error(
-        "at {percent:.0} % of the path: singular posture, axis {axis} would have to jump {jump:.1} degrees"
-    )]
+    #[error("at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees")]
     Singular {
+        /// Which one.
+        posture: Singularity,
         /// Part of the path before the point, 0 to 100.
         percent: f64,
         /// Number of the axis.

@@ -2,6 +2,7 @@
 //! a line or an arc. How fast is left to `profile`, whether it may be done at all to `plan`.
 
 use super::arch::Arch;
+use super::chain::Chain;
 use super::kinematics::{follow, place};
 use super::pose::{Transform, cross, degrees, dot, minus, norm, plus_times, product, sin_cos, transposed};
 use crate::model::{ArmKind, Joints};
@@ -226,6 +227,8 @@ pub(super) enum Path {
     Joint { from: Joints, to: Joints },
     /// The tool point along a shape.
     Guided(Box<Guided>),
+    /// Motions that overlap.
+    Chain(Box<Chain>),
 }
 
 impl Path {
@@ -234,6 +237,7 @@ impl Path {
         match self {
             Path::Joint { .. } => false,
             Path::Guided(guided) => matches!(guided.shape, Shape::Arch(_)),
+            Path::Chain(_) => true,
         }
     }
 
@@ -246,6 +250,8 @@ impl Path {
                 (_, Some(last)) if part >= 1.0 => *last,
                 _ => guided.joints_at(part),
             },
+            Path::Chain(chain) if part >= 1.0 => chain.end(),
+            Path::Chain(chain) => chain.joints_at(part * chain.duration),
         }
     }
 }

@@ -2,7 +2,7 @@
 //! and derives how fast the path may be run through. The course in time is left to `run`.
 
 use super::arch::{Arch, Gate, Stretch};
-use super::kinematics::{digits, follow, is_linear, place};
+use super::kinematics::{digits, follow, is_linear, place, singularity};
 use super::path::{Guided, Path, Shape, Turn, tool_way};
 use super::pose::{Pose, Transform, product, radians, transposed};
 use super::profile::Rates;
@@ -264,6 +264,7 @@ fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joint
             let jump = (joint - last).abs();
             if !is_linear(&guided.kind, index) && jump > MAX_JUMP {
                 return Err(MotionError::Singular {
+                    posture: singularity(&guided.kind, index),
                     percent,
                     axis: index + 1,
                     jump,

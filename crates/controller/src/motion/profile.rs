@@ -198,6 +198,25 @@ impl Profile {
         time
     }
 
+    /// Seconds of changing speed at the beginning, and of braking at the end.
+    #[must_use]
+    pub fn ramps(&self) -> (f64, f64) {
+        let begins = self
+            .phases
+            .iter()
+            .find(|phase| phase.duration > 0.0)
+            .filter(|phase| phase.accel > 0.0);
+        let ends = self
+            .phases
+            .iter()
+            .rfind(|phase| phase.duration > 0.0)
+            .filter(|phase| phase.accel < 0.0);
+        (
+            begins.map_or(0.0, |phase| phase.duration),
+            ends.map_or(0.0, |phase| phase.duration),
+        )
+    }
+
     /// The state `time` seconds after the start.
     #[must_use]
     pub fn state_at(&self, time: f64) -> State {
@@ -290,6 +309,8 @@ mod tests {
             assert_eq!(profile.time_at(2.0), profile.duration());
             assert_eq!(profile.time_at(0.0), 0.0);
         }
+        assert_eq!(Profile::to_end(at(0.0, 0.0), 1.0, &RATES).ramps(), (0.5, 0.25));
+        assert_eq!(Profile::through(at(0.0, 0.5), 1.0, &RATES).ramps(), (0.0, 0.0));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! A motion in time: where its joints are, and how feed hold, BREAK and a new override change its course.
 //! How it came about is `plan`'s; times count from its own start, the clock is the caller's.
 
+use super::chain::{Chain, LOOKING_MARGIN, Leg};
 use super::path::Path;
+use super::pose::Transform;
 use super::profile::{Profile, Rates, State};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
+use alloc::boxed::Box;
 use core::time::Duration;
 use libm::ceil;
 
@@ -99,6 +102,90 @@ impl Motion {
         }
     }
 
+    /// PASS: this motion, under way since its start, and behind it `next`, planned from its end at rest; the two overlap
+    /// by `pass` percent of the shorter of the two ramps, braking of this one and gathering speed of the next. The
+    /// result takes this one's place: its times count from the same start, and at `at` it agrees with this one.
+    /// Override and cap stay this one's; from here on the override is a factor on the time. `tool` is the tool point
+    /// as seen from the flange.
+    ///
+    /// `None` where they cannot be blended, and the next has to be started when this one rests: one of them is held,
+    /// given up, over, an arch or no way at all; the next begins elsewhere; `pass` is 0; two are waiting already; the
+    /// rounded corner would leave the limits of an axis or need a faster tool than either motion has.
+    ///
+    /// No axis is faster than on the faster of the two; where the second goes back, both decelerations add up
+    /// (assumed).
+    #[must_use]
+    pub fn blend(
+        &self,
+        model: &ArmModel,
+        at: Duration,
+        next: &Motion,
+        pass: f64,
+        tool: &Transform,
+    ) -> Option<Motion> {
+        let under_way = self.phase == Phase::Moving && at < self.duration();
+        let fresh = next.phase == Phase::Moving && next.since.is_zero() && !next.duration().is_zero();
+        if !under_way || !fresh || next.path.is_timed() {
+            return None;
+        }
+        let limits = Limits {
+            override_part: self.limits.override_part,
+            tool_speed_cap: self.limits.tool_speed_cap,
+            ..next.limits
+        };
+        let asked = nominal(&next.full, &next.limits);
+        let start = State {
+            place: 0.0,
+            speed: 0.0,
+        };
+        let leg = Leg::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
+        let state = self.state_at(at);
+        let (chain, now, rate) = match &self.path {
+            Path::Chain(chain) => {
+                let chain = Chain::clone(chain);
+                let (now, rate) = (state.place * chain.duration, state.speed * chain.duration);
+                (chain, now, rate)
+            }
+            Path::Guided(_) if self.path.is_timed() => return None,
+            path => {
+                // Its speed as it would be at override 100, so that the chain goes on at the present one.
+                let own = nominal(&self.full, &self.limits);
+                let fastest = leg.top_speed.max(self.tool_way * own.speed) * LOOKING_MARGIN;
+                let rate = time_rate(fastest, &limits);
+                let state = State {
+                    speed: state.speed / rate,
+                    ..state
+                };
+                let first = Leg::new(path.clone(), state, &own, self.tool_way, 0.0);
+                (Chain::of(first), 0.0, rate)
+            }
+        };
+        let chain = chain.with(model, tool, leg, now, pass / 100.0)?;
+        let (duration, top) = (chain.duration, chain.top_speed());
+        let path = Path::Chain(Box::new(chain));
+        let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
+        let state = State {
+            place: now / duration,
+            speed: rate / duration,
+        };
+        blended.profile = to_end(&blended.path, state, &blended.rates());
+        blended.since = self.since.max(at);
+        Some(blended)
+    }
+
+    /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
+    /// blended, or held.
+    #[must_use]
+    pub fn last_begins(&self) -> Option<Duration> {
+        match &self.path {
+            Path::Chain(chain) if self.phase == Phase::Moving => {
+                let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
+                Some(self.since.saturating_add(Duration::from_secs_f64(seconds)))
+            }
+            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => None,
+        }
+    }
+
     /// Joints at `t` after the start; from [`Motion::duration`] on, where the motion rests.
     /// `_model` is the model the motion was planned for: the motion carries what it needs of it.
     #[must_use]
@@ -115,10 +202,14 @@ impl Motion {
         self.since.saturating_add(Duration::from_micros(micros as u64))
     }
 
-    /// Part of the path gone, 0 to 100.
+    /// Part of the path gone, 0 to 100; of an arch, of its time; of motions blended, of the one begun last.
     #[must_use]
     pub fn percent_at(&self, t: Duration) -> f64 {
-        self.state_at(t).place * 100.0
+        let place = self.state_at(t).place;
+        match &self.path {
+            Path::Chain(chain) if place < 1.0 => chain.part_at(place * chain.duration) * 100.0,
+            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => place * 100.0,
+        }
     }
 
     /// Feed hold: from `at` on the motion slows along its path and rests there. Nothing happens to one that is
@@ -230,18 +321,28 @@ fn rates(path: &Path, full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
             ..nominal(full, limits)
         }
     };
-    let speed = match limits.tool_speed_cap {
+    let speed = capped(asked.speed, tool_way, limits);
+    Rates { speed, ..asked }
+}
+
+/// The speed, in parts of a path, at which the tool point keeps to the cap.
+fn capped(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
+    match limits.tool_speed_cap {
         Some(cap) if tool_way > 0.0 => {
             let cap = if cap >= MIN_TOOL_SPEED {
                 cap
             } else {
                 MIN_TOOL_SPEED
             };
-            asked.speed.min(cap / tool_way)
+            speed.min(cap / tool_way)
         }
-        _ => asked.speed,
-    };
-    Rates { speed, ..asked }
+        _ => speed,
+    }
+}
+
+/// Rate of time at which a path is run through whose tool is so fast at override 100, mm/s.
+fn time_rate(fastest: f64, limits: &Limits) -> f64 {
+    capped(part(limits.override_part), fastest, limits)
 }
 
 /// A part of full speed or acceleration, brought into range.
