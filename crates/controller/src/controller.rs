@@ -72,6 +72,8 @@ pub struct Controller {
     pub(crate) ethernet: EthernetParameters,
     pub(crate) user: UserParameters,
     pub(crate) network: NetworkPlan,
+    /// Every statement of the program is told as an event.
+    pub(crate) traced: bool,
     outputs: VecDeque<Output>,
 }
 
@@ -117,6 +119,7 @@ impl Controller {
             network: NetworkPlan::of(&ethernet),
             ethernet,
             user: UserParameters::factory(),
+            traced: false,
             outputs: VecDeque::new(),
             config,
         };

@@ -370,12 +370,18 @@ impl Execution {
     /// Whether an INPUT waits for values from this port.
     #[must_use]
     pub fn reads_from(&self, port: Port) -> bool {
+        self.reading()
+            .any(|channel| Port::of_channel(channel) == Some(port))
+    }
+
+    /// The channels from which an INPUT waits for values.
+    pub fn reading(&self) -> impl Iterator<Item = Channel> {
         let tasks = self
             .program_tasks()
             .chain(self.direct.as_ref().map(|direct| &direct.task));
-        tasks.flat_map(Task::parts).any(|task| match &task.doing {
-            Doing::Reading { channel, .. } => Port::of_channel(*channel) == Some(port),
-            _ => false,
+        tasks.flat_map(Task::parts).filter_map(|task| match &task.doing {
+            Doing::Reading { channel, .. } => Some(*channel),
+            _ => None,
         })
     }
 

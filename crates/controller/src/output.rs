@@ -99,6 +99,11 @@ pub enum Event {
         /// Line of the selected file at which the program stands.
         line: u32,
     },
+    /// A statement begins; told only after [`Controller::trace`](crate::Controller::trace).
+    Statement {
+        /// Its line of the selected file.
+        line: u32,
+    },
     /// Servo power.
     Servo(bool),
     /// A program file was selected (or none).

@@ -7,6 +7,7 @@ use crate::arm::Frames;
 use crate::execution::{By, Course, Direct, Doing, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::output::Event;
 use crate::time::Time;
 use crate::view::View;
 use alloc::format;
@@ -68,7 +69,7 @@ impl Controller {
         let Course::Running { stop } = self.execution.course else {
             return false;
         };
-        let single = self.state.run_mode == RunMode::Step;
+        let single = self.traced || self.state.run_mode == RunMode::Step;
         let mut standing = true;
         for id in self.execution.order() {
             let Some(mut task) = self.execution.take_task(id) else {
@@ -305,6 +306,10 @@ impl Controller {
                 until: self.now + SCAN,
             };
             return Step::Blocked;
+        }
+        if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
+            let line = task.machine.line();
+            self.event(Event::Statement { line });
         }
         let given = if single { 1 } else { task.budget };
         let mut fuel = given;

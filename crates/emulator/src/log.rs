@@ -120,6 +120,7 @@ impl EventLog {
             Event::Status { status, line } => {
                 info!(event = "status", t, status, line, "status: {status}, line {line}");
             }
+            Event::Statement { line } => debug!(event = "statement", t, line, "line {line}"),
             Event::Servo(on) => {
                 let word = if *on { "on" } else { "off" };
                 info!(event = "servo", t, on, "servo {word}");

@@ -200,6 +200,29 @@ impl Row {
     }
 }
 
+/// Names of the channels a source prints on, each once; `PRINT` without a channel is on `TP`.
+#[must_use]
+pub fn print_channels(source: &str) -> Vec<&'static str> {
+    const CHANNELS: &[&str] = &["TP", "COM1", "IP1", "IP2"];
+    let outline = Outline::new(source);
+    let rows = outline.parts.iter().flat_map(|part| &part.rows);
+    let mut found: Vec<&'static str> = Vec::new();
+    for segment in rows.flat_map(Row::segments) {
+        if word(segment.first()) != "PRINT" {
+            continue;
+        }
+        let named = word(segment.get(1));
+        let channel = CHANNELS
+            .iter()
+            .find(|channel| **channel == named)
+            .unwrap_or(&"TP");
+        if !found.contains(channel) {
+            found.push(channel);
+        }
+    }
+    found
+}
+
 /// The word this is, or nothing.
 pub(crate) fn word(lexeme: Option<&Lexeme>) -> &str {
     match lexeme.map(|lexeme| &lexeme.token) {

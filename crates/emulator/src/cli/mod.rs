@@ -1,9 +1,10 @@
-//! The command line `ts3100 serve | host | check | fmt`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
 
 mod check;
 mod format;
 mod host;
 mod report;
+mod run;
 mod serve;
 
 use crate::config::ServeArgs;
@@ -24,6 +25,7 @@ enum Command {
     Host(host::HostArgs),
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
+    Run(run::RunArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -34,5 +36,6 @@ pub fn main() -> ExitCode {
         Command::Host(args) => host::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
+        Command::Run(args) => run::run(&args),
     }
 }

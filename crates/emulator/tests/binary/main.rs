@@ -9,6 +9,7 @@
 
 mod client;
 mod extensions;
+mod headless;
 mod serve;
 mod support;
 mod tools;

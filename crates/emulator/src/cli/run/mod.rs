@@ -1,0 +1,157 @@
+//! `ts3100 run`: a program from a shell, without sockets. Reads the command line and the files; the running is
+//! [`crate::headless`]'s, the showing `show`'s.
+
+mod show;
+
+use super::check::CheckedFile;
+use crate::clock::TimeMode;
+use crate::config::{ServeArgs, Settings};
+use crate::headless::{self, Ending, Job};
+use crate::loading::{drive_content, drive_name};
+use anyhow::{Context, anyhow, bail};
+use clap::{Args, Parser};
+use scol_mini::Severity;
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+use ts3100_controller::Controller;
+
+/// Largest file of records, in bytes.
+const MAX_RECORDS: u64 = 64 * 1024 * 1024;
+/// Longest run that can be asked for, in seconds: a hundred years.
+const MAX_SECONDS: f64 = 3_155_760_000.0;
+/// The channels a program can INPUT from.
+const CHANNELS: [&str; 4] = ["TP", "COM1", "IP1", "IP2"];
+
+/// Runs a SCOL program without a robot, a host or sockets: PRINT goes to stdout, INPUT takes records from files,
+/// and at the end cycle time, position and outputs are said on stderr.
+///
+/// Exit code: 0 it came to its end, to a STOP, or used up its records; 1 an alarm, a wait for what cannot happen, or
+/// --max-time; 2 wrong usage, a file that cannot be read, or a program with errors.
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// The program
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
+    /// Records for INPUT, one a line, sent whenever an INPUT of the channel (tp, com1, ip1, ip2) waits; - is stdin
+    #[arg(long, value_name = "CHANNEL=FILE")]
+    input: Vec<String>,
+    /// Input lines that are on from the beginning, separated by commas
+    #[arg(long, value_name = "LINE", value_delimiter = ',')]
+    din: Vec<u16>,
+    /// How time passes: auto (as fast as it goes), real, xN
+    #[arg(long, value_name = "MODE", default_value = "auto")]
+    time: TimeMode,
+    /// Longest run, in seconds of virtual time
+    #[arg(long, value_name = "SECONDS", default_value = "3600")]
+    max_time: f64,
+    /// Say every statement with its time and line on stderr
+    #[arg(long)]
+    trace: bool,
+    /// One JSON document on stdout in place of everything else
+    #[arg(long)]
+    json: bool,
+    /// Arm, as for serve
+    #[arg(long, value_name = "MODEL")]
+    model: Option<String>,
+    /// Overrides one named option, as for serve
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+}
+
+/// The flags of `serve`, so that a model and an option mean the same here.
+#[derive(Debug, Parser)]
+struct Served {
+    #[command(flatten)]
+    args: ServeArgs,
+}
+
+/// Runs the program and says the exit code.
+pub(super) fn run(args: &RunArgs) -> ExitCode {
+    match play(args) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("ts3100: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
+    let words = args.model.iter().map(|model| format!("--model={model}"));
+    let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
+    let served = Served::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
+        .map_err(|error| anyhow!("{}", error.to_string().trim_end()))?;
+    let config = Settings::from_args(&served.args)?.controller;
+    let language = Controller::new(config.clone(), Vec::new())?.language();
+    let checked = CheckedFile::of(&args.file, &language);
+    let (source, remarks) = checked.found.with_context(|| checked.name.clone())?;
+    let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
+    if !errors.is_empty() {
+        for remark in errors {
+            eprint!("{}", remark.render(&source, &checked.name));
+        }
+        return Ok(ExitCode::from(2));
+    }
+    if !(args.max_time > 0.0 && args.max_time <= MAX_SECONDS) {
+        bail!("--max-time: expected seconds, more than 0 and at most {MAX_SECONDS}");
+    }
+    let job = Job {
+        name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
+        source: drive_content(source.as_bytes(), config.options.line_end),
+        records: records(&args.input)?,
+        lines_on: args.din.clone(),
+        trace: args.trace,
+        time: args.time,
+        max_time: Duration::from_secs_f64(args.max_time),
+        config,
+    };
+    let mut screen = show::Screen::new(&source, args.json);
+    let report = headless::run(job, &mut |at, happening| screen.show(at, happening))?;
+    screen.finish(&report)?;
+    Ok(ExitCode::from(match report.ending {
+        Ending::End | Ending::Stopped { .. } | Ending::OutOfInput { .. } => 0,
+        Ending::Alarm { .. } | Ending::Stuck { .. } | Ending::TimeUp { .. } => 1,
+        Ending::NoInput { .. } => 2,
+    }))
+}
+
+/// The records of every `--input`.
+fn records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
+    let mut records = BTreeMap::new();
+    for input in inputs {
+        let expected = "expected tp, com1, ip1 or ip2, = and a file";
+        let (channel, path) = input
+            .split_once('=')
+            .with_context(|| format!("--input {input}: {expected}"))?;
+        let channel = channel.trim().to_ascii_uppercase();
+        if !CHANNELS.contains(&channel.as_str()) {
+            bail!("--input {input}: {expected}");
+        }
+        let bytes = content(path).with_context(|| format!("--input {input}"))?;
+        let lines = bytes
+            .split(|byte| matches!(byte, b'\r' | b'\n'))
+            .filter(|line| !line.is_empty())
+            .map(<[u8]>::to_vec);
+        if records.insert(channel.clone(), lines.collect()).is_some() {
+            bail!("--input {input}: {channel} is given twice");
+        }
+    }
+    Ok(records)
+}
+
+fn content(path: &str) -> anyhow::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let source: Box<dyn Read> = if path == "-" {
+        Box::new(std::io::stdin())
+    } else {
+        Box::new(std::fs::File::open(Path::new(path))?)
+    };
+    source.take(MAX_RECORDS + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MAX_RECORDS {
+        bail!("larger than {MAX_RECORDS} bytes");
+    }
+    Ok(bytes)
+}

@@ -1,0 +1,228 @@
+//! What a run looks like: PRINT in lines on stdout, statements and the end on stderr, or all of it in one JSON
+//! document.
+
+use crate::headless::{Ending, Happening, Report};
+use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+use std::time::Duration;
+
+/// Longest line held back for its CR, in bytes.
+const MAX_LINE: usize = 65_536;
+/// Most entries of each list of the JSON document; what is more is counted.
+const MAX_ENTRIES: usize = 100_000;
+
+/// Shows a run while it goes on.
+pub(super) struct Screen {
+    /// The lines of the program, for the trace.
+    program: Vec<String>,
+    json: bool,
+    /// Channels are named: the program prints on several.
+    named: bool,
+    /// What was printed since the last CR.
+    open: BTreeMap<&'static str, (Duration, Vec<u8>)>,
+    printed: Entries,
+    statements: Entries,
+    /// Stdout is gone.
+    broken: Option<io::Error>,
+}
+
+/// A bounded list.
+#[derive(Default)]
+struct Entries {
+    list: Vec<Value>,
+    left_out: u64,
+}
+
+impl Entries {
+    fn push(&mut self, entry: impl FnOnce() -> Value) {
+        if self.list.len() < MAX_ENTRIES {
+            self.list.push(entry());
+        } else {
+            self.left_out += 1;
+        }
+    }
+}
+
+impl Screen {
+    /// For this program; with `json` everything is kept for the document.
+    pub(super) fn new(source: &str, json: bool) -> Screen {
+        let source = source.replace("\r\n", "\n").replace('\r', "\n");
+        Screen {
+            program: source.split('\n').map(|line| line.trim().to_owned()).collect(),
+            json,
+            named: scol_mini::print_channels(&source).len() > 1,
+            open: BTreeMap::new(),
+            printed: Entries::default(),
+            statements: Entries::default(),
+            broken: None,
+        }
+    }
+
+    /// Shows one thing.
+    pub(super) fn show(&mut self, at: Duration, happening: Happening<'_>) {
+        match happening {
+            Happening::Printed { channel, bytes } => self.printed(at, channel, bytes),
+            Happening::Statement { line } => self.statement(at, line),
+        }
+    }
+
+    fn statement(&mut self, at: Duration, line: u32) {
+        let number = usize::try_from(line).unwrap_or(usize::MAX);
+        let text = self
+            .program
+            .get(number.saturating_sub(1))
+            .map_or("", String::as_str);
+        if self.json {
+            let seconds = seconds(at);
+            self.statements
+                .push(|| json!({ "time": seconds, "line": line, "text": text }));
+        } else {
+            eprintln!("{:>10.3} s {line:>5} | {text}", at.as_secs_f64());
+        }
+    }
+
+    fn printed(&mut self, at: Duration, channel: &'static str, bytes: &[u8]) {
+        let (_, mut rest) = self.open.remove(channel).unwrap_or_default();
+        rest.extend_from_slice(bytes);
+        while let Some(end) = rest.iter().position(|byte| *byte == b'\r') {
+            let line: Vec<u8> = rest.drain(..=end).take(end).collect();
+            self.line(at, channel, &line);
+        }
+        if rest.len() > MAX_LINE {
+            self.line(at, channel, &rest);
+            rest.clear();
+        }
+        if !rest.is_empty() {
+            self.open.insert(channel, (at, rest));
+        }
+    }
+
+    fn line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
+        let text = String::from_utf8_lossy(line);
+        if self.json {
+            let seconds = seconds(at);
+            self.printed
+                .push(|| json!({ "time": seconds, "channel": channel, "text": text }));
+            return;
+        }
+        let mut out = io::stdout().lock();
+        let written = if self.named {
+            writeln!(out, "{channel}: {text}")
+        } else {
+            writeln!(out, "{text}")
+        };
+        if let Err(error) = written.and_then(|()| out.flush()) {
+            self.broken.get_or_insert(error);
+        }
+    }
+
+    /// Shows the end.
+    ///
+    /// # Errors
+    /// Stdout does not take it.
+    pub(super) fn finish(mut self, report: &Report) -> io::Result<()> {
+        for (channel, (at, rest)) in std::mem::take(&mut self.open) {
+            self.line(at, channel, &rest);
+        }
+        if let Some(error) = self.broken {
+            return Err(error);
+        }
+        if self.json {
+            return writeln!(io::stdout().lock(), "{:#}", self.document(report));
+        }
+        let (_, words) = ending(&report.ending);
+        eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
+        let names: &[&str] = match report.arm.world.len() {
+            5 => &["X", "Y", "Z", "C", "T"],
+            _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
+        };
+        let world: Vec<String> = names
+            .iter()
+            .zip(&report.arm.world)
+            .map(|(name, value)| format!("{name} {:.3}", tidy(*value)))
+            .collect();
+        eprintln!("position {}, configuration {}", world.join(" "), digits(report));
+        let joints: Vec<String> = report
+            .arm
+            .joints
+            .iter()
+            .map(|j| format!("{:.3}", tidy(*j)))
+            .collect();
+        eprintln!("joints {}", joints.join(" "));
+        let outputs: Vec<String> = report.outputs.iter().map(u16::to_string).collect();
+        let on = if outputs.is_empty() {
+            "none".to_owned()
+        } else {
+            outputs.join(" ")
+        };
+        eprintln!("outputs on: {on}");
+        for (channel, number) in &report.unused {
+            eprintln!("{channel}: {number} records unused");
+        }
+        Ok(())
+    }
+
+    fn document(&self, report: &Report) -> Value {
+        let (word, words) = ending(&report.ending);
+        let mut document = Map::new();
+        let mut put = |key: &str, value: Value| document.insert(key.to_owned(), value);
+        put("version", json!(1));
+        put("ending", json!(word));
+        put("message", json!(words));
+        if let Ending::Alarm { number, text } = &report.ending {
+            put("alarm", json!({ "number": number, "text": text }));
+        }
+        put("seconds", seconds(report.duration));
+        let rounded = |values: &[f64]| values.iter().map(|v| tidy(*v)).collect::<Vec<f64>>();
+        put("position", json!(rounded(&report.arm.world)));
+        put("configuration", json!(digits(report)));
+        put("joints", json!(rounded(&report.arm.joints)));
+        put("outputs", json!(report.outputs));
+        put("unused", json!(report.unused));
+        put("printed", json!(self.printed.list));
+        put("printedLeftOut", json!(self.printed.left_out));
+        if !self.statements.list.is_empty() {
+            put("trace", json!(self.statements.list));
+            put("traceLeftOut", json!(self.statements.left_out));
+        }
+        Value::Object(document)
+    }
+}
+
+fn seconds(at: Duration) -> Value {
+    json!(at.as_secs_f64())
+}
+
+/// To the thousandth of a micrometre, and no minus before a zero.
+fn tidy(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6 + 0.0
+}
+
+fn digits(report: &Report) -> String {
+    report.arm.configuration.iter().map(u8::to_string).collect()
+}
+
+/// A word for programs and a sentence for people.
+fn ending(ending: &Ending) -> (&'static str, String) {
+    match ending {
+        Ending::End => ("end", "ended".to_owned()),
+        Ending::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
+        Ending::OutOfInput { channel, line } => (
+            "out-of-input",
+            format!("the records of {channel} are used up, INPUT at line {line} waits"),
+        ),
+        Ending::NoInput { channel, line } => {
+            let flag = channel.to_ascii_lowercase();
+            let words =
+                format!("INPUT {channel} at line {line} waits; give it records by --input {flag}=FILE");
+            ("no-input", words)
+        }
+        Ending::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
+        Ending::Stuck { line } => (
+            "stuck",
+            format!("line {line} waits for what cannot happen any more"),
+        ),
+        Ending::TimeUp { line } => ("time-up", format!("--max-time is over at line {line}")),
+    }
+}

@@ -1,0 +1,323 @@
+//! A program run in this process, without sockets: peers that are not there are connected to its channels, INPUT is
+//! fed from records, and what it prints is told. For unit tests of robot programs; hosts that talk the protocol
+//! want a daemon or [`crate::embed`].
+//!
+//! The controller is the one of the daemon, so times, alarms and positions are the same.
+
+use crate::clock::TimeMode;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::{Duration, Instant};
+use ts3100_controller::output::{Event, Output};
+use ts3100_controller::port::Port;
+use ts3100_controller::{Config, Controller, DriveError, Input, Panel, SelectError, Time, Whereabouts};
+
+/// Name of the teach pendant as a channel.
+pub const PENDANT: &str = "TP";
+/// The word of the controller for a program that stands at its first step.
+const RESET: &str = "stop (reset)";
+/// The channels that have a line.
+const LINES: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
+
+/// What is to be run.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// The controller and its arm.
+    pub config: Config,
+    /// Name of the file on the drive.
+    pub name: String,
+    /// Its content.
+    pub source: Vec<u8>,
+    /// Records for INPUT by channel (`TP`, `COM1`, `IP1`, `IP2`), without their CR. One is sent whenever an INPUT
+    /// of the channel waits for more.
+    pub records: BTreeMap<String, VecDeque<Vec<u8>>>,
+    /// Input lines that are on from the beginning.
+    pub lines_on: Vec<u16>,
+    /// Tell every statement.
+    pub trace: bool,
+    /// How time passes.
+    pub time: TimeMode,
+    /// Longest run in virtual time.
+    pub max_time: Duration,
+}
+
+/// Why the program could not be started.
+#[derive(Debug, thiserror::Error)]
+pub enum JobError {
+    /// The RAM drive does not take the file.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// It does not compile.
+    #[error(transparent)]
+    Select(#[from] SelectError),
+    /// The controller refused to start it.
+    #[error("the program was not started: {0}")]
+    Start(String),
+    /// Time that stands still ends no program.
+    #[error("expected a time that passes (auto, real or xN), found {0}")]
+    Time(TimeMode),
+}
+
+/// What happens on the way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Happening<'a> {
+    /// PRINT.
+    Printed {
+        /// `TP`, `COM1`, `IP1` or `IP2`.
+        channel: &'static str,
+        /// The bytes.
+        bytes: &'a [u8],
+    },
+    /// A statement begins.
+    Statement {
+        /// Its line of the file.
+        line: u32,
+    },
+}
+
+/// How it ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Ending {
+    /// END of the main program.
+    End,
+    /// STOP, or another stop that no alarm caused.
+    Stopped {
+        /// Where the program stands.
+        line: u32,
+    },
+    /// An INPUT waits and the records of its channel are used up.
+    OutOfInput {
+        /// The channel.
+        channel: &'static str,
+        /// The INPUT.
+        line: u32,
+    },
+    /// An INPUT waits on a channel that was given no records at all.
+    NoInput {
+        /// The channel.
+        channel: &'static str,
+        /// The INPUT.
+        line: u32,
+    },
+    /// An alarm stopped it.
+    Alarm {
+        /// `2-046`.
+        number: String,
+        /// Its text.
+        text: String,
+    },
+    /// It waits for something that cannot happen any more.
+    Stuck {
+        /// Where.
+        line: u32,
+    },
+    /// [`Job::max_time`] is over.
+    TimeUp {
+        /// Where it stood.
+        line: u32,
+    },
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// How it ended.
+    pub ending: Ending,
+    /// Virtual time from start to end.
+    pub duration: Duration,
+    /// Where the arm is.
+    pub arm: Whereabouts,
+    /// User outputs that are on.
+    pub outputs: Vec<u16>,
+    /// Records that no INPUT wanted, by channel.
+    pub unused: BTreeMap<String, usize>,
+}
+
+/// Runs a program to its end and tells `listen` what happens, with the virtual time since the start.
+///
+/// # Errors
+/// [`JobError`]: it did not start.
+pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<Report, JobError> {
+    let scale = match job.time {
+        TimeMode::Auto => None,
+        TimeMode::Real => Some(1.0),
+        TimeMode::Scaled(factor) => Some(factor),
+        TimeMode::Stepped => return Err(JobError::Time(job.time)),
+    };
+    let mut run = Run {
+        controller: Controller::new(job.config, Vec::new())?,
+        records: job.records,
+        given: Vec::new(),
+        alarm: None,
+        reset: false,
+        refused: None,
+        began: Time::ZERO,
+    };
+    run.given = run.records.keys().cloned().collect();
+    run.prepare(&job.name, &job.source, &job.lines_on, listen)?;
+    run.controller.trace(job.trace);
+    run.began = run.controller.now();
+    let limit = run.began + job.max_time;
+    let wall = Instant::now();
+    run.feed(run.began, Input::Panel(Panel::Start), listen);
+    if let Some(reason) = run.refused.take() {
+        return Err(JobError::Start(reason));
+    }
+    let ending = loop {
+        if let Some(ending) = run.ending() {
+            break ending;
+        }
+        if run.give_record(listen) {
+            continue;
+        }
+        let Some(deadline) = run.controller.poll_deadline() else {
+            break run.blocked();
+        };
+        if deadline > limit {
+            run.feed(limit, Input::Tick, listen);
+            break Ending::TimeUp {
+                line: run.controller.line(),
+            };
+        }
+        if let Some(scale) = scale {
+            let due = deadline.since(run.began).div_f64(scale);
+            std::thread::sleep(due.saturating_sub(wall.elapsed()));
+        }
+        run.feed(deadline, Input::Tick, listen);
+    };
+    Ok(run.report(ending))
+}
+
+struct Run {
+    controller: Controller,
+    records: BTreeMap<String, VecDeque<Vec<u8>>>,
+    /// Channels that were given records, be it none.
+    given: Vec<String>,
+    alarm: Option<(String, String)>,
+    /// The last stop was at END.
+    reset: bool,
+    refused: Option<String>,
+    began: Time,
+}
+
+impl Run {
+    /// Everything but the start: file, peers, lines, servo power.
+    fn prepare(
+        &mut self,
+        name: &str,
+        source: &[u8],
+        lines_on: &[u16],
+        listen: &mut dyn FnMut(Duration, Happening<'_>),
+    ) -> Result<(), JobError> {
+        self.controller.put_file(name, source)?;
+        self.controller.select(Time::ZERO, name)?;
+        for port in LINES {
+            let peer = "headless".to_owned();
+            self.feed(Time::ZERO, Input::Connected { port, peer }, listen);
+        }
+        let switches = lines_on.iter().map(|&line| Panel::InputLine { line, on: true });
+        for panel in switches.chain([Panel::Servo(true)]) {
+            self.feed(Time::ZERO, Input::Panel(panel), listen);
+        }
+        // What happened up to here is no part of the run.
+        (self.alarm, self.refused) = (None, None);
+        Ok(())
+    }
+
+    fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
+        self.controller.handle(now, input);
+        while let Some(output) = self.controller.poll_output() {
+            let at = self.controller.now().since(self.began);
+            match output {
+                Output::Send { port, bytes } if LINES.contains(&port) => {
+                    let channel = port.name();
+                    listen(
+                        at,
+                        Happening::Printed {
+                            channel,
+                            bytes: &bytes,
+                        },
+                    );
+                }
+                Output::Pendant(text) => {
+                    let (channel, bytes) = (PENDANT, text.as_bytes());
+                    listen(at, Happening::Printed { channel, bytes });
+                }
+                Output::Event(event) => self.event(event, at, listen),
+                Output::Send { .. } | Output::Stored { .. } | Output::Erased { .. } | Output::PowerCycled => {
+                }
+            }
+        }
+    }
+
+    fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
+        match event {
+            Event::Statement { line } => listen(at, Happening::Statement { line }),
+            Event::Alarm { number, text } => self.alarm = Some((number, text)),
+            Event::Status { status, .. } => self.reset = status == RESET,
+            Event::Finding {
+                rule: "panel-refused",
+                message,
+                ..
+            } => self.refused = Some(message),
+            _ => {}
+        }
+    }
+
+    /// How it ended, once it has.
+    fn ending(&mut self) -> Option<Ending> {
+        if self.controller.program_runs() {
+            return None;
+        }
+        Some(match self.alarm.take() {
+            Some((number, text)) => Ending::Alarm { number, text },
+            None if self.reset => Ending::End,
+            None => Ending::Stopped {
+                line: self.controller.line(),
+            },
+        })
+    }
+
+    /// Sends a record to the INPUT that waits; false if none waits or there is none for it.
+    fn give_record(&mut self, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> bool {
+        let Some(channel) = self.controller.waits_for() else {
+            return false;
+        };
+        let port = Port::of_channel(channel);
+        let name = port.map_or(PENDANT, Port::name);
+        let Some(mut record) = self.records.get_mut(name).and_then(VecDeque::pop_front) else {
+            return false;
+        };
+        record.push(b'\r');
+        let input = match port {
+            Some(port) => Input::Received { port, bytes: record },
+            None => Input::Panel(Panel::Keys(String::from_utf8_lossy(&record).into_owned())),
+        };
+        self.feed(self.controller.now(), input, listen);
+        true
+    }
+
+    /// Why nothing happens any more.
+    fn blocked(&self) -> Ending {
+        let line = self.controller.line();
+        let Some(channel) = self.controller.waits_for() else {
+            return Ending::Stuck { line };
+        };
+        let channel = Port::of_channel(channel).map_or(PENDANT, Port::name);
+        if self.given.iter().any(|given| given == channel) {
+            Ending::OutOfInput { channel, line }
+        } else {
+            Ending::NoInput { channel, line }
+        }
+    }
+
+    fn report(self, ending: Ending) -> Report {
+        let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
+        Report {
+            ending,
+            duration: self.controller.now().since(self.began),
+            arm: self.controller.whereabouts(),
+            outputs: self.controller.outputs_on(),
+            unused: unused.filter(|(_, rest)| *rest > 0).collect(),
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! `ts3100 run`: programs from a shell, without sockets.
+
+use super::support::{TempDir, run};
+use super::tools::stdout;
+use serde_json::Value;
+use std::process::Output;
+
+const PICK: &str = "\
+PROGRAM PICK
+  N = 0
+  X = 0.0
+LOOP:
+  PRINT IP1, \"REQ\", CR
+  INPUT IP1, N, X
+  IF N == 9 THEN GOTO LEAVE
+  MOVES HOME + POINT(X) WITH SPEED=50
+  WAIT MOTION >= 100
+  DELAY 0.25
+  DOUT(1, 5)
+  PRINT IP1, \"DONE\", N, CR
+  GOTO LOOP
+LEAVE:
+  MOVE HOME
+  DOUT(-1)
+END
+DATA
+  POINT HOME=400,0,200/11111
+END
+";
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn a_dialogue_runs_from_records() {
+    let directory = TempDir::new();
+    let file = directory.file("pick.scol", PICK);
+    let records = format!(
+        "ip1={}",
+        directory.file("in.txt", "1,10.0\r\n2,-20.5\n9,0\n7,7\n")
+    );
+    let output = run(&["run", &file, "--input", &records]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(
+        stdout(&output),
+        "REQ\nDONE           1\nREQ\nDONE           2\nREQ\n"
+    );
+    let said = stderr(&output);
+    assert!(said.contains(" s: ended\n"), "{said}");
+    assert!(said.contains("position X 400.000 Y 0.000 Z 200.000"), "{said}");
+    assert!(said.contains("outputs on: 5\n"), "{said}");
+    assert!(said.contains("IP1: 1 records unused"), "{said}");
+
+    let found = json(&run(&["run", &file, "--input", &records, "--json"]));
+    assert_eq!(found["ending"], "end");
+    assert_eq!(found["outputs"], serde_json::json!([5]));
+    assert_eq!(found["printed"][1]["text"], "DONE           1");
+    assert!(found["seconds"].as_f64().unwrap() > 0.5);
+    // A trace shows the same run.
+    let traced = json(&run(&["run", &file, "--input", &records, "--json", "--trace"]));
+    assert_eq!(
+        (&traced["seconds"], &traced["printed"]),
+        (&found["seconds"], &found["printed"])
+    );
+    let first = &traced["trace"][0];
+    assert_eq!(
+        (&first["line"], &first["text"]),
+        (&Value::from(2), &Value::from("N = 0"))
+    );
+    let delayed = traced["trace"].as_array().unwrap();
+    let at = |text: &str| {
+        delayed.iter().find(|s| s["text"] == text).unwrap()["time"]
+            .as_f64()
+            .unwrap()
+    };
+    let dwell = at("DOUT(1, 5)") - at("DELAY 0.25");
+    assert!((dwell - 0.25).abs() < 1e-6, "{dwell}");
+}
+
+#[test]
+fn used_up_records_end_a_server_and_missing_ones_are_usage() {
+    let directory = TempDir::new();
+    let file = directory.file("pick.scol", PICK);
+    let records = format!("ip1={}", directory.file("in.txt", "1,10.0\n"));
+    let output = run(&["run", &file, "--input", &records]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(
+        stderr(&output).contains("the records of IP1 are used up"),
+        "{}",
+        stderr(&output)
+    );
+    let output = run(&["run", &file]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("--input ip1=FILE"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn channels_are_named_when_there_are_several() {
+    let directory = TempDir::new();
+    let file = directory.file(
+        "p.scol",
+        "PROGRAM P\nPRINT \"A\", CR\nPRINT COM1, \"B\"\nPRINT COM1, \"C\", CR\nINPUT N\nPRINT IP2, N, CR\nSTOP\nEND\n",
+    );
+    let keys = format!("tp={}", directory.file("keys.txt", "42\n"));
+    let output = run(&["run", &file, "--input", &keys]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(stdout(&output), "TP: A\nCOM1: BC\nIP2:           42\n");
+    assert!(
+        stderr(&output).contains("stopped, line 8 is next"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn alarms_endless_runs_and_dead_waits_are_exit_code_one() {
+    let directory = TempDir::new();
+    let file = directory.file("a.scol", "PROGRAM A\nN = 0\nM = 1 / N\nEND\n");
+    let output = run(&["run", &file]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("alarm 2-1"), "{}", stderr(&output));
+    let file = directory.file("e.scol", "PROGRAM A\nL: N = 1\nGOTO L\nEND\n");
+    let output = run(&["run", &file, "--max-time", "5"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("after 5.000 s: --max-time is over"),
+        "{}",
+        stderr(&output)
+    );
+    let file = directory.file("w.scol", "PROGRAM A\nWAIT DIN(3)\nEND\n");
+    assert_eq!(run(&["run", &file]).status.code(), Some(1));
+    assert_eq!(run(&["run", &file, "--din", "3,4"]).status.code(), Some(0));
+}
+
+#[test]
+fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
+    let directory = TempDir::new();
+    let file = directory.file("a.scol", "PROGRAM A\nMOV X\nEND\n");
+    let output = run(&["run", &file]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("did you mean MOVE?"),
+        "{}",
+        stderr(&output)
+    );
+    let file = directory.file("b.scol", "PROGRAM A\nEND\n");
+    for words in [
+        &["--input", "ip0=x"][..],
+        &["--input", "ip1=/nowhere/at/all"],
+        &["--model", "nope"],
+        &["--set", "nope=1"],
+        &["--time", "stepped"],
+        &["--max-time", "-1"],
+    ] {
+        let all: Vec<&str> = ["run", &file].iter().chain(words).copied().collect();
+        assert_eq!(run(&all).status.code(), Some(2), "{words:?}");
+    }
+    assert_eq!(run(&["run", &file]).status.code(), Some(0));
+}
