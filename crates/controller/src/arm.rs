@@ -7,6 +7,8 @@ use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, 
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
+mod append;
+
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
@@ -236,18 +238,7 @@ impl Arm {
             .as_ref()
             .filter(|active| !active.locked)
             .map_or(self.rest, |active| active.motion.end());
-        let frames = Frames::of(&motion.conditions);
-        let target = self.target(motion, &frames, &from);
-        let Conditions {
-            speed, accel, decel, ..
-        } = motion.conditions;
-        let load = motion
-            .conditions
-            .payload
-            .as_ref()
-            .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, &from, &target, &frames.tool, &asked.limits(pace))?;
+        let (planned, asked) = self.planned(motion, &from, pace)?;
         self.rest = from;
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
         self.active = Some(Active {
@@ -257,6 +248,28 @@ impl Arm {
             locked,
         });
         Ok(())
+    }
+
+    /// The motion from a posture at rest, and the speeds it asks for.
+    fn planned(
+        &self,
+        motion: &scol_mini::Motion,
+        from: &Joints,
+        pace: Pace,
+    ) -> Result<(Motion, Asked), MotionError> {
+        let frames = Frames::of(&motion.conditions);
+        let target = self.target(motion, &frames, from);
+        let Conditions {
+            speed, accel, decel, ..
+        } = motion.conditions;
+        let load = motion
+            .conditions
+            .payload
+            .as_ref()
+            .map_or(0.0, |(_, load)| load.mass);
+        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
+        Ok((planned, asked))
     }
 
     /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
