@@ -10,6 +10,8 @@ use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 use thiserror::Error;
 
+mod append;
+
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
@@ -252,18 +254,7 @@ impl Arm {
         locked: bool,
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
-        let frames = Frames::of(&motion.conditions);
-        let target = self.target(motion, &frames, &from);
-        let Conditions {
-            speed, accel, decel, ..
-        } = motion.conditions;
-        let load = motion
-            .conditions
-            .payload
-            .as_ref()
-            .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, &from, &target, &frames.tool, &asked.limits(pace))?;
+        let (planned, asked) = self.planned(motion, &from, pace)?;
         self.rest = from;
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
         self.active = Some(Active {
@@ -281,6 +272,28 @@ impl Arm {
         let start = self.ends_at().unwrap_or(now).max(now);
         let slowing = self.active.as_ref().filter(|active| !active.locked);
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
+    }
+
+    /// The motion from a posture at rest, and the speeds it asks for.
+    fn planned(
+        &self,
+        motion: &scol_mini::Motion,
+        from: &Joints,
+        pace: Pace,
+    ) -> Result<(Motion, Asked), MotionError> {
+        let frames = Frames::of(&motion.conditions);
+        let target = self.target(motion, &frames, from);
+        let Conditions {
+            speed, accel, decel, ..
+        } = motion.conditions;
+        let load = motion
+            .conditions
+            .payload
+            .as_ref()
+            .map_or(0.0, |(_, load)| load.mass);
+        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
+        Ok((planned, asked))
     }
 
     /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.

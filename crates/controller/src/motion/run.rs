@@ -180,7 +180,8 @@ impl Motion {
         match &self.path {
             Path::Chain(chain) if self.phase == Phase::Moving => {
                 let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
-                Some(self.since.saturating_add(Duration::from_secs_f64(seconds)))
+                let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+                Some(self.since.saturating_add(after))
             }
             Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => None,
         }

@@ -231,3 +231,37 @@ fn hold_override_and_stop_keep_an_arch_on_its_path() {
         );
     }
 }
+
+#[test]
+fn where_two_lines_overlap_no_axis_is_faster_than_it_can() {
+    let mut model = ArmModel::tv800();
+    for axis in &mut model.axes {
+        axis.max_speed /= 4.0;
+    }
+    let from = posture(&model, 400.0, 0.0, 150.0);
+    let target = Target::Arch {
+        end: down(700.0, 0.0, 150.0),
+        config: KEEP,
+        gate: Gate {
+            rise: 0.0,
+            height: 150.0,
+            descent: 0.0,
+        },
+    };
+    let motion = planned(&model, &from, &target, &Limits::FULL);
+    let step = motion.duration() / 1000;
+    let mut fastest: f64 = 0.0;
+    for index in 0..1000 {
+        let (a, b) = (
+            motion.joints_at(&model, step * index),
+            motion.joints_at(&model, step * (index + 1)),
+        );
+        for (axis, (a, b)) in model.axes.iter().zip(a.iter().zip(b)) {
+            fastest = fastest.max((b - a).abs() / step.as_secs_f64() / axis.max_speed);
+        }
+    }
+    assert!(
+        fastest <= 1.0 && fastest > 0.8,
+        "{fastest} of what an axis can do"
+    );
+}
