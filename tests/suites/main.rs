@@ -14,6 +14,7 @@ mod guiding;
 mod house;
 mod motion;
 mod permissions;
+mod programs;
 mod purity;
 mod settings;
 mod signals;
