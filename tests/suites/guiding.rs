@@ -359,6 +359,9 @@ fn moves_by_do_begin_and_end_in_order() {
 #[test]
 fn a_move_that_cannot_be_made_is_not_reported_as_done() {
     let mut robot = six_axis();
+    robot.command(Port::Ip0, "DO,MOVEA 1,5.0");
+    robot.advance_ms(3_000);
+    assert_eq!(item(&mut robot, "DC"), 1, "a good one before it");
     robot.command(Port::Ip0, "DO,MOVE POINT(2000.0,0.0,0.0,0.0,0.0,0.0,0.0,0.0)");
     robot.advance_ms(3_000);
     assert_eq!(
@@ -382,4 +385,75 @@ fn in_teaching_the_host_on_ip0_does_not_jog() {
     robot.panel(Panel::ControlRight(ControlRight::Sig));
     refused(&mut robot, "JG,1 +");
     rests(&mut robot);
+}
+
+#[test]
+fn at_its_limit_an_axis_is_not_guided_further() {
+    let mut robot = six_axis();
+    robot.command(Port::Ip0, "RT,2");
+    robot.command(Port::Ip0, "JG,1 -");
+    robot.advance_ms(60_000);
+    robot.command(Port::Ip0, "JG,1 !");
+    assert_eq!(robot.ask(Port::Ip0, "JG,1 -"), b"NG\r");
+}
+
+#[test]
+fn a_host_that_has_guided_the_arm_may_leave_while_a_program_moves_it() {
+    let mut robot = Robot::ready("PROGRAM T\nMOVEA 1,90.0 WITH SPEED=20\nPRINT IP1, \"DONE\", CR\nEND\n");
+    robot.command(Port::Ip0, "MD,1");
+    robot.command(Port::Ip0, "JG,2 +");
+    robot.advance_ms(2_000);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(300);
+    robot.disconnect(Port::Ip0);
+    robot.advance_ms(10_000);
+    robot.connect(Port::Ip0);
+    assert!(
+        (values(&mut robot, "PR,0")[0] - 90.0).abs() < 0.01,
+        "{:?}",
+        values(&mut robot, "PR,0")
+    );
+}
+
+#[test]
+fn jg_stop_does_not_stop_a_program() {
+    let mut robot = Robot::ready("PROGRAM T\nMOVEA 1,90.0 WITH SPEED=20\nPRINT IP1, \"DONE\", CR\nEND\n");
+    robot.command(Port::Ip0, "MD,1");
+    robot.command(Port::Ip0, "JG,2 +");
+    robot.advance_ms(2_000);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(300);
+    robot.ask(Port::Ip0, "JG,2 !");
+    robot.advance_ms(10_000);
+    assert!(
+        (values(&mut robot, "PR,0")[0] - 90.0).abs() < 0.01,
+        "{:?}",
+        values(&mut robot, "PR,0")
+    );
+}
+
+#[test]
+fn a_watchdog_of_level_2_ends_guidance() {
+    let mut robot = six_axis();
+    robot.command(Port::Ip0, "WD,700 2");
+    robot.command(Port::Ip0, "JG,1 +");
+    robot.advance_ms(60_000);
+    assert!(
+        values(&mut robot, "PR,0")[0] < 10.0,
+        "{:?}",
+        values(&mut robot, "PR,0")
+    );
+}
+
+#[test]
+fn turning_the_key_ends_guidance() {
+    let mut robot = six_axis();
+    robot.command(Port::Ip0, "JG,1 +");
+    robot.panel(Panel::Key(ts3100_controller::KeySwitch::Teaching));
+    robot.advance_ms(60_000);
+    assert!(
+        values(&mut robot, "PR,0")[0] < 10.0,
+        "{:?}",
+        values(&mut robot, "PR,0")
+    );
 }

@@ -8,13 +8,18 @@
 )]
 
 mod dialogue;
+mod docs;
+mod effects;
 mod exchange;
 mod extended;
 mod guiding;
 mod house;
+mod lines;
 mod motion;
+mod network;
 mod permissions;
 mod programs;
+mod proofs;
 mod purity;
 mod settings;
 mod signals;

@@ -8,6 +8,7 @@ use crate::model::{ArmKind, ArmModel, Joints};
 use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
+use thiserror::Error;
 
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -111,6 +112,25 @@ pub struct Guidance {
     /// The coordinate system.
     pub frame: GuideFrame,
 }
+
+/// Why the arm cannot be guided.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum GuideError {
+    /// The axis stands at its limit.
+    #[error("axis {axis} is at its limit in that direction")]
+    AtLimit {
+        /// The axis.
+        axis: u8,
+    },
+    /// There is no way in that direction.
+    #[error("{0}")]
+    Motion(#[from] MotionError),
+}
+
+/// Place of C among X Y Z A B C.
+const TURN_ABOUT_Z: usize = 5;
+/// Shortest way a guided motion may have, in mm or degrees.
+const SMALLEST_WAY: f64 = 1e-6;
 
 /// The frames a program has set.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -233,13 +253,7 @@ impl Arm {
         pace: Pace,
         locked: bool,
     ) -> Result<(), MotionError> {
-        self.settle(now);
-        let start = self.ends_at().unwrap_or(now).max(now);
-        let from = self
-            .active
-            .as_ref()
-            .filter(|active| !active.locked)
-            .map_or(self.rest, |active| active.motion.end());
+        let (start, from) = self.next_start(now);
         let frames = Frames::of(&motion.conditions);
         let target = self.target(motion, &frames, &from);
         let Conditions {
@@ -263,6 +277,14 @@ impl Arm {
         Ok(())
     }
 
+    /// When and from where the next motion goes: now, or where and when the arm rests that still slows.
+    fn next_start(&mut self, now: Time) -> (Time, Joints) {
+        self.settle(now);
+        let start = self.ends_at().unwrap_or(now).max(now);
+        let slowing = self.active.as_ref().filter(|active| !active.locked);
+        (start, slowing.map_or(self.rest, |active| active.motion.end()))
+    }
+
     /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
     ///
     /// # Errors
@@ -274,8 +296,7 @@ impl Arm {
         conditions: &Conditions,
         pace: Pace,
         locked: bool,
-    ) -> Result<(), MotionError> {
-        self.settle(now);
+    ) -> Result<(), GuideError> {
         let asked = Asked {
             speed: guidance.speed,
             accel: 100.0,
@@ -283,8 +304,11 @@ impl Arm {
         };
         let limits = asked.limits(pace);
         let frames = Frames::of(conditions);
-        let from = self.joints(now);
+        let (start, from) = self.next_start(now);
         let mut way = guidance.step.unwrap_or(self.farthest(guidance, &from));
+        if way < SMALLEST_WAY {
+            return Err(GuideError::AtLimit { axis: guidance.axis });
+        }
         let mut planned = self.plan_guided(guidance, way, &frames, &from, &limits);
         let halvings = if guidance.step.is_some() {
             0
@@ -300,7 +324,7 @@ impl Arm {
         }
         self.active = Some(Active {
             motion: planned?,
-            start: now,
+            start,
             asked,
             locked,
         });
@@ -326,7 +350,7 @@ impl Arm {
         from: &Joints,
         limits: &Limits,
     ) -> Result<Motion, MotionError> {
-        let index = axis_index(guidance.axis);
+        let index = self.guided_index(guidance);
         if guidance.frame == GuideFrame::Joint {
             let present = from.get(index).copied().unwrap_or_default();
             let target = Target::Axis {
@@ -366,6 +390,16 @@ impl Arm {
             &frames.tool,
             limits,
         )
+    }
+
+    /// Place of a guided axis: in a coordinate system the fourth of a SCARA is C, a turn about Z.
+    fn guided_index(&self, guidance: &Guidance) -> usize {
+        match (self.kind(), guidance.frame, guidance.axis) {
+            (_, GuideFrame::Joint, axis) | (scol_mini::Arm::SixAxis, _, axis) => axis_index(axis),
+            (scol_mini::Arm::Scara, _, axis @ 1..=3) => axis_index(axis),
+            (scol_mini::Arm::Scara, _, 4) => TURN_ABOUT_Z,
+            (scol_mini::Arm::Scara, _, _) => usize::MAX,
+        }
     }
 
     /// Configuration digits of the present posture.

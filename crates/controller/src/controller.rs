@@ -167,10 +167,12 @@ impl Controller {
         core::iter::from_fn(|| self.poll_output()).collect()
     }
 
-    /// Whether no host is in the middle of a text or owes an answer: time may be jumped over.
+    /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
+    /// be heard in time (WD), and none holds a guided motion.
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
-        !self.sessions.values().any(Session::awaits_host)
+        let owes = self.sessions.values().any(Session::awaits_host);
+        !owes && self.state.watchdog.is_none() && !self.is_jogging()
     }
 
     /// Whether a host guides the arm right now.

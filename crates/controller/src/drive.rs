@@ -89,16 +89,20 @@ impl Drive {
         }
     }
 
-    /// Bytes that a file of this name may have.
+    /// Bytes that a file of this name may have. The capacity is that of the user files; the parameter files have
+    /// their place besides.
     #[must_use]
-    pub fn room_for(&self, name: &str) -> usize {
-        let others: usize = self
+    pub fn room_for(&self, name: &FileName) -> usize {
+        if name.is_parameter() {
+            return MAX_FILE;
+        }
+        let is_parameter = |other: &str| FileName::parse(other).is_ok_and(|other| other.is_parameter());
+        let others = self
             .files
             .iter()
-            .filter(|(other, _)| other.as_str() != name)
-            .map(|(_, content)| content.len())
-            .sum();
-        self.capacity.saturating_sub(others).min(MAX_FILE)
+            .filter(|(other, _)| other.as_str() != name.as_str() && !is_parameter(other));
+        let taken: usize = others.map(|(_, content)| content.len()).sum();
+        self.capacity.saturating_sub(taken).min(MAX_FILE)
     }
 
     /// Stores a file, in place of one of the same name.
@@ -111,7 +115,7 @@ impl Drive {
         if size > MAX_FILE {
             return Err(DriveError::TooLarge { name: label(), size });
         }
-        let free = self.room_for(name.as_str());
+        let free = self.room_for(name);
         if size > free {
             return Err(DriveError::Full {
                 name: label(),

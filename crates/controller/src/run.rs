@@ -53,7 +53,10 @@ impl Step {
 impl Controller {
     /// Runs everything as far as it goes at this instant.
     pub(crate) fn settle(&mut self) {
-        self.arm.settle(self.now);
+        if self.arm.settle(self.now) {
+            // Whatever moves next is no guided motion any more.
+            self.jogging = None;
+        }
         self.signals.expire(self.now);
         while self.step_direct() || self.step_program() {}
         self.show_state();

@@ -43,7 +43,9 @@ impl Controller {
     }
 
     /// The program is to stop when the present step has ended.
+    /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: By) {
+        self.stop_jog();
         if self.execution.course == (Course::Running { stop: None }) {
             self.execution.course = Course::Running { stop: Some(by) };
         }

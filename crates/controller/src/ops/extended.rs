@@ -20,8 +20,8 @@ use ts3100_proto::status::pr::encode_position;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
 
-/// Half the span over which VL takes the speed of the arm.
-const VELOCITY_SPAN: Duration = Duration::from_micros(500);
+/// Span over which VL takes the speed of the arm, from now on: what was before may belong to another motion.
+const VELOCITY_SPAN: Duration = Duration::from_millis(1);
 
 impl Controller {
     /// SM: the quick status; every SM feeds the watchdog (hosts.md SM, WD).
@@ -138,7 +138,7 @@ impl Controller {
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
     pub(super) fn op_velocity(&mut self, which: u8) -> Outcome {
         let conditions = self.execution.memory().conditions();
-        let (early, late) = (self.now - VELOCITY_SPAN, self.now + VELOCITY_SPAN);
+        let (early, late) = (self.now, self.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
         let (before, after) = (
             self.arm.shown(early, conditions),

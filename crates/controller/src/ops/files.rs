@@ -32,7 +32,7 @@ impl Controller {
                 name.as_str()
             ));
         }
-        let receiver = FlReceiver::new(self.drive.room_for(name.as_str()), Drive::rule(&name));
+        let receiver = FlReceiver::new(self.drive.room_for(&name), Drive::rule(&name));
         Outcome::Receive(name, receiver)
     }
 

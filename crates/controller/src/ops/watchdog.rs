@@ -32,3 +32,32 @@ impl Controller {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Config, Controller, Dialect, Input, Port, Time};
+    use alloc::vec::Vec;
+
+    #[test]
+    fn time_is_not_jumped_over_while_a_host_has_promised_to_be_heard() {
+        let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        robot.feed(
+            Time::ZERO,
+            Input::Connected {
+                port: Port::Ip0,
+                peer: "test".into(),
+            },
+        );
+        for (millis, text, silent) in [(1, "WD,60000 2", false), (2, "WD,0 0", true)] {
+            let bytes = alloc::format!("{text}\r\x03").into_bytes();
+            robot.feed(
+                Time::from_millis(millis),
+                Input::Received {
+                    port: Port::Ip0,
+                    bytes,
+                },
+            );
+            assert_eq!(robot.host_is_silent(), silent, "{text}");
+        }
+    }
+}

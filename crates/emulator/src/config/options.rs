@@ -3,7 +3,6 @@
 
 use scol_mini::IntDivision;
 use std::time::Duration;
-use ts3100_controller::limits;
 use ts3100_controller::options::{Malformed, NoPeer, Options, SfTexts, Strobe, WaitAfterStop};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
@@ -89,16 +88,9 @@ const TABLE: &[(&str, &str, Set)] = &[
     ("do.min_run", "a duration, for example 200ms", |o, _, v| {
         put(&mut o.do_min_run, duration(v))
     }),
-    (
-        "drive.capacity",
-        "a number of bytes of at least 99999",
-        |o, _, v| {
-            put(
-                &mut o.drive_capacity,
-                v.parse().ok().filter(|bytes| *bytes >= limits::MAX_FILE),
-            )
-        },
-    ),
+    ("drive.capacity", "a number of bytes", |o, _, v| {
+        put(&mut o.drive_capacity, v.parse().ok())
+    }),
     (
         "drive.open_mode",
         "four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`",

@@ -10,8 +10,9 @@ pub use listen::LinkError;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::{IpAddr, SocketAddr};
+use std::time::Duration;
 use tokio::net::TcpStream;
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
@@ -47,6 +48,13 @@ pub enum LinkMessage {
         /// The bytes.
         bytes: Vec<u8>,
     },
+    /// A newcomer has waited long enough for its predecessor to end.
+    Overdue {
+        /// On which channel.
+        port: Port,
+        /// The newcomer.
+        peer: SocketAddr,
+    },
     /// The peer is gone; the last message of a connection.
     Ended {
         /// From which channel.
@@ -56,7 +64,14 @@ pub enum LinkMessage {
     },
 }
 
-/// A connection that came while its predecessor, though closed by its peer, was not read to its end.
+/// How long a newcomer waits on a channel that has a peer before it is refused: the close of a host that is
+/// back at once may be on its way still, behind the new connection, when the machine is busy.
+const CLOSE_GRACE: Duration = Duration::from_millis(50);
+
+/// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
+const WAITING_NEWCOMERS: usize = 4;
+
+/// A connection that came while its predecessor was not read to its end.
 type Waiting = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 
 #[derive(Default)]
@@ -64,7 +79,8 @@ struct Channel {
     /// The accepting or dialling task.
     source: Option<JoinHandle<()>>,
     connection: Option<Connection>,
-    waiting: Option<Waiting>,
+    /// In the order in which they came.
+    waiting: VecDeque<Waiting>,
 }
 
 /// All Ethernet channels.
@@ -166,6 +182,10 @@ impl Links {
                 vec![Input::Received { port, bytes }]
             }
             LinkMessage::Ended { port, id } if self.is_current(port, id) => self.ended(port),
+            LinkMessage::Overdue { port, peer } => {
+                self.overdue(port, peer);
+                Vec::new()
+            }
             LinkMessage::Received { .. } | LinkMessage::Ended { .. } => Vec::new(),
         }
     }
@@ -219,24 +239,23 @@ impl Links {
         let channel = self.channels.entry(port).or_default();
         match &channel.connection {
             None => vec![self.connect(port, newcomer)],
-            // The host has closed the old connection and is already back: nobody is refused, the new
-            // connection is served as soon as the old one is read to its end.
-            Some(old) if old.peer_has_closed() && channel.waiting.is_none() => {
-                channel.waiting = Some(newcomer);
+            // A host that has closed and is already back is not refused: it is served as soon as the old
+            // connection is read to its end.
+            Some(old)
+                if channel.waiting.len() < WAITING_NEWCOMERS
+                    && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
+            {
+                let peer = newcomer.1;
+                channel.waiting.push_back(newcomer);
+                self.remind(port, peer);
                 Vec::new()
             }
             Some(old) if second == SecondConnection::Refuse => {
-                info!(
-                    port = port.name(),
-                    "{port}: {} refused, {} is connected (channel.second=refuse)",
-                    newcomer.1,
-                    old.peer()
-                );
-                connection::refuse(&newcomer.0);
+                refuse(port, &newcomer, old);
                 Vec::new()
             }
             Some(_) => {
-                channel.waiting = None;
+                channel.waiting.clear();
                 if let Some(old) = channel.connection.take() {
                     info!(
                         port = port.name(),
@@ -248,6 +267,28 @@ impl Links {
                 }
                 vec![Input::Disconnected { port }, self.connect(port, newcomer)]
             }
+        }
+    }
+
+    /// Has a newcomer looked at again after its grace.
+    fn remind(&self, port: Port, peer: SocketAddr) {
+        let sender = self.sender.clone();
+        tokio::spawn(async move {
+            tokio::time::sleep(CLOSE_GRACE).await;
+            // Fails only when the hub is gone, and then nobody waits.
+            let _ = sender.send(LinkMessage::Overdue { port, peer }).await;
+        });
+    }
+
+    /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
+    fn overdue(&mut self, port: Port, peer: SocketAddr) {
+        let channel = self.channels.entry(port).or_default();
+        let Some(old) = channel.connection.as_ref().filter(|old| !old.peer_has_closed()) else {
+            return;
+        };
+        let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
+        if let Some(newcomer) = place.and_then(|place| channel.waiting.remove(place)) {
+            refuse(port, &newcomer, old);
         }
     }
 
@@ -268,11 +309,26 @@ impl Links {
             info!(port = port.name(), "{port}: {} disconnected", connection.peer());
             connection.finish();
         }
-        let waiting = channel.waiting.take();
+        let waiting = channel.waiting.pop_front();
+        let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
         let mut inputs = vec![Input::Disconnected { port }];
         inputs.extend(waiting.map(|newcomer| self.connect(port, newcomer)));
+        // The others have a new predecessor now, which may be there to stay.
+        for peer in others {
+            self.remind(port, peer);
+        }
         inputs
     }
+}
+
+fn refuse(port: Port, newcomer: &Waiting, old: &Connection) {
+    info!(
+        port = port.name(),
+        "{port}: {} refused, {} is connected (channel.second=refuse)",
+        newcomer.1,
+        old.peer()
+    );
+    connection::refuse(&newcomer.0);
 }
 
 fn planned(plan: &NetworkPlan, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelPlan)> {

@@ -102,11 +102,32 @@ async fn a_second_connection_is_closed_and_the_first_untouched() {
     let mut first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    let message = links.next().await.unwrap();
-    assert_eq!(links.take(message), []);
+    for _ in 0..2 {
+        // It arrives; its time to wait for a predecessor that is about to end is over.
+        let message = links.next().await.unwrap();
+        assert_eq!(links.take(message), []);
+    }
     let end = timeout(LONG, second.read(&mut [0; 8])).await.unwrap();
     assert!(matches!(end, Ok(0) | Err(_)), "{end:?}");
     first.write_all(b"x").await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+}
+
+// clause: ETH-07
+#[tokio::test]
+async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let first = dial(port).await;
+    next(&mut links).await;
+    let mut second = dial(port).await;
+    let message = links.next().await.unwrap();
+    assert_eq!(links.take(message), [], "the first is still there");
+    let passing = dial(port).await;
+    let message = links.next().await.unwrap();
+    assert_eq!(links.take(message), [], "so is the second");
+    drop((first, passing));
+    assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
+    second.write_all(b"x").await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"x")]);
 }
 

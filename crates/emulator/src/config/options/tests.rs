@@ -140,7 +140,7 @@ fn numbers_keep_to_their_range() {
     let mut takes = |key: &str, value: &str| set_option(&mut options, &mut links, key, value).is_ok();
     for (key, good, bad) in [
         ("sig.low_speed", &["1", "100"][..], &["0", "101", "-1", "3.5"][..]),
-        ("drive.capacity", &["99999"], &["99998", "1e6"]),
+        ("drive.capacity", &["1000", "99999"], &["-1", "1e6"]),
         ("do.min_run", &["0s", "3600s"], &["3601s", "-1s", "200", "nans"]),
         (
             "drive.open_mode",

@@ -1,0 +1,52 @@
+//! What the code has, the documents have: each command, alarm and option has its row.
+
+use std::fs;
+use std::path::PathBuf;
+use ts3100_controller::alarm::ALARMS;
+use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+
+fn document(name: &str) -> String {
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+        .join("../docs")
+        .join(name);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+#[test]
+fn every_alarm_has_its_row() {
+    let protocol = document("PROTOCOL.md");
+    for alarm in ALARMS {
+        let whose = if alarm.ours { "ours" } else { "known" };
+        let row = format!(
+            "| {} | {whose} | {} | {} | {} |",
+            alarm.number(),
+            alarm.text,
+            alarm.cause,
+            alarm.remedy
+        );
+        assert!(protocol.contains(&row), "docs/PROTOCOL.md misses\n{row}");
+    }
+}
+
+#[test]
+fn every_command_has_its_row() {
+    let protocol = document("PROTOCOL.md");
+    for command in COMMANDS.iter().chain(EXTENSIONS) {
+        let shown = protocol.contains(&format!("`{}", command.letters))
+            || protocol.contains(&format!("| {}", command.letters));
+        assert!(shown, "docs/PROTOCOL.md misses {}", command.letters);
+    }
+}
+
+#[test]
+fn every_option_has_its_row() {
+    let (protocol, fidelity) = (document("PROTOCOL.md"), document("FIDELITY.md"));
+    for (key, _) in ts3100_emulator::config::option_keys() {
+        for (name, text) in [("PROTOCOL.md", &protocol), ("FIDELITY.md", &fidelity)] {
+            assert!(
+                text.contains(&format!("`{key}")),
+                "docs/{name} misses the option {key}"
+            );
+        }
+    }
+}

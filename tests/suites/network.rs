@@ -1,0 +1,348 @@
+//! What only real sockets show: four channels at once, sizes of what is sent, addresses and ports of the
+//! parameter file, ping. Each test has an emulator of its own in this process, on loopback addresses.
+
+use socket2::{Domain, Protocol, SockAddr, Socket, Type};
+use std::io::{ErrorKind, Read, Write};
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
+use std::time::{Duration, Instant};
+use ts3100_controller::{Panel, Port};
+use ts3100_emulator::config::Ports;
+use ts3100_emulator::embed::Emulator;
+use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
+
+const LONG: Duration = Duration::from_secs(20);
+const SHORT: Duration = Duration::from_millis(300);
+
+fn dial(address: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_nodelay(true).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    stream
+}
+
+fn channel(robot: &Emulator, port: Port) -> TcpStream {
+    dial(robot.address(port).unwrap())
+}
+
+fn until(stream: &mut TcpStream, end: &[u8]) -> Vec<u8> {
+    let (mut found, mut byte) = (Vec::new(), [0]);
+    while !found.ends_with(end) {
+        stream.read_exact(&mut byte).unwrap();
+        found.push(byte[0]);
+    }
+    found
+}
+
+fn exchange(stream: &mut TcpStream, text: &[u8], expected: &[u8]) {
+    stream.write_all(text).unwrap();
+    let found = until(stream, b"\x03");
+    assert_eq!(
+        found.escape_ascii().to_string(),
+        expected.escape_ascii().to_string()
+    );
+}
+
+/// What one read brings: on the loopback interface what one write sent, if nothing else was sent.
+fn segment(stream: &mut TcpStream) -> Vec<u8> {
+    let mut buffer = [0; 4_096];
+    let count = stream.read(&mut buffer).unwrap();
+    buffer[..count].to_vec()
+}
+
+fn silent(stream: &mut TcpStream) {
+    stream.set_read_timeout(Some(SHORT)).unwrap();
+    let kind = stream.read(&mut [0]).map_err(|error| error.kind());
+    assert!(
+        matches!(kind, Err(ErrorKind::WouldBlock | ErrorKind::TimedOut)),
+        "{kind:?}"
+    );
+    stream.set_read_timeout(Some(LONG)).unwrap();
+}
+
+/// This many neighbouring ports that nobody has just now.
+fn free_ports(count: u16) -> u16 {
+    let any = || {
+        TcpListener::bind(("127.0.0.1", 0))
+            .unwrap()
+            .local_addr()
+            .unwrap()
+            .port()
+    };
+    let free = |first: &u16| {
+        let Some(end) = first.checked_add(count) else {
+            return false;
+        };
+        (*first..end).all(|port| TcpListener::bind(("127.0.0.1", port)).is_ok())
+    };
+    std::iter::repeat_with(any).find(free).unwrap()
+}
+
+const ECHO: &str = "PROGRAM ECHO\nN = 0\nM = 0\nLOOP:\nINPUT IP1, N\nINPUT IP2, M\nPRINT IP1, M, CR\nPRINT IP2, N, CR\nGOTO LOOP\nEND\n";
+
+// clause: ETH-01 GEN-04
+#[test]
+fn four_channels_serve_at_the_same_time() {
+    let robot = Emulator::builder()
+        .file("ECHO", ECHO)
+        .select("ECHO")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    let [mut ip0, mut ip1, mut ip2, mut ip3] = Port::ETHERNET.map(|port| channel(&robot, port));
+    exchange(&mut ip0, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    for round in 1..=5 {
+        ip3.write_all(b"\x02SU\r\x03").unwrap();
+        ip1.write_all(format!("{round}\r").as_bytes()).unwrap();
+        ip0.write_all(b"\x02SU\r\x03").unwrap();
+        ip2.write_all(format!("{}\r", round * 10).as_bytes()).unwrap();
+        let status = until(&mut ip0, b"\x1A\x03");
+        assert!(status.ends_with(b"STATUS:running\x1A\x03"));
+        ip0.write_all(b"\x02OK\r\x03").unwrap();
+        assert_eq!(until(&mut ip1, b"\r"), format!("{:12}\r", round * 10).as_bytes());
+        assert_eq!(until(&mut ip2, b"\r"), format!("{round:12}\r").as_bytes());
+    }
+    silent(&mut ip3);
+}
+
+// clause: ETH-02 PRT-09 FRM-05
+#[test]
+fn each_send_is_one_segment_of_512_bytes_at_most() {
+    let program = format!("PROGRAM T\nPRINT IP1, \"{}\", CR\nEND\n", "x".repeat(200));
+    let long = format!("PROGRAM L\n{}END\n", "DELAY 1.0\n".repeat(200));
+    let robot = Emulator::builder()
+        .file("T", program)
+        .file("L", long)
+        .select("T")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    let [mut ip0, mut ip1] = [Port::Ip0, Port::Ip1].map(|port| channel(&robot, port));
+    ip0.write_all(b"\x02UL,L\r\x03").unwrap();
+    let mut sizes = Vec::new();
+    loop {
+        let text = segment(&mut ip0);
+        assert!(
+            text.starts_with(b"\x02") && text.ends_with(b"\x03"),
+            "a text in one piece"
+        );
+        sizes.push(text.len());
+        ip0.write_all(b"\x02OK\r\x03").unwrap();
+        if text.ends_with(b"\x1A\x03") {
+            break;
+        }
+    }
+    assert!(
+        sizes.len() > 4 && sizes[..sizes.len() - 1].iter().all(|size| *size == 255),
+        "{sizes:?}"
+    );
+    ip0.write_all(b"\x02SF\r\x03").unwrap();
+    assert_eq!(segment(&mut ip0).len(), 282);
+    ip0.write_all(b"\x02OK\r\x03").unwrap();
+    for byte in b"\x02SU\r\x03" {
+        ip0.write_all(&[*byte]).unwrap();
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(
+        segment(&mut ip0).starts_with(b"\x02FL,MODE:"),
+        "cut at every byte"
+    );
+    ip0.write_all(b"\x02OK\r\x03\x02RN\r\x03").unwrap();
+    assert!(
+        segment(&mut ip0).starts_with(b"\x02OK\r\x03"),
+        "two texts in one segment"
+    );
+    assert_eq!(segment(&mut ip1).len(), 201);
+}
+
+fn ethernet(change: impl Fn(&mut EthernetParameters)) -> Vec<u8> {
+    let mut parameters = EthernetParameters::factory();
+    change(&mut parameters);
+    parameters.text(LineEnd::Lf)
+}
+
+// clause: PAR-E01-02
+#[test]
+fn e01_is_for_display_and_does_not_bind() {
+    let content = ethernet(|parameters| parameters.address = [10, 9, 9, 9]);
+    for listen in [Ipv4Addr::LOCALHOST, Ipv4Addr::UNSPECIFIED] {
+        let robot = Emulator::builder()
+            .file("ETHERNET.PAR", &content)
+            .listen(IpAddr::V4(listen))
+            .start()
+            .unwrap();
+        let port = robot.address(Port::Ip0).unwrap().port();
+        let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+        ip0.write_all(b"\x02UL,ETHERNET.PAR\r\x03").unwrap();
+        let text = String::from_utf8(until(&mut ip0, b"\x03")).unwrap();
+        assert!(text.contains("10.9.9.9"), "{text}");
+    }
+}
+
+// clause: TSPC-01 ETH-03 PAR-E05-01
+#[test]
+fn a_host_connects_to_the_port_of_e05_not_of_e06() {
+    let (own, other) = (free_ports(1), free_ports(1));
+    let content = ethernet(|parameters| {
+        parameters.open_mode = [
+            OpenMode::Server,
+            OpenMode::NotUsed,
+            OpenMode::NotUsed,
+            OpenMode::NotUsed,
+        ];
+        parameters.own_port[0] = own;
+        parameters.peer_port[0] = other;
+    });
+    let robot = Emulator::builder()
+        .file("ETHERNET.PAR", content)
+        .ports(Ports::Offset(0))
+        .start()
+        .unwrap();
+    assert_eq!(robot.ports().len(), 1);
+    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, own)));
+    exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    assert!(
+        TcpStream::connect((Ipv4Addr::LOCALHOST, other)).is_err(),
+        "[E06] opens nothing"
+    );
+}
+
+// clause: TSPC-02
+#[test]
+fn factory_settings_answer_a_client_with_factory_settings() {
+    // Ports 1000 to 1003 need privileges; moved by an offset they are the same otherwise.
+    let offset = free_ports(4) - 1_000;
+    let robot = Emulator::builder().ports(Ports::Offset(offset)).start();
+    let robot = robot.unwrap_or_else(|error| panic!("{error}"));
+    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, 1_000 + offset)));
+    for _ in 0..3 {
+        // STX none, checksum none, interval 1000 ms.
+        ip0.write_all(b"SU\r\x03").unwrap();
+        let answer = until(&mut ip0, b"\x03");
+        assert!(answer.starts_with(b"FL,MODE:external(ethernet)/") && answer.ends_with(b"\x1A\x03"));
+        ip0.write_all(b"OK\r\x03").unwrap();
+        silent(&mut ip0);
+        std::thread::sleep(Duration::from_secs(1) - SHORT);
+    }
+    drop(robot);
+    let serial = ts3100_tests::Robot::new(ts3100_controller::Dialect::Field);
+    let com1 = serial.controller.serial_line(Port::Com1).unwrap();
+    assert_eq!(
+        (com1.speed, com1.length, com1.parity.number(), com1.stop),
+        (9_600, 8, 0, 1)
+    );
+}
+
+/// Sum of RFC 1071 over 16-bit words.
+fn checksum(bytes: &[u8]) -> u16 {
+    let words = bytes
+        .chunks(2)
+        .map(|pair| u32::from(pair[0]) << 8 | u32::from(pair.get(1).copied().unwrap_or(0)));
+    let mut sum: u32 = words.sum();
+    while sum > 0xFFFF {
+        sum = (sum >> 16) + (sum & 0xFFFF);
+    }
+    !u16::try_from(sum).unwrap()
+}
+
+/// Sends an ICMP echo to the address; whether the answer with the same number and data came.
+fn echo(address: Ipv4Addr) -> std::io::Result<bool> {
+    let kinds = [Type::DGRAM, Type::RAW];
+    let mut opened = kinds
+        .into_iter()
+        .map(|kind| Socket::new(Domain::IPV4, kind, Some(Protocol::ICMPV4)));
+    let mut socket = opened.next().unwrap().or_else(|_| opened.next().unwrap())?;
+    socket.set_read_timeout(Some(Duration::from_secs(1)))?;
+    let mut request = b"\x08\0\0\0\x31\x00\0\x01ts3100 answers".to_vec();
+    let sum = checksum(&request).to_be_bytes();
+    request[2..4].copy_from_slice(&sum);
+    socket.send_to(&request, &SockAddr::from(SocketAddr::from((address, 0))))?;
+    let deadline = Instant::now() + Duration::from_secs(5);
+    while Instant::now() < deadline {
+        let mut buffer = [0; 1_024];
+        match socket.read(&mut buffer) {
+            Ok(count) => {
+                // A raw socket brings the IP header and hears the request as well.
+                let packet = &buffer[..count];
+                let icmp = if packet[0] >> 4 == 4 {
+                    &packet[usize::from(packet[0] & 15) * 4..]
+                } else {
+                    packet
+                };
+                if icmp[0] == 0 && icmp[6..] == request[6..] {
+                    return Ok(true);
+                }
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(false)
+}
+
+// clause: ETH-08
+#[test]
+fn the_address_of_the_emulator_answers_ping() {
+    let robot = Emulator::builder().start().unwrap();
+    let address = robot.address(Port::Ip0).unwrap();
+    let IpAddr::V4(ip) = address.ip() else {
+        panic!("an IPv4 address expected, {address} found")
+    };
+    exchange(&mut dial(address), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    match echo(ip) {
+        Ok(answered) => assert!(answered, "no echo from {ip}"),
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
+            println!("ping not tried: this user may open no ICMP socket ({error})");
+        }
+        Err(error) => panic!("echo to {ip}: {error}"),
+    }
+}
+
+// clause: PAR-FILE-03 PAR-E05-01
+#[test]
+fn a_new_port_serves_after_the_power_cycle_and_the_old_no_more() {
+    let (first, second) = (free_ports(1), free_ports(1));
+    let with_port = |port| {
+        ethernet(|parameters| {
+            parameters.open_mode = [
+                OpenMode::Server,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+                OpenMode::NotUsed,
+            ];
+            parameters.own_port[0] = port;
+        })
+    };
+    let robot = Emulator::builder()
+        .file("ETHERNET.PAR", with_port(first))
+        .ports(Ports::Offset(0))
+        .start()
+        .unwrap();
+    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, first)));
+    exchange(&mut ip0, b"\x02DL,ETHERNET.PAR\r\x03", b"\x02OK\r\x03");
+    for block in [b"FL,", with_port(second).as_slice(), b"\x1A"]
+        .concat()
+        .chunks(253)
+    {
+        exchange(&mut ip0, &[b"\x02", block, b"\x03"].concat(), b"\x02OK\r\x03");
+    }
+    assert!(
+        TcpStream::connect((Ipv4Addr::LOCALHOST, second)).is_err(),
+        "not before"
+    );
+    exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.panel(Panel::PowerCycle).unwrap();
+    let limit = Instant::now() + LONG;
+    let mut ip0 = loop {
+        match TcpStream::connect((Ipv4Addr::LOCALHOST, second)) {
+            Ok(stream) => break stream,
+            Err(error) => assert!(Instant::now() < limit, "{error}"),
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    ip0.set_read_timeout(Some(LONG)).unwrap();
+    exchange(&mut ip0, b"\x02BR\r\x03", b"\x02OK\r\x03");
+    assert!(
+        TcpStream::connect((Ipv4Addr::LOCALHOST, first)).is_err(),
+        "no more"
+    );
+}
