@@ -19,6 +19,7 @@ mod lines;
 mod motion;
 mod network;
 mod permissions;
+mod programs;
 mod proofs;
 mod purity;
 mod settings;

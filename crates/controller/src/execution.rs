@@ -127,6 +127,15 @@ impl Task {
         self.machine.task_id()
     }
 
+    /// The handler while it has something to do, otherwise the task itself.
+    #[must_use]
+    pub fn acting(&self) -> &Task {
+        match self.handler.as_deref() {
+            Some(handler) if handler.doing != Doing::Ready => handler,
+            _ => self,
+        }
+    }
+
     /// The task, and the handler in front of it.
     pub fn parts(&self) -> impl Iterator<Item = &Task> {
         core::iter::once(self).chain(self.handler.as_deref())
@@ -135,14 +144,14 @@ impl Task {
     /// When the task can go on by itself.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
-        let parts = self.parts().filter_map(|part| match &part.doing {
+        let own = match &self.acting().doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
             Doing::Ready | Doing::Holding | Doing::Moving { .. } | Doing::Resting | Doing::Reading { .. } => {
                 None
             }
-        });
-        parts.chain(self.look_at).min()
+        };
+        own.into_iter().chain(self.look_at).min()
     }
 }
 

@@ -278,11 +278,11 @@ impl Controller {
         let end = self.arm.ends_at()?;
         let tasks = self.execution.program_tasks();
         let direct = self.execution.direct.as_ref().map(|direct| &direct.task);
-        let leads = tasks.chain(direct).flat_map(Task::parts).filter_map(|task| {
+        let leads = tasks.chain(direct).map(Task::acting).filter_map(|task| {
             let Doing::Moving { lead } = task.doing else {
                 return None;
             };
-            (lead > Duration::ZERO).then(|| (end - lead).max(self.now))
+            Some(end - lead).filter(|arrival| *arrival > self.now)
         });
         leads.min()
     }

@@ -16,6 +16,7 @@ use crate::value::Value;
 
 impl Machine {
     /// Executes the step at `at` and moves on; `false` when it is a WAIT that goes on waiting.
+    #[expect(clippy::too_many_lines, reason = "a flat match, one arm an operation")]
     pub(super) fn execute(
         &mut self,
         program: &Program,
@@ -115,6 +116,7 @@ impl Machine {
         Ok(())
     }
 
+    #[expect(clippy::too_many_lines, reason = "a flat match, one arm a statement")]
     fn simple(
         &mut self,
         program: &Program,

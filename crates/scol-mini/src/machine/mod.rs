@@ -190,6 +190,8 @@ impl Machine {
             }
             self.state = State::Ready;
             match self.execute(&program, &step.operation, memory, inputs) {
+                // The outside gets a chance to look at the new monitor before the next statement.
+                Ok(true) if matches!(step.operation, Operation::On { .. }) => return Pause::Fuel,
                 Ok(true) => {}
                 Ok(false) => {
                     self.state = State::Waiting;
