@@ -121,7 +121,10 @@ impl Suggester<'_> {
         }
         let shared = self.outline.shared();
         let call = diagnostic.message.contains("no array and no function");
-        let words = builtin::words().filter(|word| call && builtin::Builtin::from_word(word).is_some());
+        let words = builtin::words().filter(|word| match call {
+            true => builtin::Builtin::from_word(word).is_some(),
+            false => builtin::System::from_word(word).is_some(),
+        });
         let rows = part.map(|part| part.rows.as_slice()).unwrap_or_default();
         let given = rows.iter().flat_map(|row| {
             row.segments()
