@@ -15,7 +15,7 @@ use crate::outline::{Outline, Part, names, word};
 /// Longest word that is compared with others.
 const MAX_WORD: usize = 24;
 /// Most words one misspelt word is compared with.
-const MAX_CANDIDATES: usize = 4_000;
+const MAX_CANDIDATES: usize = 1_000;
 /// Words of channels of other generations, or close to one.
 const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
 
