@@ -238,13 +238,19 @@ impl Execution {
     /// Whether an INPUT waits for values from this port.
     #[must_use]
     pub fn reads_from(&self, port: Port) -> bool {
+        self.reading()
+            .any(|channel| Port::of_channel(channel) == Some(port))
+    }
+
+    /// The channels from which an INPUT waits for values.
+    pub fn reading(&self) -> impl Iterator<Item = Channel> {
         let tasks = self
             .main
             .iter()
             .chain(self.direct.as_ref().map(|direct| &direct.task));
-        tasks.into_iter().any(|task| match &task.doing {
-            Doing::Reading { channel, .. } => Port::of_channel(*channel) == Some(port),
-            _ => false,
+        tasks.filter_map(|task| match &task.doing {
+            Doing::Reading { channel, .. } => Some(*channel),
+            _ => None,
         })
     }
 

@@ -2,9 +2,6 @@
 //! arm is. Nothing is changed here but whether statements are told.
 
 use crate::Controller;
-use crate::execution::{Doing, Task};
-use crate::output::Event;
-use crate::port::Port;
 use crate::signals::Signals;
 use alloc::vec::Vec;
 use scol_mini::{Arm, Channel, LanguageOptions};
@@ -36,15 +33,6 @@ impl Controller {
         self.config.options.language(self.arm.kind())
     }
 
-    /// Tells the statement a task is about to begin, if statements are told; one that is looked at again is not.
-    pub(crate) fn tells(&mut self, task: &Task) -> bool {
-        if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
-            let line = task.machine.line();
-            self.event(Event::Statement { line });
-        }
-        self.traced
-    }
-
     /// Whether a program runs in automatic operation.
     #[must_use]
     pub fn program_runs(&self) -> bool {
@@ -60,14 +48,7 @@ impl Controller {
     /// The channel from which an INPUT waits for values.
     #[must_use]
     pub fn waits_for(&self) -> Option<Channel> {
-        let line = [Channel::Com1, Channel::Ip1, Channel::Ip2].into_iter();
-        let line =
-            line.filter(|channel| Port::of_channel(*channel).is_some_and(|p| self.execution.reads_from(p)));
-        let keys = self.execution.main.iter().filter_map(|task| match &task.doing {
-            Doing::Reading { channel, .. } => Some(*channel),
-            _ => None,
-        });
-        line.chain(keys).next()
+        self.execution.reading().next()
     }
 
     /// User outputs that are on, in the order of their numbers.

@@ -7,6 +7,7 @@ use crate::arm::Frames;
 use crate::execution::{By, Course, Direct, Doing, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
+use crate::output::Event;
 use crate::view::View;
 use alloc::format;
 use alloc::string::String;
@@ -63,7 +64,7 @@ impl Controller {
             self.stop_program(Course::Continue, by);
             return true;
         }
-        let step = self.advance(&mut task, self.state.run_mode == RunMode::Step);
+        let step = self.advance(&mut task, self.traced || self.state.run_mode == RunMode::Step);
         self.execution.main = Some(task);
         match step {
             Step::Blocked => return false,
@@ -217,11 +218,11 @@ impl Controller {
             };
             return Step::Blocked;
         }
-        let given = if self.tells(task) || single {
-            1
-        } else {
-            task.budget
-        };
+        if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
+            let line = task.machine.line();
+            self.event(Event::Statement { line });
+        }
+        let given = if single { 1 } else { task.budget };
         let mut fuel = given;
         let (pause, changing) = self.run_machine(task, &mut fuel);
         task.budget = task.budget.saturating_sub(given - fuel);

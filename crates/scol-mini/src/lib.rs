@@ -55,20 +55,18 @@ mod value;
 pub use compile::{Compilation, compile, compile_direct};
 pub use conditions::{Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
+pub use format::format;
+pub use lint::check;
 pub use machine::Machine;
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
+pub use outline::print_channels;
 pub use program::{Program, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
 pub use rewrite::rewrite_value;
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
-
-// The tools around the language.
-pub use format::format;
-pub use lint::check;
-pub use outline::print_channels;
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).
 pub const MAX_SOURCE: usize = 99_999;

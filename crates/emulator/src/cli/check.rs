@@ -1,7 +1,8 @@
 //! `ts3100 check`: the diagnostics of SCOL files, rendered by the compiler.
 
+use super::report;
 use crate::config::args::Model;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -12,22 +13,22 @@ use ts3100_controller::limits;
 /// errors, 1 errors (with --deny-warnings: or warnings), 2 a file cannot be read.
 #[derive(Debug, Args)]
 pub(super) struct CheckArgs {
-    /// Form of the remarks on stdout
-    #[arg(long, value_name = "FORMAT", default_value = "text")]
-    format: Format,
-    /// Warnings count as errors
-    #[arg(long)]
-    deny_warnings: bool,
     /// SCOL files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Arm, which decides how wide a position is
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: Model,
+    /// Form of the remarks on stdout
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    format: Format,
+    /// Warnings count as errors
+    #[arg(long)]
+    deny_warnings: bool,
 }
 
 /// Form of the remarks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Format {
     /// For people: the line and carets under the place.
     Text,
@@ -74,8 +75,8 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     }
     let document = match args.format {
         Format::Text => return ExitCode::from(worst as u8),
-        Format::Json => super::report::json(&files),
-        Format::Sarif => super::report::sarif(&files),
+        Format::Json => report::json(&files),
+        Format::Sarif => report::sarif(&files),
     };
     if writeln!(stdout, "{document:#}").is_err() {
         return ExitCode::from(Outcome::Unreadable as u8);
