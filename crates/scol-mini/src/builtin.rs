@@ -232,6 +232,13 @@ pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
 mod tests {
     use super::*;
 
+    #[test]
+    fn what_is_suggested_is_a_word_of_the_language() {
+        for word in words() {
+            assert!(is_reserved(word, Arm::SixAxis), "{word}");
+        }
+    }
+
     // clause: DATA-04
     #[test]
     fn configuration_words() {

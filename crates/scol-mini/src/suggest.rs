@@ -15,7 +15,7 @@ use crate::outline::{Outline, Part, names, word};
 /// Longest word that is compared with others.
 const MAX_WORD: usize = 24;
 /// Most words one misspelt word is compared with.
-const MAX_CANDIDATES: usize = 4_000;
+const MAX_CANDIDATES: usize = 1_000;
 /// Words of channels of other generations, or close to one.
 const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
 
@@ -121,7 +121,10 @@ impl Suggester<'_> {
         }
         let shared = self.outline.shared();
         let call = diagnostic.message.contains("no array and no function");
-        let words = builtin::words().filter(|word| call && builtin::Builtin::from_word(word).is_some());
+        let words = builtin::words().filter(|word| match call {
+            true => builtin::Builtin::from_word(word).is_some(),
+            false => builtin::System::from_word(word).is_some(),
+        });
         let rows = part.map(|part| part.rows.as_slice()).unwrap_or_default();
         let given = rows.iter().flat_map(|row| {
             row.segments()

@@ -44,3 +44,28 @@ fn warnings(source: &str, options: &LanguageOptions, clean: bool) -> Vec<Diagnos
     names::lint(&outline, options.arm, clean, &mut sink);
     sink.finish()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn codes(source: &str) -> Vec<&'static str> {
+        let list = warnings(source, &LanguageOptions::default(), true);
+        list.iter().map(|d| d.code).collect()
+    }
+
+    #[test]
+    fn tasks_and_monitors_use_what_they_name() {
+        let source = "PROGRAM M\nI1 = TASK(\"Prog 2\")\nON DIN(1) DO GOTO OUT\nON DIN(2) DO TELL\nDELAY 1\nOUT:\nEND\n\
+            PROGRAM PROG2\nEND\nPROGRAM TELL\nEND\n";
+        assert_eq!(codes(source), [] as [&str; 0]);
+        assert_eq!(codes(&source.replace("TELL\nDELAY", "BREAK\nDELAY")), ["W0611"]);
+    }
+
+    #[test]
+    fn parameters_arrays_and_subscripts_are_uses() {
+        let source = "PROGRAM M\nDIM A(3) AS INTEGER\nI = 1\nA(I) = 2\nS(A(1), J)\nINPUT IP1, A(2)\nEND\n\
+            PROGRAM S(P, Q)\nQ = P\nEND\n";
+        assert_eq!(codes(source), [] as [&str; 0]);
+    }
+}

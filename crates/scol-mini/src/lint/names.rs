@@ -2,6 +2,7 @@
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
+use alloc::string::String;
 
 use super::flow::targets;
 use crate::builtin;
@@ -20,7 +21,7 @@ struct Uses<'a> {
     used: BTreeSet<&'a str>,
     input: BTreeMap<&'a str, Span>,
     labels: BTreeSet<&'a str>,
-    called: BTreeSet<&'a str>,
+    called: BTreeSet<String>,
 }
 
 pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
@@ -40,7 +41,7 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
             unread(part, uses, &shared, sink);
         }
         known.extend(uses.used.iter().chain(uses.assigned.keys()));
-        called.extend(&uses.called);
+        called.extend(uses.called.iter().map(String::as_str));
     }
     if !clean {
         return;
@@ -188,7 +189,7 @@ impl<'a> Uses<'a> {
                 }
             }
             _ => {
-                self.called.insert(head);
+                self.called.insert(head.into());
                 for (name, span) in names(segment, arm).skip(1) {
                     self.assigned.entry(name).or_insert(span);
                 }
@@ -203,7 +204,9 @@ impl<'a> Uses<'a> {
                 && word(Some(task)) == "TASK"
                 && let Token::Text(name) = &name.token
             {
-                self.called.insert(name.trim_matches(' '));
+                // Blanks within the name do not count (scol.md 3.7).
+                let name = name.chars().filter(|c| *c != ' ');
+                self.called.insert(name.map(|c| c.to_ascii_uppercase()).collect());
             }
         }
     }
