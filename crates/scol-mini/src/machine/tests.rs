@@ -462,11 +462,8 @@ fn direct_statements_see_global_and_data_only() {
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), asked);
     machine.answer(&mut memory, Answer::Done).unwrap();
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), Pause::Ended);
-    let assign = compile_direct("a = a + 41", &base).unwrap();
-    assert_eq!(
-        Machine::direct(assign).run(&mut memory, &STILL, &mut 1),
-        Pause::Ended
-    );
+    let mut assign = Machine::direct(compile_direct("a = a + 41", &base).unwrap());
+    assert_eq!(assign.run(&mut memory, &STILL, &mut 1), Pause::Ended);
     assert_eq!(memory.global(&base, "A", &[]), Ok(Value::Integer(42)));
     for good in [
         "MOVE P1 WITH SPEED=5",
