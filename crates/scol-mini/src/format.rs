@@ -78,6 +78,9 @@ impl Layout {
         let Ok(tokens) = lexer::tokens(source, line, MAX_LINE) else {
             return text.into();
         };
+        if tokens.windows(2).any(stuck) {
+            return text.into();
+        }
         let comment = comment(source, line, &tokens);
         let depth = self.depth(&tokens);
         let mut laid = " ".repeat(depth * INDENT);
@@ -225,6 +228,15 @@ fn upper_remark(comment: &str) -> String {
     }
 }
 
+/// `7CHECK`: a number and a name that nothing parts are no statement; where to part them is for people to say.
+fn stuck(pair: &[Lexeme]) -> bool {
+    let wordy = |lexeme: &Lexeme| matches!(lexeme.token, Token::Word(_) | Token::Integer(_) | Token::Real(_));
+    match pair {
+        [a, b] => a.span.end == b.span.start && wordy(a) && wordy(b),
+        _ => false,
+    }
+}
+
 /// Whether a line laid out has the words it had.
 fn same(laid: &str, tokens: &[Lexeme]) -> bool {
     let line = Line {
@@ -282,7 +294,7 @@ mod tests {
             format(source),
             "PROGRAM T\r\nLAST:\r\n  STOP\r\n\r\nOUT: GOTO LAST\r\nEND\r\nDATA\r\n  POINT P1=1,-2,,3/\r\nEND\r\n\x1Arest\r\n"
         );
-        let broken = "PROGRAM T\n\tX  = 1\n   é\n";
+        let broken = "PROGRAM T\n\tX  = 1\n   é\n INPUT 7A\n";
         assert_eq!(format(broken), broken);
     }
 }
