@@ -134,8 +134,7 @@ impl Layout {
         for (at, lexeme) in tokens.iter().enumerate() {
             let before = at.checked_sub(1).and_then(|at| tokens.get(at));
             let earlier = at.checked_sub(2).and_then(|at| tokens.get(at));
-            let glued = before.is_some_and(|before| is_glued(before, lexeme));
-            if before.is_some() && !glued && self.parted(earlier, before, lexeme, tokens.get(at + 1)) {
+            if before.is_some() && self.parted(earlier, before, lexeme, tokens.get(at + 1)) {
                 text.push(' ');
             }
             let spelling = source.get(lexeme.span.start..lexeme.span.end).unwrap_or_default();
@@ -168,13 +167,6 @@ impl Layout {
             _ => true,
         }
     }
-}
-
-/// A number and a word without a blank between them are no sentence; they stay as they are, so that the remarks on
-/// them do too.
-fn is_glued(before: &Lexeme, next: &Lexeme) -> bool {
-    let number = matches!(before.token, Token::Integer(_) | Token::Real(_));
-    number && matches!(next.token, Token::Word(_)) && before.span.end == next.span.start
 }
 
 /// What a token ends: a value (a name or a function when followed by a parenthesis), or nothing.
