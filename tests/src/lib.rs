@@ -7,6 +7,7 @@
 )]
 
 pub mod clauses;
+pub mod kinematics;
 pub mod notation;
 pub mod transcript;
 

@@ -17,6 +17,38 @@ pub fn scara() -> Robot {
     robot
 }
 
+/// Up by 10, across 50 above the higher end, the last 5 down, as TsRemoteLib sends it (129 bytes).
+#[test]
+fn an_arch_of_a_real_host_is_carried_out() {
+    let mut robot = scara();
+    let arch = |x: &str, gate: &str| {
+        format!(
+            "DO,MOVEJ POINT({x},100.500,-20.123,45.000,0.000,1) POINT({gate}) with SPEED=100.000,ACCEL=100.000"
+        )
+    };
+    robot.command(Port::Ip0, "DO,MOVE POINT(250.0,-100.0,-40.0,0.0,0.0,1)");
+    robot.advance_ms(5_000);
+    robot.command(Port::Ip0, &arch("200.000", "10.000,50.000,5.000"));
+    let (mut highest, mut last) = (f64::MIN, 0.0);
+    for _ in 0..500 {
+        robot.advance_ms(5);
+        last = values(&mut robot, "PR,4")[2];
+        highest = highest.max(last);
+    }
+    assert!(highest <= 29.878 && highest > 29.0, "{highest}");
+    assert!((last + 20.123).abs() < 1e-3, "{last}");
+    let end = values(&mut robot, "PR,4");
+    assert!(
+        (end[0] - 200.0).abs() < 1e-3 && (end[1] - 100.5).abs() < 1e-3,
+        "{end:?}"
+    );
+    // A gate that the way down does not have: accepted, then the alarm; the arm stays.
+    robot.command(Port::Ip0, &arch("250.000", "10.000,50.000,500.000"));
+    robot.advance_ms(1_000);
+    assert!((values(&mut robot, "PR,4")[0] - 200.0).abs() < 1e-3);
+    assert!(text(&mut robot, "SM,1").contains("AL4"));
+}
+
 /// The same with the six-axis arm.
 pub fn six_axis() -> Robot {
     let mut robot = Robot::new(Dialect::Field);

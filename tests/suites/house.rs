@@ -187,12 +187,17 @@ fn nothing_panics_on_purpose() {
 #[test]
 fn every_fixture_states_its_origin() {
     let mut offenders = Vec::new();
-    for extension in ["txt", "scol", "par", "expected"] {
+    for extension in ["txt", "scol", "par", "toml", "expected"] {
         for path in files(&root().join("fixtures"), extension) {
             let text = std::fs::read_to_string(&path).unwrap();
             // The expectation of a fixture shares the origin of the fixture beside it.
             let shared = extension == "expected" && path.with_extension("scol").exists();
-            if !shared && !text.lines().take(5).any(|line| line.contains("origin:")) {
+            if !shared
+                && !text
+                    .lines()
+                    .take(5)
+                    .any(|line| line.to_ascii_lowercase().contains("origin:"))
+            {
                 offenders.push(path.display().to_string());
             }
         }

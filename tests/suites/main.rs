@@ -14,6 +14,7 @@ mod exchange;
 mod extended;
 mod guiding;
 mod house;
+mod kinematics;
 mod lines;
 mod motion;
 mod network;

@@ -333,3 +333,47 @@ fn the_same_run_whatever_the_polling() {
     assert_eq!(trace(1), once);
     assert_eq!(trace(50), once);
 }
+
+/// The alarms of one DO, given a second after a MOVE to HOME, and whether the arm stayed there.
+fn refused(statements: &[&str]) -> (Vec<String>, bool) {
+    let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
+    robot.command(Port::Ip0, "DO,MOVE POINT(400,-200,200)");
+    robot.advance_ms(5_000);
+    for statement in statements {
+        robot.command(Port::Ip0, &format!("DO,{statement}"));
+        robot.advance_ms(5_000);
+    }
+    // The flange: SF shows the tool point.
+    robot.command(Port::Ip0, "DO,TOOL=TRANS(0,0,0)");
+    let stayed = distance(position(&mut robot), HOME) < 0.01;
+    (robot.alarms(), stayed)
+}
+
+// clause: DATA-01
+#[test]
+fn tool_and_frames_count_for_reach_and_for_the_path() {
+    let reached = |statements: &[&str]| assert_eq!(refused(statements), (vec![], false), "{statements:?}");
+    let out = |statements: &[&str]| {
+        let (alarms, stayed) = refused(statements);
+        assert_eq!(alarms, ["4-101"], "{statements:?}");
+        assert!(stayed, "{statements:?}");
+    };
+    let far = "MOVE POINT(900,0,300)";
+    for (place, line) in [("MOVE", "MOVES"), ("MOVES", "MOVE")] {
+        out(&[&far.replace("MOVE", place)]);
+        // A tool that stands out 200 mm to the front reaches there, one that stands back does not reach 700.
+        reached(&["TOOL=TRANS(200,0,0)", &far.replace("MOVE", line)]);
+        reached(&[&format!("{place} POINT(600,0,300)")]);
+        out(&["TOOL=TRANS(-300,0,0)", &format!("{place} POINT(600,0,300)")]);
+        // The same place in frames that lie elsewhere.
+        out(&["BASE=TRANS(300,0,0)", &format!("{place} POINT(600,0,300)")]);
+        out(&["WORK=TRANS(0,0,800)", &format!("{place} POINT(600,0,300)")]);
+        reached(&["BASE=TRANS(-300,0,0)", &format!("{place} POINT(900,0,300)")]);
+    }
+}
+
+#[test]
+fn a_singular_posture_has_an_alarm_of_its_own() {
+    let (alarms, _) = refused(&["MOVE POINT(437,0,123)", "MOVES POINT(237,0,123)"]);
+    assert_eq!(alarms, ["4-103"]);
+}

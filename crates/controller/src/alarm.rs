@@ -52,6 +52,9 @@ alarms! {
         "Correct the position, the tool, or the work coordinate system.";
     OVERLOAD = L4 102 true "Load too heavy", "The load selected by PAYLOAD is heavier than the arm can carry.",
         "Correct the load data.";
+    SINGULAR = L4 103 true "Singular posture",
+        "A line, an arc or an arch leads through a posture in which an axis would have to jump.",
+        "Go there by MOVE, or lead the path around it.";
     DIVISION_BY_ZERO = L2 101 true "Division by zero", "A divisor was zero.", "Check the value before dividing.";
     UNDEFINED_VARIABLE = L2 102 true "Undefined variable",
         "A variable was read before a value was given to it.", "Give it a value at the head of the program.";

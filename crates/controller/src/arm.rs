@@ -1,14 +1,15 @@
 //! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
-mod course;
-
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
-use crate::model::{ArmKind, ArmModel, Joints};
-use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::model::{ArmModel, Joints};
+use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 use thiserror::Error;
+
+mod append;
+mod course;
 
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +44,8 @@ impl Asked {
 
     fn limits(self, pace: Pace) -> Limits {
         Limits {
-            speed: self.speed / 100.0 * f64::from(pace.override_percent) / 100.0,
+            speed: self.speed / 100.0,
+            override_part: f64::from(pace.override_percent) / 100.0,
             accel: self.accel / 100.0,
             decel: self.decel / 100.0,
             tool_speed_cap: pace.tool_speed_cap,
@@ -195,10 +197,7 @@ impl Arm {
     /// Which way positions are written.
     #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
-        match self.model.kind {
-            ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
-            ArmKind::Scara(_) => scol_mini::Arm::Scara,
-        }
+        self.model.language()
     }
 
     /// Joint values at `now`.
@@ -254,18 +253,7 @@ impl Arm {
         locked: bool,
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
-        let frames = Frames::of(&motion.conditions);
-        let target = self.target(motion, &frames, &from);
-        let Conditions {
-            speed, accel, decel, ..
-        } = motion.conditions;
-        let load = motion
-            .conditions
-            .payload
-            .as_ref()
-            .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, &from, &target, &frames.tool, &asked.limits(pace))?;
+        let (planned, asked) = self.planned(motion, &from, pace)?;
         self.rest = from;
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
         self.active = Some(Active {
@@ -283,6 +271,28 @@ impl Arm {
         let start = self.ends_at().unwrap_or(now).max(now);
         let slowing = self.active.as_ref().filter(|active| !active.locked);
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
+    }
+
+    /// The motion from a posture at rest, and the speeds it asks for.
+    fn planned(
+        &self,
+        motion: &scol_mini::Motion,
+        from: &Joints,
+        pace: Pace,
+    ) -> Result<(Motion, Asked), MotionError> {
+        let frames = Frames::of(&motion.conditions);
+        let target = self.target(motion, &frames, from);
+        let Conditions {
+            speed, accel, decel, ..
+        } = motion.conditions;
+        let load = motion
+            .conditions
+            .payload
+            .as_ref()
+            .map_or(0.0, |(_, load)| load.mass);
+        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
+        Ok((planned, asked))
     }
 
     /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
@@ -418,6 +428,20 @@ impl Arm {
                 via: world(via),
                 end: world(end),
                 config: merge(end.config, config),
+            },
+            Path::Arch {
+                end,
+                rise,
+                height,
+                descent,
+            } => Target::Arch {
+                end: world(end),
+                config: merge(end.config, config),
+                gate: Gate {
+                    rise: *rise,
+                    height: *height,
+                    descent: *descent,
+                },
             },
             Path::Axis { axis, value } => Target::Axis {
                 axis: axis_index(*axis),
@@ -567,7 +591,10 @@ fn merge(position: Configuration, set: Configuration) -> [u8; 5] {
 
 fn destination(path: &Path) -> Option<&Position> {
     match path {
-        Path::Ptp(position) | Path::Line(position) | Path::Arc { end: position, .. } => Some(position),
+        Path::Ptp(position)
+        | Path::Line(position)
+        | Path::Arc { end: position, .. }
+        | Path::Arch { end: position, .. } => Some(position),
         Path::Axis { .. } | Path::AxisBy { .. } | Path::Ready => None,
     }
 }

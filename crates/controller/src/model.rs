@@ -1,9 +1,17 @@
 //! The arm models: which axes an arm has, how far and how fast they go, and the lengths of its links.
 //! What the lengths mean for positions is `motion::kinematics`'s; the course of a motion is `motion`'s.
 //!
+//! The two built-in models are the files of `fixtures/models`, which say where each number comes from; reading model
+//! files is left to the edge, `check` tells whether what was read is an arm.
+//!
 //! No data sheet was at hand: every number here is ours (D11), chosen so that the manual's sample positions
 //! (SF-42, EXAMPLE-05 and the DATA block of 5.4.1) can be reached with room to spare.
 
+mod check;
+
+pub use check::ModelError;
+
+use alloc::string::String;
 use alloc::vec::Vec;
 
 /// Values an SF coordinate block has room for (SF-42).
@@ -16,7 +24,7 @@ pub type Joints = [f64; AXES];
 #[derive(Debug, Clone, PartialEq)]
 pub struct ArmModel {
     /// Name by which it is chosen.
-    pub name: &'static str,
+    pub name: String,
     /// Geometry.
     pub kind: ArmKind,
     /// The axes it has, axis 1 first; at most [`AXES`].
@@ -102,7 +110,7 @@ impl ArmModel {
     #[must_use]
     pub fn tv800() -> ArmModel {
         ArmModel {
-            name: "ts3100-tv800",
+            name: String::from("ts3100-tv800"),
             kind: ArmKind::SixAxis(SixAxisGeometry {
                 shoulder_height: 300.0,
                 shoulder_offset: 100.0,
@@ -134,7 +142,7 @@ impl ArmModel {
     #[must_use]
     pub fn thl400() -> ArmModel {
         ArmModel {
-            name: "tsl3000-thl400",
+            name: String::from("tsl3000-thl400"),
             kind: ArmKind::Scara(ScaraGeometry {
                 first_arm: 225.0,
                 second_arm: 175.0,
@@ -152,6 +160,15 @@ impl ArmModel {
             max_turn_speed: 720.0,
             max_payload: 5.0,
             ready: [-30.0, 78.0, 0.0, -48.0, 0.0, 0.0, 0.0, 0.0],
+        }
+    }
+
+    /// Which way the language writes its positions.
+    #[must_use]
+    pub fn language(&self) -> scol_mini::Arm {
+        match self.kind {
+            ArmKind::SixAxis(_) => scol_mini::Arm::SixAxis,
+            ArmKind::Scara(_) => scol_mini::Arm::Scara,
         }
     }
 

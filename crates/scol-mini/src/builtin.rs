@@ -190,7 +190,7 @@ fn five_letters(word: &str) -> Option<i32> {
 }
 
 /// Words of the language that this implementation does not carry out.
-const UNSUPPORTED: &[&str] = &["MOVEJ", "PASS"];
+const UNSUPPORTED: &[&str] = &[];
 
 /// `true` for a word of the language that is not supported yet.
 pub(crate) fn is_unsupported(word: &str) -> bool {
@@ -201,10 +201,10 @@ pub(crate) fn is_unsupported(word: &str) -> bool {
 const STATEMENTS: &[&str] = &[
     "AND", "AS", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COM1", "CR", "CRE", "DATA",
     "DELAY", "DIM", "DISABLE", "DO", "ELSE", "ENABLE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO", "IF",
-    "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVES", "NEXT", "NOT",
-    "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT", "READY",
-    "REMARK", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN", "TO", "TP", "WAIT",
-    "WITH",
+    "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES", "NEXT",
+    "NOT", "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT",
+    "READY", "REMARK", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN", "TO", "TP",
+    "WAIT", "WITH",
 ];
 
 /// `true` when the word cannot be the name of a variable, label or program.

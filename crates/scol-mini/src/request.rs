@@ -173,6 +173,17 @@ pub enum Path {
         /// Where it ends.
         end: Position,
     },
+    /// `MOVEJ`: up, across, down.
+    Arch {
+        /// Where it ends.
+        end: Position,
+        /// Straight up before the way across begins, mm.
+        rise: f64,
+        /// Height of the way across over the higher of start and end, mm.
+        height: f64,
+        /// Straight down behind the way across, mm.
+        descent: f64,
+    },
     /// `MOVEA`: one axis to a value.
     Axis {
         /// Axis, counted from 1, at most 8.

@@ -120,6 +120,7 @@ pub(crate) enum Course {
     Ptp(Expression),
     Line(Expression),
     Arc(Expression, Expression),
+    Arch(Expression, Expression),
     Axis(Expression, Expression),
     AxisBy(Expression, Expression),
     Ready,
@@ -284,7 +285,7 @@ impl Simple {
             Simple::Move { course, with } => {
                 match course {
                     Course::Ptp(a) | Course::Line(a) => visit(a),
-                    Course::Arc(a, b) | Course::Axis(a, b) | Course::AxisBy(a, b) => {
+                    Course::Arc(a, b) | Course::Arch(a, b) | Course::Axis(a, b) | Course::AxisBy(a, b) => {
                         visit(a);
                         visit(b);
                     }

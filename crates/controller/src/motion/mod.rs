@@ -10,6 +10,8 @@
 //!  Motion  --hold--> held --resume--> moving --set_limits--> moving --stop--> ends where it comes to rest
 //! ```
 
+mod arch;
+mod chain;
 mod kinematics;
 mod path;
 mod plan;
@@ -17,7 +19,8 @@ mod pose;
 mod profile;
 mod run;
 
-pub use kinematics::Unreachable;
+pub use arch::Gate;
+pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
 pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
@@ -32,8 +35,10 @@ pub const MIN_TOOL_SPEED: f64 = 0.1;
 /// How fast a motion may be. Values out of range are taken as the nearest in range, no number as the smallest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// Part of full speed, [`MIN_FRACTION`] to 1: SPEED times override.
+    /// Part of full speed that is asked for: SPEED. With the override, [`MIN_FRACTION`] to 1.
     pub speed: f64,
+    /// The override, a factor on the speed.
+    pub override_part: f64,
     /// Part of full acceleration, [`MIN_FRACTION`] to 1.
     pub accel: f64,
     /// Part of full deceleration, [`MIN_FRACTION`] to 1.
@@ -46,6 +51,7 @@ impl Limits {
     /// 100 % of everything, no cap (PRM-SPD-02).
     pub const FULL: Limits = Limits {
         speed: 1.0,
+        override_part: 1.0,
         accel: 1.0,
         decel: 1.0,
         tool_speed_cap: None,
@@ -69,6 +75,15 @@ pub enum Target {
         end: Pose,
         /// Configuration at the end.
         config: [u8; 5],
+    },
+    /// MOVEJ: up, across, down, in the direction of the world's Z. The configuration stays.
+    Arch {
+        /// End of the arch.
+        end: Pose,
+        /// Configuration at the end.
+        config: [u8; 5],
+        /// Heights.
+        gate: Gate,
     },
     /// MOVEA: one axis goes to a value, degrees or mm.
     Axis {
@@ -96,10 +111,10 @@ pub enum MotionError {
         reason: Unreachable,
     },
     /// The path runs through a singular posture: an axis would have to jump. `axis` counts from 1.
-    #[error(
-        "at {percent:.0} % of the path: singular posture, axis {axis} would have to jump {jump:.1} degrees"
-    )]
+    #[error("at {percent:.0} % of the path: {posture}, axis {axis} would have to jump {jump:.1} degrees")]
     Singular {
+        /// Which one.
+        posture: Singularity,
         /// Part of the path before the point, 0 to 100.
         percent: f64,
         /// Number of the axis.
@@ -120,6 +135,16 @@ pub enum MotionError {
     /// Start, via point and end do not span a circle.
     #[error("arc: expected three points of a circle, found points on one line")]
     NoArc,
+    /// A height of an arch that its way up or down does not have, in mm.
+    #[error("arch: {name}: expected 0 to {max:.3} mm, found {found:.3}")]
+    Gate {
+        /// rise, height or descent.
+        name: &'static str,
+        /// Height asked for.
+        found: f64,
+        /// Highest that fits.
+        max: f64,
+    },
     /// The arm has no such axis; both count from 1.
     #[error("axis: expected 1 to {axes}, found {axis}")]
     NoSuchAxis {

@@ -1,6 +1,8 @@
 //! What a motion goes through, as a function of the part gone, 0 to 1: all joints together, or the tool point along
 //! a line or an arc. How fast is left to `profile`, whether it may be done at all to `plan`.
 
+use super::arch::Arch;
+use super::chain::Chain;
 use super::kinematics::{follow, place};
 use super::pose::{Transform, cross, degrees, dot, minus, norm, plus_times, product, sin_cos, transposed};
 use crate::model::{ArmKind, Joints};
@@ -15,7 +17,7 @@ const ON_ONE_LINE: f64 = 1e-6;
 const HALF_TURN: f64 = 1e-6;
 
 /// The way of the tool point.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     Line {
         from: [f64; 3],
@@ -28,6 +30,8 @@ pub(super) enum Shape {
         second: [f64; 3],
         angle: f64,
     },
+    /// Gone through in time, not in way.
+    Arch(Box<Arch>),
 }
 
 impl Shape {
@@ -68,12 +72,14 @@ impl Shape {
         match self {
             Shape::Line { from, to } => norm(minus(*to, *from)),
             Shape::Arc { radius, angle, .. } => radius * angle,
+            Shape::Arch(arch) => arch.length,
         }
     }
 
-    fn at(&self, part: f64) -> [f64; 3] {
+    /// Place of the tool point, and the part of its turn that is done.
+    fn at(&self, part: f64) -> ([f64; 3], f64) {
         match self {
-            Shape::Line { from, to } => plus_times(*from, minus(*to, *from), part),
+            Shape::Line { from, to } => (plus_times(*from, minus(*to, *from), part), part),
             Shape::Arc {
                 centre,
                 radius,
@@ -82,8 +88,10 @@ impl Shape {
                 angle,
             } => {
                 let (sin, cos) = sin_cos(degrees(angle * part));
-                plus_times(plus_times(*centre, *first, radius * cos), *second, radius * sin)
+                let on_first = plus_times(*centre, *first, radius * cos);
+                (plus_times(on_first, *second, radius * sin), part)
             }
+            Shape::Arch(arch) => arch.at(part),
         }
     }
 }
@@ -176,22 +184,19 @@ pub(super) struct Guided {
 }
 
 impl Guided {
-    /// Place and orientation of the tool point.
-    pub(super) fn tool_at(&self, part: f64) -> Transform {
-        Transform {
-            rotation: product(&self.rotation, &self.turn.part(part)),
-            origin: self.shape.at(part),
-        }
-    }
-
     /// Flange and additional axes.
     pub(super) fn flange_at(&self, part: f64) -> (Transform, [f64; 2]) {
+        let (origin, part) = self.shape.at(part);
         let [from, to] = self.uv;
         let uv = [
             from[0] + (to[0] - from[0]) * part,
             from[1] + (to[1] - from[1]) * part,
         ];
-        (self.tool_at(part).compose(&self.flange), uv)
+        let tool = Transform {
+            rotation: product(&self.rotation, &self.turn.part(part)),
+            origin,
+        };
+        (tool.compose(&self.flange), uv)
     }
 
     /// Exact joints. Where a point between two samples has no posture, though both samples have one (the arm
@@ -222,9 +227,20 @@ pub(super) enum Path {
     Joint { from: Joints, to: Joints },
     /// The tool point along a shape.
     Guided(Box<Guided>),
+    /// Motions that overlap.
+    Chain(Box<Chain>),
 }
 
 impl Path {
+    /// Whether the path is a function of time that rests at its end by itself.
+    pub(super) fn is_timed(&self) -> bool {
+        match self {
+            Path::Joint { .. } => false,
+            Path::Guided(guided) => matches!(guided.shape, Shape::Arch(_)),
+            Path::Chain(_) => true,
+        }
+    }
+
     /// Joints at a part of the path, 0 to 1; at 0 and 1 exactly those planned.
     pub(super) fn joints_at(&self, part: f64) -> Joints {
         match self {
@@ -234,6 +250,8 @@ impl Path {
                 (_, Some(last)) if part >= 1.0 => *last,
                 _ => guided.joints_at(part),
             },
+            Path::Chain(chain) if part >= 1.0 => chain.end(),
+            Path::Chain(chain) => chain.joints_at(part * chain.duration),
         }
     }
 }

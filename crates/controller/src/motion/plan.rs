@@ -1,11 +1,12 @@
 //! From target to motion: finds the postures, checks limits and reach along the whole path before anything moves,
 //! and derives how fast the path may be run through. The course in time is left to `run`.
 
-use super::kinematics::{digits, follow, is_linear, place};
+use super::arch::{Arch, Gate, Stretch};
+use super::kinematics::{digits, follow, is_linear, place, singularity};
 use super::path::{Guided, Path, Shape, Turn, tool_way};
 use super::pose::{Pose, Transform, product, radians, transposed};
 use super::profile::Rates;
-use super::run::Motion;
+use super::run::{Motion, nominal};
 use super::{Limits, MotionError, Target};
 use crate::model::{ArmModel, Joints};
 use alloc::boxed::Box;
@@ -22,6 +23,8 @@ const MAX_SAMPLES: f64 = 256.0;
 const MAX_JUMP: f64 = 45.0;
 /// By how much an axis may be faster between two samples than from one to the other.
 const SAMPLING_MARGIN: f64 = 1.05;
+/// Rounding allowed in the heights of a gate, mm, and in a way that is none, mm and degrees.
+const GATE_SLACK: f64 = 1e-9;
 /// Rates of a path on which almost nothing moves, 1/s and 1/s².
 const MAX_RATE: f64 = 1e6;
 
@@ -62,21 +65,19 @@ pub fn plan(
             Ok(joint_motion(model, from, to, tool, limits))
         }
         Target::Line(end, config) => {
-            let start = start_of(model, from, tool);
-            let shape = Shape::line(start.0.origin, end.xyz);
-            guided_motion(model, from, tool, &start, shape, end, *config, limits)
+            let ends = Ends::checked(model, from, tool, end, *config)?;
+            let shape = Shape::line(ends.start.0.origin, end.xyz);
+            ends.motion(model, shape, limits)
         }
         Target::Arc { via, end, config } => {
-            let start = start_of(model, from, tool);
-            let shape = Shape::arc(start.0.origin, via.xyz, end.xyz).ok_or(MotionError::NoArc)?;
-            guided_motion(model, from, tool, &start, shape, end, *config, limits)
+            let ends = Ends::checked(model, from, tool, end, *config)?;
+            let shape = Shape::arc(ends.start.0.origin, via.xyz, end.xyz).ok_or(MotionError::NoArc)?;
+            ends.motion(model, shape, limits)
+        }
+        Target::Arch { end, config, gate } => {
+            Ends::checked(model, from, tool, end, *config)?.arch(model, gate, limits)
         }
     }
-}
-
-fn start_of(model: &ArmModel, from: &Joints, tool: &Transform) -> (Transform, [f64; 2]) {
-    let (flange, uv) = place(&model.kind, from);
-    (flange.compose(tool), uv)
 }
 
 /// The slowest axis leads, the others go with it.
@@ -94,52 +95,142 @@ fn joint_motion(model: &ArmModel, from: &Joints, to: &Joints, tool: &Transform, 
     Motion::new(Path::Joint { from: *from, to: *to }, rates, tool_way, limits)
 }
 
-#[expect(
-    clippy::too_many_arguments,
-    reason = "the parts of one target, taken apart by `plan`"
-)]
-fn guided_motion(
+/// Where a guided motion ends, and where it begins.
+struct Ends<'a> {
+    from: &'a Joints,
+    tool: &'a Transform,
+    start: (Transform, [f64; 2]),
+    end: &'a Pose,
+    config: [u8; 5],
+}
+
+impl<'a> Ends<'a> {
+    /// The target first: what cannot be reached at all is reported as such, not as a point of the path.
+    fn checked(
+        model: &ArmModel,
+        from: &'a Joints,
+        tool: &'a Transform,
+        end: &'a Pose,
+        config: [u8; 5],
+    ) -> Result<Ends<'a>, MotionError> {
+        model.inverse_of(
+            &end.transform().compose(&tool.inverse()),
+            end.uv,
+            [config[0], config[1], config[2], 0, 0],
+            from,
+        )?;
+        let present = digits(&model.kind, from);
+        for place in 0..3 {
+            same_digit(place, present, config)?;
+        }
+        let (flange, uv) = place(&model.kind, from);
+        Ok(Ends {
+            from,
+            tool,
+            start: (flange.compose(tool), uv),
+            end,
+            config,
+        })
+    }
+
+    /// The path along a shape, checked, and its rates at 100 %.
+    fn guided(&self, model: &ArmModel, shape: Shape) -> Result<(Guided, Rates), MotionError> {
+        let end = (self.end.transform(), self.end.uv);
+        let guided = guided(model, self.from, self.tool, &self.start, &end, shape)?;
+        let last = guided.samples.last().copied().unwrap_or(*self.from);
+        let reached = digits(&model.kind, &last);
+        for place in 3..5 {
+            same_digit(place, reached, self.config)?;
+        }
+        let rates = guided_rates(model, &guided);
+        Ok((guided, rates))
+    }
+
+    fn motion(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Motion, MotionError> {
+        let (guided, rates) = self.guided(model, shape)?;
+        let length = guided.shape.length();
+        Ok(Motion::new(Path::Guided(Box::new(guided)), rates, length, limits))
+    }
+
+    /// The three lines one by one, then all of it with its time stretched until no axis is too fast.
+    fn arch(&self, model: &ArmModel, gate: &Gate, limits: &Limits) -> Result<Motion, MotionError> {
+        let (from, to) = (self.start.0.origin, self.end.xyz);
+        let top = from[2].max(to[2]) + gate.height;
+        let (up, down) = (top - from[2], top - to[2]);
+        for (name, found, max) in [
+            ("height", gate.height, f64::MAX),
+            ("rise", gate.rise, up),
+            ("descent", gate.descent, down),
+        ] {
+            if !(0.0..=max + GATE_SLACK).contains(&found) {
+                return Err(MotionError::Gate { name, found, max });
+            }
+        }
+        let at = |place: &Transform, [x, y, _]: [f64; 3]| Transform {
+            origin: [x, y, top],
+            ..*place
+        };
+        let end = (self.end.transform(), self.end.uv);
+        let corners = [
+            self.start,
+            (at(&self.start.0, from), self.start.1),
+            (at(&end.0, to), end.1),
+            end,
+        ];
+        let mut last = *self.from;
+        let mut stretches = [Stretch {
+            way: 0.0,
+            rates: None,
+        }; 3];
+        for ((stretch, first), second) in stretches.iter_mut().zip(&corners).zip(corners.iter().skip(1)) {
+            let shape = Shape::line(first.0.origin, second.0.origin);
+            let line = guided(model, &last, self.tool, first, second, shape)?;
+            last = line.samples.last().copied().unwrap_or(last);
+            let still =
+                line.shape.length() <= GATE_SLACK && line.turn.angle <= GATE_SLACK && first.1 == second.1;
+            *stretch = Stretch {
+                way: line.shape.length(),
+                rates: (!still).then(|| nominal(&guided_rates(model, &line), limits)),
+            };
+        }
+        let arch = Arch::new(from, to, gate, &stretches);
+        let (duration, speed) = (arch.duration, arch.top_speed);
+        let (guided, _) = self.guided(model, Shape::Arch(Box::new(arch)))?;
+        // Seconds in which no axis would have to be faster than it can.
+        let least = 1.0 / axis_rates(model, &sampled_ways(&guided)).speed;
+        let path = Path::Guided(Box::new(guided));
+        Ok(Motion::timed(
+            path,
+            model,
+            if duration > 0.0 { duration.max(least) } else { 0.0 },
+            speed * duration,
+            limits,
+        ))
+    }
+}
+
+/// A path between two places of the tool point, checked at its samples.
+fn guided(
     model: &ArmModel,
     from: &Joints,
     tool: &Transform,
     start: &(Transform, [f64; 2]),
+    end: &(Transform, [f64; 2]),
     shape: Shape,
-    end: &Pose,
-    config: [u8; 5],
-    limits: &Limits,
-) -> Result<Motion, MotionError> {
-    // The target first: what cannot be reached at all is reported as such, not as a point of the path.
-    model.inverse_of(
-        &end.transform().compose(&tool.inverse()),
-        end.uv,
-        [config[0], config[1], config[2], 0, 0],
-        from,
-    )?;
-    let present = digits(&model.kind, from);
-    for place in 0..3 {
-        same_digit(place, present, config)?;
-    }
-    let (start, start_uv) = start;
-    let turn = Turn::of(&product(&transposed(&start.rotation), &end.transform().rotation));
+) -> Result<Guided, MotionError> {
+    let turn = Turn::of(&product(&transposed(&start.0.rotation), &end.0.rotation));
     let mut guided = Guided {
         kind: model.kind,
         shape,
-        rotation: start.rotation,
+        rotation: start.0.rotation,
         turn,
-        uv: [*start_uv, end.uv],
+        uv: [start.1, end.1],
         flange: tool.inverse(),
-        digits: present,
+        digits: digits(&model.kind, from),
         samples: Vec::new(),
     };
     guided.samples = samples(model, from, &guided)?;
-    let last = guided.samples.last().copied().unwrap_or(*from);
-    let reached = digits(&model.kind, &last);
-    for place in 3..5 {
-        same_digit(place, reached, config)?;
-    }
-    let rates = guided_rates(model, &guided);
-    let length = guided.shape.length();
-    Ok(Motion::new(Path::Guided(Box::new(guided)), rates, length, limits))
+    Ok(guided)
 }
 
 fn same_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), MotionError> {
@@ -173,6 +264,7 @@ fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joint
             let jump = (joint - last).abs();
             if !is_linear(&guided.kind, index) && jump > MAX_JUMP {
                 return Err(MotionError::Singular {
+                    posture: singularity(&guided.kind, index),
                     percent,
                     axis: index + 1,
                     jump,
@@ -185,8 +277,8 @@ fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joint
     Ok(samples)
 }
 
-/// Rates at 100 % of a line or arc: tool speed, turning speed, and no axis faster than it can.
-fn guided_rates(model: &ArmModel, guided: &Guided) -> Rates {
+/// Most each axis moves per whole path, anywhere on it.
+fn sampled_ways(guided: &Guided) -> Joints {
     let steps = guided.samples.len().saturating_sub(1) as f64;
     let mut ways = Joints::default();
     for (first, second) in guided.samples.iter().zip(guided.samples.iter().skip(1)) {
@@ -194,6 +286,12 @@ fn guided_rates(model: &ArmModel, guided: &Guided) -> Rates {
             *way = way.max((second - first).abs() * steps * SAMPLING_MARGIN);
         }
     }
+    ways
+}
+
+/// Rates at 100 % of a line or arc: tool speed, turning speed, and no axis faster than it can.
+fn guided_rates(model: &ArmModel, guided: &Guided) -> Rates {
+    let ways = sampled_ways(guided);
     let turn_accel = model.max_turn_speed * model.max_tool_accel / model.max_tool_speed;
     let rates = bounded(
         axis_rates(model, &ways),

@@ -110,6 +110,31 @@ impl Profile {
         Profile::of(from, length, [first, middle, last])
     }
 
+    /// From a state at the cruising speed through `length`: for a path that comes to rest there by itself.
+    #[must_use]
+    pub fn through(from: State, length: f64, rates: &Rates) -> Profile {
+        let way = length - from.place;
+        if way <= 0.0 {
+            return Profile::resting(length);
+        }
+        let v = from.speed;
+        let rate = if rates.speed < v { rates.decel } else { rates.accel };
+        let change = Phase::change(v, rates.speed, rate);
+        let rest = way - change.way(change.duration);
+        if rest >= 0.0 {
+            let cruise = Phase {
+                duration: rest / rates.speed,
+                speed: rates.speed,
+                accel: 0.0,
+            };
+            return Profile::of(from, length, [change, cruise, Phase::default()]);
+        }
+        // The end comes before the cruising speed does.
+        let last = sqrt((v * v + 2.0 * change.accel * way).max(0.0));
+        let change = Phase::change(v, last, rate);
+        Profile::of(from, length, [change, Phase::default(), Phase::default()])
+    }
+
     /// Slowing from a state to rest at this deceleration, at `length` at the latest.
     #[must_use]
     pub fn to_rest(from: State, length: f64, decel: f64) -> Profile {
@@ -151,6 +176,45 @@ impl Profile {
     #[must_use]
     pub fn end(&self) -> f64 {
         self.end
+    }
+
+    /// Seconds until `place` is reached; until rest, if it is not.
+    #[must_use]
+    pub fn time_at(&self, place: f64) -> f64 {
+        let (mut left, mut time) = (place - self.start, 0.0);
+        if left <= 0.0 {
+            return 0.0;
+        }
+        for phase in &self.phases {
+            let way = phase.way(phase.duration);
+            if left < way {
+                // The root that stays exact for small accelerations.
+                let speed = sqrt((phase.speed * phase.speed + 2.0 * phase.accel * left).max(0.0));
+                return time + (2.0 * left / (phase.speed + speed)).min(phase.duration);
+            }
+            left -= way;
+            time += phase.duration;
+        }
+        time
+    }
+
+    /// Seconds of changing speed at the beginning, and of braking at the end.
+    #[must_use]
+    pub fn ramps(&self) -> (f64, f64) {
+        let begins = self
+            .phases
+            .iter()
+            .find(|phase| phase.duration > 0.0)
+            .filter(|phase| phase.accel > 0.0);
+        let ends = self
+            .phases
+            .iter()
+            .rfind(|phase| phase.duration > 0.0)
+            .filter(|phase| phase.accel < 0.0);
+        (
+            begins.map_or(0.0, |phase| phase.duration),
+            ends.map_or(0.0, |phase| phase.duration),
+        )
     }
 
     /// The state `time` seconds after the start.
@@ -220,6 +284,33 @@ mod tests {
         assert!((brake.end() - 0.24).abs() < 1e-12 && (brake.duration() - 0.2).abs() < 1e-12);
         assert_eq!(Profile::to_rest(at(0.99, 0.4), 1.0, 2.0).end(), 1.0);
         assert_eq!(Profile::to_rest(at(0.3, 0.0), 1.0, 2.0).end(), 0.3);
+    }
+
+    #[test]
+    fn a_path_that_rests_by_itself_is_run_through_at_cruising_speed() {
+        let steady = Profile::through(at(0.0, 0.5), 1.0, &RATES);
+        assert!((steady.duration() - 2.0).abs() < 1e-12);
+        let slowed = Profile::through(at(0.0, 1.5), 1.0, &RATES);
+        // 0.5 s from 1.5 to 0.5, half the way; the rest at 0.5.
+        assert!((slowed.duration() - 1.5).abs() < 1e-12);
+        let late = Profile::through(at(0.98, 0.0), 1.0, &RATES);
+        assert!((late.duration() - 0.2).abs() < 1e-12 && late.end() == 1.0);
+    }
+
+    #[test]
+    fn the_time_of_a_place_is_that_at_which_the_state_is_there() {
+        for from in [at(0.0, 0.0), at(0.1, 0.3), at(0.4, 0.9)] {
+            let profile = Profile::to_end(from, 1.0, &RATES);
+            for step in 1..100 {
+                let time = profile.duration() * f64::from(step) / 100.0;
+                let found = profile.time_at(profile.state_at(time).place);
+                assert!((found - time).abs() < 1e-9, "{found} is not {time}");
+            }
+            assert_eq!(profile.time_at(2.0), profile.duration());
+            assert_eq!(profile.time_at(0.0), 0.0);
+        }
+        assert_eq!(Profile::to_end(at(0.0, 0.0), 1.0, &RATES).ramps(), (0.5, 0.25));
+        assert_eq!(Profile::through(at(0.0, 0.5), 1.0, &RATES).ramps(), (0.0, 0.0));
     }
 
     #[test]

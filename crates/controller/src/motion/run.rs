@@ -1,15 +1,21 @@
 //! A motion in time: where its joints are, and how feed hold, BREAK and a new override change its course.
 //! How it came about is `plan`'s; times count from its own start, the clock is the caller's.
 
+use super::chain::{Chain, LOOKING_MARGIN, Leg};
 use super::path::Path;
+use super::pose::Transform;
 use super::profile::{Profile, Rates, State};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
+use alloc::boxed::Box;
 use core::time::Duration;
 use libm::ceil;
 
 /// Rounding allowed before a duration counts as the next microsecond, in microseconds.
 const MICROSECOND_SLACK: f64 = 1e-3;
+
+/// Highest rate of a path that takes no time, 1/s.
+const MAX_TIME_RATE: f64 = 1e6;
 
 /// ```text
 /// Moving --hold--> Held --resume--> Moving
@@ -49,7 +55,42 @@ impl Motion {
             place: if still { 1.0 } else { 0.0 },
             speed: 0.0,
         };
-        let profile = Profile::to_end(start, 1.0, &rates(&full, tool_way, limits));
+        Motion::begun(path, full, tool_way, limits, start)
+    }
+
+    /// A motion whose path is a function of time and rests at its end by itself: it takes `duration` seconds as
+    /// SPEED asks for it, the override is a factor on the time. Its feed hold takes as long as the slowest axis needs
+    /// from full speed to rest (assumed).
+    pub(super) fn timed(
+        path: Path,
+        model: &ArmModel,
+        duration: f64,
+        tool_way: f64,
+        limits: &Limits,
+    ) -> Motion {
+        let ramp = model
+            .axes
+            .iter()
+            .map(|axis| axis.max_speed / axis.max_accel)
+            .fold(model.max_tool_speed / model.max_tool_accel, f64::max);
+        let speed = (1.0 / duration).min(MAX_TIME_RATE);
+        let full = Rates {
+            speed,
+            accel: speed / ramp,
+            decel: speed / ramp,
+        };
+        let mut start = State {
+            place: 0.0,
+            speed: rates(&path, &full, tool_way, limits).speed,
+        };
+        if duration <= 0.0 {
+            start.place = 1.0;
+        }
+        Motion::begun(path, full, tool_way, limits, start)
+    }
+
+    fn begun(path: Path, full: Rates, tool_way: f64, limits: &Limits, start: State) -> Motion {
+        let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
         Motion {
             path,
             full,
@@ -58,6 +99,91 @@ impl Motion {
             phase: Phase::Moving,
             profile,
             since: Duration::ZERO,
+        }
+    }
+
+    /// PASS: this motion, under way since its start, and behind it `next`, planned from its end at rest; the two overlap
+    /// by `pass` percent of the shorter of the two ramps, braking of this one and gathering speed of the next. The
+    /// result takes this one's place: its times count from the same start, and at `at` it agrees with this one.
+    /// Override and cap stay this one's; from here on the override is a factor on the time. `tool` is the tool point
+    /// as seen from the flange.
+    ///
+    /// `None` where they cannot be blended, and the next has to be started when this one rests: one of them is held,
+    /// given up, over, an arch or no way at all; the next begins elsewhere; `pass` is 0; two are waiting already; the
+    /// rounded corner would leave the limits of an axis or need a faster tool than either motion has.
+    ///
+    /// No axis is faster than on the faster of the two; where the second goes back, both decelerations add up
+    /// (assumed).
+    #[must_use]
+    pub fn blend(
+        &self,
+        model: &ArmModel,
+        at: Duration,
+        next: &Motion,
+        pass: f64,
+        tool: &Transform,
+    ) -> Option<Motion> {
+        let under_way = self.phase == Phase::Moving && at < self.duration();
+        let fresh = next.phase == Phase::Moving && next.since.is_zero() && !next.duration().is_zero();
+        if !under_way || !fresh || next.path.is_timed() {
+            return None;
+        }
+        let limits = Limits {
+            override_part: self.limits.override_part,
+            tool_speed_cap: self.limits.tool_speed_cap,
+            ..next.limits
+        };
+        let asked = nominal(&next.full, &next.limits);
+        let start = State {
+            place: 0.0,
+            speed: 0.0,
+        };
+        let leg = Leg::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
+        let state = self.state_at(at);
+        let (chain, now, rate) = match &self.path {
+            Path::Chain(chain) => {
+                let chain = Chain::clone(chain);
+                let (now, rate) = (state.place * chain.duration, state.speed * chain.duration);
+                (chain, now, rate)
+            }
+            Path::Guided(_) if self.path.is_timed() => return None,
+            path => {
+                // Its speed as it would be at override 100, so that the chain goes on at the present one.
+                let own = nominal(&self.full, &self.limits);
+                let fastest = leg.top_speed.max(self.tool_way * own.speed) * LOOKING_MARGIN;
+                let rate = time_rate(fastest, &limits);
+                let state = State {
+                    speed: state.speed / rate,
+                    ..state
+                };
+                let first = Leg::new(path.clone(), state, &own, self.tool_way, 0.0);
+                (Chain::of(first), 0.0, rate)
+            }
+        };
+        let chain = chain.with(model, tool, leg, now, pass / 100.0)?;
+        let (duration, top) = (chain.duration, chain.top_speed());
+        let path = Path::Chain(Box::new(chain));
+        let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
+        let state = State {
+            place: now / duration,
+            speed: rate / duration,
+        };
+        blended.profile = to_end(&blended.path, state, &blended.rates());
+        blended.since = self.since.max(at);
+        Some(blended)
+    }
+
+    /// When, after its start, the motion added last by [`Motion::blend`] begins; `None` for a motion that is not
+    /// blended, or held.
+    #[must_use]
+    pub fn last_begins(&self) -> Option<Duration> {
+        match &self.path {
+            Path::Chain(chain) if self.phase == Phase::Moving => {
+                let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
+                let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
+                Some(self.since.saturating_add(after))
+            }
+            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => None,
         }
     }
 
@@ -77,10 +203,14 @@ impl Motion {
         self.since.saturating_add(Duration::from_micros(micros as u64))
     }
 
-    /// Part of the path gone, 0 to 100.
+    /// Part of the path gone, 0 to 100; of an arch, of its time; of motions blended, of the one begun last.
     #[must_use]
     pub fn percent_at(&self, t: Duration) -> f64 {
-        self.state_at(t).place * 100.0
+        let place = self.state_at(t).place;
+        match &self.path {
+            Path::Chain(chain) if place < 1.0 => chain.part_at(place * chain.duration) * 100.0,
+            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => place * 100.0,
+        }
     }
 
     /// Feed hold: from `at` on the motion slows along its path and rests there. Nothing happens to one that is
@@ -88,7 +218,7 @@ impl Motion {
     pub fn hold(&mut self, _model: &ArmModel, at: Duration) {
         if self.phase == Phase::Moving && at < self.duration() {
             let decel = self.rates().decel;
-            self.change(Phase::Held, at, |state| Profile::to_rest(state, 1.0, decel));
+            self.change(Phase::Held, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
 
@@ -108,7 +238,7 @@ impl Motion {
     pub fn resume(&mut self, at: Duration) {
         if self.phase == Phase::Held {
             let rates = self.rates();
-            self.change(Phase::Moving, at, |state| Profile::to_end(state, 1.0, &rates));
+            self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
         }
     }
 
@@ -119,7 +249,7 @@ impl Motion {
             Phase::Moving if at < self.duration() => {
                 self.limits = *limits;
                 let rates = self.rates();
-                self.change(Phase::Moving, at, |state| Profile::to_end(state, 1.0, &rates));
+                self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
             }
             Phase::Held => self.limits = *limits,
             Phase::Moving | Phase::Stopped => {}
@@ -131,7 +261,7 @@ impl Motion {
     pub fn stop(&mut self, at: Duration) {
         if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
             let decel = self.full.decel;
-            self.change(Phase::Stopped, at, |state| Profile::to_rest(state, 1.0, decel));
+            self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
 
@@ -142,7 +272,7 @@ impl Motion {
     }
 
     fn rates(&self) -> Rates {
-        rates(&self.full, self.tool_way, &self.limits)
+        rates(&self.path, &self.full, self.tool_way, &self.limits)
     }
 
     fn state_at(&self, t: Duration) -> State {
@@ -154,36 +284,73 @@ impl Motion {
         self.profile.state_at(time)
     }
 
-    fn change(&mut self, phase: Phase, at: Duration, profile: impl FnOnce(State) -> Profile) {
-        self.profile = profile(self.state_at(at));
+    fn change(&mut self, phase: Phase, at: Duration, profile: impl FnOnce(&Path, State) -> Profile) {
+        self.profile = profile(&self.path, self.state_at(at));
         self.since = self.since.max(at);
         self.phase = phase;
     }
 }
 
-fn rates(full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
-    let part = |value: f64| {
-        if value >= MIN_FRACTION {
-            value.min(1.0)
-        } else {
-            MIN_FRACTION
+/// The course to the end: to rest there, or through it where the path rests by itself.
+fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
+    if path.is_timed() {
+        Profile::through(state, 1.0, rates)
+    } else {
+        Profile::to_end(state, 1.0, rates)
+    }
+}
+
+/// Rates of a path as its own conditions ask for it: override 100, no cap.
+pub(super) fn nominal(full: &Rates, limits: &Limits) -> Rates {
+    Rates {
+        speed: full.speed * part(limits.speed),
+        accel: full.accel * part(limits.accel),
+        decel: full.decel * part(limits.decel),
+    }
+}
+
+fn rates(path: &Path, full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
+    let asked = if path.is_timed() {
+        Rates {
+            speed: full.speed * part(limits.override_part),
+            ..*full
+        }
+    } else {
+        let speed = full.speed * part(limits.speed * limits.override_part);
+        Rates {
+            speed,
+            ..nominal(full, limits)
         }
     };
-    let asked = full.speed * part(limits.speed);
-    let speed = match limits.tool_speed_cap {
+    let speed = capped(asked.speed, tool_way, limits);
+    Rates { speed, ..asked }
+}
+
+/// The speed, in parts of a path, at which the tool point keeps to the cap.
+fn capped(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
+    match limits.tool_speed_cap {
         Some(cap) if tool_way > 0.0 => {
             let cap = if cap >= MIN_TOOL_SPEED {
                 cap
             } else {
                 MIN_TOOL_SPEED
             };
-            asked.min(cap / tool_way)
+            speed.min(cap / tool_way)
         }
-        _ => asked,
-    };
-    Rates {
-        speed,
-        accel: full.accel * part(limits.accel),
-        decel: full.decel * part(limits.decel),
+        _ => speed,
+    }
+}
+
+/// Rate of time at which a path is run through whose tool is so fast at override 100, mm/s.
+fn time_rate(fastest: f64, limits: &Limits) -> f64 {
+    capped(part(limits.override_part), fastest, limits)
+}
+
+/// A part of full speed or acceleration, brought into range.
+fn part(value: f64) -> f64 {
+    if value >= MIN_FRACTION {
+        value.min(1.0)
+    } else {
+        MIN_FRACTION
     }
 }

@@ -1,9 +1,11 @@
 //! Whole motions, from plan to rest.
 
-use super::{Limits, Motion, MotionError, Pose, Target, Transform, Unreachable, plan};
+use super::{Limits, Motion, MotionError, Pose, Singularity, Target, Transform, Unreachable, plan};
 use crate::model::{ArmModel, Joints};
 use core::time::Duration;
 
+mod arch;
+mod blend;
 mod change;
 
 const KEEP: [u8; 5] = [0; 5];
@@ -143,6 +145,7 @@ fn durations_are_those_of_the_trapezoid() {
     assert_eq!(short.duration(), seconds(0.25));
     let slow = Limits {
         speed: 0.5,
+        override_part: 1.0,
         accel: 0.5,
         decel: 0.25,
         tool_speed_cap: None,
@@ -407,6 +410,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
     let target = Target::Axis { axis: 0, value: 1.0 };
     let wild = Limits {
         speed: 7.0,
+        override_part: 1.0,
         accel: f64::INFINITY,
         decel: 1.5,
         tool_speed_cap: None,
@@ -415,6 +419,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
     assert_eq!(planned(&model, &model.ready, &target, &wild).duration(), full);
     let none = Limits {
         speed: f64::NAN,
+        override_part: 1.0,
         accel: 0.0,
         decel: -1.0,
         tool_speed_cap: Some(0.0),
@@ -438,8 +443,30 @@ fn a_path_over_axis_1_or_beyond_a_limit_is_refused() {
     let from = posture(&model, 0.0, -300.0, 600.0);
     assert!(matches!(
         over(&from, down(0.0, 300.0, 600.0)),
-        Err(MotionError::Singular { axis: 1, .. })
+        Err(MotionError::Singular {
+            axis: 1,
+            posture: Singularity::Shoulder,
+            ..
+        })
     ));
+    // Forearm and tool point straight down on the way: axis 5 would pass 0, which NFLIP does not allow.
+    let found = over(&posture(&model, 437.0, 0.0, 123.0), down(237.0, 0.0, 123.0)).unwrap_err();
+    assert!(
+        matches!(
+            found,
+            MotionError::Singular {
+                axis: 4,
+                posture: Singularity::Wrist,
+                ..
+            }
+        ),
+        "{found:?}"
+    );
+    let said = std::string::ToString::to_string(&found);
+    assert!(
+        said.contains("singular posture of the wrist (axes 4 and 6 in line), axis 4 would have to jump"),
+        "{said}"
+    );
     // Both ends are within the limits; between them axis 2 would have to fold further than it can.
     let scara = ArmModel::thl400();
     let target = Target::Line(down(100.0, 250.0, 0.0), KEEP);

@@ -1,6 +1,6 @@
 //! `ts3100 check`: the diagnostics of SCOL files, rendered by the compiler.
 
-use crate::config::args::Model;
+use crate::config::model::ModelChoice;
 use clap::Args;
 use scol_mini::{LanguageOptions, Severity};
 use std::io::{self, Write};
@@ -15,9 +15,9 @@ pub(super) struct CheckArgs {
     /// SCOL files
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Arm, which decides how wide a position is
+    /// Arm, by name or .toml file, which decides how wide a position is
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
-    model: Model,
+    model: ModelChoice,
 }
 
 /// The worst that was met; the order is that of the exit codes.
@@ -30,8 +30,15 @@ enum Outcome {
 
 /// Checks every file.
 pub(super) fn run(args: &CheckArgs) -> ExitCode {
+    let arm = match args.model.read() {
+        Ok(model) => model.language(),
+        Err(error) => {
+            eprintln!("ts3100: {error}");
+            return ExitCode::from(Outcome::Unreadable as u8);
+        }
+    };
     let options = LanguageOptions {
-        arm: args.model.into(),
+        arm,
         ..LanguageOptions::default()
     };
     let mut stdout = io::stdout().lock();

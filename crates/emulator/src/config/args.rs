@@ -2,12 +2,12 @@
 //! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
 //! what the default is, is decided after all layers are read.
 
+use super::model::ModelChoice;
 use crate::clock::TimeMode;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
 use ts3100_controller::input;
-use ts3100_controller::model::ArmModel;
 use ts3100_controller::options;
 
 /// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
@@ -50,9 +50,9 @@ pub struct ServeArgs {
     /// Preset of the named options [default: field]
     #[arg(long, value_name = "DIALECT")]
     pub dialect: Option<Dialect>,
-    /// Arm [default: ts3100-tv800]
+    /// Arm: ts3100-tv800, tsl3000-thl400, or a model of your own, a .toml file [default: ts3100-tv800]
     #[arg(long, value_name = "MODEL")]
-    pub model: Option<Model>,
+    pub model: Option<ModelChoice>,
     /// Controller type [default: ts3100]
     #[arg(long, value_name = "TYPE")]
     pub controller: Option<Controller>,
@@ -174,35 +174,6 @@ impl From<Dialect> for options::Dialect {
         match dialect {
             Dialect::Field => options::Dialect::Field,
             Dialect::Manual => options::Dialect::Manual,
-        }
-    }
-}
-
-/// Arm.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum Model {
-    /// Six axes.
-    #[value(name = "ts3100-tv800")]
-    Tv800,
-    /// SCARA.
-    #[value(name = "tsl3000-thl400")]
-    Thl400,
-}
-
-impl From<Model> for ArmModel {
-    fn from(model: Model) -> ArmModel {
-        match model {
-            Model::Tv800 => ArmModel::tv800(),
-            Model::Thl400 => ArmModel::thl400(),
-        }
-    }
-}
-
-impl From<Model> for scol_mini::Arm {
-    fn from(model: Model) -> scol_mini::Arm {
-        match model {
-            Model::Tv800 => scol_mini::Arm::SixAxis,
-            Model::Thl400 => scol_mini::Arm::Scara,
         }
     }
 }

@@ -2,6 +2,7 @@
 //! by the definition of the flags. What the keys mean is not known here.
 
 use super::ServeArgs;
+use super::model::ModelChoice;
 use super::options::OptionError;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
@@ -69,6 +70,14 @@ pub enum ConfigError {
         /// Which file.
         path: PathBuf,
         /// What is wrong, and in which line.
+        reason: String,
+    },
+    /// The model file.
+    #[error("{}: {reason}", path.display())]
+    Model {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong, and in which table.
         reason: String,
     },
     /// GEN-05.
@@ -167,6 +176,10 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         ("drive" | "load" | "permissions", Some(directory)) => directory.join(value).into_os_string(),
+        // A name is no path.
+        ("model", Some(directory)) if matches!(value.parse(), Ok(ModelChoice::File(_))) => {
+            directory.join(value).into_os_string()
+        }
         _ => value.into(),
     }
 }

@@ -4,6 +4,7 @@
 
 pub mod args;
 mod layers;
+pub mod model;
 mod options;
 
 pub use args::ServeArgs;
@@ -72,8 +73,8 @@ impl Settings {
     /// What the merged arguments say.
     ///
     /// # Errors
-    /// A value that no single flag can refuse by itself: a named option, the permission file, INTERNAL on
-    /// a TSL3100.
+    /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
+    /// INTERNAL on a TSL3100.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
         let mut links = LinkOptions::default();
@@ -83,8 +84,8 @@ impl Settings {
                 .ok_or_else(|| ConfigError::Pair(pair.clone()))?;
             set_option(&mut controller.options, &mut links, key.trim(), value.trim())?;
         }
-        if let Some(model) = args.model {
-            controller.model = model.into();
+        if let Some(model) = &args.model {
+            controller.model = model.read()?;
         }
         controller.controller = args.controller.map_or_else(Default::default, Into::into);
         controller.key = args.key.map_or_else(Default::default, Into::into);

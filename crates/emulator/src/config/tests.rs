@@ -195,3 +195,34 @@ fn ports_come_from_the_parameters_or_the_system() {
         Ports::Offset(0)
     );
 }
+
+#[test]
+fn a_model_of_ones_own_is_seen_from_the_file_that_names_it() {
+    let directory = TempDir::new("model");
+    let shipped = include_str!("../../../../fixtures/models/tsl3000-thl400.toml");
+    let own = shipped.replace("second_arm = 175.0", "second_arm = 275.0");
+    std::fs::write(
+        directory.path().join("own.toml"),
+        own.replace("tsl3000-thl400", "own"),
+    )
+    .unwrap();
+    let file = directory.path().join("ts3100.toml");
+    std::fs::write(&file, "model = \"own.toml\"\n").unwrap();
+    let (args, _) = read(flags(&["--config", file.to_str().unwrap()]), &environment(&[])).unwrap();
+    let model = Settings::from_args(&args).unwrap().controller.model;
+    assert_eq!(model.name, "own");
+    assert!(
+        matches!(model.kind, ts3100_controller::model::ArmKind::Scara(arm) if (arm.second_arm - 275.0).abs() < 1e-9)
+    );
+    std::fs::write(&file, "model = \"tsl3000-thl400\"\n").unwrap();
+    let (args, _) = read(flags(&["--config", file.to_str().unwrap()]), &environment(&[])).unwrap();
+    assert_eq!(
+        Settings::from_args(&args).unwrap().controller.model.name,
+        "tsl3000-thl400"
+    );
+    let unknown = error_of(&[], &[("TS3100_MODEL", "tv1000")]);
+    assert!(
+        unknown.contains("expected ts3100-tv800, tsl3000-thl400 or the path of a .toml file"),
+        "{unknown}"
+    );
+}

@@ -86,7 +86,7 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
         Simple::Move { course, with } => {
             match course {
                 Course::Ptp(a) | Course::Line(a) => expect(a, position, symbols, sink),
-                Course::Arc(a, b) => {
+                Course::Arc(a, b) | Course::Arch(a, b) => {
                     expect(a, position, symbols, sink);
                     expect(b, position, symbols, sink);
                 }

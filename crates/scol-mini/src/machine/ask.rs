@@ -151,6 +151,15 @@ impl Context<'_> {
                 via: self.position(via)?,
                 end: self.position(end)?,
             },
+            Course::Arch(end, gate) => {
+                let [rise, height, descent, ..] = self.position(gate)?.coords;
+                Path::Arch {
+                    end: self.position(end)?,
+                    rise,
+                    height,
+                    descent,
+                }
+            }
             Course::Axis(axis, value) => Path::Axis {
                 axis: self.axis(axis)?,
                 value: self.double(value)?,

@@ -34,7 +34,7 @@ impl Cursor<'_> {
             return Ok(Statement::Simple(Simple::Set(condition, value)));
         }
         let course = match word.as_str() {
-            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "READY" => return self.motion(word),
+            "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => return self.motion(word),
             _ => self.flow(word)?,
         };
         if let Some(statement) = course {

@@ -2,10 +2,14 @@
 //! and whether it lies within the limits. The trigonometry of each kind of arm is `six_axis`'s and `scara`'s.
 
 mod scara;
+mod singular;
 mod six_axis;
 mod unreachable;
 
+pub use singular::Singularity;
 pub use unreachable::Unreachable;
+
+pub(crate) use singular::singularity;
 
 use super::pose::{Pose, Transform, normalised};
 use crate::model::{AXES, ArmKind, ArmModel, Axis, Joints};

@@ -1,0 +1,98 @@
+//! PASS in the arm: a motion put behind the one under way so that the arm does not rest between them. How two
+//! motions overlap is `Motion::blend`'s; when a program may read ahead is left to the execution.
+
+use super::{Active, Arm, Frames, Pace, destination};
+use crate::motion::MotionError;
+use crate::time::Time;
+
+impl Arm {
+    /// Puts a motion behind the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was
+    /// taken: the arm then goes through, and `ends_at` and `percent` are those of the two together and of the one
+    /// begun last. False when the two cannot be blended (none under way, held, an arch, machine lock, out of an
+    /// axis limit on the rounded corner): nothing has changed, and the motion has to be started when the arm rests.
+    ///
+    /// # Errors
+    /// The target or the path cannot be reached; the motion under way goes on as it was.
+    pub fn append(
+        &mut self,
+        now: Time,
+        motion: &scol_mini::Motion,
+        pass: f64,
+        pace: Pace,
+    ) -> Result<bool, MotionError> {
+        self.settle(now);
+        let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
+            return Ok(false);
+        };
+        let (planned, asked) = self.planned(motion, &active.motion.end(), pace)?;
+        let tool = Frames::of(&motion.conditions).tool;
+        let at = now.since(active.start);
+        let Some(blended) = active.motion.blend(&self.model, at, &planned, pass, &tool) else {
+            return Ok(false);
+        };
+        self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
+        self.active = Some(Active {
+            motion: blended,
+            start: active.start,
+            asked,
+            locked: false,
+        });
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Arm, Pace};
+    use crate::model::ArmModel;
+    use crate::time::Time;
+    use core::time::Duration;
+    use scol_mini::{Conditions, Motion, Path};
+
+    const PACE: Pace = Pace {
+        override_percent: 100,
+        tool_speed_cap: None,
+    };
+
+    fn turn(value: f64) -> Motion {
+        Motion {
+            path: Path::Axis { axis: 1, value },
+            conditions: Conditions::default(),
+        }
+    }
+
+    fn at(millis: u64) -> Time {
+        Time::default() + Duration::from_millis(millis)
+    }
+
+    #[test]
+    fn a_motion_put_behind_another_is_gone_through_without_rest() {
+        let mut arm = Arm::new(ArmModel::tv800());
+        assert_eq!(arm.append(at(0), &turn(60.0), 100.0, PACE), Ok(false));
+        arm.start(at(0), &turn(60.0), PACE, false).unwrap();
+        assert_eq!(arm.append(at(100), &turn(120.0), 100.0, PACE), Ok(true));
+        assert_eq!(arm.ends_at(), Some(at(750)));
+        assert!((arm.joints(at(400))[0] - 66.0).abs() < 1e-3);
+        // Half the override for what is left, then the end.
+        arm.set_pace(
+            at(400),
+            Pace {
+                override_percent: 50,
+                ..PACE
+            },
+        );
+        assert!(arm.ends_at().is_some_and(|end| end > at(900)));
+        assert!(arm.settle(at(2_000)));
+        assert!((arm.joints(at(2_000))[0] - 120.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_cannot_be_appended_changes_nothing() {
+        let mut arm = Arm::new(ArmModel::tv800());
+        arm.start(at(0), &turn(60.0), PACE, false).unwrap();
+        let before = arm.clone();
+        assert!(arm.append(at(100), &turn(500.0), 100.0, PACE).is_err());
+        assert_eq!(arm.append(at(100), &turn(120.0), 0.0, PACE), Ok(false));
+        assert_eq!(arm, before);
+    }
+}

@@ -1,0 +1,104 @@
+//! Arch motion: up, across at the height of the gate, down, each a line with its own profile, and the three at once
+//! where they overlap. Place is a function of time, so it is run through at the rate of time (see `run`). Reach and
+//! limits along the way are `plan`'s.
+
+use super::profile::{Profile, Rates};
+use libm::hypot;
+
+/// Heights of an arch in mm (assumed: no manual describes MOVEJ).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gate {
+    /// Straight up from the start, before the way across begins.
+    pub rise: f64,
+    /// Height of the way across, above the higher of start and end.
+    pub height: f64,
+    /// Straight down to the end, behind the way across.
+    pub descent: f64,
+}
+
+/// One of the three lines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stretch {
+    /// mm; 0 or more.
+    pub(super) way: f64,
+    /// Rates of the line; `None` when nothing moves on it.
+    pub(super) rates: Option<Rates>,
+}
+
+impl Stretch {
+    fn profile(&self) -> Profile {
+        let start = super::profile::State {
+            place: 0.0,
+            speed: 0.0,
+        };
+        self.rates
+            .map_or(Profile::resting(1.0), |rates| Profile::to_end(start, 1.0, &rates))
+    }
+
+    fn speed(&self) -> f64 {
+        self.rates.map_or(0.0, |rates| rates.speed * self.way)
+    }
+}
+
+/// The way of the tool point, as a part of the whole time.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Arch {
+    from: [f64; 3],
+    to: [f64; 3],
+    /// Ways up and down, mm.
+    up_way: f64,
+    down_way: f64,
+    up: Profile,
+    across: Profile,
+    down: Profile,
+    across_from: f64,
+    down_from: f64,
+    /// Seconds.
+    pub(super) duration: f64,
+    /// Fastest the tool point is, mm/s.
+    pub(super) top_speed: f64,
+    /// Length of the three lines, mm.
+    pub(super) length: f64,
+}
+
+impl Arch {
+    /// The way across begins when the arm has risen by `rise`, and ends when `descent` is left.
+    pub(super) fn new(from: [f64; 3], to: [f64; 3], gate: &Gate, stretches: &[Stretch; 3]) -> Arch {
+        let [up, across, down] = stretches;
+        let profiles = stretches.map(|stretch| stretch.profile());
+        let part = |way: f64, whole: f64| if whole > 0.0 { way / whole } else { 1.0 };
+        let across_from = profiles[0].time_at(part(gate.rise, up.way));
+        let across_end = across_from + profiles[1].duration();
+        let free = profiles[2].time_at(1.0 - part(gate.descent, down.way).min(1.0));
+        let down_from = profiles[0].duration().max(across_end - free);
+        Arch {
+            from,
+            to,
+            up_way: up.way,
+            down_way: down.way,
+            up: profiles[0],
+            across: profiles[1],
+            down: profiles[2],
+            across_from,
+            down_from,
+            duration: across_end.max(down_from + profiles[2].duration()),
+            top_speed: hypot(across.speed(), up.speed().max(down.speed())),
+            length: up.way + across.way + down.way,
+        }
+    }
+
+    /// Place of the tool point, and the part of the way across that is gone.
+    pub(super) fn at(&self, part: f64) -> ([f64; 3], f64) {
+        let time = part * self.duration;
+        let across = self.across.state_at(time - self.across_from).place;
+        let up = self.up.state_at(time).place;
+        let down = self.down.state_at(time - self.down_from).place;
+        let between = |from: f64, to: f64| from + (to - from) * across;
+        let at = [
+            between(self.from[0], self.to[0]),
+            between(self.from[1], self.to[1]),
+            self.from[2] + self.up_way * up - self.down_way * down,
+        ];
+        (at, across)
+    }
+}

@@ -1,0 +1,332 @@
+//! PASS: consecutive motions that overlap.
+
+use super::{KEEP, distance, down, planned, point, posture, seconds, teaching, top_speed};
+use crate::model::{ArmModel, Joints};
+use crate::motion::{Gate, Limits, Motion, Target, Transform};
+use alloc::vec::Vec;
+use core::time::Duration;
+
+const NO_TOOL: Transform = Transform::IDENTITY;
+
+fn turn(value: f64) -> Target {
+    Target::Axis { axis: 0, value }
+}
+
+fn blended(model: &ArmModel, first: &Motion, at: f64, next: &Motion, pass: f64) -> Motion {
+    first.blend(model, seconds(at), next, pass, &NO_TOOL).unwrap()
+}
+
+/// Axis 1 of the six-axis arm by 60 degrees twice: 0.25 s up to 240 degrees/s, 0.25 s down.
+fn two_turns(limits: &Limits) -> (ArmModel, Motion, Motion) {
+    let model = ArmModel::tv800();
+    let first = planned(&model, &model.ready, &turn(60.0), limits);
+    let next = planned(&model, &first.end(), &turn(120.0), limits);
+    (model, first, next)
+}
+
+fn corner(model: &ArmModel, limits: &Limits) -> (Motion, Motion) {
+    let from = posture(model, 400.0, -150.0, 300.0);
+    let first = planned(
+        model,
+        &from,
+        &Target::Line(down(400.0, 100.0, 300.0), KEEP),
+        limits,
+    );
+    let next = planned(
+        model,
+        &first.end(),
+        &Target::Line(down(500.0, 100.0, 300.0), KEEP),
+        limits,
+    );
+    (first, next)
+}
+
+#[test]
+fn the_whole_lasts_as_long_as_both_less_what_overlaps() {
+    let (model, first, next) = two_turns(&Limits::FULL);
+    for (pass, overlap) in [(100.0, 0.25), (50.0, 0.125), (20.0, 0.05), (250.0, 0.25)] {
+        let whole = blended(&model, &first, 0.0, &next, pass);
+        let found = whole.duration().as_secs_f64();
+        assert!((found - (1.0 - overlap)).abs() < 2e-6, "{pass}: {found}");
+        assert_eq!(whole.end(), next.end());
+        assert_eq!(whole.joints_at(&model, whole.duration()), next.end());
+    }
+    // All of a ramp overlapped: axis 1 goes through at its speed.
+    let whole = blended(&model, &first, 0.0, &next, 100.0);
+    for step in 0..=20 {
+        let at = 0.25 + 0.25 * f64::from(step) / 20.0;
+        let joint = whole.joints_at(&model, seconds(at))[0];
+        assert!(
+            (joint - (30.0 + 240.0 * (at - 0.25))).abs() < 1e-3,
+            "{joint} at {at}"
+        );
+    }
+    // Different ramps: the shorter one counts.
+    let slow = Limits {
+        accel: 0.5,
+        ..Limits::FULL
+    };
+    let next = planned(&model, &first.end(), &turn(120.0), &slow);
+    let expected = first.duration().as_secs_f64() + next.duration().as_secs_f64() - 0.25;
+    let whole = blended(&model, &first, 0.0, &next, 100.0);
+    assert!((whole.duration().as_secs_f64() - expected).abs() < 3e-6);
+}
+
+#[test]
+fn outside_the_overlap_lines_are_lines_and_the_corner_is_rounded() {
+    let model = ArmModel::tv800();
+    let (first, next) = corner(&model, &Limits::FULL);
+    let mut nearest = Vec::new();
+    for pass in [10.0, 50.0, 100.0] {
+        let whole = blended(&model, &first, 0.0, &next, pass);
+        let begins = whole.last_begins().unwrap();
+        let mut closest = f64::MAX;
+        for step in 0..=1000 {
+            let at = whole.duration() * step / 1000;
+            let here = point(&model, &whole, at);
+            closest = closest.min(distance(here, [400.0, 100.0, 300.0]));
+            if at < begins {
+                assert!((here[0] - 400.0).abs() < 1e-6, "{here:?} is off the first line");
+            } else if at > first.duration() {
+                assert!((here[1] - 100.0).abs() < 1e-6, "{here:?} is off the second line");
+            }
+        }
+        assert!(
+            (first.duration() - begins).as_secs_f64()
+                <= whole
+                    .duration()
+                    .abs_diff(first.duration() + next.duration())
+                    .as_secs_f64()
+                    + 5e-6
+        );
+        nearest.push(closest);
+        assert_eq!(whole.end(), next.end());
+    }
+    assert!(nearest.is_sorted() && nearest[2] > 5.0, "{nearest:?}");
+}
+
+#[test]
+fn neither_axis_speeds_nor_the_cap_are_exceeded() {
+    let model = ArmModel::tv800();
+    let (first, next) = corner(&model, &teaching());
+    let whole = blended(&model, &first, 0.0, &next, 100.0);
+    let top = top_speed(&model, &whole, &NO_TOOL);
+    assert!(top <= 250.0 + 1e-3 && top > 150.0, "{top}");
+
+    let far = Target::Joint(down(450.0, -200.0, 250.0), KEEP);
+    let from = posture(&model, 350.0, 250.0, 350.0);
+    let first = planned(&model, &from, &far, &Limits::FULL);
+    let back = Target::Joint(down(500.0, 100.0, 400.0), KEEP);
+    let next = planned(&model, &first.end(), &back, &Limits::FULL);
+    let whole = blended(&model, &first, 0.0, &next, 100.0);
+    let step = whole.duration() / 1000;
+    for index in 0..1000 {
+        let (a, b) = (
+            whole.joints_at(&model, step * index),
+            whole.joints_at(&model, step * (index + 1)),
+        );
+        for (axis, (a, b)) in model.axes.iter().zip(a.iter().zip(b)) {
+            assert!((b - a).abs() / step.as_secs_f64() <= axis.max_speed * 1.001);
+        }
+    }
+}
+
+fn speed(model: &ArmModel, motion: &Motion, at: Duration) -> Joints {
+    let step = Duration::from_micros(100);
+    let (a, b) = (motion.joints_at(model, at), motion.joints_at(model, at + step));
+    let mut speeds = b;
+    for (speed, a) in speeds.iter_mut().zip(a) {
+        *speed = (*speed - a) / step.as_secs_f64();
+    }
+    speeds
+}
+
+#[test]
+fn a_motion_under_way_goes_on_without_a_jump_whatever_the_override() {
+    let model = ArmModel::tv800();
+    for (override_part, tool_speed_cap) in [(1.0, None), (0.3, None), (0.05, None), (1.0, Some(250.0))] {
+        let limits = Limits {
+            override_part,
+            tool_speed_cap,
+            ..Limits::FULL
+        };
+        let (first, next) = corner(&model, &limits);
+        for part in [0.0, 0.2, 0.5, 0.8, 0.97] {
+            let at = first.duration().mul_f64(part);
+            let whole = first.blend(&model, at, &next, 60.0, &NO_TOOL).unwrap();
+            let (old, new) = (first.joints_at(&model, at), whole.joints_at(&model, at));
+            let (was, is) = (speed(&model, &first, at), speed(&model, &whole, at));
+            for index in 0..6 {
+                assert!((old[index] - new[index]).abs() < 1e-6);
+                assert!(
+                    (was[index] - is[index]).abs() < 0.5,
+                    "{} is not {}",
+                    is[index],
+                    was[index]
+                );
+            }
+            assert_eq!(whole.end(), next.end());
+        }
+    }
+}
+
+#[test]
+fn when_the_next_became_known_does_not_matter_nor_who_asked() {
+    let (model, first, next) = two_turns(&Limits::FULL);
+    let early = blended(&model, &first, 0.0, &next, 70.0);
+    let late = blended(&model, &first, 0.2, &next, 70.0);
+    let asked = early.clone();
+    for step in 0..500 {
+        let at = early.duration() * (step * 7919 % 500) / 500;
+        let one = asked.joints_at(&model, at);
+        assert_eq!(one, early.joints_at(&model, at));
+        if at > seconds(0.2) {
+            assert!((one[0] - late.joints_at(&model, at)[0]).abs() < 1e-6);
+        }
+    }
+    assert_eq!(asked, early);
+    // Known too late for all of it: what is left of the braking overlaps.
+    let last = blended(&model, &first, 0.45, &next, 100.0);
+    assert!((last.duration().as_secs_f64() - 0.95).abs() < 2e-6);
+}
+
+// clause: CMD-FD-01 CMD-FD-02 CMD-EC-04
+#[test]
+fn hold_override_and_break_across_a_blend_are_exact() {
+    let model = ArmModel::tv800();
+    let (first, next) = corner(&model, &Limits::FULL);
+    let whole = blended(&model, &first, 0.0, &next, 80.0);
+    let total = whole.duration().as_secs_f64();
+    let begins = whole.last_begins().unwrap();
+    for at in [
+        begins / 2,
+        begins,
+        begins + seconds(0.03),
+        whole.duration().mul_f64(0.8),
+    ] {
+        // Feed hold: a quarter of a second to rest, in which an eighth of the time passes (or the end comes).
+        let mut held = whole.clone();
+        held.hold(&model, at);
+        let rest = held.rest_at().unwrap();
+        let gone = at.as_secs_f64() + 0.125;
+        if gone < total {
+            assert!((rest - at).as_secs_f64() - 0.25 < 2e-6);
+            let (a, b) = (point(&model, &held, rest), point(&model, &whole, seconds(gone)));
+            assert!(distance(a, b) < 0.01, "{a:?} is not {b:?}: it rests on its path");
+        }
+        assert_eq!(
+            held.joints_at(&model, rest),
+            held.joints_at(&model, rest + seconds(60.0))
+        );
+        held.resume(rest + seconds(1.0));
+        if gone < total {
+            let ramp = total - gone;
+            // Up again over a quarter of a second if there is room, then the rest at full rate.
+            let expected = if ramp >= 0.125 {
+                0.25 + ramp - 0.125
+            } else {
+                (2.0 * ramp * 0.25).sqrt()
+            };
+            let found = (held.duration() - rest).as_secs_f64() - 1.0;
+            assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+        }
+        assert_eq!(held.joints_at(&model, held.duration()), next.end());
+
+        // BREAK: it rests where feed hold would, for good.
+        let mut broken = whole.clone();
+        broken.stop(at);
+        assert_eq!(broken.duration(), rest);
+        assert_eq!(broken.end(), broken.joints_at(&model, rest + seconds(5.0)));
+        broken.resume(rest + seconds(1.0));
+        assert_eq!(broken.duration(), rest);
+
+        // Override 50 from `at` on: an eighth of a second down to it, the rest takes twice as long.
+        let mut slowed = whole.clone();
+        let half = Limits {
+            override_part: 0.5,
+            ..Limits::FULL
+        };
+        slowed.set_limits(at, &half);
+        let left = total - at.as_secs_f64();
+        if left > 0.1 {
+            let expected = at.as_secs_f64() + 0.125 + (left - 0.75 * 0.125) / 0.5;
+            let found = slowed.duration().as_secs_f64();
+            assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+        }
+        assert_eq!(slowed.end(), next.end());
+    }
+}
+
+#[test]
+fn a_third_motion_follows_and_the_percentage_is_that_of_the_one_begun_last() {
+    let (model, first, second) = two_turns(&Limits::FULL);
+    let third = planned(&model, &second.end(), &turn(180.0), &Limits::FULL);
+    let fourth = planned(&model, &third.end(), &turn(120.0), &Limits::FULL);
+    let two = blended(&model, &first, 0.1, &second, 100.0);
+    assert_eq!(two.last_begins(), Some(seconds(0.25)));
+    let three = blended(&model, &two, 0.3, &third, 100.0);
+    assert_eq!(three.last_begins(), Some(seconds(0.5)));
+    assert!((three.duration().as_secs_f64() - 1.0).abs() < 2e-6);
+    // Axis 1 passes both points at its speed.
+    for (at, joint) in [(0.3, 42.0), (0.5, 90.0), (0.7, 138.0)] {
+        let found = three.joints_at(&model, seconds(at))[0];
+        assert!((found - joint).abs() < 1e-3, "{found} at {at}");
+    }
+    assert!((three.percent_at(seconds(0.625)) - 12.5).abs() < 0.01);
+    assert!(
+        three
+            .blend(&model, seconds(0.3), &fourth, 50.0, &NO_TOOL)
+            .is_none(),
+        "the first is still under way"
+    );
+    let four = three
+        .blend(&model, seconds(0.6), &fourth, 50.0, &NO_TOOL)
+        .unwrap();
+    assert_eq!(four.end(), fourth.end());
+    assert!((four.percent_at(four.duration()) - 100.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_cannot_be_blended_is_left_to_follow() {
+    let (model, first, next) = two_turns(&Limits::FULL);
+    let none = |first: &Motion, at: f64, next: &Motion, pass: f64| {
+        assert!(first.blend(&model, seconds(at), next, pass, &NO_TOOL).is_none());
+    };
+    none(&first, 0.1, &next, 0.0);
+    none(&first, 0.1, &next, f64::NAN);
+    none(&first, 0.6, &next, 50.0);
+    let elsewhere = planned(&model, &model.ready, &turn(120.0), &Limits::FULL);
+    none(&first, 0.1, &elsewhere, 50.0);
+    let still = planned(&model, &first.end(), &turn(60.0), &Limits::FULL);
+    none(&first, 0.1, &still, 50.0);
+    let mut held = first.clone();
+    held.hold(&model, seconds(0.1));
+    none(&held, 0.12, &next, 50.0);
+    let mut broken = first.clone();
+    broken.stop(seconds(0.1));
+    none(&broken, 0.12, &next, 50.0);
+    let [x, y, z] = model.forward(&first.end()).0.xyz;
+    let gate = Gate {
+        rise: 5.0,
+        height: 20.0,
+        descent: 5.0,
+    };
+    let end = crate::motion::Pose {
+        xyz: [x, y - 50.0, z],
+        ..model.forward(&first.end()).0
+    };
+    let arch = Target::Arch {
+        end,
+        config: KEEP,
+        gate,
+    };
+    let arch = planned(&model, &first.end(), &arch, &Limits::FULL);
+    none(&first, 0.1, &arch, 50.0);
+    // There and back again at the limit of an axis: the sum stays between.
+    let back = planned(&model, &first.end(), &turn(0.0), &Limits::FULL);
+    let turned = first.blend(&model, seconds(0.1), &back, 100.0, &NO_TOOL).unwrap();
+    let highest = (0..=200)
+        .map(|step| turned.joints_at(&model, turned.duration() * step / 200)[0])
+        .fold(0.0, f64::max);
+    assert!(highest < 60.0 && highest > 30.0, "{highest}");
+}

@@ -1,0 +1,329 @@
+//! Arm models as TOML files: those shipped with the emulator, by name, and users' own, by path. What makes the
+//! numbers an arm is known to the controller's `ArmModel::check`; here it is only read.
+//!
+//! Each table has a `source`: where its numbers come from. A number that nobody can vouch for has no place in a
+//! model, so a file without one is refused.
+
+use super::layers::{self, ConfigError};
+use serde::Deserialize;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeometry, SixAxisGeometry};
+
+/// The models shipped: name and file.
+const SHIPPED: [(&str, &str); 2] = [
+    (
+        "ts3100-tv800",
+        include_str!("../../../../fixtures/models/ts3100-tv800.toml"),
+    ),
+    (
+        "tsl3000-thl400",
+        include_str!("../../../../fixtures/models/tsl3000-thl400.toml"),
+    ),
+];
+/// Fewest letters that can name a source.
+const MIN_SOURCE: usize = 3;
+
+/// Which model is meant: one of those shipped, or a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ModelChoice {
+    /// Shipped, by its name.
+    Shipped(&'static str),
+    /// A TOML file.
+    File(PathBuf),
+}
+
+impl FromStr for ModelChoice {
+    type Err = String;
+
+    /// A name of a shipped model, case ignored, or the path of a file, which ends in `.toml`.
+    fn from_str(text: &str) -> Result<ModelChoice, String> {
+        if let Some((name, _)) = SHIPPED.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {
+            return Ok(ModelChoice::Shipped(name));
+        }
+        let path = PathBuf::from(text);
+        if path
+            .extension()
+            .is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+        {
+            return Ok(ModelChoice::File(path));
+        }
+        let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        Err(format!(
+            "expected {} or the path of a .toml file, found `{text}`",
+            names.join(", ")
+        ))
+    }
+}
+
+impl ModelChoice {
+    /// Reads the model.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no TOML, or is no arm.
+    pub fn read(&self) -> Result<ArmModel, ConfigError> {
+        let (path, text) = match self {
+            ModelChoice::Shipped(wanted) => {
+                let found = SHIPPED.iter().find(|(name, _)| name == wanted);
+                (
+                    PathBuf::from(format!("{wanted}.toml")),
+                    found.map_or("", |(_, text)| text).to_owned(),
+                )
+            }
+            ModelChoice::File(path) => (path.clone(), layers::read_text(path)?),
+        };
+        parse(&path, &text)
+    }
+}
+
+/// The text of a model file as a model.
+fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
+    let wrong = |reason: String| ConfigError::Model {
+        path: path.to_path_buf(),
+        reason,
+    };
+    let file: ModelFile = toml::from_str(text).map_err(|error| ConfigError::Toml {
+        path: path.to_path_buf(),
+        reason: error.to_string(),
+    })?;
+    file.check_sources().map_err(wrong)?;
+    let model = file.into_model().map_err(wrong)?;
+    model.check().map_err(|error| wrong(error.to_string()))?;
+    Ok(model)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelFile {
+    name: String,
+    kind: Kind,
+    geometry: toml::Table,
+    tool: ToolTable,
+    axis: Vec<AxisTable>,
+    ready: ReadyTable,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Kind {
+    SixAxis,
+    Scara,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SixAxisTable {
+    source: String,
+    shoulder_height: f64,
+    shoulder_offset: f64,
+    upper_arm: f64,
+    elbow_offset: f64,
+    forearm: f64,
+    flange: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ScaraTable {
+    source: String,
+    first_arm: f64,
+    second_arm: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ToolTable {
+    source: String,
+    max_speed: f64,
+    max_accel: f64,
+    max_turn_speed: f64,
+    max_payload: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AxisTable {
+    source: String,
+    min: f64,
+    max: f64,
+    max_speed: f64,
+    max_accel: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReadyTable {
+    source: String,
+    joints: Vec<f64>,
+}
+
+fn check_source(table: &str, source: &str) -> Result<(), String> {
+    if source.trim().chars().count() >= MIN_SOURCE {
+        return Ok(());
+    }
+    Err(format!(
+        "{table}: source: expected where the numbers come from, found `{source}`"
+    ))
+}
+
+impl ModelFile {
+    fn check_sources(&self) -> Result<(), String> {
+        check_source("tool", &self.tool.source)?;
+        check_source("ready", &self.ready.source)?;
+        self.axis
+            .iter()
+            .enumerate()
+            .try_for_each(|(index, axis)| check_source(&format!("axis {}", index + 1), &axis.source))
+    }
+
+    fn into_model(self) -> Result<ArmModel, String> {
+        let kind = match self.kind {
+            Kind::SixAxis => {
+                let arm: SixAxisTable = geometry(self.geometry)?;
+                check_source("geometry", &arm.source)?;
+                ArmKind::SixAxis(SixAxisGeometry {
+                    shoulder_height: arm.shoulder_height,
+                    shoulder_offset: arm.shoulder_offset,
+                    upper_arm: arm.upper_arm,
+                    elbow_offset: arm.elbow_offset,
+                    forearm: arm.forearm,
+                    flange: arm.flange,
+                })
+            }
+            Kind::Scara => {
+                let arm: ScaraTable = geometry(self.geometry)?;
+                check_source("geometry", &arm.source)?;
+                ArmKind::Scara(ScaraGeometry {
+                    first_arm: arm.first_arm,
+                    second_arm: arm.second_arm,
+                })
+            }
+        };
+        let given = self.ready.joints.len();
+        if given != self.axis.len() || given > AXES {
+            return Err(format!(
+                "ready: joints: expected one for each of the {} axes, found {given}",
+                self.axis.len()
+            ));
+        }
+        let mut ready = Joints::default();
+        for (joint, value) in ready.iter_mut().zip(&self.ready.joints) {
+            *joint = *value;
+        }
+        let axes = self.axis.iter().map(|axis| Axis {
+            min: axis.min,
+            max: axis.max,
+            max_speed: axis.max_speed,
+            max_accel: axis.max_accel,
+        });
+        Ok(ArmModel {
+            name: self.name,
+            kind,
+            axes: axes.collect(),
+            max_tool_speed: self.tool.max_speed,
+            max_tool_accel: self.tool.max_accel,
+            max_turn_speed: self.tool.max_turn_speed,
+            max_payload: self.tool.max_payload,
+            ready,
+        })
+    }
+}
+
+/// The table of the lengths, whose keys depend on the kind of arm.
+fn geometry<T: serde::de::DeserializeOwned>(table: toml::Table) -> Result<T, String> {
+    table
+        .try_into()
+        .map_err(|error: toml::de::Error| format!("geometry: {}", error.message()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ModelChoice, SHIPPED, parse};
+    use std::path::Path;
+    use ts3100_controller::model::ArmModel;
+
+    #[test]
+    fn the_files_shipped_are_the_models_built_in() {
+        for (name, _) in SHIPPED {
+            let read = name.parse::<ModelChoice>().unwrap().read().unwrap();
+            assert_eq!(Some(read), ArmModel::by_name(name));
+        }
+    }
+
+    #[track_caller]
+    fn refused(from: &str, to: &str, expected: &str) {
+        let text = SHIPPED[0].1;
+        assert!(text.contains(from), "{from}");
+        let found = parse(Path::new("own.toml"), &text.replacen(from, to, 1))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            found.starts_with("own.toml: ") && found.contains(expected),
+            "{found}"
+        );
+    }
+
+    #[test]
+    fn what_is_no_model_is_refused_with_its_place() {
+        refused(
+            "forearm = 380.0",
+            "forearm = 0.5",
+            "geometry.forearm: expected 1 to 10000, found 0.5",
+        );
+        refused(
+            "forearm = 380.0",
+            "fore_arm = 380.0",
+            "geometry: unknown field `fore_arm`",
+        );
+        refused("flange = 80.0", "flange = \"long\"", "geometry: invalid type");
+        refused(
+            "min = -165.0",
+            "min = 166.0",
+            "axis 3: min: expected -3600 to 165, found 166",
+        );
+        refused(
+            "max_speed = 600.0",
+            "max_speed = nan",
+            "axis 6: max_speed: expected 0.001 to 100000, found NaN",
+        );
+        refused(
+            "40.0, 0.0]",
+            "40.0]",
+            "ready: joints: expected one for each of the 6 axes, found 5",
+        );
+        refused(
+            "source = \"assumed (D11): as axis 2\"",
+            "source = \" \"",
+            "axis 3: source: expected where the numbers come from",
+        );
+        refused(
+            "source = \"assumed (D11): as axis 2\"\n",
+            "",
+            "missing field `source`",
+        );
+        refused("\"six-axis\"", "\"delta\"", "unknown variant `delta`");
+        refused("\"six-axis\"", "\"scara\"", "geometry: unknown field");
+        refused("name = ", "name ", "TOML parse error at line 3");
+    }
+
+    #[test]
+    fn a_choice_is_a_name_or_a_file() {
+        assert_eq!(
+            "TSL3000-THL400".parse(),
+            Ok(ModelChoice::Shipped("tsl3000-thl400"))
+        );
+        assert_eq!(
+            "models/own.toml".parse(),
+            Ok(ModelChoice::File("models/own.toml".into()))
+        );
+        assert_eq!(
+            "tv1000".parse::<ModelChoice>().unwrap_err(),
+            "expected ts3100-tv800, tsl3000-thl400 or the path of a .toml file, found `tv1000`"
+        );
+        let missing = ModelChoice::File("/nowhere/own.toml".into())
+            .read()
+            .unwrap_err()
+            .to_string();
+        assert!(missing.starts_with("cannot read /nowhere/own.toml"), "{missing}");
+    }
+}
