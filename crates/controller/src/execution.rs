@@ -67,6 +67,13 @@ pub enum Doing {
         /// How long before its end the statement is over.
         lead: Duration,
     },
+    /// A motion has been put behind the one under way (PASS); the statement becomes `Moving` when it begins.
+    Queued {
+        /// As of `Moving`.
+        lead: Duration,
+        /// The motion behind it is read when it begins.
+        passing: bool,
+    },
     /// The statement waits for the arm to rest before it begins.
     Resting,
     /// DELAY.
@@ -147,9 +154,12 @@ impl Task {
         let own = match &self.acting().doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
-            Doing::Ready | Doing::Holding | Doing::Moving { .. } | Doing::Resting | Doing::Reading { .. } => {
-                None
-            }
+            Doing::Ready
+            | Doing::Holding
+            | Doing::Moving { .. }
+            | Doing::Queued { .. }
+            | Doing::Resting
+            | Doing::Reading { .. } => None,
         };
         own.into_iter().chain(self.look_at).min()
     }
@@ -217,6 +227,8 @@ pub struct Execution {
     pub arm_owner: Option<u16>,
     /// Line of the last motion statement that began.
     pub motion_line: u32,
+    /// PASS of that motion, in percent; 0 where the arm is to rest at its end.
+    pub pass: f64,
     /// The motion is held by PAUSE.
     pub paused: bool,
     /// TIMER.
@@ -247,6 +259,7 @@ impl Execution {
             next_task: MAIN_TASK + 1,
             arm_owner: None,
             motion_line: 0,
+            pass: 0.0,
             paused: false,
             timer: Stopwatch::default(),
             course: Course::Reset,

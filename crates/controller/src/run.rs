@@ -4,7 +4,7 @@
 use crate::Controller;
 use crate::alarm::{self, AlarmCode};
 use crate::arm::Frames;
-use crate::execution::{By, Course, Direct, Doing, Task};
+use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
 use crate::output::Event;
@@ -162,7 +162,11 @@ impl Controller {
         }
         match &task.doing {
             Doing::Ready | Doing::Pausing { .. } => {}
-            Doing::Moving { .. } | Doing::Resting | Doing::Holding | Doing::Delaying { .. } => return false,
+            Doing::Moving { .. }
+            | Doing::Queued { .. }
+            | Doing::Resting
+            | Doing::Holding
+            | Doing::Delaying { .. } => return false,
             Doing::Reading { got, .. } => {
                 let answer = Answer::Cancelled(got.clone());
                 // The values that came are stored; a value the variable cannot hold is lost with the INPUT.
@@ -260,6 +264,13 @@ impl Controller {
                 task.doing = Doing::Ready;
                 self.execute(task, single)
             }
+            Doing::Queued { .. } if self.arm.last_begins_at().is_some_and(|begin| begin > self.now) => {
+                Step::Blocked
+            }
+            Doing::Queued { lead, passing } => {
+                let (lead, passing) = (*lead, *passing);
+                self.begun(task, lead, passing)
+            }
             Doing::Moving { lead } if !self.has_arrived(*lead) => Step::Blocked,
             Doing::Moving { .. } => self.answer(task, Answer::Done, true),
             Doing::Delaying { until } if *until > self.now => Step::Blocked,
@@ -284,7 +295,10 @@ impl Controller {
             };
             Some(end - lead).filter(|arrival| *arrival > self.now)
         });
-        leads.min()
+        let begins = motion_waits(&self.execution)
+            .then(|| self.arm.last_begins_at())
+            .flatten();
+        leads.chain(begins.filter(|begin| *begin > self.now)).min()
     }
 
     /// Ends the statement under way by giving it what it asked for.
@@ -354,6 +368,13 @@ impl Controller {
         let pause = task.machine.run(self.execution.memory_mut(), &view, fuel);
         (pause, view.changing.get())
     }
+}
+
+/// Whether a motion waits behind the one under way.
+fn motion_waits(execution: &Execution) -> bool {
+    execution
+        .program_tasks()
+        .any(|task| matches!(task.acting().doing, Doing::Queued { .. }))
 }
 
 /// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.

@@ -93,32 +93,47 @@ impl Controller {
             task.doing = Doing::Holding;
             return Step::Blocked;
         }
-        if self.arm.is_moving() {
-            task.doing = Doing::Resting;
-            return Step::Blocked;
-        }
         if let Some(mass) = self.overload(motion) {
             let line = task.machine.line();
             let heaviest = self.arm.model().max_payload;
             let detail = format!("line {line}: a load of at most {heaviest} kg expected, {mass} kg found");
             return Step::Trouble(alarm::OVERLOAD, detail);
         }
-        match self
-            .arm
-            .start(self.now, motion, self.pace(), self.state.machine_lock)
-        {
-            Ok(()) => {
-                self.execution.motion_line = task.machine.line();
-                let lead = match motion.conditions.accuracy {
-                    Accuracy::Coarse => COARSE_LEAD,
-                    Accuracy::Fine => Duration::ZERO,
+        let lead = match motion.conditions.accuracy {
+            Accuracy::Coarse => COARSE_LEAD,
+            Accuracy::Fine => Duration::ZERO,
+        };
+        let passing = motion.conditions.passing && task.machine.motion_ahead().is_some();
+        let begun = if !self.arm.is_moving() {
+            self.arm
+                .start(self.now, motion, self.pace(), self.state.machine_lock)
+                .map(|()| true)
+        } else if self.execution.pass > 0.0 {
+            let taken = self
+                .arm
+                .append(self.now, motion, self.execution.pass, self.pace());
+            if taken == Ok(true) {
+                task.doing = Doing::Queued { lead, passing };
+            }
+            taken
+        } else {
+            Ok(false)
+        };
+        match begun {
+            Ok(false) => {
+                task.doing = Doing::Resting;
+                Step::Blocked
+            }
+            Ok(true) => {
+                self.execution.pass = match motion.conditions.passing {
+                    true => motion.conditions.pass,
+                    false => 0.0,
                 };
-                task.doing = Doing::Moving { lead };
-                self.arm.settle(self.now);
-                if motion.conditions.nowait {
-                    return self.answer(task, Answer::Done, true);
+                if let Doing::Queued { .. } = task.doing {
+                    return Step::Begun;
                 }
-                Step::Begun
+                self.arm.settle(self.now);
+                self.begun(task, lead, passing || motion.conditions.nowait)
             }
             Err(error) => {
                 let line = task.machine.line();
@@ -134,6 +149,16 @@ impl Controller {
                 Step::Trouble(code, format!("line {line}: {error}"))
             }
         }
+    }
+
+    /// The motion of a statement has begun: the statement is over when the arm has arrived, or at once.
+    pub(crate) fn begun(&mut self, task: &mut Task, lead: Duration, at_once: bool) -> Step {
+        self.execution.motion_line = task.machine.line();
+        if at_once {
+            return self.answer(task, Answer::Done, true);
+        }
+        task.doing = Doing::Moving { lead };
+        Step::Begun
     }
 
     /// Mass of a load that is too heavy for the arm.

@@ -20,6 +20,13 @@ impl Arm {
         self.ends_at().map_or(Duration::ZERO, |end| end.since(now))
     }
 
+    /// When the motion put behind another begins; `None` when there is none, or all is held or given up.
+    #[must_use]
+    pub fn last_begins_at(&self) -> Option<Time> {
+        let active = self.active.as_ref()?;
+        Some(active.start + active.motion.last_begins()?)
+    }
+
     /// DEST: where the motion leads in the frames given; the present position when none is under way.
     #[must_use]
     pub fn destination(&self, now: Time, frames: &Frames) -> Position {

@@ -473,7 +473,6 @@ fn direct_statements_see_global_and_data_only() {
         "move point (1,2,3)",
         "PRINT TP,A",
         "GAIN={1,1,1,1,0}",
-        "BREAK",
         "OPEN1",
         "TIMER=0",
         "PULOUT(1,0.5)",
@@ -510,7 +509,6 @@ fn direct_statements_see_global_and_data_only() {
         "A = TASK(\"M\")",
         "SWITCH",
         "KILL 1",
-        "MOVEJ P1",
         "DIM X(1)",
     ] {
         assert!(compile_direct(bad, &base).is_err(), "{bad}");

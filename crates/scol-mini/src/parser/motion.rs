@@ -64,7 +64,7 @@ impl Cursor<'_> {
                     | Condition::Payload),
                 ) => c,
                 Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
-                None => return Err(self.expected("SPEED, ACCEL, DECEL, CONFIG, ACCUR or PAYLOAD")),
+                None => return Err(self.expected("SPEED, ACCEL, DECEL, CONFIG, PASS, ACCUR or PAYLOAD")),
             };
             if list.iter().any(|(known, _)| *known == condition) {
                 return Err(Problem::new(
