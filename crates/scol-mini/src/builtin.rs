@@ -189,14 +189,6 @@ fn five_letters(word: &str) -> Option<i32> {
     })
 }
 
-/// Words of the language that this implementation does not carry out.
-const UNSUPPORTED: &[&str] = &[];
-
-/// `true` for a word of the language that is not supported yet.
-pub(crate) fn is_unsupported(word: &str) -> bool {
-    UNSUPPORTED.contains(&word)
-}
-
 /// Words that begin or join statements.
 const STATEMENTS: &[&str] = &[
     "AND", "AS", "BCDOUT", "BREAK", "CLOSE1", "CLOSE2", "CLOSEI1", "CLOSEI2", "COM1", "CR", "CRE", "DATA",
@@ -210,7 +202,6 @@ const STATEMENTS: &[&str] = &[
 /// `true` when the word cannot be the name of a variable, label or program.
 pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
     STATEMENTS.contains(&word)
-        || is_unsupported(word)
         || Builtin::from_word(word).is_some()
         || System::from_word(word).is_some()
         || constant(word, arm).is_some()
@@ -224,7 +215,7 @@ pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
         "DOUBLE6",
     ];
     let functions = BUILTINS.iter().map(|(word, _)| word);
-    let words = functions.chain(VARIABLES).chain(STATEMENTS).chain(UNSUPPORTED);
+    let words = functions.chain(VARIABLES).chain(STATEMENTS);
     words.copied().filter(|word| *word != "CRE")
 }
 

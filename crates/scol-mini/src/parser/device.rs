@@ -4,8 +4,7 @@ use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 
-use super::{Cursor, unsupported};
-use crate::builtin;
+use super::Cursor;
 use crate::conditions::AXES;
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
@@ -85,11 +84,6 @@ impl Cursor<'_> {
 
     fn switch(&mut self, on: bool) -> Result<Simple, Problem> {
         self.advance();
-        if let Some(Token::Word(word)) = self.peek()
-            && builtin::is_unsupported(word)
-        {
-            return Err(unsupported(word, self.span()));
-        }
         let feature = if self.word("PASS") {
             Feature::Pass
         } else if self.word("NOWAIT") {

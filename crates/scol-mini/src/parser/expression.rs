@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Cursor, unsupported};
+use super::Cursor;
 use crate::builtin::{self, Builtin, System};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token, too_large};
@@ -176,9 +176,6 @@ impl Cursor<'_> {
             self.expect_sign(Sign::Open, "(")?;
             let arguments = self.list(Sign::Close, ")")?;
             return self.function(builtin, arguments, span);
-        }
-        if builtin::is_unsupported(word) {
-            return Err(unsupported(word, span));
         }
         let node = if let Some(value) = builtin::constant(word, self.arm) {
             self.advance();

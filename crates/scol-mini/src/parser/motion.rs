@@ -53,7 +53,6 @@ impl Cursor<'_> {
                 return Err(self.expected("a motion condition"));
             };
             let condition = match builtin::condition(word) {
-                _ if builtin::is_unsupported(word) => return Err(unsupported(word, span)),
                 Some(
                     c @ (Condition::Speed
                     | Condition::Accel

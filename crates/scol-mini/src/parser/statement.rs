@@ -5,7 +5,7 @@ use alloc::boxed::Box;
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Cursor, unsupported};
+use super::Cursor;
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
@@ -24,9 +24,6 @@ impl Cursor<'_> {
         let Some(Token::Word(word)) = self.peek() else {
             return Err(self.expected("a statement"));
         };
-        if builtin::is_unsupported(word) {
-            return Err(unsupported(word, span));
-        }
         if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
             && let Some(condition) = builtin::condition(word)
         {
