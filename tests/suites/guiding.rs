@@ -243,7 +243,8 @@ fn the_watchdog_barks_at_its_level() {
             "level {level}: {sm}"
         );
         assert_eq!(item(&mut robot, "AL"), level);
-        assert!(text(&mut robot, "AC").starts_with(&format!("1,{alarm},Watchdog,14-02-06 00:00:00\r")));
+        let record = format!("1,{alarm},Watchdog: no SM within 700 ms,14-02-06 00:00:00\r");
+        assert!(text(&mut robot, "AC").starts_with(&record));
         robot.advance_ms(5_000);
         assert_eq!(robot.alarms().len(), 1, "it barks once");
     }

@@ -138,6 +138,16 @@ impl AlarmCode {
 }
 
 impl Alarm {
+    /// What the operator reads: the text of the row, and what exactly was found.
+    #[must_use]
+    pub fn message(&self) -> String {
+        if self.detail.is_empty() {
+            String::from(self.code.text)
+        } else {
+            format!("{}: {}", self.code.text, self.detail)
+        }
+    }
+
     /// The entry of EU.
     #[must_use]
     pub fn entry(&self) -> ErrorEntry {

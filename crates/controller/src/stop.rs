@@ -8,7 +8,6 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::sig::dout;
 use crate::state::State;
-use alloc::format;
 use alloc::string::String;
 use scol_mini::Answer;
 use ts3100_proto::reply::Reply;
@@ -105,20 +104,13 @@ impl Controller {
 
     /// Raises an alarm and lets its level act (D6).
     pub(crate) fn raise(&mut self, code: AlarmCode, detail: String) {
-        let text = if detail.is_empty() {
-            String::from(code.text)
-        } else {
-            format!("{}: {detail}", code.text)
-        };
+        let at = self.calendar();
+        let alarm = Alarm { code, detail, at };
         self.event(Event::Alarm {
             number: code.number(),
-            text,
+            text: alarm.message(),
         });
-        self.alarms.raise(Alarm {
-            code,
-            detail,
-            at: self.calendar(),
-        });
+        self.alarms.raise(alarm);
         match code.level {
             AlarmLevel::L8 => self.servo_off(By::Other),
             AlarmLevel::L4 => self.interrupt(By::Other),

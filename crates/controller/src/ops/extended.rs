@@ -8,7 +8,7 @@ use crate::session::Outcome;
 use crate::sig::din;
 use crate::signals::Signals;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
@@ -185,7 +185,7 @@ fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16
 fn record(alarm: &Alarm) -> AlarmRecord {
     AlarmRecord {
         number: alarm.code.number(),
-        message: alarm.code.text.to_string(),
+        message: alarm.message(),
         at: alarm.at,
     }
 }
