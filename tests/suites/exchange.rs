@@ -1,7 +1,7 @@
 //! Conversations over many texts and the time limits on them: what a transcript says badly because it counts
 //! bytes or compares long files.
 
-use ts3100_controller::{Dialect, Port};
+use ts3100_controller::{Config, Dialect, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};
 
 const DATA: usize = 253;
@@ -345,4 +345,34 @@ fn an_unsolicited_sp_is_never_glued_to_an_ok() {
     assert_eq!(robot.received(Port::Ip0), b"");
     robot.advance_ms(1);
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}
+
+// clause: TRN-09 FL-03
+#[test]
+fn a_command_inside_a_download_ends_it_or_is_a_part_of_it() {
+    for ends in [true, false] {
+        let mut config = Config::new(Dialect::Field);
+        config.options.command_ends_download = ends;
+        let mut robot = Robot::with(config);
+        robot.connect(Port::Ip0);
+        robot.command(Port::Ip0, "DL,CALLS");
+        robot.send(Port::Ip0, b"FL,PROGRAM CALLS\r");
+        assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+        // A call of a subprogram named CA, a text of its own.
+        robot.send(Port::Ip0, b"CA\r");
+        let answer = robot.received(Port::Ip0);
+        if ends {
+            assert!(
+                answer.starts_with(b"\x02FL,ETHERNET.PAR"),
+                "the directory is served"
+            );
+            robot.send(Port::Ip0, b"OK\r");
+            assert_eq!(robot.ask(Port::Ip0, "UL,CALLS"), b"NG\r");
+        } else {
+            assert_eq!(answer, frame(b"OK\r"));
+            robot.send(Port::Ip0, b"END\r\x1A");
+            assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+            assert_eq!(robot.file(Port::Ip0, "UL,CALLS"), b"PROGRAM CALLS\rCA\rEND\r");
+        }
+    }
 }

@@ -106,6 +106,9 @@ pub struct Options {
     pub drive_capacity: usize,
     /// `scol.int_division`.
     pub int_division: IntDivision,
+    /// `dl.command_ends`: a later text of a download that is a command and nothing else ends the download
+    /// (TRN-09); otherwise it is a part of the file (FL-03).
+    pub command_ends_download: bool,
     /// `scol.sticky_work`.
     pub sticky_work: bool,
 }
@@ -136,6 +139,7 @@ impl Options {
             do_min_run: limits::DO_MIN_RUN,
             drive_capacity: limits::DRIVE_CAPACITY,
             int_division: IntDivision::Truncate,
+            command_ends_download: true,
             sticky_work: false,
         };
         match dialect {

@@ -230,6 +230,7 @@ impl Controller {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
             Some(Ok(command)) if command.is_extension() && !self.config.options.extensions => true,
+            Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(
                     "{} came while a download was open; the download is given up",

@@ -30,6 +30,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         do_min_run,
         drive_capacity,
         int_division,
+        command_ends_download,
         sticky_work,
     } = options;
     let LinkOptions { second, redial } = links;
@@ -44,6 +45,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("input.malformed", format!("{malformed:?}")),
         ("parameter.line_end", format!("{line_end:?}")),
         ("scol.int_division", format!("{int_division:?}")),
+        ("dl.command_ends", format!("{command_ends_download:?}")),
         ("scol.sticky_work", format!("{sticky_work:?}")),
         ("sf.split", format!("{sf_texts:?}")),
         ("sig.low_speed", format!("{low_speed:?}")),
@@ -60,7 +62,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 22] = [
+const OTHERS: [(&str, &str); 23] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -71,6 +73,7 @@ const OTHERS: [(&str, &str); 22] = [
     ("input.malformed", "leading-number"),
     ("parameter.line_end", "cr"),
     ("scol.int_division", "real"),
+    ("dl.command_ends", "false"),
     ("scol.sticky_work", "true"),
     ("sf.split", "several"),
     ("sig.low_speed", "37"),
