@@ -3,6 +3,7 @@
 use crate::Controller;
 use crate::alarm;
 use crate::execution::{Doing, Task};
+use crate::limits::LONGEST_DELAY;
 use crate::run::Step;
 use crate::signals::Signals;
 use alloc::format;
@@ -11,8 +12,6 @@ use scol_mini::Answer;
 
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
 const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
-/// Longest pulse, in seconds: a hundred years.
-const LONGEST_PULSE: f64 = 3_155_760_000.0;
 
 impl Controller {
     /// OPEN, CLOSE: when the arm rests, or at once.
@@ -37,7 +36,7 @@ impl Controller {
             let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
             return Step::Trouble(alarm::OUT_OF_RANGE, detail);
         }
-        let pulse = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_PULSE));
+        let pulse = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
         self.signals.pulse(output, self.now + pulse);
         self.answer(task, Answer::Done, false)
     }

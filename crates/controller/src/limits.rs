@@ -28,12 +28,8 @@ pub const SCAN: Duration = Duration::from_millis(10);
 pub const COARSE_LEAD: Duration = Duration::from_millis(50);
 /// Shortest time a DO motion shows RUN (D7, option `do.min_run`).
 pub const DO_MIN_RUN: Duration = Duration::from_millis(200);
-/// Lines one IW may force (IW-02).
-pub const MAX_FORCED_LINES: usize = 32;
 /// Speed of the tool point in TEACHING, in mm/s (PRM-SPD-01).
 pub const TEACHING_SPEED: f64 = 250.0;
-/// Unsolicited SP texts that may wait for an open exchange to end.
-pub const MAX_WAITING_SP: usize = 1;
 /// Teach pendant screen: characters of PRINT kept.
 pub const PENDANT_TEXT: usize = 4_096;
 /// Length of the pulses ACK and CYC_END (SF-39; assumed).
@@ -50,3 +46,5 @@ pub const GUIDE_REACH: f64 = 2_000.0;
 pub const GUIDE_TURN: f64 = 170.0;
 /// How often the way of a guided motion is halved in search of the limit of the reach.
 pub const GUIDE_HALVINGS: u32 = 16;
+/// Longest DELAY or pulse that is told apart from one without end, in seconds: a hundred years.
+pub const LONGEST_DELAY: f64 = 3_155_760_000.0;

@@ -167,12 +167,8 @@ impl Controller {
             | Doing::Resting
             | Doing::Holding
             | Doing::Delaying { .. } => return false,
-            Doing::Reading { got, .. } => {
-                let answer = Answer::Cancelled(got.clone());
-                // The values that came are stored; a value the variable cannot hold is lost with the INPUT.
-                if task.machine.answer(self.execution.memory_mut(), answer).is_err() {
-                    task.machine.skip();
-                }
+            Doing::Reading { .. } => {
+                self.end_reading(task);
             }
             Doing::Watching { .. } => match self.config.options.wait_after_stop {
                 WaitAfterStop::Next => task.machine.skip(),

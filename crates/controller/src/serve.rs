@@ -7,7 +7,7 @@ use crate::arm::Pace;
 use crate::channel::Datum;
 use crate::execution::{Doing, Stopwatch, Task};
 use crate::input::KeySwitch;
-use crate::limits::{COARSE_LEAD, PENDANT_TEXT, TEACHING_SPEED};
+use crate::limits::{COARSE_LEAD, LONGEST_DELAY, PENDANT_TEXT, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
@@ -19,9 +19,6 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Accuracy, Answer, Channel, Motion, Request};
-
-/// Longest DELAY that is told apart from one without end, in seconds: a hundred years.
-const LONGEST_DELAY: f64 = 3_155_760_000.0;
 
 impl Controller {
     pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {

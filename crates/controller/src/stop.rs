@@ -79,19 +79,23 @@ impl Controller {
             self.cut_short(&mut handler);
             task.handler = Some(handler);
         }
-        let reading = matches!(task.doing, Doing::Reading { .. });
-        if let Doing::Reading { got, .. } = &task.doing {
-            let values = got.clone();
-            if task
-                .machine
-                .answer(self.execution.memory_mut(), Answer::Cancelled(values))
-                .is_err()
-            {
-                task.machine.skip();
-            }
-        }
+        let reading = self.end_reading(task);
         task.doing = Doing::Ready;
         reading
+    }
+
+    /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
+    pub(crate) fn end_reading(&mut self, task: &mut Task) -> bool {
+        let Doing::Reading { got, .. } = &task.doing else {
+            return false;
+        };
+        let answer = Answer::Cancelled(got.clone());
+        // A value the variable cannot hold is lost with the INPUT.
+        if task.machine.answer(self.execution.memory_mut(), answer).is_err() {
+            task.machine.skip();
+        }
+        task.doing = Doing::Ready;
+        true
     }
 
     /// Servo power goes off, and with it everything that moves.

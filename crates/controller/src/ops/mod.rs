@@ -16,7 +16,7 @@ use crate::session::Outcome;
 use alloc::format;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
-use ts3100_proto::status::{ExecutionStatus, MasterMode};
+use ts3100_proto::status::ExecutionStatus;
 
 impl Controller {
     /// Carries out a command that came on a protocol port.
@@ -77,19 +77,9 @@ impl Controller {
             Permission::WhenStopped => {
                 format!("{letters} is valid on {port} only while the robot is stopped (5.3.2)")
             }
-            Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", words(mode)),
+            Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.words()),
         };
         self.finding(port, "mode-forbids", &reason);
         Some(Outcome::Ng(reason))
-    }
-}
-
-fn words(mode: MasterMode) -> &'static str {
-    match mode {
-        MasterMode::Teaching => "TEACHING",
-        MasterMode::Internal => "INTERNAL",
-        MasterMode::ExtSig => "EXT (SIG)",
-        MasterMode::ExtRs232c => "EXT (RS-232C)",
-        MasterMode::ExtEther => "EXT (ETHER)",
     }
 }

@@ -1,15 +1,14 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
 
 use crate::Controller;
-use crate::execution::{By, Course, Direct, Doing, Task};
-use crate::limits::MAX_FORCED_LINES;
+use crate::execution::{By, Course, Direct, Task};
 use crate::port::Port;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use scol_mini::{Answer, Machine, compile_direct};
+use scol_mini::{Machine, compile_direct};
 use ts3100_proto::command::{Internal, LineWrite};
 use ts3100_proto::status::ExecutionStatus;
 
@@ -49,22 +48,10 @@ impl Controller {
     }
 
     fn cancel_direct_input(&mut self) {
-        let Some(mut direct) = self.execution.direct.take() else {
-            return;
-        };
-        if let Doing::Reading { got, .. } = &direct.task.doing {
-            let values = got.clone();
-            if direct
-                .task
-                .machine
-                .answer(self.execution.memory_mut(), Answer::Cancelled(values))
-                .is_err()
-            {
-                direct.task.machine.skip();
-            }
-            direct.task.doing = Doing::Ready;
+        if let Some(mut direct) = self.execution.direct.take() {
+            self.end_reading(&mut direct.task);
+            self.execution.direct = Some(direct);
         }
-        self.execution.direct = Some(direct);
     }
 
     /// BR (CMD-BR-01, CMD-BR-02).
@@ -146,14 +133,8 @@ impl Controller {
         }
     }
 
-    /// IW: all lines or none (CMD-IW-01 to CMD-IW-05).
+    /// IW: all lines or none (CMD-IW-01 to CMD-IW-05). How many there may be is held by the command's grammar.
     pub(super) fn op_write_lines(&mut self, writes: &[LineWrite]) -> Outcome {
-        if writes.len() > MAX_FORCED_LINES {
-            return Outcome::Ng(format!(
-                "at most {MAX_FORCED_LINES} lines expected, {} found",
-                writes.len()
-            ));
-        }
         if let Some(write) = writes.iter().find(|write| !Signals::is_user_output(write.line)) {
             return Outcome::Ng(format!(
                 "line 1-64, 101-164 or 201-208 expected, {} found",

@@ -41,6 +41,18 @@ impl MasterMode {
         MasterMode::ExtEther,
     ];
 
+    /// The words of the tables' columns, for logs and people.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            MasterMode::Teaching => "TEACHING",
+            MasterMode::Internal => "INTERNAL",
+            MasterMode::ExtSig => "EXT (SIG)",
+            MasterMode::ExtRs232c => "EXT (RS-232C)",
+            MasterMode::ExtEther => "EXT (ETHER)",
+        }
+    }
+
     /// The value in SF (SF-17): 0 TEACHING, 1 INTERNAL, 2 EXT (SIG), 3 EXT (RS-232C or ETHER).
     #[must_use]
     pub const fn sf_code(self) -> u16 {

@@ -15,7 +15,7 @@ use ts3100_proto::status::sf::{self, SystemStatus};
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{self, VersionRecord};
-use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, MasterMode, mr};
+use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
 
 /// Decodes the content of an answer.
 ///
@@ -40,7 +40,7 @@ fn list<T>(items: &[T], show: fn(&T) -> Value) -> Value {
 
 fn status(body: &StatusBody) -> Value {
     json!({
-        "mode": master_mode(body.master_mode),
+        "mode": body.master_mode.words(),
         "run_mode": run_mode(body.run_mode),
         "file": body.file,
         "override_percent": body.override_percent,
@@ -191,16 +191,6 @@ fn date(at: CalendarTime) -> String {
         second,
     } = at;
     format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
-}
-
-fn master_mode(mode: MasterMode) -> &'static str {
-    match mode {
-        MasterMode::Teaching => "TEACHING",
-        MasterMode::Internal => "INTERNAL",
-        MasterMode::ExtSig => "EXT (SIG)",
-        MasterMode::ExtRs232c => "EXT (RS-232C)",
-        MasterMode::ExtEther => "EXT (ETHER)",
-    }
 }
 
 fn sf_mode(code: u16) -> Value {
