@@ -52,12 +52,14 @@ def true(what, condition, found=""):
 
 
 class Emulator:
-    """A `ts3100 serve` process on free ports of the loopback interface."""
+    """A `ts3100 serve` process on free ports, of the loopback interface unless `--listen` and `at` say otherwise.
+    `prefix` is a command that starts it, for example in a network namespace."""
 
-    def __init__(self, binary, *flags):
+    def __init__(self, binary, *flags, prefix=(), at="127.0.0.1"):
+        self.at = at
         self.stderr = tempfile.TemporaryFile()
         self.process = subprocess.Popen(
-            [os.path.abspath(binary), "serve", "--ports", "auto", "--ready-json", *flags],
+            [*prefix, os.path.abspath(binary), "serve", "--ports", "auto", "--ready-json", *flags],
             stdout=subprocess.PIPE, stderr=self.stderr)
         ready, _, _ = select.select([self.process.stdout], [], [], READY_TIMEOUT)
         line = self.process.stdout.readline() if ready else b""
@@ -73,7 +75,7 @@ class Emulator:
 
     def address(self, channel):
         """Host and port of a channel, as `ip0`."""
-        return ("127.0.0.1", self.ports[channel])
+        return (self.at, self.ports[channel])
 
     def log(self):
         """What the process wrote on stderr."""
