@@ -60,6 +60,12 @@ impl Channel {
         self.ring.len()
     }
 
+    /// The bytes held, oldest first.
+    #[must_use]
+    pub fn held(&self) -> Vec<u8> {
+        self.ring.iter().copied().collect()
+    }
+
     /// Whether nothing is held.
     #[must_use]
     pub fn is_empty(&self) -> bool {

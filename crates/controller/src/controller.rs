@@ -134,11 +134,15 @@ impl Controller {
     pub fn handle(&mut self, now: Time, input: Input) {
         self.advance_to(now);
         match input {
+            // Nobody is there to hear it.
+            Input::Connected { .. } | Input::Received { .. } | Input::Disconnected { .. }
+                if !self.state.powered => {}
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Received { port, bytes } => self.received(port, bytes),
             Input::Disconnected { port } => self.disconnected(port),
             Input::Panel(panel) => self.panel(panel),
+            Input::Deed(deed) => self.deed(deed),
         }
         self.settle();
     }

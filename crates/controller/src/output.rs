@@ -1,5 +1,6 @@
 //! Everything the controller wants done outside, in order. How it is done is the edge's business.
 
+use crate::deed::Refusal;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -29,6 +30,10 @@ pub enum Output {
     },
     /// The power came on again: links are to be made anew by [`crate::Controller::network`].
     PowerCycled,
+    /// The power went off: every link is to be closed until [`Output::PowerCycled`].
+    PowerOff,
+    /// A [`Deed`](crate::deed::Deed) had no effect.
+    Undone(Refusal),
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
     /// Something worth a line in the log.
@@ -64,6 +69,15 @@ pub enum Event {
         bytes: usize,
         /// Why.
         reason: &'static str,
+    },
+    /// A command was carried out.
+    Served {
+        /// The port.
+        port: Port,
+        /// Its letters.
+        command: &'static str,
+        /// The master mode in which it came, as SU names it.
+        mode: &'static str,
     },
     /// A command was refused.
     Refused {

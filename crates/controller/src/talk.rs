@@ -309,7 +309,16 @@ impl Controller {
 
     fn serve_command(&mut self, port: Port, command: Command) {
         let letters = command.letters();
-        match self.command(port, command) {
+        let mode = self.state.master_mode().words();
+        let outcome = self.command(port, command);
+        if !matches!(outcome, Outcome::Ng(_)) {
+            self.event(Event::Served {
+                port,
+                command: letters,
+                mode,
+            });
+        }
+        match outcome {
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
             Outcome::File(mut sender) => {
