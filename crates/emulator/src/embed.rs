@@ -13,7 +13,9 @@
 
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
-use crate::hub::{Action, Hub, StartError};
+use crate::control::ControlSettings;
+use crate::hub::request::Request;
+use crate::hub::{Hub, StartError};
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -120,6 +122,13 @@ impl Builder {
         self
     }
 
+    /// A control interface; none if not said. [`ControlSettings::free`] is one on a free port of the loopback.
+    #[must_use]
+    pub fn control(mut self, control: ControlSettings) -> Builder {
+        self.settings.control = Some(control);
+        self
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -134,14 +143,18 @@ impl Builder {
             .name("ts3100".to_owned())
             .spawn(move || {
                 let started = single_threaded().and_then(|runtime| {
-                    let (hub, panel) = runtime.block_on(Hub::open(&settings))?;
-                    Ok((runtime, hub, panel))
+                    let (hub, requests, control) = runtime.block_on(async {
+                        let (mut hub, requests) = Hub::open(&settings).await?;
+                        let control = hub.open_control(&settings, &requests)?;
+                        Ok::<_, StartError>((hub, requests, control))
+                    })?;
+                    Ok((runtime, hub, requests, control))
                 });
                 match started {
-                    Ok((runtime, mut hub, panel)) => {
+                    Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
                         let ports = hub.ports().clone();
-                        if tell.send(Ok((ports, panel))).is_ok() {
+                        if tell.send(Ok((ports, requests, control))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -157,10 +170,11 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, panel))) => Ok(Emulator {
+            Ok(Ok((ports, requests, control))) => Ok(Emulator {
                 listen,
                 ports,
-                panel,
+                control,
+                requests,
                 watch,
                 stop: Some(stop),
                 thread: Some(thread),
@@ -183,7 +197,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::hub::WAITING_ACTIONS`] actions waiting, or the emulator has ended.
+/// The panel has [`crate::hub::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
@@ -193,7 +207,8 @@ pub struct PanelError;
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
-    panel: mpsc::Sender<Action>,
+    control: Option<SocketAddr>,
+    requests: mpsc::Sender<Request>,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -226,6 +241,12 @@ impl Emulator {
             .map(|number| SocketAddr::new(self.listen, *number))
     }
 
+    /// Where the control interface is; `None` if there is none.
+    #[must_use]
+    pub fn control(&self) -> Option<SocketAddr> {
+        self.control
+    }
+
     /// Does something at the panel. When this returns it has been done, and all that follows from it at
     /// once; a host's bytes sent before may still be on their way.
     ///
@@ -233,8 +254,8 @@ impl Emulator {
     /// [`PanelError`].
     pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
         let (done, is_done) = std::sync::mpsc::channel();
-        self.panel
-            .try_send(Action { panel, done })
+        self.requests
+            .try_send(Request::Panel { panel, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
     }

@@ -3,6 +3,8 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::control as interface;
+use crate::control::journal::Journal;
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError, Loaded};
 use crate::log::EventLog;
@@ -11,28 +13,27 @@ use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::pin::pin;
+use std::sync::Arc;
 use tokio::sync::mpsc;
-use tracing::{error, info};
+use tracing::info;
 use ts3100_controller::Controller;
-use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::deed::Refusal;
+use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+
+pub mod condition;
+mod control;
+pub mod request;
+
+use request::{Pending, Request};
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
 const TURNS_BEFORE_A_JUMP: u32 = 3;
 
-/// Panel actions that may wait for the hub.
-pub const WAITING_ACTIONS: usize = 64;
-
-/// Something done at the panel.
-#[derive(Debug)]
-pub struct Action {
-    /// What.
-    pub panel: Panel,
-    /// Told when it is done, with all that follows from it at once.
-    pub done: std::sync::mpsc::Sender<()>,
-}
+/// Requests that may wait for the hub; then those who ask wait.
+pub const WAITING_REQUESTS: usize = 64;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +60,14 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The control interface.
+    #[error("the control interface cannot listen on {address}: {source}")]
+    Control {
+        /// Where.
+        address: std::net::SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -76,19 +85,26 @@ pub struct Hub {
     links: Links,
     store: Option<Store>,
     log: EventLog,
-    actions: mpsc::Receiver<Action>,
+    requests: mpsc::Receiver<Request>,
     watch: Option<Feeder>,
+    journal: Option<Arc<Journal>>,
     ports: BTreeMap<Port, u16>,
     demo: bool,
+    servo_on: bool,
+    /// The controller as it was before the first input, for a reset.
+    initial: Controller,
+    waits: Vec<Pending>,
+    /// Why the deed that was just fed had no effect.
+    refusal: Option<Refusal>,
 }
 
 impl Hub {
-    /// Powers the controller on and opens its ports. The sender takes panel actions; when all senders are
+    /// Powers the controller on and opens its ports. The sender takes requests; when all senders are
     /// dropped, [`Hub::run`] goes on without them.
     ///
     /// # Errors
     /// See [`StartError`]; nothing is left open.
-    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
+    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Request>), StartError> {
         let Loaded {
             store,
             present,
@@ -100,17 +116,22 @@ impl Hub {
                 name: "a file".to_owned(),
                 reason: error.to_string(),
             })?;
-        let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
+        let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let mut hub = Hub {
+            initial: controller.clone(),
             controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
             store,
             log: EventLog::default(),
-            actions,
+            requests,
             watch: None,
+            journal: None,
             ports: BTreeMap::new(),
             demo,
+            servo_on: settings.servo_on,
+            waits: Vec::new(),
+            refusal: None,
         };
         for (name, content) in put {
             let stored = hub.controller.put_file(&name, &content);
@@ -127,11 +148,8 @@ impl Hub {
             })?;
         }
         hub.ports = hub.links.open(hub.controller.network())?;
-        if settings.servo_on {
-            hub.feed(Input::Panel(Panel::Servo(true))).await;
-        } else {
-            hub.feed(Input::Tick).await;
-        }
+        hub.initial = hub.controller.clone();
+        hub.begin().await;
         Ok((hub, sender))
     }
 
@@ -147,6 +165,29 @@ impl Hub {
         self.demo
     }
 
+    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
+    ///
+    /// # Errors
+    /// [`StartError::Control`].
+    pub fn open_control(
+        &mut self,
+        settings: &Settings,
+        requests: &mpsc::Sender<Request>,
+    ) -> Result<Option<std::net::SocketAddr>, StartError> {
+        let Some(control) = &settings.control else {
+            return Ok(None);
+        };
+        let server = interface::Server::bind(control).map_err(|source| StartError::Control {
+            address: control.address,
+            source,
+        })?;
+        let address = server.address();
+        let journal = Arc::new(Journal::default());
+        self.journal = Some(Arc::clone(&journal));
+        server.serve(requests.clone(), journal);
+        Ok(Some(address))
+    }
+
     /// From now on what has been done is told to `feeder`.
     pub fn watched_by(&mut self, feeder: Feeder) {
         self.watch = Some(feeder);
@@ -160,22 +201,16 @@ impl Hub {
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
-        let mut actions_open = true;
+        let mut requests_open = true;
         loop {
-            let deadline = self.controller.poll_deadline();
-            let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+            let (wake, deadline) = self.next_wake();
             // In this order: `auto` may jump only when nothing else is there to be done.
             tokio::select! {
                 biased;
                 () = &mut stop => break,
-                action = self.actions.recv(), if actions_open => match action {
-                    Some(Action { panel, done }) => {
-                        self.clock.stir();
-                        self.feed(Input::Panel(panel)).await;
-                        // Fails only when nobody waits for it.
-                        let _ = done.send(());
-                    }
-                    None => actions_open = false,
+                request = self.requests.recv(), if requests_open => match request {
+                    Some(request) => self.serve_request(request).await,
+                    None => requests_open = false,
                 },
                 message = self.links.next() => if let Some(message) = message {
                     self.clock.stir();
@@ -198,8 +233,15 @@ impl Hub {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
+            if let Some(journal) = &self.journal {
+                journal.input(now, &input);
+            }
             self.controller.handle(now, input);
             while let Some(output) = self.controller.poll_output() {
+                self.notice(&output);
+                if let Some(journal) = &self.journal {
+                    journal.output(now, &output);
+                }
                 let watched = self.watch.as_ref().map(|_| output.clone());
                 self.perform(output, &mut inputs).await;
                 if let (Some(feeder), Some(output)) = (&self.watch, watched) {
@@ -207,6 +249,7 @@ impl Hub {
                 }
             }
         }
+        self.end_waits();
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
@@ -227,19 +270,21 @@ impl Hub {
                     self.log.not_removed(self.clock.now(), &name, &reason);
                 }
             }
+            Output::PowerOff => {
+                info!("power off; no port is open");
+                let gone = self.links.close().await;
+                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+                self.ports.clear();
+            }
             Output::PowerCycled => {
                 let gone = self.links.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
-                match self.links.open(self.controller.network()) {
-                    Ok(ports) => {
-                        info!("power cycled; ports: {ports:?}");
-                        self.ports = ports;
-                    }
-                    Err(reason) => {
-                        error!("after the power cycle no port is open: {reason}");
-                        self.ports.clear();
-                    }
-                }
+                self.open_links();
+                info!("power on; ports: {:?}", self.ports);
+            }
+            Output::Undone(refusal) => {
+                info!(event = "undone", "{refusal}");
+                self.refusal = Some(refusal);
             }
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => self.log.write(self.clock.now(), &event),

@@ -98,6 +98,17 @@ impl EventLog {
                     "{port}: {bytes} bytes dropped: {reason}"
                 );
             }
+            Event::Served { port, command, mode } => {
+                let port_name = port.name();
+                debug!(
+                    event = "served",
+                    t,
+                    port = port_name,
+                    command,
+                    mode,
+                    "{port}: {command} served"
+                );
+            }
             Event::Refused {
                 port,
                 command,

@@ -13,6 +13,9 @@ use ts3100_controller::port::Port;
 pub struct Ready {
     event: &'static str,
     ports: ReadyPorts,
+    /// URL of the control interface; no key without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    control: Option<String>,
 }
 
 /// The port each server channel accepts on; a channel that is no server has no key.
@@ -31,7 +34,7 @@ struct ReadyPorts {
 impl Ready {
     /// Of the ports in use.
     #[must_use]
-    pub fn new(ports: &BTreeMap<Port, u16>) -> Ready {
+    pub fn new(ports: &BTreeMap<Port, u16>, control: Option<SocketAddr>) -> Ready {
         let of = |port| ports.get(&port).copied();
         let ports = ReadyPorts {
             ip0: of(Port::Ip0),
@@ -42,6 +45,7 @@ impl Ready {
         Ready {
             event: "ready",
             ports,
+            control: control.map(url),
         }
     }
 
@@ -54,9 +58,20 @@ impl Ready {
     }
 }
 
+/// Where the control interface is, as a browser wants it.
+#[must_use]
+pub fn url(address: SocketAddr) -> String {
+    format!("http://{address}")
+}
+
 /// What a person who has just started `serve` wants to know.
 #[must_use]
-pub fn banner(settings: &Settings, ports: &BTreeMap<Port, u16>, demo: bool) -> String {
+pub fn banner(
+    settings: &Settings,
+    ports: &BTreeMap<Port, u16>,
+    control: Option<SocketAddr>,
+    demo: bool,
+) -> String {
     let mut text = String::from("ts3100 is ready.\n");
     for (port, number) in ports {
         let purpose = match port {
@@ -68,6 +83,13 @@ pub fn banner(settings: &Settings, ports: &BTreeMap<Port, u16>, demo: bool) -> S
         let address = SocketAddr::new(settings.listen, *number);
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {port}  {address:<22} {purpose}");
+    }
+    if let Some(control) = control {
+        let _ = writeln!(
+            text,
+            "  control  {}  state, lines, files, time; for people and programs",
+            url(control)
+        );
     }
     let file = settings.select.as_deref().unwrap_or("none");
     let _ = writeln!(
@@ -98,13 +120,15 @@ mod tests {
     fn the_line_is_the_documented_one() {
         let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
         assert_eq!(
-            Ready::new(&all).line().unwrap(),
+            Ready::new(&all, None).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(
-            Ready::new(&one).line().unwrap(),
-            r#"{"event":"ready","ports":{"ip0":40001}}"#
+            Ready::new(&one, Some("127.0.0.1:3100".parse().unwrap()))
+                .line()
+                .unwrap(),
+            r#"{"event":"ready","ports":{"ip0":40001},"control":"http://127.0.0.1:3100"}"#
         );
     }
 }

@@ -38,15 +38,16 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (hub, _panel) = Hub::open(&settings).await?;
+        let (mut hub, requests) = Hub::open(&settings).await?;
+        let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports()).line()?;
+            let line = Ready::new(hub.ports(), control).line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
                 .context("cannot write to stdout")?;
         } else {
-            eprint!("{}", banner(&settings, hub.ports(), hub.has_demo()));
+            eprint!("{}", banner(&settings, hub.ports(), control, hub.has_demo()));
         }
         hub.run(stop).await;
         info!("ended");

@@ -4,6 +4,7 @@
 use super::ServeArgs;
 use super::model::ModelChoice;
 use super::options::OptionError;
+use crate::control::ControlError;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -13,6 +14,8 @@ use toml::Value;
 
 /// Beginning of every environment variable.
 const PREFIX: &str = "TS3100_";
+/// Variables that other subcommands read.
+const OF_OTHERS: [&str; 1] = [crate::control::URL_VARIABLE];
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
 /// Deepest nesting of tables under `[options]`: `text.stx` is two.
@@ -80,6 +83,9 @@ pub enum ConfigError {
         /// What is wrong, and in which table.
         reason: String,
     },
+    /// The control interface.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,
@@ -110,6 +116,9 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         };
         let key = name[PREFIX.len()..].to_ascii_lowercase().replace('_', "-");
+        if OF_OTHERS.contains(&name) {
+            continue;
+        }
         if !known.contains(&key) {
             unknown.push(name.to_owned());
             continue;
@@ -118,7 +127,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             "load" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
-            "set" => value.to_string_lossy().split(',').map(OsString::from).collect(),
+            "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
             _ => vec![value.clone()],
         };
         merged = read_key(name, &key, &values)?.over(merged);
@@ -175,7 +184,9 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 /// Paths in the file are seen from the file.
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
-        ("drive" | "load" | "permissions", Some(directory)) => directory.join(value).into_os_string(),
+        ("drive" | "load" | "permissions" | "control-token-file", Some(directory)) => {
+            directory.join(value).into_os_string()
+        }
         // A name is no path.
         ("model", Some(directory)) if matches!(value.parse(), Ok(ModelChoice::File(_))) => {
             directory.join(value).into_os_string()

@@ -12,6 +12,7 @@ pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 
 use crate::clock::{self, TimeMode};
+use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::input::KeySwitch;
@@ -50,6 +51,8 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// The control interface, if there is one.
+    pub control: Option<ControlSettings>,
 }
 
 impl Settings {
@@ -67,6 +70,7 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            control: None,
         }
     }
 
@@ -120,9 +124,39 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            control: control(args, ports)?,
             ..defaults
         })
     }
+}
+
+/// The control interface: on unless it is said to be off.
+fn control(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+    let free = ControlSettings::free();
+    let mut address = free.address;
+    match (args.control, ports) {
+        (Some(ControlChoice::Off), _) => return Ok(None),
+        (Some(ControlChoice::At(given)), _) => address = given,
+        (None, Ports::Auto) => {}
+        (None, Ports::Offset(offset)) => {
+            let port = PORT.checked_add(offset).ok_or(ControlError::Offset(offset))?;
+            address.set_port(port);
+        }
+    }
+    let token = match (&args.control_token, &args.control_token_file) {
+        (Some(token), _) => Some(token.clone()),
+        (None, Some(path)) => {
+            let text = layers::read_text(path)?;
+            Some(text.lines().next().unwrap_or_default().trim().to_owned())
+        }
+        (None, None) => None,
+    };
+    let settings = ControlSettings {
+        address,
+        token,
+        hosts: args.control_host.clone(),
+    };
+    Ok(Some(settings.check()?))
 }
 
 #[cfg(test)]
