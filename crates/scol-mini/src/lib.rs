@@ -32,6 +32,7 @@ extern crate alloc;
 extern crate std;
 
 mod builtin;
+mod code;
 mod compile;
 mod conditions;
 mod diagnostic;

@@ -1,10 +1,12 @@
 //! The compiler: parsed file in, flat program out.
-//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps.
+//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps, `lower`
+//! their quick form.
 
 mod declare;
 mod direct;
 mod emit;
 mod kinds;
+mod lower;
 mod names;
 
 use alloc::format;
@@ -81,9 +83,12 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
             rcycle = label;
         }
     }
+    symbols.place();
+    let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
         options: *options,
         symbols: Arc::new(symbols),
+        code,
         blocks,
         steps,
         rcycle,

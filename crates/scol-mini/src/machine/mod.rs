@@ -12,6 +12,7 @@ mod loops;
 mod monitor;
 mod place;
 mod print;
+mod quick;
 #[cfg(test)]
 mod tests;
 
@@ -70,6 +71,10 @@ pub struct Machine {
     /// The step under way or next.
     at: usize,
     frames: Vec<Frame>,
+    /// What was handed over to all programs under way, one behind the other.
+    arguments: Vec<Argument>,
+    /// The FOR loops of all programs under way.
+    loops: Vec<Loop>,
     state: State,
     /// ID of its task (`TID`).
     task: u16,
@@ -103,8 +108,10 @@ struct Pending {
 #[derive(Debug, Clone, PartialEq)]
 struct Frame {
     return_to: usize,
-    arguments: Vec<Argument>,
-    loops: Vec<Loop>,
+    /// Where its part of the arguments begins.
+    arguments: usize,
+    /// Where its part of the loops begins.
+    loops: usize,
 }
 
 /// A FOR under way.
@@ -124,6 +131,8 @@ impl Machine {
             program,
             at: 0,
             frames: Self::bottom(),
+            arguments: Vec::new(),
+            loops: Vec::new(),
             state: State::Ready,
             task: MAIN_TASK,
             monitors: Vec::new(),
@@ -160,8 +169,8 @@ impl Machine {
     fn bottom() -> Vec<Frame> {
         Vec::from([Frame {
             return_to: 0,
-            arguments: Vec::new(),
-            loops: Vec::new(),
+            arguments: 0,
+            loops: 0,
         }])
     }
 
@@ -176,7 +185,13 @@ impl Machine {
             match &self.state {
                 State::Asked(pending) => return Pause::Request(pending.request.clone()),
                 State::Ended => return Pause::Ended,
-                State::Ready | State::Waiting | State::Faulted => {}
+                State::Ready | State::Faulted if *fuel > 0 => {
+                    self.state = State::Ready;
+                    if self.sprint(&program, memory, fuel) {
+                        return Pause::Fuel;
+                    }
+                }
+                State::Ready | State::Faulted | State::Waiting => {}
             }
             let Some(step) = program.steps.get(self.at) else {
                 self.state = State::Ended;
@@ -245,6 +260,8 @@ impl Machine {
     fn go_to(&mut self, step: usize) {
         self.at = step;
         self.frames = Self::bottom();
+        self.arguments.clear();
+        self.loops.clear();
         self.state = State::Ready;
         self.monitors.clear();
         self.awake = true;
@@ -297,6 +314,32 @@ impl Machine {
         }
     }
 
+    /// What expressions can look at now.
+    fn context<'a>(
+        &'a self,
+        program: &'a Program,
+        memory: &'a Memory,
+        inputs: &'a dyn Inputs,
+    ) -> evaluate::Context<'a> {
+        evaluate::Context {
+            program,
+            memory,
+            inputs,
+            arguments: &self.arguments,
+            base: self.frames.last().map_or(0, |frame| frame.arguments),
+            task: self.task,
+        }
+    }
+
+    /// Gives up the calls beyond this many, with what belongs to them.
+    fn cut(&mut self, depth: usize) {
+        if let Some(frame) = self.frames.get(depth) {
+            self.arguments.truncate(frame.arguments);
+            self.loops.truncate(frame.loops);
+            self.frames.truncate(depth);
+        }
+    }
+
     fn fault(&self, trouble: Trouble) -> Fault {
         Fault {
             kind: trouble.kind,
@@ -328,6 +371,12 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
     }
 }
 
+/// The value of an expression that is constant and a number.
+pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions) -> Option<Number> {
+    let value = constant_value(expression, options).ok()?;
+    arithmetic::as_number(&value)
+}
+
 /// The value of an expression that is constant.
 pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value, Trouble> {
     let program = Program::empty(options);
@@ -336,7 +385,8 @@ pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions)
         program: &program,
         memory: &memory,
         inputs: &Nowhere,
-        frames: &[],
+        arguments: &[],
+        base: 0,
         task: MAIN_TASK,
     }
     .evaluate(expression)

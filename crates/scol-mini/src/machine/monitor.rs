@@ -77,7 +77,8 @@ impl Machine {
                 program: &program,
                 memory,
                 inputs,
-                frames: &[],
+                arguments: &[],
+                base: 0,
                 task: self.task,
             };
             match context.truth(condition) {
@@ -105,7 +106,7 @@ impl Machine {
 
     fn act(&mut self, monitor: Monitor, jump: bool) -> Monitored {
         if jump {
-            self.frames.truncate(monitor.depth);
+            self.cut(monitor.depth);
             self.at = monitor.on + 1;
             self.state = State::Ready;
             return Monitored::Jumped;
@@ -119,6 +120,9 @@ impl Machine {
 
     /// A program has been left: nobody can jump into it any more.
     pub(super) fn forget_jumps(&mut self) {
+        if self.monitors.is_empty() {
+            return;
+        }
         let depth = self.frames.len();
         let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {
