@@ -5,7 +5,7 @@
 use alloc::vec::Vec;
 
 use crate::builtin::Builtin;
-use crate::memory::Cell;
+use crate::cell::Cell;
 use crate::request::Number;
 use crate::tree::{Binary, Unary};
 
@@ -238,20 +238,11 @@ impl Code {
             TEMPORARIES
         };
         let constants = self.constants.iter().map(|constant| Cell::from(*constant));
-        core::iter::repeat_n(Cell::Empty, temporaries).chain(constants)
+        core::iter::repeat_n(Cell::EMPTY, temporaries).chain(constants)
     }
 
     /// How many cells that are.
     pub fn extra_cells(&self) -> usize {
         TEMPORARIES + self.constants.len()
-    }
-}
-
-impl From<Number> for Cell {
-    fn from(number: Number) -> Self {
-        match number {
-            Number::Integer(value) => Cell::Integer(value),
-            Number::Real(value) => Cell::Real(value),
-        }
     }
 }

@@ -32,6 +32,7 @@ extern crate alloc;
 extern crate std;
 
 mod builtin;
+mod cell;
 mod code;
 mod compile;
 mod conditions;

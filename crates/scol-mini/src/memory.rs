@@ -5,6 +5,7 @@ use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
 use crate::program::{Owner, Program};
 use crate::value::{Kind, Value};
@@ -64,15 +65,6 @@ pub struct Memory {
     conditions: Conditions,
 }
 
-/// What one place holds: numbers themselves, anything else by its number among the vectors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Cell {
-    Empty,
-    Integer(i32),
-    Real(f32),
-    Vector(u32),
-}
-
 impl PartialEq for Memory {
     /// Temporaries hold nothing beyond their statement, so they do not count.
     fn eq(&self, other: &Self) -> bool {
@@ -95,7 +87,7 @@ impl Memory {
             vectors: Vec::new(),
             conditions: Conditions::default(),
         };
-        memory.cells.resize(symbols.cells, Cell::Empty);
+        memory.cells.resize(symbols.cells, Cell::EMPTY);
         memory.cells.extend(program.code.working_cells());
         for slot in &symbols.slots {
             if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(Kind::zero) {
@@ -165,11 +157,11 @@ impl Memory {
     }
 
     pub(crate) fn value(&self, cell: usize) -> Option<Value> {
-        match self.cells.get(cell)? {
-            Cell::Empty => None,
-            Cell::Integer(value) => Some(Value::Integer(*value)),
-            Cell::Real(value) => Some(Value::Real(*value)),
-            Cell::Vector(at) => self.vectors.get(*at as usize).cloned(),
+        match self.cells.get(cell)?.held() {
+            Held::Nothing => None,
+            Held::Integer(value) => Some(Value::Integer(value)),
+            Held::Real(value) => Some(Value::Real(value)),
+            Held::Vector(at) => self.vectors.get(at as usize).cloned(),
         }
     }
 
@@ -206,16 +198,16 @@ impl Memory {
         let Some(place) = self.cells.get_mut(cell) else {
             return;
         };
-        match (value, *place) {
-            (Value::Integer(value), _) => *place = Cell::Integer(value),
-            (Value::Real(value), _) => *place = Cell::Real(value),
-            (value, Cell::Vector(at)) => {
+        match (value, place.held()) {
+            (Value::Integer(value), _) => *place = Cell::integer(value),
+            (Value::Real(value), _) => *place = Cell::real(value),
+            (value, Held::Vector(at)) => {
                 if let Some(held) = self.vectors.get_mut(at as usize) {
                     *held = value;
                 }
             }
             (value, _) => {
-                *place = Cell::Vector(next);
+                *place = Cell::vector(next);
                 self.vectors.push(value);
             }
         }

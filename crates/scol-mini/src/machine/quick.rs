@@ -8,11 +8,13 @@ use super::loops::past;
 use super::place::{Argument, Place};
 use super::{Frame, Loop, Machine};
 use crate::MAX_CALL_NESTING;
+use crate::cell::{Cell, Held, Pair};
 use crate::code::{Array, Called, Code, Handed, Instruction, Quick, Register, TEMPORARIES};
-use crate::memory::{Cell, Memory};
+use crate::memory::Memory;
 use crate::options::IntDivision;
 use crate::program::Program;
 use crate::request::Number;
+use crate::tree::Binary;
 
 /// The cells a program works on.
 struct Registers<'a> {
@@ -24,101 +26,79 @@ struct Registers<'a> {
 impl Registers<'_> {
     #[inline(always)]
     fn get(&self, register: Register) -> Cell {
-        self.cells.get(register as usize).copied().unwrap_or(Cell::Empty)
+        self.cells.get(register as usize).copied().unwrap_or(Cell::EMPTY)
+    }
+
+    #[inline(always)]
+    fn pair(&self, a: Register, b: Register) -> Pair {
+        self.get(a).pair(self.get(b))
     }
 
     #[inline(always)]
     fn number(&self, register: Register) -> Option<Number> {
-        number(self.get(register))
+        self.get(register).number()
     }
 
     /// Stores a number as the kind the variable has; `false` when that cannot be done here.
     #[inline(always)]
-    fn set(&mut self, register: Register, value: Option<Cell>) -> bool {
+    fn integer(&mut self, register: Register, value: Option<i32>) -> bool {
+        match (self.cells.get_mut(register as usize), value) {
+            (Some(place), Some(value)) if place.is_integer() => {
+                *place = Cell::integer(value);
+                true
+            }
+            (_, value) => self.change(register, value.map(Number::Integer)),
+        }
+    }
+
+    /// As [`Registers::integer`]; what is not finite does not fit.
+    #[inline(always)]
+    fn real(&mut self, register: Register, value: f32) -> bool {
+        match self.cells.get_mut(register as usize) {
+            Some(place) if place.is_real() && value.is_finite() => {
+                *place = Cell::real(value);
+                true
+            }
+            _ => self.change(register, Some(Number::Real(value)).filter(|_| value.is_finite())),
+        }
+    }
+
+    #[inline(always)]
+    fn set(&mut self, register: Register, value: Option<Number>) -> bool {
+        match value {
+            Some(Number::Integer(value)) => self.integer(register, Some(value)),
+            Some(Number::Real(value)) => self.real(register, value),
+            None => false,
+        }
+    }
+
+    /// Stores a number as the kind of what it replaces; a temporary takes any.
+    #[inline(never)]
+    fn change(&mut self, register: Register, value: Option<Number>) -> bool {
+        let temporary = (register as usize).checked_sub(self.temporaries);
         let (Some(place), Some(value)) = (self.cells.get_mut(register as usize), value) else {
             return false;
         };
-        match (*place, value) {
-            (Cell::Integer(_), Cell::Integer(_)) | (Cell::Real(_), Cell::Real(_)) => {
-                *place = value;
+        let changed = match (place.held(), value) {
+            _ if temporary.is_some_and(|at| at < TEMPORARIES) => Some(value),
+            (Held::Real(_), Number::Integer(value)) => Some(Number::Real(value as f32)),
+            (Held::Integer(_), Number::Real(value)) => truncated(value).ok().map(Number::Integer),
+            // The first value of a variable fixes its kind; that is done by the step.
+            _ => None,
+        };
+        match changed {
+            Some(value) => {
+                *place = Cell::from(value);
                 true
             }
-            (held, value) => {
-                let temporary = (register as usize)
-                    .checked_sub(self.temporaries)
-                    .is_some_and(|at| at < TEMPORARIES);
-                match converted(held, value, temporary) {
-                    Some(value) => {
-                        *place = value;
-                        true
-                    }
-                    None => false,
-                }
-            }
+            None => false,
         }
     }
 }
 
-#[inline(always)]
-fn number(cell: Cell) -> Option<Number> {
-    match cell {
-        Cell::Integer(value) => Some(Number::Integer(value)),
-        Cell::Real(value) => Some(Number::Real(value)),
-        Cell::Empty | Cell::Vector(_) => None,
-    }
-}
-
-/// A number as the kind of what it replaces; a temporary takes any.
 #[inline(never)]
-fn converted(held: Cell, value: Cell, temporary: bool) -> Option<Cell> {
-    match (held, value) {
-        _ if temporary => Some(value),
-        (Cell::Real(_), Cell::Integer(value)) => Some(Cell::Real(value as f32)),
-        (Cell::Integer(_), Cell::Real(value)) => truncated(value).ok().map(Cell::Integer),
-        // The first value of a variable fixes its kind; that is done by the step.
-        _ => None,
-    }
-}
-
-/// The two numbers an operation takes, if they are such: one real makes both real.
-enum Pair {
-    Integers(i32, i32),
-    Reals(f32, f32),
-    Other,
-}
-
-#[inline(always)]
-fn pair(a: Cell, b: Cell) -> Pair {
-    match (a, b) {
-        (Cell::Integer(a), Cell::Integer(b)) => Pair::Integers(a, b),
-        (Cell::Real(a), Cell::Real(b)) => Pair::Reals(a, b),
-        (Cell::Integer(a), Cell::Real(b)) => Pair::Reals(a as f32, b),
-        (Cell::Real(a), Cell::Integer(b)) => Pair::Reals(a, b as f32),
-        _ => Pair::Other,
-    }
-}
-
-#[inline(always)]
-fn arithmetic(
-    a: Cell,
-    b: Cell,
-    integers: impl Fn(i32, i32) -> Option<i32>,
-    reals: impl Fn(f32, f32) -> f32,
-) -> Option<Cell> {
-    match pair(a, b) {
-        Pair::Integers(a, b) => integers(a, b).map(Cell::Integer),
-        Pair::Reals(a, b) => Some(reals(a, b))
-            .filter(|value| value.is_finite())
-            .map(Cell::Real),
-        Pair::Other => None,
-    }
-}
-
-#[inline(never)]
-fn other(operator: crate::tree::Binary, a: Cell, b: Cell, division: IntDivision) -> Option<Cell> {
-    binary(operator, number(a)?, number(b)?, division)
-        .ok()
-        .map(Cell::from)
+fn other(operator: Binary, a: Option<Number>, b: Option<Number>, division: IntDivision) -> Option<Number> {
+    binary(operator, a?, b?, division).ok()
 }
 
 /// What came of an instruction.
@@ -194,38 +174,41 @@ impl Machine {
             Quick::Leave => Outcome::Left,
             Quick::Jump(target) => Outcome::To(target),
             Quick::Copy { to, a } => {
-                let value = registers.number(a).map(Cell::from);
+                let value = registers.number(a);
                 registers.set(to, value).into()
             }
-            Quick::Add { to, a, b } => {
-                let sum = arithmetic(registers.get(a), registers.get(b), i32::checked_add, |a, b| a + b);
-                registers.set(to, sum).into()
-            }
-            Quick::Subtract { to, a, b } => {
-                let rest = arithmetic(registers.get(a), registers.get(b), i32::checked_sub, |a, b| a - b);
-                registers.set(to, rest).into()
-            }
-            Quick::Multiply { to, a, b } => {
-                let product = arithmetic(registers.get(a), registers.get(b), i32::checked_mul, |a, b| a * b);
-                registers.set(to, product).into()
-            }
+            Quick::Add { to, a, b } => match registers.pair(a, b) {
+                Pair::Integers(a, b) => registers.integer(to, a.checked_add(b)).into(),
+                Pair::Reals(a, b) => registers.real(to, a + b).into(),
+                Pair::Other => Outcome::Left,
+            },
+            Quick::Subtract { to, a, b } => match registers.pair(a, b) {
+                Pair::Integers(a, b) => registers.integer(to, a.checked_sub(b)).into(),
+                Pair::Reals(a, b) => registers.real(to, a - b).into(),
+                Pair::Other => Outcome::Left,
+            },
+            Quick::Multiply { to, a, b } => match registers.pair(a, b) {
+                Pair::Integers(a, b) => registers.integer(to, a.checked_mul(b)).into(),
+                Pair::Reals(a, b) => registers.real(to, a * b).into(),
+                Pair::Other => Outcome::Left,
+            },
             Quick::Binary { operator, to, a, b } => {
                 let division = program.options.int_division;
-                let value = other(operator, registers.get(a), registers.get(b), division);
+                let value = other(operator, registers.number(a), registers.number(b), division);
                 registers.set(to, value).into()
             }
             Quick::Unary { operator, to, a } => {
                 let value = registers.number(a).and_then(|a| unary(operator, a).ok());
-                registers.set(to, value.map(Cell::from)).into()
+                registers.set(to, value).into()
             }
             Quick::Relate { relation, to, a, b } => {
-                let holds = match pair(registers.get(a), registers.get(b)) {
+                let holds = match registers.pair(a, b) {
                     Pair::Integers(a, b) => Some(relation.integers(a, b)),
                     Pair::Reals(a, b) => Some(relation.reals(a, b)),
                     Pair::Other => None,
                 };
-                registers
-                    .set(to, holds.map(|holds| Cell::Integer(i32::from(holds))))
+                holds
+                    .is_some_and(|holds| registers.integer(to, Some(i32::from(holds))))
                     .into()
             }
             Quick::Branch {
@@ -233,7 +216,7 @@ impl Machine {
                 a,
                 b,
                 otherwise,
-            } => match pair(registers.get(a), registers.get(b)) {
+            } => match registers.pair(a, b) {
                 Pair::Integers(a, b) if relation.integers(a, b) => Outcome::On,
                 Pair::Reals(a, b) if relation.reals(a, b) => Outcome::On,
                 Pair::Integers(..) | Pair::Reals(..) => Outcome::To(otherwise),
@@ -248,34 +231,34 @@ impl Machine {
                 let value = registers.number(a);
                 let result =
                     value.and_then(|value| numeric(builtin, &[value], program.options.int_division).ok());
-                registers.set(to, result.map(Cell::from)).into()
+                registers.set(to, result).into()
             }
             Quick::Function2 { builtin, to, a, b } => {
                 let pair = registers.number(a).zip(registers.number(b));
                 let result =
                     pair.and_then(|(a, b)| numeric(builtin, &[a, b], program.options.int_division).ok());
-                registers.set(to, result.map(Cell::from)).into()
+                registers.set(to, result).into()
             }
             Quick::Load { to, array, index } => {
                 let cell = element(code, array, registers.get(index));
-                let value = cell.and_then(|cell| registers.number(cell)).map(Cell::from);
+                let value = cell.and_then(|cell| registers.number(cell));
                 registers.set(to, value).into()
             }
             Quick::Store { array, index, a } => {
-                let value = registers.number(a).map(Cell::from);
+                let value = registers.number(a);
                 let cell = element(code, array, registers.get(index));
                 cell.is_some_and(|cell| registers.set(cell, value)).into()
             }
             Quick::Flatten { to, array, a, b } => {
                 let index = flat(code, array, registers.get(a), registers.get(b));
-                registers.set(to, index).into()
+                registers.integer(to, index).into()
             }
             Quick::Fetch { to, parameter } => {
                 let value = self.parameter(parameter, registers);
                 registers.set(to, value).into()
             }
             Quick::Put { parameter, a } => {
-                let value = registers.number(a).map(Cell::from);
+                let value = registers.number(a);
                 self.put_parameter(parameter, value, registers).into()
             }
             Quick::For(number) => self.quick_for(code, number, registers),
@@ -293,16 +276,14 @@ impl Machine {
         }
     }
 
-    fn parameter(&self, parameter: u32, registers: &Registers<'_>) -> Option<Cell> {
+    fn parameter(&self, parameter: u32, registers: &Registers<'_>) -> Option<Number> {
         match *self.argument_at(self.absolute(parameter))? {
-            Argument::Place(Place::Cell { cell, .. }) => {
-                registers.number(u32::try_from(cell).ok()?).map(Cell::from)
-            }
+            Argument::Place(Place::Cell { cell, .. }) => registers.number(u32::try_from(cell).ok()?),
             Argument::Place(Place::Argument(at)) => match self.argument_at(at)? {
-                Argument::Number(number) => Some(Cell::from(*number)),
+                Argument::Number(number) => Some(*number),
                 Argument::Place(_) | Argument::Vector(_) => None,
             },
-            Argument::Number(number) => Some(Cell::from(number)),
+            Argument::Number(number) => Some(number),
             Argument::Vector(_) => None,
         }
     }
@@ -318,7 +299,7 @@ impl Machine {
     }
 
     /// Only a variable of the caller is written here.
-    fn put_parameter(&self, parameter: u32, value: Option<Cell>, registers: &mut Registers<'_>) -> bool {
+    fn put_parameter(&self, parameter: u32, value: Option<Number>, registers: &mut Registers<'_>) -> bool {
         match self.argument_at(self.absolute(parameter)) {
             Some(Argument::Place(Place::Cell { cell, .. })) => {
                 u32::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
@@ -338,7 +319,7 @@ impl Machine {
         let (Some(from), Some(limit), Some(step)) = (from, limit, registers.number(counted.step)) else {
             return Outcome::Left;
         };
-        if !truth(step) || !registers.set(counted.variable, Some(Cell::from(from))) {
+        if !truth(step) || !registers.set(counted.variable, Some(from)) {
             return Outcome::Left;
         }
         let now = registers.number(counted.variable).unwrap_or(from);
@@ -371,12 +352,12 @@ impl Machine {
         if open.opener != opener as usize {
             return Outcome::Left;
         }
-        let over = match (registers.get(variable), open.step, open.limit) {
-            (Cell::Integer(now), Number::Integer(step), Number::Integer(limit)) => {
+        let over = match (registers.get(variable).held(), open.step, open.limit) {
+            (Held::Integer(now), Number::Integer(step), Number::Integer(limit)) => {
                 let Some(now) = now.checked_add(step) else {
                     return Outcome::Left;
                 };
-                registers.set(variable, Some(Cell::Integer(now)));
+                registers.integer(variable, Some(now));
                 if step > 0 { now > limit } else { now < limit }
             }
             (now, step, limit) => match counted_on(now, step, limit) {
@@ -446,47 +427,40 @@ impl Machine {
 
 /// The counter of a FOR one step on, and whether the loop is over. A counter that changes its kind is not for here.
 #[inline(never)]
-fn counted_on(now: Cell, step: Number, limit: Number) -> Option<(Cell, bool)> {
+fn counted_on(now: Held, step: Number, limit: Number) -> Option<(Number, bool)> {
     let sum = match (now, step) {
-        (Cell::Integer(now), Number::Integer(step)) => Number::Integer(now.checked_add(step)?),
-        (Cell::Real(now), Number::Integer(step)) => Number::Real(now + step as f32),
-        (Cell::Real(now), Number::Real(step)) => Number::Real(now + step),
+        (Held::Integer(now), Number::Integer(step)) => Number::Integer(now.checked_add(step)?),
+        (Held::Real(now), Number::Integer(step)) => Number::Real(now + step as f32),
+        (Held::Real(now), Number::Real(step)) => Number::Real(now + step),
         _ => return None,
     };
     let fits = !matches!(sum, Number::Real(sum) if !sum.is_finite());
-    fits.then(|| (Cell::from(sum), past(sum, limit, step)))
+    fits.then(|| (sum, past(sum, limit, step)))
 }
 
 /// The cell of an element.
 #[inline(always)]
 fn element(code: &Code, array: u32, index: Cell) -> Option<Register> {
     let Array { base, length, .. } = *code.arrays.get(array as usize)?;
-    match index {
-        Cell::Integer(index) => u32::try_from(index)
-            .ok()
-            .filter(|index| *index < length)
-            .map(|index| base + index),
-        Cell::Empty | Cell::Real(_) | Cell::Vector(_) => None,
-    }
+    let index = u32::try_from(index.as_integer()?).ok()?;
+    (index < length).then(|| base.wrapping_add(index))
 }
 
 /// Two subscripts as one.
 #[inline(always)]
-fn flat(code: &Code, array: u32, a: Cell, b: Cell) -> Option<Cell> {
+fn flat(code: &Code, array: u32, a: Cell, b: Cell) -> Option<i32> {
     let Array { length, row, .. } = *code.arrays.get(array as usize)?;
-    let (Cell::Integer(a), Cell::Integer(b)) = (a, b) else {
-        return None;
-    };
-    let (a, b) = (u32::try_from(a).ok()?, u32::try_from(b).ok()?);
+    let a = u32::try_from(a.as_integer()?).ok()?;
+    let b = u32::try_from(b.as_integer()?).ok()?;
     let index = a.checked_mul(row)?.checked_add(b)?;
     (b < row && index < length)
-        .then(|| i32::try_from(index).ok().map(Cell::Integer))
+        .then(|| i32::try_from(index).ok())
         .flatten()
 }
 
 /// A computed GOTO.
 fn choose(code: &Code, selector: Cell, choice: u32) -> Outcome {
-    let (Cell::Integer(number), Some(targets)) = (selector, code.choices.get(choice as usize)) else {
+    let (Some(number), Some(targets)) = (selector.as_integer(), code.choices.get(choice as usize)) else {
         return Outcome::Left;
     };
     let chosen = usize::try_from(number)
