@@ -94,6 +94,13 @@ impl Cell {
         self.is_integer().then_some(self.low() as i32)
     }
 
+    /// This and two others, if all are integers.
+    #[inline(always)]
+    pub fn integers(self, second: Cell, third: Cell) -> Option<(i32, i32, i32)> {
+        let all = (self.0 | second.0 | third.0) >> 32 == INTEGER;
+        all.then_some((self.low() as i32, second.low() as i32, third.low() as i32))
+    }
+
     #[inline(always)]
     pub fn pair(self, other: Cell) -> Pair {
         if (self.0 | other.0) >> 32 == INTEGER {

@@ -65,6 +65,17 @@ pub(crate) enum Quick {
         a: Register,
         b: Register,
     },
+    /// Integers truncate toward zero.
+    Divide {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
+    Modulo {
+        to: Register,
+        a: Register,
+        b: Register,
+    },
     /// Everything that is neither one of the above nor a relation.
     Binary {
         operator: Binary,

@@ -9,7 +9,7 @@ use crate::code::{
     Array, Called, Code, Counted, Handed, Instruction, Quick, Register, Relation, TEMPORARIES, Target,
 };
 use crate::machine::constant_number;
-use crate::options::LanguageOptions;
+use crate::options::{IntDivision, LanguageOptions};
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
 use crate::request::Number;
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Unary, Variable};
@@ -259,7 +259,7 @@ impl Lowering<'_> {
             Node::Binary(operator, left, right) => {
                 let (a, b) = (self.register(left)?, self.register(right)?);
                 let to = self.target(to)?;
-                self.push(binary(*operator, to, a, b));
+                self.push(self.binary(*operator, to, a, b));
                 Some(to)
             }
             Node::Function(builtin, arguments) => self.function(*builtin, arguments, to),
@@ -320,7 +320,11 @@ impl Lowering<'_> {
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
                 let to = self.target(to)?;
-                (Quick::Function2 { builtin, to, a, b }, to)
+                let quick = match builtin {
+                    Builtin::Mod => Quick::Modulo { to, a, b },
+                    builtin => Quick::Function2 { builtin, to, a, b },
+                };
+                (quick, to)
             }
             _ => return None,
         };
@@ -424,16 +428,20 @@ impl Lowering<'_> {
         self.code.choices.iter_mut().flatten().for_each(at);
         self.code
     }
-}
 
-fn binary(operator: Binary, to: Register, a: Register, b: Register) -> Quick {
-    if let Some(relation) = Relation::of(operator) {
-        return Quick::Relate { relation, to, a, b };
-    }
-    match operator {
-        Binary::Add => Quick::Add { to, a, b },
-        Binary::Subtract => Quick::Subtract { to, a, b },
-        Binary::Multiply => Quick::Multiply { to, a, b },
-        operator => Quick::Binary { operator, to, a, b },
+    fn binary(&self, operator: Binary, to: Register, a: Register, b: Register) -> Quick {
+        if let Some(relation) = Relation::of(operator) {
+            return Quick::Relate { relation, to, a, b };
+        }
+        match operator {
+            Binary::Add => Quick::Add { to, a, b },
+            Binary::Subtract => Quick::Subtract { to, a, b },
+            Binary::Multiply => Quick::Multiply { to, a, b },
+            Binary::Divide if self.options.int_division == IntDivision::Truncate => {
+                Quick::Divide { to, a, b }
+            }
+            Binary::Modulo => Quick::Modulo { to, a, b },
+            operator => Quick::Binary { operator, to, a, b },
+        }
     }
 }

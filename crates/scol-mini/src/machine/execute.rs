@@ -9,6 +9,7 @@ use super::evaluate::{Context, component_index, no_component};
 use super::place::Argument;
 use super::{Frame, Loop, Machine, Pending, State, Trouble};
 use crate::MAX_CALL_NESTING;
+use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
 use crate::request::{FaultKind, Inputs, Motion, Number, Request};
@@ -57,8 +58,8 @@ impl Machine {
                 let opened = Loop {
                     opener: self.at,
                     exit: *exit,
-                    limit,
-                    step,
+                    limit: Cell::from(limit),
+                    step: Cell::from(step),
                 };
                 next = self.enter(program, memory, inputs, variable, from, opened)?;
             }

@@ -21,7 +21,7 @@ impl Machine {
         from: Value,
         opened: Loop,
     ) -> Result<usize, Trouble> {
-        if double(opened.step) == 0.0 {
+        if double(opened.numbers().1) == 0.0 {
             return Err(Trouble::new(FaultKind::Range, "the STEP of a FOR cannot be 0"));
         }
         let place = self.context(program, memory, inputs).place(variable)?;
@@ -48,7 +48,8 @@ impl Machine {
             }
         }
         self.loops.truncate(kept);
-        let begins = !past(now, opened.limit, opened.step);
+        let (limit, step) = opened.numbers();
+        let begins = !past(now, limit, step);
         if begins {
             self.loops.push(opened);
         }
@@ -77,11 +78,12 @@ impl Machine {
             ));
         };
         let now = self.counter(program, memory, inputs, variable)?;
-        let sum = as_value(binary(Binary::Add, now, open.step, program.options.int_division)?);
+        let (limit, step) = open.numbers();
+        let sum = as_value(binary(Binary::Add, now, step, program.options.int_division)?);
         let place = self.context(program, memory, inputs).place(variable)?;
         self.write(program, memory, place, sum)?;
         let now = self.counter(program, memory, inputs, variable)?;
-        if past(now, open.limit, open.step) {
+        if past(now, limit, step) {
             self.loops.pop();
             return Ok(self.at + 1);
         }

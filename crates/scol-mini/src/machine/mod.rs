@@ -21,6 +21,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program};
@@ -114,13 +115,21 @@ struct Frame {
     loops: usize,
 }
 
-/// A FOR under way.
+/// A FOR under way: its step, the one behind its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, PartialEq)]
 struct Loop {
     opener: usize,
     exit: usize,
-    limit: Number,
-    step: Number,
+    limit: Cell,
+    step: Cell,
+}
+
+impl Loop {
+    /// Limit and step.
+    fn numbers(&self) -> (Number, Number) {
+        let number = |cell: Cell| cell.number().unwrap_or(Number::Integer(0));
+        (number(self.limit), number(self.step))
+    }
 }
 
 impl Machine {

@@ -47,7 +47,7 @@ impl Registers<'_> {
                 *place = Cell::integer(value);
                 true
             }
-            (_, value) => self.change(register, value.map(Number::Integer)),
+            (_, value) => change(self.cells, self.temporaries, register, value.map(Number::Integer)),
         }
     }
 
@@ -59,7 +59,12 @@ impl Registers<'_> {
                 *place = Cell::real(value);
                 true
             }
-            _ => self.change(register, Some(Number::Real(value)).filter(|_| value.is_finite())),
+            _ => change(
+                self.cells,
+                self.temporaries,
+                register,
+                Some(Number::Real(value)).filter(|_| value.is_finite()),
+            ),
         }
     }
 
@@ -72,27 +77,36 @@ impl Registers<'_> {
         }
     }
 
-    /// Stores a number as the kind of what it replaces; a temporary takes any.
-    #[inline(never)]
-    fn change(&mut self, register: Register, value: Option<Number>) -> bool {
-        let temporary = (register as usize).checked_sub(self.temporaries);
-        let (Some(place), Some(value)) = (self.cells.get_mut(register as usize), value) else {
-            return false;
-        };
-        let changed = match (place.held(), value) {
-            _ if temporary.is_some_and(|at| at < TEMPORARIES) => Some(value),
-            (Held::Real(_), Number::Integer(value)) => Some(Number::Real(value as f32)),
-            (Held::Integer(_), Number::Real(value)) => truncated(value).ok().map(Number::Integer),
-            // The first value of a variable fixes its kind; that is done by the step.
-            _ => None,
-        };
-        match changed {
-            Some(value) => {
-                *place = Cell::from(value);
-                true
-            }
-            None => false,
+    /// The same cells, for a function that is not a part of the loop.
+    #[inline(always)]
+    fn again(&mut self) -> Registers<'_> {
+        Registers {
+            cells: self.cells,
+            temporaries: self.temporaries,
         }
+    }
+}
+
+/// Stores a number as the kind of what it replaces; a temporary takes any.
+#[inline(never)]
+fn change(cells: &mut [Cell], temporaries: usize, register: Register, value: Option<Number>) -> bool {
+    let temporary = (register as usize).checked_sub(temporaries);
+    let (Some(place), Some(value)) = (cells.get_mut(register as usize), value) else {
+        return false;
+    };
+    let changed = match (place.held(), value) {
+        _ if temporary.is_some_and(|at| at < TEMPORARIES) => Some(value),
+        (Held::Real(_), Number::Integer(value)) => Some(Number::Real(value as f32)),
+        (Held::Integer(_), Number::Real(value)) => truncated(value).ok().map(Number::Integer),
+        // The first value of a variable fixes its kind; that is done by the step.
+        _ => None,
+    };
+    match changed {
+        Some(value) => {
+            *place = Cell::from(value);
+            true
+        }
+        None => false,
     }
 }
 
@@ -135,10 +149,11 @@ impl Machine {
             let Some(Instruction { cost, operation }) = code.instructions.get(at) else {
                 break false;
             };
-            let Some(rest) = left.checked_sub(u32::from(*cost)) else {
+            let cost = u32::from(*cost);
+            if left < cost {
                 break true;
-            };
-            left = rest;
+            }
+            left -= cost;
             match self.quick(program, code, *operation, &mut registers) {
                 Outcome::On => at += 1,
                 Outcome::To(target) => at = target as usize,
@@ -191,6 +206,17 @@ impl Machine {
                 Pair::Integers(a, b) => registers.integer(to, a.checked_mul(b)).into(),
                 Pair::Reals(a, b) => registers.real(to, a * b).into(),
                 Pair::Other => Outcome::Left,
+            },
+            Quick::Divide { to, a, b } => match registers.pair(a, b) {
+                Pair::Integers(a, b) => registers.integer(to, a.checked_div(b)).into(),
+                // Nothing is divided by 0: that is not finite.
+                Pair::Reals(a, b) => registers.real(to, a / b).into(),
+                Pair::Other => Outcome::Left,
+            },
+            Quick::Modulo { to, a, b } => match registers.pair(a, b) {
+                Pair::Integers(a, b) => registers.integer(to, a.checked_rem(b)).into(),
+                Pair::Reals(a, b) if b != 0.0 => registers.real(to, libm::fmodf(a, b)).into(),
+                Pair::Reals(..) | Pair::Other => Outcome::Left,
             },
             Quick::Binary { operator, to, a, b } => {
                 let division = program.options.int_division;
@@ -254,20 +280,20 @@ impl Machine {
                 registers.integer(to, index).into()
             }
             Quick::Fetch { to, parameter } => {
-                let value = self.parameter(parameter, registers);
+                let value = self.parameter(parameter, registers.cells);
                 registers.set(to, value).into()
             }
             Quick::Put { parameter, a } => {
                 let value = registers.number(a);
-                self.put_parameter(parameter, value, registers).into()
+                self.put_parameter(parameter, value, registers.again()).into()
             }
-            Quick::For(number) => self.quick_for(code, number, registers),
+            Quick::For(number) => self.quick_for(code, number, registers.again()),
             Quick::Next {
                 variable,
                 opener,
                 body,
             } => self.quick_next(variable, opener, body, registers),
-            Quick::Call(number) => self.quick_call(code, number, registers),
+            Quick::Call(number) => self.quick_call(code, number, registers.cells),
             Quick::Return => match self.leave().and_then(|step| code.entries.get(step)) {
                 Some(back) => Outcome::To(*back),
                 None => Outcome::Left,
@@ -276,9 +302,10 @@ impl Machine {
         }
     }
 
-    fn parameter(&self, parameter: u32, registers: &Registers<'_>) -> Option<Number> {
+    #[inline(always)]
+    fn parameter(&self, parameter: u32, cells: &[Cell]) -> Option<Number> {
         match *self.argument_at(self.absolute(parameter))? {
-            Argument::Place(Place::Cell { cell, .. }) => registers.number(u32::try_from(cell).ok()?),
+            Argument::Place(Place::Cell { cell, .. }) => cells.get(cell)?.number(),
             Argument::Place(Place::Argument(at)) => match self.argument_at(at)? {
                 Argument::Number(number) => Some(*number),
                 Argument::Place(_) | Argument::Vector(_) => None,
@@ -299,7 +326,7 @@ impl Machine {
     }
 
     /// Only a variable of the caller is written here.
-    fn put_parameter(&self, parameter: u32, value: Option<Number>, registers: &mut Registers<'_>) -> bool {
+    fn put_parameter(&self, parameter: u32, value: Option<Number>, mut registers: Registers<'_>) -> bool {
         match self.argument_at(self.absolute(parameter)) {
             Some(Argument::Place(Place::Cell { cell, .. })) => {
                 u32::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
@@ -310,7 +337,7 @@ impl Machine {
         }
     }
 
-    fn quick_for(&mut self, code: &Code, number: u32, registers: &mut Registers<'_>) -> Outcome {
+    fn quick_for(&mut self, code: &Code, number: u32, mut registers: Registers<'_>) -> Outcome {
         let Some(counted) = code.loops.get(number as usize) else {
             return Outcome::Left;
         };
@@ -326,8 +353,8 @@ impl Machine {
         let opened = Loop {
             opener: counted.opener as usize,
             exit: counted.exit as usize,
-            limit,
-            step,
+            limit: Cell::from(limit),
+            step: Cell::from(step),
         };
         if self.open(now, opened) {
             return Outcome::On;
@@ -352,15 +379,16 @@ impl Machine {
         if open.opener != opener as usize {
             return Outcome::Left;
         }
-        let over = match (registers.get(variable).held(), open.step, open.limit) {
-            (Held::Integer(now), Number::Integer(step), Number::Integer(limit)) => {
+        let now = registers.get(variable);
+        let over = match now.integers(open.step, open.limit) {
+            Some((now, step, limit)) => {
                 let Some(now) = now.checked_add(step) else {
                     return Outcome::Left;
                 };
                 registers.integer(variable, Some(now));
                 if step > 0 { now > limit } else { now < limit }
             }
-            (now, step, limit) => match counted_on(now, step, limit) {
+            None => match counted_on(now, open.step, open.limit) {
                 Some((now, over)) => {
                     registers.set(variable, Some(now));
                     over
@@ -375,7 +403,7 @@ impl Machine {
         Outcome::To(body)
     }
 
-    fn quick_call(&mut self, code: &Code, number: u32, registers: &Registers<'_>) -> Outcome {
+    fn quick_call(&mut self, code: &Code, number: u32, cells: &[Cell]) -> Outcome {
         let Some(Called {
             arguments,
             step,
@@ -385,15 +413,13 @@ impl Machine {
             return Outcome::Left;
         };
         let first = self.arguments.len();
-        let handed = arguments
-            .iter()
-            .all(|handed| match self.handed(*handed, registers) {
-                Some(argument) => {
-                    self.arguments.push(argument);
-                    true
-                }
-                None => false,
-            });
+        let handed = arguments.iter().all(|handed| match self.handed(*handed, cells) {
+            Some(argument) => {
+                self.arguments.push(argument);
+                true
+            }
+            None => false,
+        });
         let target = code.entries.get(*step as usize);
         let (true, Some(target), true) = (handed, target, self.frames.len() <= MAX_CALL_NESTING) else {
             self.arguments.truncate(first);
@@ -407,7 +433,7 @@ impl Machine {
         Outcome::To(*target)
     }
 
-    fn handed(&self, handed: Handed, registers: &Registers<'_>) -> Option<Argument> {
+    fn handed(&self, handed: Handed, cells: &[Cell]) -> Option<Argument> {
         match handed {
             Handed::Variable { slot, cell } => Some(Argument::Place(Place::Cell {
                 slot: slot as usize,
@@ -420,15 +446,16 @@ impl Machine {
                     Argument::Number(_) | Argument::Vector(_) => Some(Argument::Place(Place::Argument(at))),
                 }
             }
-            Handed::Value(register) => registers.number(register).map(Argument::Number),
+            Handed::Value(register) => cells.get(register as usize)?.number().map(Argument::Number),
         }
     }
 }
 
 /// The counter of a FOR one step on, and whether the loop is over. A counter that changes its kind is not for here.
 #[inline(never)]
-fn counted_on(now: Held, step: Number, limit: Number) -> Option<(Number, bool)> {
-    let sum = match (now, step) {
+fn counted_on(now: Cell, step: Cell, limit: Cell) -> Option<(Number, bool)> {
+    let (step, limit) = (step.number()?, limit.number()?);
+    let sum = match (now.held(), step) {
         (Held::Integer(now), Number::Integer(step)) => Number::Integer(now.checked_add(step)?),
         (Held::Real(now), Number::Integer(step)) => Number::Real(now + step as f32),
         (Held::Real(now), Number::Real(step)) => Number::Real(now + step),
