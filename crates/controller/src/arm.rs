@@ -88,10 +88,37 @@ impl Frames {
     /// The frames of the motion conditions.
     #[must_use]
     pub fn of(conditions: &Conditions) -> Frames {
+        Trio::of(conditions).frames()
+    }
+}
+
+/// The coordinate systems of the motion conditions as they are written: most programs never look at the arm, so the
+/// transforms are made when one does.
+#[derive(Debug, Clone)]
+pub struct Trio {
+    base: Trans,
+    work: Trans,
+    tool: Trans,
+}
+
+impl Trio {
+    /// Those of the motion conditions.
+    #[must_use]
+    pub fn of(conditions: &Conditions) -> Trio {
+        Trio {
+            base: conditions.base.trans.clone(),
+            work: conditions.work.trans.clone(),
+            tool: conditions.tool.trans.clone(),
+        }
+    }
+
+    /// As transforms.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
         Frames {
-            base: transform(&conditions.base.trans),
-            work: transform(&conditions.work.trans),
-            tool: transform(&conditions.tool.trans),
+            base: transform(&self.base),
+            work: transform(&self.work),
+            tool: transform(&self.tool),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::alarm::{self, AlarmCode};
-use crate::arm::Frames;
+use crate::arm::Trio;
 use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
@@ -72,6 +72,10 @@ impl Controller {
         let single = self.traced || self.state.run_mode == RunMode::Step;
         let mut standing = true;
         for id in self.execution.order() {
+            if stop.is_none() && self.execution.task(id).is_some_and(|task| task.sleeps(self.now)) {
+                standing = false;
+                continue;
+            }
             let Some(mut task) = self.execution.take_task(id) else {
                 continue;
             };
@@ -355,7 +359,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: Frames::of(self.execution.memory().conditions()),
+            frames: Trio::of(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),
