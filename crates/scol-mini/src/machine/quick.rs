@@ -215,8 +215,8 @@ impl Machine {
             },
             Quick::Modulo { to, a, b } => match registers.pair(a, b) {
                 Pair::Integers(a, b) => registers.integer(to, a.checked_rem(b)).into(),
-                Pair::Reals(a, b) if b != 0.0 => registers.real(to, libm::fmodf(a, b)).into(),
-                Pair::Reals(..) | Pair::Other => Outcome::Left,
+                Pair::Reals(a, b) => registers.real(to, libm::fmodf(a, b)).into(),
+                Pair::Other => Outcome::Left,
             },
             Quick::Binary { operator, to, a, b } => {
                 let division = program.options.int_division;
