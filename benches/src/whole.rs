@@ -2,9 +2,10 @@
 
 use crate::table::median;
 use crate::{LOOPS, contender};
+use cpu_time::ProcessTime;
 use scol_mini::LanguageOptions;
 use std::hint::black_box;
-use std::time::Instant;
+
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
 use ts3100_controller::{Config, Controller, Dialect, Input, Panel, Time};
@@ -56,7 +57,7 @@ pub fn print(rounds: usize) -> Result<(), String> {
 /// Microseconds of one, the median of `rounds` batches.
 fn micros(rounds: usize, batch: u32, mut one: impl FnMut()) -> f64 {
     let batches = (0..rounds).map(|_| {
-        let began = Instant::now();
+        let began = ProcessTime::now();
         (0..batch).for_each(|_| one());
         began.elapsed().as_secs_f64() * 1e6 / f64::from(batch)
     });
