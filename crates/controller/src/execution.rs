@@ -148,9 +148,9 @@ impl Task {
         core::iter::once(self).chain(self.handler.as_deref())
     }
 
-    /// When the task can go on by itself.
+    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
     #[must_use]
-    pub fn deadline(&self) -> Option<Time> {
+    pub fn deadline(&self, stopping: bool) -> Option<Time> {
         let own = match &self.acting().doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
@@ -161,7 +161,8 @@ impl Task {
             | Doing::Resting
             | Doing::Reading { .. } => None,
         };
-        own.into_iter().chain(self.look_at).min()
+        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
+        own.into_iter().chain(look_at).min()
     }
 }
 
@@ -411,15 +412,16 @@ impl Execution {
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let runs = self.program_runs();
+        let stopping = matches!(self.course, Course::Running { stop: Some(_) });
         let program = self
             .program_tasks()
             .filter(|_| runs)
-            .filter_map(Task::deadline)
+            .filter_map(|task| task.deadline(stopping))
             .min();
         let direct = self
             .direct
             .as_ref()
-            .and_then(|direct| direct.shown_until.or(direct.task.deadline()));
+            .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
         program.into_iter().chain(direct).min()
     }
 
