@@ -263,12 +263,17 @@ impl Machine {
     /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
         if matches!(self.state, State::Asked(_) | State::Waiting | State::Faulted) {
-            let rest = self.program.steps.get(self.at + 1..).unwrap_or_default();
-            let parts = rest.iter().take_while(|step| !step.head).count();
-            self.at = match self.program.steps.get(self.at).map(|step| &step.operation) {
-                Some(Operation::On { after, .. }) => *after,
-                _ => self.at + 1 + parts,
-            };
+            let steps = &self.program.steps;
+            loop {
+                // The action of an ON is no part of the statement.
+                self.at = match steps.get(self.at).map(|step| &step.operation) {
+                    Some(Operation::On { after, .. }) => *after,
+                    _ => self.at + 1,
+                };
+                if steps.get(self.at).is_none_or(|step| step.head) {
+                    break;
+                }
+            }
             self.state = State::Ready;
         }
     }
