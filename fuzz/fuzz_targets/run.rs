@@ -84,7 +84,7 @@ fuzz_target!(|data: &[u8]| {
     let mut fuel = FUEL;
     for _ in 0..ROUNDS {
         let world = World(choices.byte());
-        if let Ok(Some(Monitored::Handler(mut handler))) = machine.look(&memory, &world) {
+        if let Ok(Some(Monitored::Handler(mut handler))) = machine.look(&mut memory, &world) {
             for _ in 0..8 {
                 match handler.run(&mut memory, &world, &mut 50) {
                     Pause::Request(request) => answer(&mut handler, &mut memory, &request, &mut choices),

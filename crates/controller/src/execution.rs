@@ -362,9 +362,20 @@ impl Execution {
     /// The tasks end, the main program apart; it counts them from the beginning again.
     pub fn drop_tasks(&mut self) {
         self.tasks.clear();
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget_tasks(&selected.program);
+        }
         self.turn = MAIN_TASK;
         self.next_task = MAIN_TASK + 1;
         self.arm_owner = None;
+    }
+
+    /// A task other than the main program has ended.
+    pub fn drop_task(&mut self, id: u16) {
+        self.tasks.remove(&id);
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget(&selected.program, id);
+        }
     }
 
     /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
