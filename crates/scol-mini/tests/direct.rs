@@ -4,7 +4,8 @@
 
 use scol_mini::{LanguageOptions, compile, compile_direct};
 
-const FILE: &str = "GLOBAL\nCOUNT=1\nEND\nPROGRAM MAIN\nCOUNT=2\nEND\nPROGRAM BRAK\nEND\nDATA\nPOINT HOME=1\nEND\n";
+const FILE: &str =
+    "GLOBAL\nCOUNT=1\nEND\nPROGRAM MAIN\nCOUNT=2\nEND\nPROGRAM BRAK\nEND\nDATA\nPOINT HOME=1\nEND\n";
 
 /// Code and remedy.
 fn told(statement: &str) -> (&'static str, String) {
@@ -28,11 +29,19 @@ fn the_word_that_was_meant_is_named() {
         ("RAEDY", "E0501", "READY"),
         ("OPEM1", "E0501", "OPEN1"),
         ("PRINT TP, \"A\", CRE", "E0106", "the record end is CR"),
-        ("PRINT IP3, COUNT", "E0201", "the channels of a program are TP, COM1, IP1 and IP2"),
+        (
+            "PRINT IP3, COUNT",
+            "E0201",
+            "the channels of a program are TP, COM1, IP1 and IP2",
+        ),
     ] {
         let (found, help) = told(statement);
         assert_eq!(found, code, "{statement}");
         assert!(help.contains(meant), "{statement}: {help:?}");
     }
-    assert_eq!(told("BRAK"), ("E0501", String::new()), "a program of the file was meant");
+    assert_eq!(
+        told("BRAK"),
+        ("E0501", String::new()),
+        "a program of the file was meant"
+    );
 }
