@@ -148,9 +148,9 @@ impl Task {
         core::iter::once(self).chain(self.handler.as_deref())
     }
 
-    /// When the task can go on by itself.
+    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
     #[must_use]
-    pub fn deadline(&self) -> Option<Time> {
+    pub fn deadline(&self, stopping: bool) -> Option<Time> {
         let own = match &self.acting().doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
@@ -161,7 +161,8 @@ impl Task {
             | Doing::Resting
             | Doing::Reading { .. } => None,
         };
-        own.into_iter().chain(self.look_at).min()
+        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
+        own.into_iter().chain(look_at).min()
     }
 }
 
@@ -361,9 +362,20 @@ impl Execution {
     /// The tasks end, the main program apart; it counts them from the beginning again.
     pub fn drop_tasks(&mut self) {
         self.tasks.clear();
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget_tasks(&selected.program);
+        }
         self.turn = MAIN_TASK;
         self.next_task = MAIN_TASK + 1;
         self.arm_owner = None;
+    }
+
+    /// A task other than the main program has ended.
+    pub fn drop_task(&mut self, id: u16) {
+        self.tasks.remove(&id);
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget(&selected.program, id);
+        }
     }
 
     /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
@@ -411,15 +423,16 @@ impl Execution {
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let runs = self.program_runs();
+        let stopping = matches!(self.course, Course::Running { stop: Some(_) });
         let program = self
             .program_tasks()
             .filter(|_| runs)
-            .filter_map(Task::deadline)
+            .filter_map(|task| task.deadline(stopping))
             .min();
         let direct = self
             .direct
             .as_ref()
-            .and_then(|direct| direct.shown_until.or(direct.task.deadline()));
+            .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
         program.into_iter().chain(direct).min()
     }
 

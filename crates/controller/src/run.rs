@@ -319,7 +319,8 @@ impl Controller {
         }
         if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
             let line = task.machine.line();
-            self.event(Event::Statement { line });
+            let task = task.id();
+            self.event(Event::Statement { line, task });
         }
         let given = if single { 1 } else { task.budget };
         let mut fuel = given;

@@ -71,6 +71,8 @@ pub enum Happening<'a> {
     Statement {
         /// Its line of the file.
         line: u32,
+        /// ID of its task, 1 for the main program.
+        task: u16,
     },
 }
 
@@ -251,7 +253,7 @@ impl Run {
 
     fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
         match event {
-            Event::Statement { line } => listen(at, Happening::Statement { line }),
+            Event::Statement { line, task } => listen(at, Happening::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
             Event::Status { status, .. } => self.reset = status == RESET,
             Event::Finding {

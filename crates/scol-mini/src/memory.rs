@@ -1,6 +1,10 @@
-//! The values of all variables and the motion conditions of one selected file, shared by its tasks.
+//! The values of all variables and the motion conditions of one selected file, shared by its tasks but for the
+//! variables of the programs, of which each task has its own (`locals`).
 //! Who may read or write them over the protocol, and in which form, is left to the controller.
 
+mod locals;
+
+use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -48,12 +52,18 @@ pub enum AccessError {
     TooLarge(String),
 }
 
-/// The variables and conditions of one selected file, shared by all its tasks.
+/// The variables and conditions of one selected file, shared by all its tasks. Variables of the programs are there
+/// once for each task that has run; [`forget`](Memory::forget) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Memory {
+    /// GLOBAL and DATA, then the variables of the programs as the present task has them.
     cells: Vec<Cell>,
+    /// The task whose variables those are.
+    task: u16,
+    /// The variables of the programs as the other tasks have them.
+    parked: BTreeMap<u16, Vec<Cell>>,
     conditions: Conditions,
 }
 
@@ -72,6 +82,8 @@ impl Memory {
         let cells = program.symbols.slots.iter().map(Cell::new).collect();
         Self {
             cells,
+            task: crate::machine::MAIN_TASK,
+            parked: BTreeMap::new(),
             conditions: Conditions::default(),
         }
     }
@@ -168,9 +180,11 @@ impl Memory {
 
     /// Positions that stand in a coordinate system follow when it is changed.
     fn move_work(&mut self, frame: &Arc<Frame>) {
+        let parked = self.parked.values_mut().flatten();
         for value in self
             .cells
             .iter_mut()
+            .chain(parked)
             .flat_map(|cell| cell.values.iter_mut())
             .flatten()
         {
