@@ -146,7 +146,7 @@ impl Arm {
     #[must_use]
     pub fn joints(&self, now: Time) -> Joints {
         match &self.active {
-            Some(active) if !active.locked => active.motion.joints_at(&self.model, now.since(active.start)),
+            Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
             _ => self.rest,
         }
     }
@@ -370,7 +370,7 @@ impl Arm {
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
         if let Some(active) = &mut self.active {
-            active.motion.hold(&self.model, now.since(active.start));
+            active.motion.hold(now.since(active.start));
         }
     }
 
