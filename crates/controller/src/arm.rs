@@ -63,6 +63,35 @@ struct Active {
     asked: Asked,
     /// The machine lock was on: time passes, the arm stays.
     locked: bool,
+    /// The coordinate systems its WITH names, which hold as long as it does.
+    frames: Option<Systems>,
+}
+
+/// The coordinate systems in force, with their names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Systems {
+    /// BASE.
+    pub base: Frame,
+    /// WORK.
+    pub work: Frame,
+    /// TOOL.
+    pub tool: Frame,
+}
+
+impl Systems {
+    /// Those of the motion conditions.
+    #[must_use]
+    pub fn of(conditions: &Conditions) -> Systems {
+        Systems {
+            base: conditions.base.clone(),
+            work: conditions.work.clone(),
+            tool: conditions.tool.clone(),
+        }
+    }
+
+    fn of_motion(motion: &scol_mini::Motion) -> Option<Systems> {
+        motion.own_frames.then(|| Systems::of(&motion.conditions))
+    }
 }
 
 /// The arm.
@@ -88,10 +117,14 @@ impl Frames {
     /// The frames of the motion conditions.
     #[must_use]
     pub fn of(conditions: &Conditions) -> Frames {
+        Frames::between(&conditions.base, &conditions.work, &conditions.tool)
+    }
+
+    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Frames {
         Frames {
-            base: transform(&conditions.base.trans),
-            work: transform(&conditions.work.trans),
-            tool: transform(&conditions.tool.trans),
+            base: transform(&base.trans),
+            work: transform(&work.trans),
+            tool: transform(&tool.trans),
         }
     }
 }
@@ -146,7 +179,7 @@ impl Arm {
     #[must_use]
     pub fn joints(&self, now: Time) -> Joints {
         match &self.active {
-            Some(active) if !active.locked => active.motion.joints_at(&self.model, now.since(active.start)),
+            Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
             _ => self.rest,
         }
     }
@@ -203,6 +236,7 @@ impl Arm {
             start,
             asked,
             locked,
+            frames: Systems::of_motion(motion),
         });
         Ok(())
     }
@@ -311,11 +345,27 @@ impl Arm {
         }
     }
 
+    /// The coordinate systems in force: those of the motion under way where its WITH names one, else those set.
+    #[must_use]
+    pub fn systems(&self, conditions: &Conditions) -> Systems {
+        let own = self.active.as_ref().and_then(|active| active.frames.clone());
+        own.unwrap_or_else(|| Systems::of(conditions))
+    }
+
+    /// The same as transforms.
+    #[must_use]
+    pub fn frames(&self, conditions: &Conditions) -> Frames {
+        match self.active.as_ref().and_then(|active| active.frames.as_ref()) {
+            Some(own) => Frames::between(&own.base, &own.work, &own.tool),
+            None => Frames::of(conditions),
+        }
+    }
+
     /// The position at `now` as SF shows it.
     #[must_use]
     pub fn shown(&self, now: Time, conditions: &Conditions) -> Shown {
         let joint = self.joints(now);
-        let frames = Frames::of(conditions);
+        let frames = self.frames(conditions);
         let (flange, _) = self.model.forward(&joint);
         let world = flange.transform().compose(&frames.tool);
         let set = self
@@ -332,10 +382,10 @@ impl Arm {
 
     /// Name of the work coordinate the position is shown in.
     #[must_use]
-    pub fn work_name<'a>(&'a self, conditions: &'a Conditions) -> &'a str {
+    pub fn work_name<'a>(&'a self, systems: &'a Systems) -> &'a str {
         self.position_work
             .as_ref()
-            .unwrap_or(&conditions.work)
+            .unwrap_or(&systems.work)
             .name
             .as_deref()
             .unwrap_or_default()
@@ -370,7 +420,7 @@ impl Arm {
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
         if let Some(active) = &mut self.active {
-            active.motion.hold(&self.model, now.since(active.start));
+            active.motion.hold(now.since(active.start));
         }
     }
 

@@ -112,6 +112,7 @@ impl Arm {
             start,
             asked,
             locked,
+            frames: None,
         });
         self.rest = from;
         Ok(())

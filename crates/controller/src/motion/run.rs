@@ -188,9 +188,8 @@ impl Motion {
     }
 
     /// Joints at `t` after the start; from [`Motion::duration`] on, where the motion rests.
-    /// `_model` is the model the motion was planned for: the motion carries what it needs of it.
     #[must_use]
-    pub fn joints_at(&self, _model: &ArmModel, t: Duration) -> Joints {
+    pub fn joints_at(&self, t: Duration) -> Joints {
         self.path.joints_at(self.state_at(t).place)
     }
 
@@ -215,7 +214,7 @@ impl Motion {
 
     /// Feed hold: from `at` on the motion slows along its path and rests there. Nothing happens to one that is
     /// held, stopped, or over.
-    pub fn hold(&mut self, _model: &ArmModel, at: Duration) {
+    pub fn hold(&mut self, at: Duration) {
         if self.phase == Phase::Moving && at < self.duration() {
             let decel = self.rates().decel;
             self.change(Phase::Held, at, |_, state| Profile::to_rest(state, 1.0, decel));
