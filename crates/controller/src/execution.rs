@@ -313,6 +313,24 @@ impl Execution {
         }
     }
 
+    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
+    /// its lines are those of the file (SF-24).
+    pub fn replace_program(&mut self, program: Arc<Program>) {
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        for task in tasks {
+            task.machine.relocate(&program);
+            if let Some(handler) = &mut task.handler {
+                handler.machine.relocate(&program);
+            }
+            if self.arm_owner == Some(task.id()) && matches!(task.acting().doing, Doing::Moving { .. }) {
+                self.motion_line = task.acting().machine.line();
+            }
+        }
+        if let Some(selected) = &mut self.selected {
+            selected.program = program;
+        }
+    }
+
     /// Name of the selected file, empty if none.
     #[must_use]
     pub fn file(&self) -> &str {

@@ -111,6 +111,8 @@ pub struct Options {
     pub command_ends_download: bool,
     /// `scol.sticky_work`.
     pub sticky_work: bool,
+    /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
+    pub data_copy: bool,
 }
 
 impl Options {
@@ -141,6 +143,7 @@ impl Options {
             int_division: IntDivision::Truncate,
             command_ends_download: true,
             sticky_work: false,
+            data_copy: false,
         };
         match dialect {
             Dialect::Field => field,
@@ -174,6 +177,7 @@ impl Options {
             arm,
             sticky_work: self.sticky_work,
             int_division: self.int_division,
+            data_copy: self.data_copy,
         }
     }
 }

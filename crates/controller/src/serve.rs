@@ -14,6 +14,7 @@ use crate::output::Output;
 use crate::port::Port;
 use crate::run::Step;
 use crate::signals::Signals;
+use crate::time::program_seconds;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -38,7 +39,7 @@ impl Controller {
                 Step::Blocked
             }
             Request::Delay { seconds } => {
-                let pause = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
+                let pause = program_seconds(seconds, LONGEST_DELAY);
                 task.doing = Doing::Delaying {
                     until: self.now + pause,
                 };

@@ -34,6 +34,9 @@ extern crate std;
 mod builtin;
 mod compile;
 mod conditions;
+#[cfg(test)]
+#[path = "coverage/tests.rs"]
+mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;

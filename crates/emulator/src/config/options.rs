@@ -129,6 +129,9 @@ const TABLE: &[(&str, &str, Set)] = &[
     ("dl.command_ends", "true or false", |o, _, v| {
         put(&mut o.command_ends_download, v.parse().ok())
     }),
+    ("scol.data_copy", "true or false", |o, _, v| {
+        put(&mut o.data_copy, v.parse().ok())
+    }),
     ("scol.sticky_work", "true or false", |o, _, v| {
         put(&mut o.sticky_work, v.parse().ok())
     }),

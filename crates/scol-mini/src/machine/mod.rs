@@ -280,6 +280,16 @@ impl Machine {
         }
     }
 
+    /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
+    /// [`rewrite_value`](crate::rewrite_value) makes. `false`, and nothing done, when the steps are not the same.
+    pub fn relocate(&mut self, program: &Arc<Program>) -> bool {
+        let same = self.program.steps.len() == program.steps.len() && self.program.blocks == program.blocks;
+        if same {
+            self.program = Arc::clone(program);
+        }
+        same
+    }
+
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.
     #[must_use]
     pub fn motion_ahead(&self) -> Option<u32> {

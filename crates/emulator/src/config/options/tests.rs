@@ -32,6 +32,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         int_division,
         command_ends_download,
         sticky_work,
+        data_copy,
     } = options;
     let LinkOptions { second, redial } = links;
     vec![
@@ -46,6 +47,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("parameter.line_end", format!("{line_end:?}")),
         ("scol.int_division", format!("{int_division:?}")),
         ("dl.command_ends", format!("{command_ends_download:?}")),
+        ("scol.data_copy", format!("{data_copy:?}")),
         ("scol.sticky_work", format!("{sticky_work:?}")),
         ("sf.split", format!("{sf_texts:?}")),
         ("sig.low_speed", format!("{low_speed:?}")),
@@ -62,7 +64,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 23] = [
+const OTHERS: [(&str, &str); 24] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -74,6 +76,7 @@ const OTHERS: [(&str, &str); 23] = [
     ("parameter.line_end", "cr"),
     ("scol.int_division", "real"),
     ("dl.command_ends", "false"),
+    ("scol.data_copy", "true"),
     ("scol.sticky_work", "true"),
     ("sf.split", "several"),
     ("sig.low_speed", "37"),
