@@ -22,7 +22,7 @@ const MAX_SAMPLES: f64 = 256.0;
 /// An axis that turns more than this between two samples, degrees, would have to jump.
 const MAX_JUMP: f64 = 45.0;
 /// By how much an axis may bend more between samples than at them.
-const SAMPLING_MARGIN: f64 = 1.05;
+const SAMPLING_MARGIN: f64 = 1.01;
 /// Rounding allowed in the heights of a gate, mm, and in a way that is none, mm and degrees.
 const GATE_SLACK: f64 = 1e-9;
 /// Place of T among the axes of a SCARA arm.
