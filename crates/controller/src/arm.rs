@@ -22,12 +22,13 @@ pub struct Pace {
     pub tool_speed_cap: Option<f64>,
 }
 
-/// The speeds a motion asks for, in percent.
+/// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Asked {
     speed: f64,
     accel: f64,
     decel: f64,
+    torque: Joints,
 }
 
 /// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
@@ -51,6 +52,7 @@ impl Asked {
             accel: self.accel / 100.0,
             decel: self.decel / 100.0,
             tool_speed_cap: pace.tool_speed_cap,
+            torque: self.torque,
         }
     }
 }
@@ -266,7 +268,13 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let asked = Asked {
+            speed,
+            accel,
+            decel,
+            torque: torque(&motion.conditions),
+        }
+        .with_load(load, self.model.max_payload);
         let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
         Ok((planned, asked))
     }
@@ -446,6 +454,17 @@ impl Arm {
             active.motion.stop(now.since(active.start));
         }
     }
+}
+
+/// The part of its torque each axis may use: TORQUE, and none for an axis whose GAIN is 0, which is free.
+fn torque(conditions: &Conditions) -> Joints {
+    let mut parts = conditions.torque.map(|percent| percent / 100.0);
+    for (part, gain) in parts.iter_mut().zip(conditions.gain) {
+        if gain <= 0.0 {
+            *part = 0.0;
+        }
+    }
+    parts
 }
 
 /// Axis numbers begin at 1; 0 leads to an axis that does not exist and is refused by the plan.

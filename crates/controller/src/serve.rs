@@ -137,6 +137,7 @@ impl Controller {
                 let line = task.machine.line();
                 let code = match error {
                     MotionError::Singular { .. } => alarm::SINGULAR,
+                    MotionError::Free { .. } => alarm::AXIS_FREE,
                     MotionError::Unreachable(_)
                     | MotionError::OnPath { .. }
                     | MotionError::Configuration { .. }
