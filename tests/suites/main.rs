@@ -23,6 +23,7 @@ mod permissions;
 mod programs;
 mod proofs;
 mod purity;
+mod serial;
 mod settings;
 mod signals;
 mod simulation;
