@@ -156,9 +156,9 @@ impl Task {
         self.handler.is_none() && !watched && matches!(self.doing, Doing::Pausing { until } if until > now)
     }
 
-    /// When the task can go on by itself.
+    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
     #[must_use]
-    pub fn deadline(&self) -> Option<Time> {
+    pub fn deadline(&self, stopping: bool) -> Option<Time> {
         let own = match &self.acting().doing {
             Doing::Pausing { until } | Doing::Delaying { until } => Some(*until),
             Doing::Watching { again } => *again,
@@ -169,7 +169,8 @@ impl Task {
             | Doing::Resting
             | Doing::Reading { .. } => None,
         };
-        own.into_iter().chain(self.look_at).min()
+        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
+        own.into_iter().chain(look_at).min()
     }
 }
 
@@ -320,6 +321,24 @@ impl Execution {
         }
     }
 
+    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
+    /// its lines are those of the file (SF-24).
+    pub fn replace_program(&mut self, program: Arc<Program>) {
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        for task in tasks {
+            task.machine.relocate(&program);
+            if let Some(handler) = &mut task.handler {
+                handler.machine.relocate(&program);
+            }
+            if self.arm_owner == Some(task.id()) && matches!(task.acting().doing, Doing::Moving { .. }) {
+                self.motion_line = task.acting().machine.line();
+            }
+        }
+        if let Some(selected) = &mut self.selected {
+            selected.program = program;
+        }
+    }
+
     /// Name of the selected file, empty if none.
     #[must_use]
     pub fn file(&self) -> &str {
@@ -385,9 +404,20 @@ impl Execution {
     /// The tasks end, the main program apart; it counts them from the beginning again.
     pub fn drop_tasks(&mut self) {
         self.tasks.clear();
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget_tasks(&selected.program);
+        }
         self.turn = MAIN_TASK;
         self.next_task = MAIN_TASK + 1;
         self.arm_owner = None;
+    }
+
+    /// A task other than the main program has ended.
+    pub fn drop_task(&mut self, id: u16) {
+        self.tasks.remove(&id);
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget(&selected.program, id);
+        }
     }
 
     /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
@@ -435,15 +465,16 @@ impl Execution {
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let runs = self.program_runs();
+        let stopping = matches!(self.course, Course::Running { stop: Some(_) });
         let program = self
             .program_tasks()
             .filter(|_| runs)
-            .filter_map(Task::deadline)
+            .filter_map(|task| task.deadline(stopping))
             .min();
         let direct = self
             .direct
             .as_ref()
-            .and_then(|direct| direct.shown_until.or(direct.task.deadline()));
+            .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
         program.into_iter().chain(direct).min()
     }
 

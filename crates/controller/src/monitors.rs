@@ -2,7 +2,6 @@
 //! the machine's matter.
 
 use crate::Controller;
-use crate::arm::Trio;
 use crate::execution::{Doing, Task};
 use crate::limits::SCAN;
 use crate::run::{Step, alarm_of};
@@ -20,27 +19,29 @@ impl Controller {
         if !task.machine.has_monitors() {
             return None;
         }
-        let memory = self.execution.memory();
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: Trio::of(memory.conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),
             changing: Cell::new(false),
         };
-        let found = task.machine.look(memory, &view);
+        let found = task.machine.look(self.execution.memory_mut(), &view);
         if view.changing.get() {
             task.look_at = Some(self.now + SCAN);
         }
         match found {
             Ok(None) => None,
-            Ok(Some(Monitored::Jumped)) => {
+            Ok(Some(Monitored::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
                 if let Doing::Moving { .. } = task.doing {
                     self.arm.stop(self.now);
                 }
+                // An INPUT ends as at a stop: what has not come is 0.
+                self.end_reading(task);
+                task.machine.jump(jump);
                 task.doing = Doing::Ready;
                 Some(Step::DONE)
             }

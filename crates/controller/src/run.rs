@@ -3,7 +3,6 @@
 
 use crate::Controller;
 use crate::alarm::{self, AlarmCode};
-use crate::arm::Trio;
 use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
@@ -323,7 +322,8 @@ impl Controller {
         }
         if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
             let line = task.machine.line();
-            self.event(Event::Statement { line });
+            let task = task.id();
+            self.event(Event::Statement { line, task });
         }
         let given = if single { 1 } else { task.budget };
         let mut fuel = given;
@@ -359,7 +359,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: Trio::of(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),

@@ -36,6 +36,9 @@ mod cell;
 mod code;
 mod compile;
 mod conditions;
+#[cfg(test)]
+#[path = "coverage/tests.rs"]
+mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;
@@ -59,10 +62,10 @@ pub use conditions::{AXES, Accuracy, Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
 pub use lint::check;
-pub use machine::{Machine, Monitored};
+pub use machine::{Jump, Machine, Monitored};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
-pub use outline::print_channels;
+pub use outline::{print_channels, starts_tasks};
 pub use program::{Program, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,

@@ -1,14 +1,19 @@
-//! The values of all variables and the motion conditions of one selected file, shared by its tasks.
+//! The values of all variables and the motion conditions of one selected file, shared by its tasks but for the
+//! variables of the programs, of which each task has its own (`locals`).
 //! Who may read or write them over the protocol, and in which form, is left to the controller.
 
+mod locals;
+
+use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
-use crate::program::{Owner, Program};
+use crate::program::{Owner, Program, Slot};
 use crate::value::{Kind, Value};
+use locals::Locals;
 
 /// Why a variable could not be reached from outside.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -49,19 +54,27 @@ pub enum AccessError {
     TooLarge(String),
 }
 
-/// The variables and conditions of one selected file, shared by all its tasks.
+/// The variables and conditions of one selected file, shared by all its tasks. Variables of the programs are there
+/// once for each task that has run; [`forget`](Memory::forget) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 #[derive(Debug, Clone)]
 pub struct Memory {
-    /// The variables one after the other, then what the code of the program works with: temporaries, constants.
+    /// GLOBAL and DATA, then the variables of the programs as the present task has them, then what the code of the
+    /// program works with: temporaries, constants.
     cells: Vec<Cell>,
     /// How many of the cells are variables.
     variables: usize,
     /// The kind of each slot, fixed by a declaration or the first assignment.
     kinds: Vec<Option<Kind>>,
-    /// The values that are no numbers, in the order in which they came.
+    /// The values that are no numbers.
     vectors: Vec<Value>,
+    /// Places among them that nothing holds any more.
+    free: Vec<u32>,
+    /// The task whose variables of programs are in the cells.
+    task: u16,
+    /// Those of the other tasks.
+    parked: BTreeMap<u16, Locals>,
     conditions: Conditions,
 }
 
@@ -71,6 +84,9 @@ impl PartialEq for Memory {
         self.cells.get(..self.variables) == other.cells.get(..other.variables)
             && self.kinds == other.kinds
             && self.vectors == other.vectors
+            && self.free == other.free
+            && self.task == other.task
+            && self.parked == other.parked
             && self.conditions == other.conditions
     }
 }
@@ -85,19 +101,27 @@ impl Memory {
             variables: symbols.cells,
             kinds: symbols.slots.iter().map(|slot| slot.kind).collect(),
             vectors: Vec::new(),
+            free: Vec::new(),
+            task: crate::machine::MAIN_TASK,
+            parked: BTreeMap::new(),
             conditions: Conditions::default(),
         };
         memory.cells.resize(symbols.cells, Cell::EMPTY);
         memory.cells.extend(program.code.working_cells());
-        for slot in &symbols.slots {
+        memory.begin(&symbols.slots);
+        memory
+    }
+
+    /// Gives these variables, which have none, their first values.
+    fn begin(&mut self, slots: &[Slot]) {
+        for slot in slots {
             if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(Kind::zero) {
-                (0..slot.length()).for_each(|index| memory.put(slot.base + index, zero.clone()));
+                (0..slot.length()).for_each(|index| self.put(slot.base + index, zero.clone()));
             }
             for (index, value) in &slot.initial {
-                memory.put(slot.base + index, value.clone());
+                self.put(slot.base + index, value.clone());
             }
         }
-        memory
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
@@ -194,7 +218,6 @@ impl Memory {
     }
 
     fn put(&mut self, cell: usize, value: Value) {
-        let next = u32::try_from(self.vectors.len()).unwrap_or(u32::MAX);
         let Some(place) = self.cells.get_mut(cell) else {
             return;
         };
@@ -207,8 +230,13 @@ impl Memory {
                 }
             }
             (value, _) => {
-                *place = Cell::vector(next);
-                self.vectors.push(value);
+                let free = self.free.pop();
+                let at = free.unwrap_or(u32::try_from(self.vectors.len()).unwrap_or(u32::MAX));
+                *place = Cell::vector(at);
+                match self.vectors.get_mut(at as usize) {
+                    Some(held) => *held = value,
+                    None => self.vectors.push(value),
+                }
             }
         }
     }

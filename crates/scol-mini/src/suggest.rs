@@ -11,6 +11,7 @@ use crate::diagnostic::{Diagnostic, Severity, Span};
 use crate::lexer::{Lexeme, Token};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, names, word};
+use crate::program::Program;
 
 /// Longest word that is compared with others.
 const MAX_WORD: usize = 24;
@@ -37,6 +38,34 @@ pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
                 _ => remedy,
             });
         }
+    }
+}
+
+/// Adds a remedy to every error of a statement that is executed directly and sees the names of this program.
+pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [Diagnostic]) {
+    let suggester = Suggester {
+        source: statement,
+        arm: base.options.arm,
+        outline: Outline::default(),
+    };
+    for diagnostic in diagnostics.iter_mut() {
+        let found = suggester.text(diagnostic.span);
+        let remedy = match diagnostic.code {
+            "E0101" | "E0103" => suggester.keyword(diagnostic),
+            "E0201" if !CHANNELS.contains(&found.as_str()) => {
+                let systems = builtin::words().filter(|word| builtin::System::from_word(word).is_some());
+                let names = base.symbols.shared.keys().map(String::as_str);
+                did_you_mean(&found, names.chain(systems))
+            }
+            "E0201" => suggester.name(&found, None, diagnostic),
+            // A bare word that is no program of the file was meant to be a statement.
+            "E0501" => {
+                let known = base.blocks.iter().any(|block| block.name == found);
+                did_you_mean(&found, builtin::words()).filter(|_| !known)
+            }
+            code => fixed(code).map(String::from),
+        };
+        diagnostic.help = remedy.or(diagnostic.help.take());
     }
 }
 

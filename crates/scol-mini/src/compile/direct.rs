@@ -46,7 +46,9 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
         }
         Err(problem) => sink.error(problem),
     }
-    Err(sink.finish())
+    let mut diagnostics = sink.finish();
+    crate::suggest::attach_direct(statement, base, &mut diagnostics);
+    Err(diagnostics)
 }
 
 fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
@@ -81,6 +83,9 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
         Some(Statement::Next(_)) => refused("NEXT"),
         Some(Statement::Goto(_) | Statement::Select(..)) => refused("GOTO"),
         Some(Statement::Return) => refused("RETURN"),
-        Some(Statement::Call(name, _)) => refused(&alloc::format!("a call of {}", name.text)),
+        Some(Statement::Call(name, _)) => {
+            let message = alloc::format!("{} is no statement that can be executed directly", name.text);
+            Err(Problem::new("E0501", name.span, message))
+        }
     }
 }

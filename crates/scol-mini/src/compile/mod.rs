@@ -72,7 +72,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     );
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
-        names::resolve_block(block, &file.doubtful, &mut symbols, sink);
+        names::resolve_block(block, &file.doubtful, &mut symbols, options.data_copy, sink);
         kinds::check_block(block, &symbols, sink);
         blocks.push(Entry {
             name: block.name.text.clone(),

@@ -193,7 +193,8 @@ pub(super) fn numeric(
         _ => {
             let result = scalar(builtin, double(first), double(second));
             if result.is_nan() {
-                let message = format!("{} is not defined for {}", builtin.word(), double(first));
+                #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
+                let message = format!("{} is not defined for {}", builtin.word(), double(first) as f32);
                 return Err(Trouble::new(FaultKind::Domain, message));
             }
             real(result as f32)

@@ -30,11 +30,11 @@ use crate::tree::{Expression, Simple};
 use crate::value::{Position, Value};
 
 pub(crate) use arithmetic::convert;
-pub use monitor::Monitored;
+pub use monitor::{Jump, Monitored};
 use place::{Argument, Place};
 
 /// Task ID of the main program (M-58762 p.2-27).
-const MAIN_TASK: u16 = 1;
+pub(crate) const MAIN_TASK: u16 = 1;
 
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
@@ -190,6 +190,7 @@ impl Machine {
     /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
     pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
         let program = Arc::clone(&self.program);
+        memory.enter(&program, self.task);
         loop {
             match &self.state {
                 State::Asked(pending) => return Pause::Request(pending.request.clone()),
@@ -241,6 +242,7 @@ impl Machine {
         let pending = pending.clone();
         let numbers = numbers(&pending.request, answer).map_err(|trouble| self.fault(trouble))?;
         self.state = State::Ready;
+        memory.enter(&self.program, self.task);
         for (place, number) in pending.targets.iter().zip(numbers) {
             let program = Arc::clone(&self.program);
             if let Err(trouble) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
@@ -289,14 +291,31 @@ impl Machine {
     /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
         if matches!(self.state, State::Asked(_) | State::Waiting | State::Faulted) {
-            let rest = self.program.steps.get(self.at + 1..).unwrap_or_default();
-            let parts = rest.iter().take_while(|step| !step.head).count();
-            self.at = match self.program.steps.get(self.at).map(|step| &step.operation) {
-                Some(Operation::On { after, .. }) => *after,
-                _ => self.at + 1 + parts,
-            };
+            let steps = &self.program.steps;
+            loop {
+                // The action of an ON is no part of the statement.
+                self.at = match steps.get(self.at).map(|step| &step.operation) {
+                    Some(Operation::On { after, .. }) => *after,
+                    _ => self.at + 1,
+                };
+                if steps.get(self.at).is_none_or(|step| step.head) {
+                    break;
+                }
+            }
             self.state = State::Ready;
         }
+    }
+
+    /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
+    /// [`rewrite_value`](crate::rewrite_value) makes. `false`, and nothing done, when the steps are not the same.
+    pub fn relocate(&mut self, program: &Arc<Program>) -> bool {
+        let same = self.program.steps.len() == program.steps.len()
+            && self.program.blocks == program.blocks
+            && self.program.code == program.code;
+        if same {
+            self.program = Arc::clone(program);
+        }
+        same
     }
 
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.

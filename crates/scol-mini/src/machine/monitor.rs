@@ -26,11 +26,15 @@ pub(super) struct Monitor {
 /// What a monitor has brought about.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Monitored {
-    /// The machine has jumped; the statement under way is given up.
-    Jumped,
+    /// The statement under way is given up, then [`Machine::jump`] with this.
+    Jump(Jump),
     /// This machine is to be run to its end before the other one goes on.
     Handler(Box<Machine>),
 }
+
+/// Where a monitor leads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump(Monitor);
 
 impl Machine {
     /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
@@ -58,11 +62,12 @@ impl Machine {
     ///
     /// # Errors
     /// A condition cannot be evaluated; its monitor is dropped.
-    pub fn look(&mut self, memory: &Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
+    pub fn look(&mut self, memory: &mut Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
         if !self.awake {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
+        memory.enter(&program, self.task);
         for index in 0..self.monitors.len() {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
@@ -104,12 +109,16 @@ impl Machine {
         Ok(None)
     }
 
-    fn act(&mut self, monitor: Monitor, jump: bool) -> Monitored {
+    /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
+    pub fn jump(&mut self, Jump(monitor): Jump) {
+        self.cut(monitor.depth);
+        self.at = monitor.on + 1;
+        self.state = State::Ready;
+    }
+
+    fn act(&self, monitor: Monitor, jump: bool) -> Monitored {
         if jump {
-            self.cut(monitor.depth);
-            self.at = monitor.on + 1;
-            self.state = State::Ready;
-            return Monitored::Jumped;
+            return Monitored::Jump(Jump(monitor));
         }
         Monitored::Handler(Box::new(Machine {
             at: monitor.on + 1,

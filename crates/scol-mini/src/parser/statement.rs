@@ -129,9 +129,6 @@ impl Cursor<'_> {
         if matches!(statement, Statement::For { .. } | Statement::Next(_)) {
             return Err(Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF"));
         }
-        if let Statement::On { .. } = statement {
-            return Err(Problem::new("E0103", span, "ON cannot depend on an IF"));
-        }
         Ok(statement)
     }
 
