@@ -27,6 +27,24 @@ fn ok_programs_compile_without_a_remark() {
     }
 }
 
+/// Programs of the kind that run in cells are not warned of; those of the manual for what is true of them: a check value
+/// that INPUT gives its kind, a PRINT behind a MOVE, a label nothing jumps to, a GLOBAL that nothing uses.
+#[test]
+fn ok_programs_get_no_false_warnings() {
+    let mut found = Vec::new();
+    for (path, source) in programs("ok") {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_string();
+        let remarks = check(&source, &options(&source)).diagnostics;
+        found.extend(remarks.iter().map(|remark| (name.clone(), remark.code)));
+    }
+    let expected = [
+        ("direct_position", "W0602"),
+        ("relative", "W0601"),
+        ("workfile", "W0607"),
+    ];
+    assert_eq!(found, expected.map(|(name, code)| (name.to_string(), code)));
+}
+
 // clause: PRT-13 PRT-15 INP-01 BUF-01
 #[test]
 fn run_programs_play_as_expected() {
