@@ -2,7 +2,6 @@
 //! the machine's matter.
 
 use crate::Controller;
-use crate::arm::Frames;
 use crate::execution::{Doing, Task};
 use crate::limits::SCAN;
 use crate::run::{Step, alarm_of};
@@ -23,7 +22,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: Frames::of(self.execution.memory().conditions()),
+            frames: self.arm.frames(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),

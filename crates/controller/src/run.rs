@@ -3,7 +3,6 @@
 
 use crate::Controller;
 use crate::alarm::{self, AlarmCode};
-use crate::arm::Frames;
 use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
@@ -356,7 +355,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: Frames::of(self.execution.memory().conditions()),
+            frames: self.arm.frames(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),

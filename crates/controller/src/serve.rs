@@ -137,6 +137,7 @@ impl Controller {
                 let line = task.machine.line();
                 let code = match error {
                     MotionError::Singular { .. } => alarm::SINGULAR,
+                    MotionError::Free { .. } => alarm::AXIS_FREE,
                     MotionError::Unreachable(_)
                     | MotionError::OnPath { .. }
                     | MotionError::Configuration { .. }
@@ -171,10 +172,13 @@ impl Controller {
             self.show_on_pendant(&data);
             return self.answer(task, Answer::Done, false);
         };
+        if let Some(until) = self.line_free_at(port, data.len()) {
+            task.doing = Doing::Pausing { until };
+            return Step::Blocked;
+        }
         let missing = self.missing_peer(port);
         if !missing && !data.is_empty() {
-            let bytes = self.through_line(port, data);
-            self.push_output(Output::Send { port, bytes });
+            self.send_bytes(port, data);
         }
         match (self.answer(task, Answer::Done, false), missing) {
             (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(

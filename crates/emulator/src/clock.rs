@@ -8,8 +8,9 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
 
-/// How long no input may have come in before [`TimeMode::Auto`] jumps: long enough for an answer that is
-/// already on the loopback to be read first.
+/// How long nothing may have come from a host or gone to one before [`TimeMode::Auto`] jumps: long enough for
+/// an answer that is already on the loopback to be read first. From then on it jumps from deadline to
+/// deadline until something comes or goes again.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
@@ -71,7 +72,8 @@ pub enum Wake {
     Never,
     /// After this much real time.
     After(Duration),
-    /// After this much real time without input, by [`Clock::jump`].
+    /// After this much real time without input, by [`Clock::jump`]; zero is as soon as it is known that no
+    /// input waits.
     JumpAfter(Duration),
 }
 
@@ -81,17 +83,26 @@ pub struct Clock {
     mode: TimeMode,
     origin: Instant,
     base: Time,
+    /// When something last came from a host or went to one.
+    stirred: Instant,
 }
 
 impl Clock {
     /// A clock that shows [`Time::ZERO`] now.
     #[must_use]
     pub fn start(mode: TimeMode) -> Clock {
+        let wall = Instant::now();
         Clock {
             mode,
-            origin: Instant::now(),
+            origin: wall,
             base: Time::ZERO,
+            stirred: wall,
         }
+    }
+
+    /// Something came from a host or went to one: it may answer.
+    pub fn stir(&mut self) {
+        self.stirred = Instant::now();
     }
 
     /// Virtual time now.
@@ -132,7 +143,10 @@ impl Clock {
         match self.mode {
             _ if left.is_zero() => Wake::After(Duration::ZERO),
             TimeMode::Stepped => Wake::Never,
-            TimeMode::Auto if host_is_silent => Wake::JumpAfter(AUTO_GRACE.min(left)),
+            TimeMode::Auto if host_is_silent => {
+                let quiet = wall.saturating_duration_since(self.stirred);
+                Wake::JumpAfter(AUTO_GRACE.saturating_sub(quiet).min(left))
+            }
             TimeMode::Real | TimeMode::Auto => Wake::After(left),
             TimeMode::Scaled(factor) => Wake::After(scaled(left, 1.0 / factor)),
         }
@@ -224,6 +238,16 @@ mod tests {
         assert_eq!(
             clock.wake_at(start, Some(hour), false),
             Wake::After(Duration::from_secs(3_600))
+        );
+        let later = start + AUTO_GRACE / 4;
+        assert_eq!(
+            clock.wake_at(later, Some(hour), true),
+            Wake::JumpAfter(AUTO_GRACE * 3 / 4)
+        );
+        let quiet = start + AUTO_GRACE;
+        assert_eq!(
+            clock.wake_at(quiet, Some(hour), true),
+            Wake::JumpAfter(Duration::ZERO)
         );
         clock.jump(hour);
         assert!(clock.now() >= hour);

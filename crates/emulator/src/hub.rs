@@ -18,6 +18,10 @@ use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
 
+/// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
+/// in the next, and its message is there in the one behind.
+const TURNS_BEFORE_A_JUMP: u32 = 3;
+
 /// Panel actions that may wait for the hub.
 pub const WAITING_ACTIONS: usize = 64;
 
@@ -166,6 +170,7 @@ impl Hub {
                 () = &mut stop => break,
                 action = self.actions.recv(), if actions_open => match action {
                     Some(Action { panel, done }) => {
+                        self.clock.stir();
                         self.feed(Input::Panel(panel)).await;
                         // Fails only when nobody waits for it.
                         let _ = done.send(());
@@ -173,6 +178,7 @@ impl Hub {
                     None => actions_open = false,
                 },
                 message = self.links.next() => if let Some(message) = message {
+                    self.clock.stir();
                     for input in self.links.take(message) {
                         self.feed(input).await;
                     }
@@ -205,7 +211,10 @@ impl Hub {
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
-            Output::Send { port, bytes } => inputs.extend(self.links.send(port, bytes).await),
+            Output::Send { port, bytes } => {
+                self.clock.stir();
+                inputs.extend(self.links.send(port, bytes).await);
+            }
             Output::Stored { name, content } => {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
                 let stored = self.store.as_mut().map(|store| store.put(&name, &content));
@@ -243,6 +252,11 @@ async fn sleep(wake: Wake) {
         Wake::Never => std::future::pending().await,
         // Something is due already, but the links get their turn.
         Wake::After(duration) if duration.is_zero() => tokio::task::yield_now().await,
+        Wake::JumpAfter(duration) if duration.is_zero() => {
+            for _ in 0..TURNS_BEFORE_A_JUMP {
+                tokio::task::yield_now().await;
+            }
+        }
         Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
     }
 }

@@ -157,6 +157,8 @@ pub struct Motion {
     pub path: Path,
     /// The conditions with the `WITH` clause applied.
     pub conditions: Conditions,
+    /// `WITH` names a coordinate system: those of `conditions` hold while the motion is under way, and no longer.
+    pub own_frames: bool,
 }
 
 /// Where to and how. Positions still stand in their own coordinate system.

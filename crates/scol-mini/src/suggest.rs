@@ -246,7 +246,6 @@ fn fixed(code: &str) -> Option<&'static str> {
         "E0009" => "correct those above first",
         "E0102" => "put CR last, or begin another PRINT",
         "E0104" => "assign the inner part to a variable before, or move it to a subprogram",
-        "E0105" => "set it before, by a statement of its own",
         "E0207" => "POINT(...), TRANS(...) and PAYLOAD(...) make vector values, P.X is a number",
         "E0208" => "choose another name",
         "E0210" => "give it a constant here, and compute it at the beginning of the main program",

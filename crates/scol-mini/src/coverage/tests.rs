@@ -57,7 +57,7 @@ fn programs() -> BTreeMap<String, Rows> {
             continue;
         }
         let source = read(&path);
-        let arm = if source.contains("\n' arm: scara\n") {
+        let arm = if source.contains("\n' arm: scara") {
             Arm::Scara
         } else {
             Arm::SixAxis

@@ -172,6 +172,7 @@ impl Machine {
                 Some(Request::Move(Box::new(Motion {
                     path: context.path(course)?,
                     conditions,
+                    own_frames: with.iter().any(|(condition, _)| condition.is_frame()),
                 })))
             }
             Simple::Print { channel, items, cr } => Some(context.print(*channel, items, *cr)?),
