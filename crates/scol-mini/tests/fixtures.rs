@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use common::{answers, compiled, folder, options, play, programs};
-use scol_mini::{Severity, check, compile};
+use scol_mini::{Severity, check, compile, format};
 
 // clause: EXAMPLE-09 RAM-04 RAM-09 RAM-10 DATA-01
 #[test]
@@ -58,6 +58,44 @@ fn run_programs_play_as_expected() {
         let lines = play(&compiled(&source), answers(&source), 10_000);
         assert_eq!(lines.join("\n") + "\n", expected, "{}", path.display());
     }
+}
+
+#[test]
+fn laying_out_is_done_once_and_changes_no_meaning() {
+    let mut changed = 0;
+    for (path, source) in ["ok", "run", "err"].into_iter().flat_map(programs) {
+        let laid = format(&source);
+        assert_eq!(format(&laid), laid, "{}", path.display());
+        changed += usize::from(laid != source);
+        let (before, after) = (
+            compile(&source, &options(&source)),
+            compile(&laid, &options(&source)),
+        );
+        let said = |list: &[scol_mini::Diagnostic]| -> Vec<(u32, &str)> {
+            let mut codes: Vec<_> = list.iter().map(|d| (d.line, d.code)).collect();
+            codes.sort_unstable();
+            codes
+        };
+        assert_eq!(
+            said(&after.diagnostics),
+            said(&before.diagnostics),
+            "{}",
+            path.display()
+        );
+        if let (Some(before), Some(after)) = (before.program, after.program) {
+            let lines = |program| play(program, answers(&source), 3_000);
+            assert_eq!(lines(&after), lines(&before), "{}", path.display());
+            assert_eq!(
+                after.first_line(),
+                before.first_line(),
+                "lines stay where they are"
+            );
+        }
+    }
+    assert!(
+        changed > 20,
+        "{changed} programs are laid out anew: the test proves little"
+    );
 }
 
 fn remarks(source: &str) -> String {
