@@ -55,7 +55,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     }
     let mut file = parse_file(source, options, sink);
     let mut symbols = Symbols::default();
-    declare::globals(&file, options, &mut symbols, sink);
+    declare::globals(&mut file, options, &mut symbols, sink);
     declare::data(&file, options, &mut symbols, sink);
     let signatures: Vec<Signature> = file
         .blocks
