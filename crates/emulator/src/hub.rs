@@ -198,6 +198,7 @@ impl Hub {
                     }
                 },
                 message = self.lines.next() => {
+                    self.clock.stir();
                     let input = message.and_then(|message| self.lines.take(message));
                     if let Some(input) = input {
                         self.feed(input).await;
