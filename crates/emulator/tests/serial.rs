@@ -426,6 +426,9 @@ fn cable() -> (File, PathBuf) {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
     grantpt(&master).unwrap();
     unlockpt(&master).unwrap();
+    let mut termios = rustix::termios::tcgetattr(&master).unwrap();
+    termios.make_raw();
+    rustix::termios::tcsetattr(&master, rustix::termios::OptionalActions::Now, &termios).unwrap();
     let name = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
     (File::from(master), PathBuf::from(name))
 }
@@ -461,6 +464,9 @@ fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
         .unwrap()
         .start()
         .unwrap();
+    let modes = rustix::termios::tcgetattr(&first).unwrap().input_modes;
+    let marks = rustix::termios::InputModes::INPCK | rustix::termios::InputModes::PARMRK;
+    assert!(modes.contains(marks), "bad characters are marked: {modes:?}");
     first.write_all(&text("SU")).unwrap();
     assert!(hear_cable(&first).starts_with(b"\x02FL,MODE:"));
     first.write_all(&text("DL,HALF")).unwrap();
