@@ -331,6 +331,31 @@ fn a_host_that_vanishes_is_forgotten() {
     drop(robot);
 }
 
+#[test]
+fn a_program_that_waits_or_moves_outlives_its_partner() {
+    let program = "GLOBAL\nN = 0\nEND\nPROGRAM P\nN = 0\nINPUT COM1, N\nMOVE POINT(300,0,200) WITH SPEED=20\n\
+                   PRINT COM1, N, CR\nEND\n";
+    let directory = Directory::new();
+    let robot = directory
+        .robot()
+        .time(TimeMode::Scaled(50.0))
+        .file("P", program)
+        .select("P")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    drop(open(&directory.at("com1"), 9_600));
+    robot.panel(Panel::Start).unwrap();
+    drop(open(&directory.at("com1"), 9_600));
+    let mut partner = open(&directory.at("com1"), 9_600);
+    partner.write_all(b"7\r").unwrap();
+    drop(partner);
+    let mut partner = open(&directory.at("com1"), 9_600);
+    let mut printed = [0; 13];
+    partner.read_exact(&mut printed).unwrap();
+    assert_eq!(&printed, b"           7\r");
+}
+
 fn dial(end: Option<&SerialEnd>) -> TcpStream {
     let Some(SerialEnd::Rfc2217(address) | SerialEnd::Tcp(address)) = end else {
         panic!("{end:?}");
