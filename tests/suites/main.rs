@@ -22,6 +22,7 @@ mod permissions;
 mod programs;
 mod proofs;
 mod purity;
+mod recordings;
 mod settings;
 mod signals;
 mod simulation;

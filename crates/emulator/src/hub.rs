@@ -4,9 +4,10 @@
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
 use crate::link::{LinkError, Links};
-use crate::loading::{self, LoadError, Loaded};
+use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::store::Store;
+use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
@@ -59,6 +60,9 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// A transcript.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -78,6 +82,7 @@ pub struct Hub {
     log: EventLog,
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
+    tape: Tape,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -89,43 +94,21 @@ impl Hub {
     /// # Errors
     /// See [`StartError`]; nothing is left open.
     pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
-        let Loaded {
-            store,
-            present,
-            put,
-            demo,
-        } = loading::load(settings)?;
-        let controller =
-            Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
-                name: "a file".to_owned(),
-                reason: error.to_string(),
-            })?;
+        let powered = loading::power_on(settings)?;
+        let tape = Tape::begin(settings, &powered)?;
         let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
         let mut hub = Hub {
-            controller,
+            controller: powered.controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
-            store,
+            store: powered.store,
             log: EventLog::default(),
             actions,
             watch: None,
+            tape,
             ports: BTreeMap::new(),
-            demo,
+            demo: powered.demo,
         };
-        for (name, content) in put {
-            let stored = hub.controller.put_file(&name, &content);
-            stored.map_err(|error| StartError::Store {
-                name,
-                reason: error.to_string(),
-            })?;
-        }
-        if let Some(name) = &settings.select {
-            let selected = hub.controller.select(hub.clock.now(), name);
-            selected.map_err(|error| StartError::Select {
-                name: name.clone(),
-                reason: error.to_string(),
-            })?;
-        }
         hub.ports = hub.links.open(hub.controller.network())?;
         if settings.servo_on {
             hub.feed(Input::Panel(Panel::Servo(true))).await;
@@ -196,10 +179,15 @@ impl Hub {
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
         let mut inputs = VecDeque::from([input]);
+        // What follows from the first input is the controller's own doing.
+        let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
+            self.tape.input(now, &input, by);
+            by = Party::Robot;
             self.controller.handle(now, input);
             while let Some(output) = self.controller.poll_output() {
+                self.tape.output(now, &output);
                 let watched = self.watch.as_ref().map(|_| output.clone());
                 self.perform(output, &mut inputs).await;
                 if let (Some(feeder), Some(output)) = (&self.watch, watched) {
@@ -207,6 +195,7 @@ impl Hub {
                 }
             }
         }
+        self.tape.flush();
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

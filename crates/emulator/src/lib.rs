@@ -15,4 +15,5 @@ pub mod ready;
 pub mod store;
 #[cfg(test)]
 mod testing;
+pub mod transcript;
 pub mod watch;
