@@ -13,6 +13,7 @@ pub mod loading;
 pub mod log;
 pub mod ready;
 pub mod store;
+pub mod tap;
 #[cfg(test)]
 mod testing;
 pub mod transcript;

@@ -1,4 +1,4 @@
-//! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap`: reads it, runs one of them, says the exit code.
 
 mod check;
 mod format;
@@ -6,6 +6,7 @@ mod host;
 mod report;
 mod run;
 mod serve;
+mod tap;
 
 use crate::config::ServeArgs;
 use clap::{Parser, Subcommand};
@@ -26,6 +27,7 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
+    Tap(tap::TapArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -37,5 +39,6 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Tap(args) => tap::run(&args),
     }
 }

@@ -7,6 +7,7 @@ mod dial;
 mod listen;
 
 pub use listen::LinkError;
+pub(crate) use listen::bind;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
