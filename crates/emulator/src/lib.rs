@@ -5,6 +5,7 @@
 pub mod cli;
 pub mod clock;
 pub mod config;
+pub mod diff;
 pub mod embed;
 pub mod headless;
 pub mod hub;

@@ -1,6 +1,7 @@
-//! The command line `ts3100 serve | host | check | fmt | run | tap`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod diff;
 mod format;
 mod host;
 mod report;
@@ -28,6 +29,7 @@ enum Command {
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
     Tap(tap::TapArgs),
+    Diff(Box<diff::DiffArgs>),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -40,5 +42,6 @@ pub fn main() -> ExitCode {
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
     }
 }
