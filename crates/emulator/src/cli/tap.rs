@@ -31,11 +31,11 @@ const MAX_WAIT: f64 = 3_600.0;
 /// What it records, `ts3100 diff` plays to the emulator. Exit code: 0 ended by a signal, 2 could not start.
 #[derive(Debug, Args)]
 pub(super) struct TapArgs {
-    /// The real controller: name or address without a port
+    /// The real controller: name or address, and the port of its IP0 if that is not 1000; the others follow
     #[arg(value_name = "REAL_ADDR")]
     real: String,
-    /// Transcript to write: .txt, .jsonl or .pcapng (Wireshark); may be given several times
-    #[arg(long, value_name = "FILE", required = true, action = clap::ArgAction::Append)]
+    /// Transcript to write: .txt, .jsonl or .pcapng (Wireshark); may be given several times [default: text on stdout]
+    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
     transcript: Vec<TranscriptFile>,
     /// Address to listen on
     #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
@@ -46,7 +46,7 @@ pub(super) struct TapArgs {
     /// Ports of the tap itself: 1000-1003 plus the offset, or free ones chosen by the system
     #[arg(long, value_name = "WORD", default_value = "parameter")]
     ports: PortsWord,
-    /// Channels to tap; ip1=2001 where the real one has another port than 1000-1003
+    /// Channels to tap; ip1=2001 where the port of the real one does not follow that of its IP0
     #[arg(
         long,
         value_name = "CHANNEL[=PORT]",
@@ -57,8 +57,8 @@ pub(super) struct TapArgs {
     /// Longest wait for the real controller to take a connection, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     connect_timeout: f64,
-    /// Print one line of JSON on stdout once every port accepts
-    #[arg(long)]
+    /// Print one line of JSON on stdout once every port accepts; needs --transcript
+    #[arg(long, requires = "transcript")]
     ready_json: bool,
     /// Log every byte
     #[arg(long, short, action = clap::ArgAction::Count)]
@@ -73,7 +73,8 @@ pub(super) struct TapArgs {
 struct Wanted {
     port: Port,
     index: u16,
-    real: u16,
+    /// If it was given.
+    real: Option<u16>,
 }
 
 impl FromStr for Wanted {
@@ -89,12 +90,11 @@ impl FromStr for Wanted {
             .next()
             .ok_or_else(|| format!("expected ip0, ip1, ip2 or ip3, found `{name}`"))?;
         let real = match number {
-            None => FIRST_PORT + index,
-            Some(number) => number
-                .parse()
-                .ok()
-                .filter(|number| *number > 0)
-                .ok_or_else(|| format!("expected a port from 1 to 65535, found `{number}`"))?,
+            None => None,
+            Some(number) => match number.parse() {
+                Ok(number) if number > 0 => Some(number),
+                _ => return Err(format!("expected a port from 1 to 65535, found `{number}`")),
+            },
         };
         Ok(Wanted { port, index, real })
     }
@@ -111,13 +111,22 @@ pub(super) fn run(args: &TapArgs) -> ExitCode {
     }
 }
 
-fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
-    let found = (args.real.as_str(), FIRST_PORT).to_socket_addrs();
-    let real = found
-        .with_context(|| format!("{}: expected a name or an address without a port", args.real))?
+/// Address of the real controller and port of its IP0.
+fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
+    let has_port = text.contains(':') && text.parse::<IpAddr>().is_err();
+    let found = if has_port {
+        text.to_socket_addrs()
+    } else {
+        (text, FIRST_PORT).to_socket_addrs()
+    };
+    found
+        .with_context(|| format!("{text}: expected NAME, ADDRESS, NAME:PORT or ADDRESS:PORT"))?
         .next()
-        .ok_or_else(|| anyhow!("{}: no address found", args.real))?
-        .ip();
+        .ok_or_else(|| anyhow!("{text}: no address found"))
+}
+
+fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
+    let real = real_address(&args.real)?;
     let mut routes: Vec<Route> = Vec::new();
     for wanted in &args.channels {
         let own = match args.ports {
@@ -132,7 +141,15 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         let route = Route {
             port: wanted.port,
             listen: SocketAddr::new(args.listen, own),
-            real: SocketAddr::new(real, wanted.real),
+            real: match wanted.real {
+                Some(port) => SocketAddr::new(real.ip(), port),
+                None => SocketAddr::new(
+                    real.ip(),
+                    real.port()
+                        .checked_add(wanted.index)
+                        .ok_or_else(|| anyhow!("{}: the port of {} exceeds 65535", args.real, wanted.port))?,
+                ),
+            },
         };
         if own != 0 && route.listen == route.real {
             return Err(anyhow!(
@@ -235,7 +252,8 @@ mod tests {
             ("192.0.2.1 --channels ip0,ip0=5", "twice"),
             ("192.0.2.1 --port-offset 65000", "exceed"),
             ("192.0.2.1 --connect-timeout 0", "more than 0"),
-            ("192.0.2.1:1000", "without a port"),
+            ("192.0.2.1:x", "NAME:PORT"),
+            ("192.0.2.1:65535", "exceeds"),
         ] {
             let error = routes(words).unwrap_err();
             assert!(error.contains(expected), "{words}: {error}");

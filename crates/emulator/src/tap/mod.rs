@@ -41,7 +41,7 @@ pub struct Route {
 pub struct TapSettings {
     /// The channels.
     pub routes: Vec<Route>,
-    /// Where the transcripts go.
+    /// Where the transcripts go; to stdout as text when there is none.
     pub transcripts: Vec<TranscriptFile>,
     /// Longest wait for a connection to the real controller.
     pub connect_timeout: Duration,
@@ -91,7 +91,11 @@ impl Tap {
             ..Header::default()
         };
         let base = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-        let recorder = Recorder::begin(&settings.transcripts, &header, base)?;
+        let recorder = if settings.transcripts.is_empty() {
+            Recorder::on_stdout(&header)?
+        } else {
+            Recorder::begin(&settings.transcripts, &header, base)?
+        };
         Ok(Tap {
             listeners,
             ports,

@@ -29,10 +29,9 @@ enum Writer {
     Pcapng(Box<pcapng::Writer>),
 }
 
-#[derive(Debug)]
 struct Output {
     path: PathBuf,
-    file: File,
+    file: Box<dyn Write + Send>,
     writer: Writer,
     /// Not written yet: what came since the last flush.
     waiting: Vec<u8>,
@@ -41,14 +40,25 @@ struct Output {
 
 impl Output {
     fn begin(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
+        let writer = match target.format {
+            Format::Text => Writer::Text(text::Writer::default()),
+            Format::Json => Writer::Json,
+            Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
+        };
+        let file = Box::new(File::create(&target.path)?);
+        Output::over(target.path.clone(), file, writer, header)
+    }
+
+    fn over(
+        path: PathBuf,
+        file: Box<dyn Write + Send>,
+        writer: Writer,
+        header: &Header,
+    ) -> io::Result<Output> {
         let mut output = Output {
-            path: target.path.clone(),
-            file: File::create(&target.path)?,
-            writer: match target.format {
-                Format::Text => Writer::Text(text::Writer::default()),
-                Format::Json => Writer::Json,
-                Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
-            },
+            path,
+            file,
+            writer,
             waiting: Vec::new(),
             written: 0,
         };
@@ -74,7 +84,10 @@ impl Output {
         if self.written + length > MAX_BYTES {
             return Err(io::Error::other(format!("it has {MAX_BYTES} bytes, the most")));
         }
-        let done = self.file.write_all(&self.waiting);
+        let done = self
+            .file
+            .write_all(&self.waiting)
+            .and_then(|()| self.file.flush());
         self.waiting.clear();
         self.written += length;
         done
@@ -82,7 +95,7 @@ impl Output {
 }
 
 /// The files of the transcripts of one run.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Recorder {
     outputs: Vec<Output>,
 }
@@ -106,6 +119,20 @@ impl Recorder {
         };
         let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
         Ok(Recorder { outputs })
+    }
+
+    /// A transcript as text on stdout.
+    ///
+    /// # Errors
+    /// stdout cannot be written.
+    pub fn on_stdout(header: &Header) -> Result<Recorder, RecorderError> {
+        let path = PathBuf::from("stdout");
+        let writer = Writer::Text(text::Writer::default());
+        let output = Output::over(path.clone(), Box::new(io::stdout()), writer, header);
+        let output = output.map_err(|source| RecorderError { path, source })?;
+        Ok(Recorder {
+            outputs: vec![output],
+        })
     }
 
     /// Whether anything is written at all.

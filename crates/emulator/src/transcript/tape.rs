@@ -58,7 +58,7 @@ impl Observer {
 }
 
 /// The transcripts of a running controller.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Tape {
     recorder: Recorder,
     observer: Observer,

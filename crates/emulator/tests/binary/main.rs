@@ -10,6 +10,7 @@
 mod client;
 mod extensions;
 mod headless;
+mod recordings;
 mod serve;
 mod support;
 mod tools;
