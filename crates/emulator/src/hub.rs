@@ -18,6 +18,7 @@ use ts3100_controller::Controller;
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
@@ -183,19 +184,29 @@ impl Hub {
         let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            self.tape.input(now, &input, by);
-            by = Party::Robot;
-            self.controller.handle(now, input);
-            while let Some(output) = self.controller.poll_output() {
-                self.tape.output(now, &output);
-                let watched = self.watch.as_ref().map(|_| output.clone());
-                self.perform(output, &mut inputs).await;
-                if let (Some(feeder), Some(output)) = (&self.watch, watched) {
-                    feeder.put(output);
-                }
+            // However late the wall is: what was due before is recorded with the time at which it was due.
+            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
+                let at = due.max(self.controller.now());
+                self.step(at, Input::Tick, by, &mut inputs).await;
             }
+            self.step(now, input, by, &mut inputs).await;
+            by = Party::Robot;
         }
         self.tape.flush();
+    }
+
+    /// One input at its time, and what the controller puts out.
+    async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        self.tape.input(at, &input, by);
+        self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            self.tape.output(at, &output);
+            let watched = self.watch.as_ref().map(|_| output.clone());
+            self.perform(output, inputs).await;
+            if let (Some(feeder), Some(output)) = (&self.watch, watched) {
+                feeder.put(output);
+            }
+        }
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

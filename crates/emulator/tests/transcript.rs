@@ -11,8 +11,11 @@ use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
+use ts3100_controller::{Config, Dialect};
 use ts3100_controller::{Panel, Port};
 use ts3100_emulator::clock::TimeMode;
+use ts3100_emulator::config::Settings;
+use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::transcript::{Line, Party, Recording, What};
 
@@ -44,6 +47,7 @@ impl Drop for TempDir {
 fn dial(robot: &Emulator, port: Port) -> TcpStream {
     let stream = TcpStream::connect(robot.address(port).unwrap()).unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
+    stream.set_nodelay(true).unwrap();
     stream
 }
 
@@ -156,4 +160,48 @@ fn a_transcript_that_cannot_be_written_stops_the_start() {
         "{error}"
     );
     assert!(Emulator::builder().transcript("a.pcap").is_err());
+}
+
+#[test]
+fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
+    let directory = TempDir::new();
+    let name = directory.path("robot.txt");
+    let program = "PROGRAM PICK\nSPEED = 100\nLOOP:\nMOVE POINT(450, 0, 250)\nPRINT IP1, \"A\", CR\n\
+        DELAY 0.013\nMOVE POINT(400, 30, 260)\nPRINT IP1, \"B\", CR\nGOTO LOOP\nEND\n";
+    let robot = Emulator::builder()
+        .file("PICK", program)
+        .select("PICK")
+        .servo_on(true)
+        .transcript(&name)
+        .unwrap()
+        .start()
+        .unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    let mut program = dial(&robot, Port::Ip1);
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    let mut status = [0; 282];
+    for _ in 0..200 {
+        host.write_all(b"\x02SF\r\x03").unwrap();
+        host.read_exact(&mut status).unwrap();
+        host.write_all(b"\x02OK\r\x03").unwrap();
+    }
+    exchange(&mut program, b"", b"A\rB\r");
+    for _ in 0..200 {
+        host.write_all(b"\x02SF\r\x03").unwrap();
+        host.read_exact(&mut status).unwrap();
+        host.write_all(b"\x02OK\r\x03").unwrap();
+    }
+    drop(robot);
+    let recording = Recording::read(name.as_ref()).unwrap();
+    let mut settings = Settings::new(Config::new(Dialect::Field));
+    settings.files.clone_from(&recording.header.files);
+    settings.select.clone_from(&recording.header.select);
+    settings.controller.calendar = recording.header.calendar.unwrap_or(settings.controller.calendar);
+    let exact = Tolerance {
+        time: Duration::ZERO,
+        ..Tolerance::default()
+    };
+    let report = diff(&recording, &settings, &exact).unwrap();
+    assert!(report.answers > 400);
+    assert_eq!(report.differences, []);
 }
