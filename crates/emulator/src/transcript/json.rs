@@ -32,9 +32,15 @@ pub fn write_header(header: &Header, out: &mut Vec<u8>) {
 
 /// The line of a record.
 pub fn write_record(record: &Record, out: &mut Vec<u8>) {
-    let line = |event: &str, line: Line| json!({"event": event, "line": line.to_string()});
-    let bytes = |event: &str, line: Line, bytes: &[u8]| json!({"event": event, "line": line.to_string(), "hex": hex(bytes), "text": notation::write(bytes)});
-    let mut object = match &record.what {
+    let t = record.at.as_micros();
+    let line = |event: &str, line: Line| json!({"t_us": t, "event": event, "line": line.to_string()});
+    let bytes = |event: &str, at: Line, bytes: &[u8]| {
+        let mut object = line(event, at);
+        object["hex"] = Value::from(hex(bytes));
+        object["text"] = Value::from(notation::write(bytes));
+        object
+    };
+    let object = match &record.what {
         What::Connected { line: at, peer } => {
             let mut object = line("connected", *at);
             object["peer"] = Value::from(peer.as_str());
@@ -48,9 +54,8 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
             object["how"] = Value::from(ending(*how));
             object
         }
-        What::Panel(action) => json!({"event": "panel", "panel": panel::write(action)}),
+        What::Panel(action) => json!({"t_us": t, "event": "panel", "panel": panel::write(action)}),
     };
-    object["t_us"] = Value::from(record.at.as_micros());
     out.extend_from_slice(format!("{object}\n").as_bytes());
 }
 
