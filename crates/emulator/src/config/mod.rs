@@ -15,6 +15,7 @@ pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
 use crate::line::SerialEnd;
+use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -57,6 +58,10 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// Where transcripts go.
+    pub transcripts: Vec<TranscriptFile>,
+    /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
+    pub flags: Vec<String>,
 }
 
 impl Settings {
@@ -75,6 +80,8 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            transcripts: Vec::new(),
+            flags: Vec::new(),
         }
     }
 
@@ -130,9 +137,33 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            transcripts: args.transcript.clone(),
+            flags: controller_flags(args),
             ..defaults
         })
     }
+}
+
+/// The flags that make the controller, as `key=value`.
+fn controller_flags(args: &ServeArgs) -> Vec<String> {
+    fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
+        Some(value?.to_possible_value()?.get_name().to_owned())
+    }
+    let permissions = args.permissions.as_ref().map(|path| path.display().to_string());
+    let flags = [
+        ("dialect", word(args.dialect)),
+        ("model", args.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args.controller)),
+        ("key", word(args.key)),
+        ("control-right", word(args.control_right)),
+        ("permissions", permissions),
+    ];
+    let flags = flags
+        .into_iter()
+        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    flags
+        .chain(args.set.iter().map(|pair| format!("set={pair}")))
+        .collect()
 }
 
 #[cfg(test)]

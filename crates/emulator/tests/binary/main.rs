@@ -10,6 +10,7 @@
 mod client;
 mod extensions;
 mod headless;
+mod recordings;
 #[cfg(unix)]
 mod serial;
 mod serve;
