@@ -1,19 +1,25 @@
 #!/usr/bin/env python3
-"""A host's whole day on TCP: servo on, download, select, run, talk to the program on IP1, read status, stop.
+"""A host's whole day: servo on, download, select, run, talk to the program, read status, stop. The host's commands
+go over IP0, the HOST terminal or HOST behind RFC 2217; the program talks on IP1, on IP2 which the robot dials itself,
+or on COM1.
 
     python3 tests/whole_job.py --serve target/release/ts3100 [--no-stx]
+    python3 tests/whole_job.py --serve target/release/ts3100 --host terminal --speed 115200 --frame 8E2 --talk com1
     python3 tests/whole_job.py --ip0 127.0.0.1:1000 --ip1 127.0.0.1:1001
 
 It speaks raw bytes and shares no code with the product. Each step prints one line; the exit code is 0 when
 all of them held. The program that it downloads stands below and is ours."""
 
 import os
+import shutil
 import struct
 import sys
+import tempfile
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, run, true  # noqa: E402
+from transport import Listener, Remote, Settings, Terminal  # noqa: E402
+from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, equal, ok, options, run, split, true  # noqa: E402
 
 NAME = b"DAYJOB"
 PROGRAM = b"""GLOBAL
@@ -54,6 +60,8 @@ PRINT IP1, "SHORT", A, B, CR
 GOTO FINISH
 CLEAN:
 INPUT IP1, A
+REMARK On a slow line the rest of the record is still on its way.
+DELAY 0.1
 PRINT IP1, "BUFFRESET"
 PRINT IP1, "CLEANED", CR
 INPUT IP1, B
@@ -183,7 +191,7 @@ def servo_and_selection(host):
     equal("SF shows servo on", 1, body[0])
     equal("SF shows no alarm", b"\xff" * 20, body[4:24])
     equal("SF shows no emergency stop", 0, body[1])
-    equal("SU to the byte", b"MODE:external(ethernet)/cycle FILE:DAYJOB OVRD:100% LSPEED:100% "
+    equal("SU to the byte", b"MODE:external(" + host.right + b")/cycle FILE:DAYJOB OVRD:100% LSPEED:100% "
           b"MACHINE:free STATUS:stop(reset)", host.file(b"SU"))
 
 
@@ -382,13 +390,40 @@ def rough_hosts(host, ip0, stx):
         true("%s and a disconnect: the next host is served" % what, "OVRD" in host.status())
         host.close()
     rough = Host(again(ip0), stx)
-    rough.command(b"DL,HALF")
-    rough.text(b"FL," + PROGRAM[:250])
-    equal("half a download is answered so far", b"OK\r", rough.reply())
+    half_a_file(rough)
     rough.close()
     host = Host(again(ip0), stx)
     true("and stores nothing", b"HALF" not in directory(host))
-    if stx:
+    host.right = b"ethernet"
+    pieces(host)
+    return host
+
+
+def half_a_file(host):
+    """The beginning of a download."""
+    host.command(b"DL,HALF")
+    host.text(b"FL," + PROGRAM[:250])
+    equal("half a download is answered so far", b"OK\r", host.reply())
+
+
+def rough_line(host):
+    """The same on a line that knows no connections: what ends half a text is STX, or ten seconds."""
+    for what, data in (("garbage", b"\x00\x01garbage" if host.seven else bytes(range(0x80, 0x100))),
+                       ("half a text with STX", STX + b"SF\r"), ("an over-long text", STX + b"x" * 600)):
+        host.raw(data)
+        if not host.stx:
+            time.sleep(10.5)
+        true("%s: the next text is served" % what, "OVRD" in host.status())
+    half_a_file(host)
+    equal("ten seconds without the rest", b"", host.silence(10.5))
+    true("end it, and store nothing", b"HALF" not in directory(host))
+    pieces(host)
+    return host
+
+
+def pieces(host):
+    """Noise, and texts in pieces."""
+    if host.stx:
         host.raw(b"XY" + STX + b"S" + STX + b"SU\r" + ETX)
         equal("noise before STX, and a text begun anew: one answer", True, host.reply().startswith(b"FL,MODE:"))
         host.text(b"OK\r")
@@ -397,7 +432,6 @@ def rough_hosts(host, ip0, stx):
         time.sleep(0.002)
     true("a command in single bytes is answered", host.reply().startswith(b"FL,"))
     host.text(b"OK\r")
-    return host
 
 
 def again(address):
@@ -442,26 +476,145 @@ def other_modes(binary, stx):
             emulator.kill()
 
 
+class Cell:
+    """The ways between host and robot that the command line asks for, and the flags and files they need."""
+
+    def __init__(self, arguments):
+        self.host, self.talk = arguments.host, arguments.talk
+        self.settings = Settings(arguments.speed, arguments.frame)
+        self.com1 = Settings(min(arguments.speed, 38400), arguments.frame)
+        self.folder = tempfile.mkdtemp(prefix="ts3100-cell-")
+        self.listener = Listener() if self.talk == "ip2" else None
+        self.channel = self.talk.partition("-")[0].upper().encode()
+        self.flags = ["--drive", self.folder, *self.serial_flags()]
+
+    def serial_flags(self):
+        """What `serve` is asked for."""
+        if self.host != "ip0":
+            yield from ("--control-right", "rs232c")
+        if "terminal" in (self.host, self.talk.partition("-")[2]):
+            yield from ("--serial-dir", self.folder + ".lines")
+        if self.host == "rfc2217":
+            yield from ("--host-rfc2217", "127.0.0.1:0")
+        if self.talk == "com1-rfc2217":
+            yield from ("--com1-rfc2217", "127.0.0.1:0")
+
+    def set_parameters(self, binary):
+        """[U06], and IP2 as a client, written by a host of before."""
+        emulator = Emulator(binary, "--drive", self.folder)
+        try:
+            host = Host(emulator.address("ip0"), True)
+            user = host.file(b"UL,USER.PAR")
+            for name, settings in ((b"{HOST}", self.settings), (b"{COM1}", self.com1)):
+                user = user.replace(name + b" = 9600 8 0 1", name + b" = " + settings.parameter())
+            host.download(b"USER.PAR", user)
+            if self.listener:
+                host.download(b"ETHERNET.PAR", self.client(host.file(b"UL,ETHERNET.PAR")))
+            emulator.stop()
+        finally:
+            emulator.kill()
+
+    def client(self, file):
+        """ETHERNET.PAR with IP2 as a client of this process."""
+        lines = file.decode("ascii").replace("\r", "\n").split("\n")
+        section = ""
+        for at, line in enumerate(lines):
+            section = line[:5] if line.startswith("[") else section
+            if section == "[E00]" and line.startswith("="):
+                lines[at] = "= 1 1 2 1"
+            if line.startswith("{IP2}"):
+                lines[at] = {"[E06]": "{IP2} = %d" % self.listener.port, "[E07]": "{IP2} = 127.0.0.1"}.get(section, line)
+        return "\n".join(lines).encode("ascii")
+
+    def host_way(self, emulator):
+        """The way of the host's commands."""
+        if self.host == "ip0":
+            return emulator.address("ip0")
+        return self.serial(emulator, "host", self.host, self.settings)
+
+    def program_way(self, emulator):
+        """The way of the program's words."""
+        if self.listener:
+            return self.listener.accept()
+        channel, _, kind = self.talk.partition("-")
+        return emulator.address(channel) if not kind else self.serial(emulator, channel, kind, self.com1)
+
+    def serial(self, emulator, port, kind, settings):
+        """A serial line of either kind."""
+        if kind == "terminal":
+            return Terminal(os.path.join(self.folder + ".lines", port), settings)
+        return Remote(split(emulator.ready["serial"][port].partition("//")[2]), settings)
+
+    def remove(self):
+        """The folders it made."""
+        for folder in (self.folder, self.folder + ".lines"):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def whole_day(host, robot, rough):
+    """Everything, in the order of the day. `rough` ends it; the host it leaves behind tidies up."""
+    texts(host)
+    download(host)
+    servo_and_selection(host)
+    for part in (formats, dialogue, buffer_reset, stop_and_go_on, open_exchange, cancelled_input, hold):
+        part(host, robot)
+    host.command(b"RS,PRG")
+    variables(host)
+    direct(host)
+    host.command(b"RS,PRG")
+    host = rough(host)
+    tidy(host)
+    host.close()
+    robot.close()
+
+
+def in_a_cell(arguments):
+    """The day over the ways that the command line asks for; the exit code."""
+    global PROGRAM
+    cell = Cell(arguments)
+    PROGRAM = PROGRAM.replace(b"IP1", cell.channel)
+    emulator = None
+    started = time.monotonic()
+    try:
+        cell.set_parameters(arguments.serve)
+        emulator = Emulator(arguments.serve, *cell.flags)
+        robot = Line(cell.program_way(emulator))
+        host = Host(cell.host_way(emulator), arguments.stx)
+        host.right = b"ethernet" if cell.host == "ip0" else b"host"
+        host.seven = cell.settings.bits == 7
+        address = emulator.address("ip0")
+        whole_day(host, robot, (lambda host: rough_hosts(host, address, arguments.stx)) if cell.host == "ip0"
+                  else rough_line)
+        emulator.stop()
+    except (Failed, OSError) as error:
+        print("FAIL %s" % error, flush=True)
+        if emulator:
+            print(emulator.log(), file=sys.stderr)
+        return 1
+    finally:
+        if emulator:
+            emulator.kill()
+        cell.remove()
+    print("all of it held, in %.1f s" % (time.monotonic() - started))
+    return 0
+
+
 def main():
-    arguments = options("The whole day of a host on TCP.").parse_args()
+    parser = options("The whole day of a host.")
+    parser.add_argument("--host", choices=("ip0", "terminal", "rfc2217"), default="ip0",
+                        help="the way of the commands: IP0 (default), or HOST as a terminal or behind RFC 2217")
+    parser.add_argument("--talk", choices=("ip1", "ip2", "com1-terminal", "com1-rfc2217"), default="ip1",
+                        help="the way of the program's words; ip2 is dialled by the robot (default ip1)")
+    parser.add_argument("--speed", type=int, default=9600, help="of the serial lines, COM1 at most 38400")
+    parser.add_argument("--frame", default="8N1", help="data bits, parity, stop bits (default 8N1)")
+    arguments = parser.parse_args()
+    if (arguments.host, arguments.talk) != ("ip0", "ip1"):
+        return in_a_cell(arguments)
 
     def job(ip0, ip1):
-        host = Host(ip0, arguments.stx)
-        robot = Line(ip1)
-        texts(host)
-        download(host)
-        servo_and_selection(host)
-        variables_first = (formats, dialogue, buffer_reset, stop_and_go_on, open_exchange, cancelled_input, hold)
-        for part in variables_first:
-            part(host, robot)
-        host.command(b"RS,PRG")
-        variables(host)
-        direct(host)
-        host.command(b"RS,PRG")
-        host = rough_hosts(host, ip0, arguments.stx)
-        tidy(host)
-        host.close()
-        robot.close()
+        host, robot = Host(ip0, arguments.stx), Line(ip1)
+        host.right = b"ethernet"
+        whole_day(host, robot, lambda host: rough_hosts(host, ip0, arguments.stx))
         if arguments.serve:
             other_modes(arguments.serve, arguments.stx)
 

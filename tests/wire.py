@@ -13,6 +13,8 @@ import sys
 import tempfile
 import time
 
+from transport import Tcp
+
 STX, ETX, CR, LF, EOF = b"\x02", b"\x03", b"\r", b"\n", b"\x1a"
 ADVISED_PAUSE = 0.050
 REPLY_TIMEOUT = 5.0
@@ -65,7 +67,7 @@ class Emulator:
         line = self.process.stdout.readline() if ready else b""
         try:
             event = json.loads(line)
-            self.ports = event["ports"]
+            self.ready, self.ports = event, event["ports"]
             if event["event"] != "ready":
                 raise ValueError(line)
         except (ValueError, KeyError):
@@ -100,26 +102,29 @@ class Emulator:
 
 
 class Line:
-    """A TCP connection as a host sees it: bytes, and a clock."""
+    """A line to the robot as a host sees it: bytes, and a clock. `way` is an address, or a transport."""
 
-    def __init__(self, address):
-        self.socket = socket.create_connection(address, timeout=REPLY_TIMEOUT)
-        self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    def __init__(self, way):
+        self.way = Tcp(way) if isinstance(way, (tuple, socket.socket)) else way
         self.kept = b""
         self.last = 0.0
 
+    @property
+    def socket(self):
+        """The socket of a TCP connection."""
+        return self.way.socket
+
     def raw(self, data):
         """Send bytes as they are."""
-        self.socket.sendall(data)
+        self.way.send(data)
 
     def more(self, timeout):
         """Wait for more bytes; False when none came in time. A closed connection is an error here."""
-        ready, _, _ = select.select([self.socket], [], [], max(timeout, 0.0))
-        if not ready:
-            return False
-        data = self.socket.recv(4096)
-        if not data:
+        data = self.way.receive(timeout)
+        if data is None:
             raise Failed("the connection stays open\n     found    closed after " + show(self.kept))
+        if not data:
+            return False
         self.kept += data
         self.last = time.monotonic()
         return True
@@ -163,14 +168,14 @@ class Line:
 
     def close(self):
         """Hang up."""
-        self.socket.close()
+        self.way.close()
 
 
 class Host(Line):
     """A host on IP0, in the framing with or without STX, that waits the advised 50 ms."""
 
-    def __init__(self, address, stx):
-        super().__init__(address)
+    def __init__(self, way, stx):
+        super().__init__(way)
         self.stx = STX if stx else b""
         self.unsolicited = 0
 

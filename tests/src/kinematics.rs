@@ -178,11 +178,11 @@ fn line(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
     let mut asked = motion.clone();
     for step in 0..=POINTS {
         let at = motion.duration() * step / POINTS;
-        let joints = motion.joints_at(model, at);
+        let joints = motion.joints_at(at);
         // Asked in another order, and of a motion asked before.
-        let other = asked.joints_at(model, motion.duration() - at);
-        report.polled += u32::from(asked.joints_at(model, at) != joints);
-        report.polled += u32::from(motion.joints_at(model, motion.duration() - at) != other);
+        let other = asked.joints_at(motion.duration() - at);
+        report.polled += u32::from(asked.joints_at(at) != joints);
+        report.polled += u32::from(motion.joints_at(motion.duration() - at) != other);
         let here = tool_point(model, &joints, &tool);
         report.worst_line = report.worst_line.max(off_line(here.xyz, start.xyz, end.xyz));
     }
@@ -190,7 +190,7 @@ fn line(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
     let mut once = motion;
     for motion in [&mut asked, &mut once] {
         let third = motion.duration() / 3;
-        motion.hold(model, third);
+        motion.hold(third);
         let rest = motion.duration();
         motion.resume(rest + Duration::from_millis(7));
     }
@@ -222,7 +222,7 @@ fn axis(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
         override_part: seeded.between(0.01, 1.0),
         accel: seeded.between(0.01, 1.0),
         decel: seeded.between(0.01, 1.0),
-        tool_speed_cap: None,
+        ..Limits::FULL
     };
     let target = Target::Axis { axis: index, value };
     let Ok(motion) = plan(model, &from, &target, &Transform::IDENTITY, &limits) else {

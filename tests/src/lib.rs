@@ -8,7 +8,7 @@
 
 pub mod clauses;
 pub mod kinematics;
-pub mod notation;
+pub use ts3100_emulator::transcript::notation;
 pub mod transcript;
 
 use std::collections::BTreeMap;
@@ -30,10 +30,13 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A controller of this dialect whose power has just come on.
+    /// A controller of this dialect whose power has just come on. Its serial lines take no time: most suites are
+    /// about what is said on them.
     #[must_use]
     pub fn new(dialect: Dialect) -> Robot {
-        Robot::with(Config::new(dialect))
+        let mut config = Config::new(dialect);
+        config.options.serial_pacing = false;
+        Robot::with(config)
     }
 
     /// A controller made of this.
@@ -92,6 +95,11 @@ impl Robot {
                 other => self.outputs.push(other),
             }
         }
+    }
+
+    /// Anything that happens outside.
+    pub fn put(&mut self, input: Input) {
+        self.feed(input);
     }
 
     /// A peer comes to a port.

@@ -7,11 +7,13 @@
     reason = "what does not hold in a helper of the suites fails the test"
 )]
 
+mod courses;
 mod dialogue;
 mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod four_axes;
 mod guiding;
 mod house;
 mod kinematics;
@@ -22,6 +24,8 @@ mod permissions;
 mod programs;
 mod proofs;
 mod purity;
+mod recordings;
+mod serial;
 mod settings;
 mod signals;
 mod simulation;

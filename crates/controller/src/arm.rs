@@ -22,12 +22,13 @@ pub struct Pace {
     pub tool_speed_cap: Option<f64>,
 }
 
-/// The speeds a motion asks for, in percent.
+/// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Asked {
     speed: f64,
     accel: f64,
     decel: f64,
+    torque: Joints,
 }
 
 /// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
@@ -51,6 +52,7 @@ impl Asked {
             accel: self.accel / 100.0,
             decel: self.decel / 100.0,
             tool_speed_cap: pace.tool_speed_cap,
+            torque: self.torque,
         }
     }
 }
@@ -63,6 +65,35 @@ struct Active {
     asked: Asked,
     /// The machine lock was on: time passes, the arm stays.
     locked: bool,
+    /// The coordinate systems its WITH names, which hold as long as it does.
+    frames: Option<Systems>,
+}
+
+/// The coordinate systems in force, with their names.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Systems {
+    /// BASE.
+    pub base: Frame,
+    /// WORK.
+    pub work: Frame,
+    /// TOOL.
+    pub tool: Frame,
+}
+
+impl Systems {
+    /// Those of the motion conditions.
+    #[must_use]
+    pub fn of(conditions: &Conditions) -> Systems {
+        Systems {
+            base: conditions.base.clone(),
+            work: conditions.work.clone(),
+            tool: conditions.tool.clone(),
+        }
+    }
+
+    fn of_motion(motion: &scol_mini::Motion) -> Option<Systems> {
+        motion.own_frames.then(|| Systems::of(&motion.conditions))
+    }
 }
 
 /// The arm.
@@ -88,10 +119,35 @@ impl Frames {
     /// The frames of the motion conditions.
     #[must_use]
     pub fn of(conditions: &Conditions) -> Frames {
+        Trio::between(&conditions.base, &conditions.work, &conditions.tool).frames()
+    }
+}
+
+/// The coordinate systems in force as they are written: most statements never look at the arm, so the transforms are
+/// made when one does.
+#[derive(Debug, Clone)]
+pub struct Trio {
+    base: Trans,
+    work: Trans,
+    tool: Trans,
+}
+
+impl Trio {
+    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Trio {
+        Trio {
+            base: base.trans.clone(),
+            work: work.trans.clone(),
+            tool: tool.trans.clone(),
+        }
+    }
+
+    /// As transforms.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
         Frames {
-            base: transform(&conditions.base.trans),
-            work: transform(&conditions.work.trans),
-            tool: transform(&conditions.tool.trans),
+            base: transform(&self.base),
+            work: transform(&self.work),
+            tool: transform(&self.tool),
         }
     }
 }
@@ -146,7 +202,7 @@ impl Arm {
     #[must_use]
     pub fn joints(&self, now: Time) -> Joints {
         match &self.active {
-            Some(active) if !active.locked => active.motion.joints_at(&self.model, now.since(active.start)),
+            Some(active) if !active.locked => active.motion.joints_at(now.since(active.start)),
             _ => self.rest,
         }
     }
@@ -203,6 +259,7 @@ impl Arm {
             start,
             asked,
             locked,
+            frames: Systems::of_motion(motion),
         });
         Ok(())
     }
@@ -232,7 +289,13 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let asked = Asked {
+            speed,
+            accel,
+            decel,
+            torque: torque(&motion.conditions),
+        }
+        .with_load(load, self.model.max_payload);
         let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
         Ok((planned, asked))
     }
@@ -311,11 +374,33 @@ impl Arm {
         }
     }
 
+    /// The coordinate systems in force: those of the motion under way where its WITH names one, else those set.
+    #[must_use]
+    pub fn systems(&self, conditions: &Conditions) -> Systems {
+        let own = self.active.as_ref().and_then(|active| active.frames.clone());
+        own.unwrap_or_else(|| Systems::of(conditions))
+    }
+
+    /// The same as transforms.
+    #[must_use]
+    pub fn frames(&self, conditions: &Conditions) -> Frames {
+        self.trio(conditions).frames()
+    }
+
+    /// The same, not computed yet.
+    #[must_use]
+    pub fn trio(&self, conditions: &Conditions) -> Trio {
+        match self.active.as_ref().and_then(|active| active.frames.as_ref()) {
+            Some(own) => Trio::between(&own.base, &own.work, &own.tool),
+            None => Trio::between(&conditions.base, &conditions.work, &conditions.tool),
+        }
+    }
+
     /// The position at `now` as SF shows it.
     #[must_use]
     pub fn shown(&self, now: Time, conditions: &Conditions) -> Shown {
         let joint = self.joints(now);
-        let frames = Frames::of(conditions);
+        let frames = self.frames(conditions);
         let (flange, _) = self.model.forward(&joint);
         let world = flange.transform().compose(&frames.tool);
         let set = self
@@ -332,10 +417,10 @@ impl Arm {
 
     /// Name of the work coordinate the position is shown in.
     #[must_use]
-    pub fn work_name<'a>(&'a self, conditions: &'a Conditions) -> &'a str {
+    pub fn work_name<'a>(&'a self, systems: &'a Systems) -> &'a str {
         self.position_work
             .as_ref()
-            .unwrap_or(&conditions.work)
+            .unwrap_or(&systems.work)
             .name
             .as_deref()
             .unwrap_or_default()
@@ -370,7 +455,7 @@ impl Arm {
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
         if let Some(active) = &mut self.active {
-            active.motion.hold(&self.model, now.since(active.start));
+            active.motion.hold(now.since(active.start));
         }
     }
 
@@ -396,6 +481,17 @@ impl Arm {
             active.motion.stop(now.since(active.start));
         }
     }
+}
+
+/// The part of its torque each axis may use: TORQUE, and none for an axis whose GAIN is 0, which is free.
+fn torque(conditions: &Conditions) -> Joints {
+    let mut parts = conditions.torque.map(|percent| percent / 100.0);
+    for (part, gain) in parts.iter_mut().zip(conditions.gain) {
+        if gain <= 0.0 {
+            *part = 0.0;
+        }
+    }
+    parts
 }
 
 /// Axis numbers begin at 1; 0 leads to an axis that does not exist and is refused by the plan.

@@ -2,6 +2,7 @@
 //! scenario) is the edge's knowledge.
 
 use crate::deed::Deed;
+use crate::line::HostLine;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -23,6 +24,27 @@ pub enum Input {
         /// The port.
         port: Port,
         /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// How the host has opened its end of a serial line, as far as the edge can tell; before the bytes it holds
+    /// for. Nothing on the Ethernet channels. A new peer starts with nothing known.
+    Line {
+        /// The port.
+        port: Port,
+        /// What is known.
+        host: HostLine,
+    },
+    /// The host has its port forget what is not on the line yet.
+    LinePurged {
+        /// The port.
+        port: Port,
+    },
+    /// Characters with a parity or framing error that the line itself brought: a real port has found them, or the
+    /// host holds the line low (break, a character of zeros).
+    LineFaults {
+        /// The port.
+        port: Port,
+        /// Them, as read.
         bytes: Vec<u8>,
     },
     /// The peer is gone.

@@ -197,7 +197,7 @@ impl Controller {
             joints: shown.joint.iter().take(axes).copied().collect(),
             world: listed(kind, &shown.world),
             work: listed(kind, &shown.work),
-            work_name: String::from(self.arm.work_name(conditions)),
+            work_name: String::from(self.arm.work_name(&self.arm.systems(conditions))),
             configuration: Configuration { digits }.number_on(kind),
             moving: self.arm.is_moving(),
             percent: self.arm.percent(self.now),

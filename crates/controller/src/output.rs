@@ -117,6 +117,8 @@ pub enum Event {
     Statement {
         /// Its line of the selected file.
         line: u32,
+        /// ID of its task: 1 the main program, 0 the statement of DO.
+        task: u16,
     },
     /// Servo power.
     Servo(bool),

@@ -3,9 +3,11 @@
 
 use crate::Controller;
 use crate::limits::{HOST_DELAY, MAX_SEND};
-use crate::output::{Event, Output};
+use crate::line::{Leaving, Line};
+use crate::output::Event;
 use crate::port::Port;
 use crate::session::{Exchange, Outcome};
+use crate::time::Time;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -17,6 +19,10 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault, encode_text};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
+        if let Some(leaving) = self.lines.get_mut(&port).and_then(|line| line.leaving.as_mut()) {
+            leaving.next = Some(peer);
+            return;
+        }
         let body = self.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(self.config.options.text, Some(peer));
@@ -26,7 +32,27 @@ impl Controller {
         }
     }
 
+    /// The peer is gone: at once, or behind what it has put on a serial line.
+    pub(crate) fn peer_left(&mut self, port: Port) {
+        match self.lines.get_mut(&port) {
+            Some(line) if line.inbound.queued() > 0 => {
+                line.leaving = Some(Leaving {
+                    left: line.inbound.queued(),
+                    next: None,
+                });
+            }
+            _ => self.disconnected(port),
+        }
+    }
+
     pub(crate) fn disconnected(&mut self, port: Port) {
+        if let Some(line) = self.lines.get_mut(&port) {
+            let inbound = core::mem::take(&mut line.inbound);
+            *line = Line {
+                inbound,
+                ..Line::default()
+            };
+        }
         if self.jogging == Some(port) {
             self.stop_jog();
         }
@@ -43,10 +69,10 @@ impl Controller {
         }
     }
 
-    pub(crate) fn received(&mut self, port: Port, bytes: Vec<u8>) {
-        let bytes = &self.through_line(port, bytes);
+    /// Bytes have come through, the last of them at `at`.
+    pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
         if self.sessions.contains_key(&port) {
-            self.received_protocol(port, bytes);
+            self.received_protocol(port, at, bytes);
         } else if port != Port::Ip3 {
             self.received_data(port, bytes);
         }
@@ -88,10 +114,9 @@ impl Controller {
         }
     }
 
-    fn received_protocol(&mut self, port: Port, bytes: &[u8]) {
-        let now = self.now;
+    fn received_protocol(&mut self, port: Port, at: Time, bytes: &[u8]) {
         if let Some(session) = self.sessions.get_mut(&port) {
-            session.push(now, bytes);
+            session.push(at, bytes);
         }
         while let Some(decoded) = self
             .sessions
@@ -357,19 +382,10 @@ impl Controller {
 
     /// Sends a text in the form of the host's last one.
     pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
-        let now = self.now;
         let checksum = self.config.options.text.checksum;
-        let Some(session) = self
-            .sessions
-            .get_mut(&port)
-            .filter(|session| session.peer.is_some())
-        else {
+        let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
             return;
         };
-        session.sent_at = Some(now);
-        if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
-            session.replied_at = Some(now);
-        }
         let framing: Framing = session.framing;
         let bytes: Vec<u8> = encode_text(data, framing, checksum);
         debug_assert!(bytes.len() <= MAX_SEND);
@@ -378,12 +394,17 @@ impl Controller {
             framing,
             data: data.to_vec(),
         });
-        let bytes = self.through_line(port, bytes);
-        self.push_output(Output::Send { port, bytes });
+        let sent = self.send_bytes(port, bytes);
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.sent_at = Some(sent);
+            if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
+                session.replied_at = Some(sent);
+            }
+        }
     }
 
     /// Reports a rule the first time the peer of a SCOL channel breaks it.
-    fn channel_finding(&mut self, port: Port, rule: &'static str, message: String) {
+    pub(crate) fn channel_finding(&mut self, port: Port, rule: &'static str, message: String) {
         let first = self
             .channels
             .get_mut(&port)

@@ -73,7 +73,7 @@ impl Controller {
         if id == MAIN_TASK {
             self.end_cycle();
         } else {
-            self.execution.tasks.remove(&id);
+            self.execution.drop_task(id);
         }
     }
 

@@ -16,6 +16,8 @@ use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
 use crate::hub::request::Request;
 use crate::hub::{Hub, StartError};
+use crate::line::SerialEnd;
+use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -54,6 +56,7 @@ impl Builder {
             key,
             value,
         )?;
+        self.settings.flags.push(format!("set={key}={value}"));
         Ok(self)
     }
 
@@ -75,6 +78,13 @@ impl Builder {
     #[must_use]
     pub fn ports(mut self, ports: Ports) -> Builder {
         self.settings.ports = ports;
+        self
+    }
+
+    /// How the serial port HOST or COM1 is reached; not at all if not said.
+    #[must_use]
+    pub fn serial(mut self, port: Port, end: SerialEnd) -> Builder {
+        self.settings.serial.insert(port, end);
         self
     }
 
@@ -129,6 +139,15 @@ impl Builder {
         self
     }
 
+    /// A file for a transcript of every port, as `--transcript` does.
+    ///
+    /// # Errors
+    /// A name that does not end in `.txt`, `.jsonl` or `.pcapng`.
+    pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
+        self.settings.transcripts.push(path.parse()?);
+        Ok(self)
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -154,7 +173,8 @@ impl Builder {
                     Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
                         let ports = hub.ports().clone();
-                        if tell.send(Ok((ports, requests, control))).is_ok() {
+                        let serial = hub.serial();
+                        if tell.send(Ok((ports, serial, control, requests))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -170,9 +190,10 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, requests, control))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests))) => Ok(Emulator {
                 listen,
                 ports,
+                serial,
                 control,
                 requests,
                 watch,
@@ -207,6 +228,7 @@ pub struct PanelError;
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
+    serial: BTreeMap<Port, SerialEnd>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
     watch: Watch,
@@ -245,6 +267,12 @@ impl Emulator {
     #[must_use]
     pub fn control(&self) -> Option<SocketAddr> {
         self.control
+    }
+
+    /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
+    #[must_use]
+    pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
+        self.serial.get(&port)
     }
 
     /// Does something at the panel. When this returns it has been done, and all that follows from it at

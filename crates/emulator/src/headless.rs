@@ -71,6 +71,8 @@ pub enum Happening<'a> {
     Statement {
         /// Its line of the file.
         line: u32,
+        /// ID of its task, 1 for the main program.
+        task: u16,
     },
 }
 
@@ -143,8 +145,11 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<
         TimeMode::Scaled(factor) => Some(factor),
         TimeMode::Stepped => return Err(JobError::Time(job.time)),
     };
+    let mut config = job.config;
+    // There is no serial line here: a record is there as soon as it is wanted.
+    config.options.serial_pacing = false;
     let mut run = Run {
-        controller: Controller::new(job.config, Vec::new())?,
+        controller: Controller::new(config, Vec::new())?,
         records: job.records,
         given: Vec::new(),
         alarm: None,
@@ -255,7 +260,7 @@ impl Run {
 
     fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
         match event {
-            Event::Statement { line } => listen(at, Happening::Statement { line }),
+            Event::Statement { line, task } => listen(at, Happening::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
             Event::Status { status, .. } => self.reset = status == RESET,
             Event::Finding {

@@ -5,10 +5,12 @@ use crate::clock::{Clock, Wake};
 use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
+use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
-use crate::loading::{self, LoadError, Loaded};
+use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::store::Store;
+use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
@@ -21,6 +23,7 @@ use ts3100_controller::deed::Refusal;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
 
 pub mod condition;
 mod control;
@@ -68,6 +71,12 @@ pub enum StartError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// A serial line.
+    #[error(transparent)]
+    Line(#[from] LineError),
+    /// A transcript.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -83,10 +92,12 @@ pub struct Hub {
     controller: Controller,
     clock: Clock,
     links: Links,
+    lines: Lines,
     store: Option<Store>,
     log: EventLog,
     requests: mpsc::Receiver<Request>,
     watch: Option<Feeder>,
+    tape: Tape,
     journal: Option<Arc<Journal>>,
     ports: BTreeMap<Port, u16>,
     demo: bool,
@@ -105,50 +116,29 @@ impl Hub {
     /// # Errors
     /// See [`StartError`]; nothing is left open.
     pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Request>), StartError> {
-        let Loaded {
-            store,
-            present,
-            put,
-            demo,
-        } = loading::load(settings)?;
-        let controller =
-            Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
-                name: "a file".to_owned(),
-                reason: error.to_string(),
-            })?;
+        let powered = loading::power_on(settings)?;
+        let tape = Tape::begin(settings, &powered)?;
         let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let mut hub = Hub {
-            initial: controller.clone(),
-            controller,
+            initial: powered.controller.clone(),
+            controller: powered.controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
-            store,
+            lines: Lines::new(settings.serial.clone(), settings.links),
+            store: powered.store,
             log: EventLog::default(),
             requests,
             watch: None,
+            tape,
             journal: None,
             ports: BTreeMap::new(),
-            demo,
+            demo: powered.demo,
             servo_on: settings.servo_on,
             waits: Vec::new(),
             refusal: None,
         };
-        for (name, content) in put {
-            let stored = hub.controller.put_file(&name, &content);
-            stored.map_err(|error| StartError::Store {
-                name,
-                reason: error.to_string(),
-            })?;
-        }
-        if let Some(name) = &settings.select {
-            let selected = hub.controller.select(hub.clock.now(), name);
-            selected.map_err(|error| StartError::Select {
-                name: name.clone(),
-                reason: error.to_string(),
-            })?;
-        }
         hub.ports = hub.links.open(hub.controller.network())?;
-        hub.initial = hub.controller.clone();
+        hub.lines.open(&hub.controller)?;
         hub.begin().await;
         Ok((hub, sender))
     }
@@ -157,6 +147,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// Where the serial lines are.
+    #[must_use]
+    pub fn serial(&self) -> BTreeMap<Port, SerialEnd> {
+        self.lines.places()
     }
 
     /// Whether the example program is on the drive.
@@ -197,6 +193,7 @@ impl Hub {
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         self.serve(stop).await;
         self.links.close().await;
+        self.lines.close().await;
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -218,6 +215,13 @@ impl Hub {
                         self.feed(input).await;
                     }
                 },
+                message = self.lines.next() => {
+                    self.clock.stir();
+                    let input = message.and_then(|message| self.lines.take(message));
+                    if let Some(input) = input {
+                        self.feed(input).await;
+                    }
+                }
                 () = sleep(wake) => {
                     if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
                         self.clock.jump(deadline);
@@ -230,33 +234,58 @@ impl Hub {
 
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
+        self.feed_by(input, Party::Host).await;
+    }
+
+    /// As [`Hub::feed`]; who has caused it stands in transcripts.
+    async fn feed_by(&mut self, input: Input, mut by: Party) {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            if let Some(journal) = &self.journal {
-                journal.input(now, &input);
+            // However late the wall is: what was due before is recorded with the time at which it was due.
+            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
+                let at = due.max(self.controller.now());
+                self.step(at, Input::Tick, by, &mut inputs).await;
             }
-            self.controller.handle(now, input);
-            while let Some(output) = self.controller.poll_output() {
-                self.notice(&output);
-                if let Some(journal) = &self.journal {
-                    journal.output(now, &output);
-                }
-                let watched = self.watch.as_ref().map(|_| output.clone());
-                self.perform(output, &mut inputs).await;
-                if let (Some(feeder), Some(output)) = (&self.watch, watched) {
-                    feeder.put(output);
-                }
+            self.step(now, input, by, &mut inputs).await;
+            // What follows from the first input is the controller's own doing.
+            by = Party::Robot;
+        }
+        self.tape.flush();
+        self.end_waits();
+    }
+
+    /// One input at its time, and what the controller puts out.
+    async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        self.tape.input(at, &input, by);
+        if let Some(journal) = &self.journal {
+            journal.input(at, &input);
+        }
+        self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            self.tape.output(at, &output);
+            self.notice(&output);
+            if let Some(journal) = &self.journal {
+                journal.output(at, &output);
+            }
+            let watched = self.watch.as_ref().map(|_| output.clone());
+            self.perform(output, inputs).await;
+            if let (Some(feeder), Some(output)) = (&self.watch, watched) {
+                feeder.put(output);
             }
         }
-        self.end_waits();
+        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
             Output::Send { port, bytes } => {
                 self.clock.stir();
-                inputs.extend(self.links.send(port, bytes).await);
+                if self.lines.has(port) {
+                    self.lines.send(port, bytes);
+                } else {
+                    inputs.extend(self.links.send(port, bytes).await);
+                }
             }
             Output::Stored { name, content } => {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
@@ -277,6 +306,7 @@ impl Hub {
                 self.ports.clear();
             }
             Output::PowerCycled => {
+                inputs.extend(self.lines.power_cycled(&self.controller));
                 let gone = self.links.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
                 self.open_links();

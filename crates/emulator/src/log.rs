@@ -131,7 +131,9 @@ impl EventLog {
             Event::Status { status, line } => {
                 info!(event = "status", t, status, line, "status: {status}, line {line}");
             }
-            Event::Statement { line } => debug!(event = "statement", t, line, "line {line}"),
+            Event::Statement { line, task } => {
+                debug!(event = "statement", t, line, task, "task {task}: line {line}");
+            }
             Event::Servo(on) => {
                 let word = if *on { "on" } else { "off" };
                 info!(event = "servo", t, on, "servo {word}");

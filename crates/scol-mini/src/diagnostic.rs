@@ -4,7 +4,7 @@
 //! | Codes | About |
 //! |---|---|
 //! | E0001 to E0007, E0009 | characters, lines, texts, numbers; too many errors |
-//! | E0101 to E0107 | what was expected; nesting (E0104), not supported yet (E0105), `CRE` (E0106), strings (E0107) |
+//! | E0101 to E0107 | what was expected; nesting (E0104), `CRE` (E0106), strings (E0107) |
 //! | E0201 to E0203 | names of variables, labels, programs that do not exist |
 //! | E0205 to E0210 | twice, number of arguments, kind, reserved words, initial values |
 //! | E0212 to E0214 | arrays |

@@ -32,8 +32,13 @@ extern crate alloc;
 extern crate std;
 
 mod builtin;
+mod cell;
+mod code;
 mod compile;
 mod conditions;
+#[cfg(test)]
+#[path = "coverage/tests.rs"]
+mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;
@@ -48,6 +53,8 @@ mod program;
 mod request;
 mod rewrite;
 mod sink;
+#[cfg(feature = "serde")]
+mod snapshot;
 mod suggest;
 mod tree;
 mod value;
@@ -57,15 +64,17 @@ pub use conditions::{AXES, Accuracy, Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
 pub use lint::check;
-pub use machine::{Machine, Monitored};
+pub use machine::{Jump, Machine, Monitored};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
-pub use outline::print_channels;
+pub use outline::{print_channels, starts_tasks};
 pub use program::{Program, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
 pub use rewrite::rewrite_value;
+#[cfg(feature = "serde")]
+pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).

@@ -223,6 +223,14 @@ pub fn print_channels(source: &str) -> Vec<&'static str> {
     found
 }
 
+/// Whether a source starts tasks.
+#[must_use]
+pub fn starts_tasks(source: &str) -> bool {
+    let outline = Outline::new(source);
+    let mut rows = outline.parts.iter().flat_map(|part| &part.rows);
+    rows.any(|row| row.body.iter().any(|lexeme| word(Some(lexeme)) == "TASK"))
+}
+
 /// The word this is, or nothing.
 pub(crate) fn word(lexeme: Option<&Lexeme>) -> &str {
     match lexeme.map(|lexeme| &lexeme.token) {

@@ -98,6 +98,13 @@ pub(crate) enum Condition {
     Accur,
 }
 
+impl Condition {
+    /// Whether it is a coordinate system.
+    pub fn is_frame(self) -> bool {
+        matches!(self, Condition::Work | Condition::Tool | Condition::Base)
+    }
+}
+
 /// A condition with one value for each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum PerAxis {

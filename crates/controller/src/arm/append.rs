@@ -1,7 +1,7 @@
 //! PASS in the arm: a motion put behind the one under way so that the arm does not rest between them. How two
 //! motions overlap is `Motion::blend`'s; when a program may read ahead is left to the execution.
 
-use super::{Active, Arm, Frames, Pace, destination};
+use super::{Active, Arm, Frames, Pace, Systems, destination};
 use crate::motion::MotionError;
 use crate::time::Time;
 
@@ -36,6 +36,7 @@ impl Arm {
             start: active.start,
             asked,
             locked: false,
+            frames: Systems::of_motion(motion),
         });
         Ok(true)
     }
@@ -58,6 +59,7 @@ mod tests {
         Motion {
             path: Path::Axis { axis: 1, value },
             conditions: Conditions::default(),
+            own_frames: false,
         }
     }
 

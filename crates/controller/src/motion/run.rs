@@ -4,7 +4,7 @@
 use super::chain::{Chain, LOOKING_MARGIN, Leg};
 use super::path::Path;
 use super::pose::Transform;
-use super::profile::{Profile, Rates, State};
+use super::profile::{Ability, Profile, Rates, State};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
 use alloc::boxed::Box;
@@ -37,8 +37,8 @@ enum Phase {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     path: Path,
-    /// What the model can do on this path at 100 %.
-    full: Rates,
+    /// What the arm can do on this path.
+    full: Ability,
     /// Most the tool point moves, mm per whole path.
     tool_way: f64,
     limits: Limits,
@@ -46,10 +46,14 @@ pub struct Motion {
     /// Course since `since`.
     profile: Profile,
     since: Duration,
+    /// When the motion added last by PASS began or will begin, as far as is known.
+    joined: Duration,
+    /// When the one before it began.
+    before: Duration,
 }
 
 impl Motion {
-    pub(super) fn new(path: Path, full: Rates, tool_way: f64, limits: &Limits) -> Motion {
+    pub(super) fn new(path: Path, full: Ability, tool_way: f64, limits: &Limits) -> Motion {
         let still = path.joints_at(0.0) == path.joints_at(1.0) && tool_way <= 0.0;
         let start = State {
             place: if still { 1.0 } else { 0.0 },
@@ -74,10 +78,10 @@ impl Motion {
             .map(|axis| axis.max_speed / axis.max_accel)
             .fold(model.max_tool_speed / model.max_tool_accel, f64::max);
         let speed = (1.0 / duration).min(MAX_TIME_RATE);
-        let full = Rates {
+        let full = Ability {
             speed,
             accel: speed / ramp,
-            decel: speed / ramp,
+            ..Ability::FREE
         };
         let mut start = State {
             place: 0.0,
@@ -89,7 +93,7 @@ impl Motion {
         Motion::begun(path, full, tool_way, limits, start)
     }
 
-    fn begun(path: Path, full: Rates, tool_way: f64, limits: &Limits, start: State) -> Motion {
+    fn begun(path: Path, full: Ability, tool_way: f64, limits: &Limits, start: State) -> Motion {
         let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
         Motion {
             path,
@@ -99,6 +103,8 @@ impl Motion {
             phase: Phase::Moving,
             profile,
             since: Duration::ZERO,
+            joined: Duration::ZERO,
+            before: Duration::ZERO,
         }
     }
 
@@ -150,7 +156,7 @@ impl Motion {
             path => {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
                 let own = nominal(&self.full, &self.limits);
-                let fastest = leg.top_speed.max(self.tool_way * own.speed) * LOOKING_MARGIN;
+                let fastest = leg.top_speed().max(self.tool_way * own.speed) * LOOKING_MARGIN;
                 let rate = time_rate(fastest, &limits);
                 let state = State {
                     speed: state.speed / rate,
@@ -160,7 +166,7 @@ impl Motion {
                 (Chain::of(first), 0.0, rate)
             }
         };
-        let chain = chain.with(model, tool, leg, now, pass / 100.0)?;
+        let chain = chain.with(model, tool, leg, (now, rate), pass / 100.0)?;
         let (duration, top) = (chain.duration, chain.top_speed());
         let path = Path::Chain(Box::new(chain));
         let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
@@ -170,6 +176,8 @@ impl Motion {
         };
         blended.profile = to_end(&blended.path, state, &blended.rates());
         blended.since = self.since.max(at);
+        blended.joined = blended.joins_at();
+        blended.before = self.joined;
         Some(blended)
     }
 
@@ -177,20 +185,33 @@ impl Motion {
     /// blended, or held.
     #[must_use]
     pub fn last_begins(&self) -> Option<Duration> {
+        matches!(self.path, Path::Chain(_))
+            .then_some(self.joined)
+            .filter(|_| self.phase == Phase::Moving)
+    }
+
+    /// How long the motion under way at `t`, the one begun last, has gone on by then.
+    #[must_use]
+    pub fn elapsed_at(&self, t: Duration) -> Duration {
+        t.checked_sub(self.joined)
+            .unwrap_or(t.saturating_sub(self.before))
+    }
+
+    /// When the present course comes to the motion added last.
+    fn joins_at(&self) -> Duration {
         match &self.path {
-            Path::Chain(chain) if self.phase == Phase::Moving => {
+            Path::Chain(chain) => {
                 let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
                 let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-                Some(self.since.saturating_add(after))
+                self.since.saturating_add(after)
             }
-            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => None,
+            Path::Joint { .. } | Path::Guided(_) => Duration::ZERO,
         }
     }
 
     /// Joints at `t` after the start; from [`Motion::duration`] on, where the motion rests.
-    /// `_model` is the model the motion was planned for: the motion carries what it needs of it.
     #[must_use]
-    pub fn joints_at(&self, _model: &ArmModel, t: Duration) -> Joints {
+    pub fn joints_at(&self, t: Duration) -> Joints {
         self.path.joints_at(self.state_at(t).place)
     }
 
@@ -215,7 +236,7 @@ impl Motion {
 
     /// Feed hold: from `at` on the motion slows along its path and rests there. Nothing happens to one that is
     /// held, stopped, or over.
-    pub fn hold(&mut self, _model: &ArmModel, at: Duration) {
+    pub fn hold(&mut self, at: Duration) {
         if self.phase == Phase::Moving && at < self.duration() {
             let decel = self.rates().decel;
             self.change(Phase::Held, at, |_, state| Profile::to_rest(state, 1.0, decel));
@@ -260,7 +281,7 @@ impl Motion {
     /// rests already ends at once.
     pub fn stop(&mut self, at: Duration) {
         if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
-            let decel = self.full.decel;
+            let decel = self.full.rates(1.0, 1.0, 1.0).decel;
             self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
@@ -288,6 +309,9 @@ impl Motion {
         self.profile = profile(&self.path, self.state_at(at));
         self.since = self.since.max(at);
         self.phase = phase;
+        if self.joined > self.since {
+            self.joined = self.joins_at();
+        }
     }
 }
 
@@ -301,26 +325,16 @@ fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
 }
 
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
-pub(super) fn nominal(full: &Rates, limits: &Limits) -> Rates {
-    Rates {
-        speed: full.speed * part(limits.speed),
-        accel: full.accel * part(limits.accel),
-        decel: full.decel * part(limits.decel),
-    }
+pub(super) fn nominal(full: &Ability, limits: &Limits) -> Rates {
+    full.rates(part(limits.speed), part(limits.accel), part(limits.decel))
 }
 
-fn rates(path: &Path, full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
+fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {
     let asked = if path.is_timed() {
-        Rates {
-            speed: full.speed * part(limits.override_part),
-            ..*full
-        }
+        full.rates(part(limits.override_part), 1.0, 1.0)
     } else {
-        let speed = full.speed * part(limits.speed * limits.override_part);
-        Rates {
-            speed,
-            ..nominal(full, limits)
-        }
+        let speed = part(limits.speed * limits.override_part);
+        full.rates(speed, part(limits.accel), part(limits.decel))
     };
     let speed = capped(asked.speed, tool_way, limits);
     Rates { speed, ..asked }
@@ -347,7 +361,7 @@ fn time_rate(fastest: f64, limits: &Limits) -> f64 {
 }
 
 /// A part of full speed or acceleration, brought into range.
-fn part(value: f64) -> f64 {
+pub(super) fn part(value: f64) -> f64 {
     if value >= MIN_FRACTION {
         value.min(1.0)
     } else {

@@ -6,7 +6,9 @@ use core::time::Duration;
 
 mod arch;
 mod blend;
+mod bounds;
 mod change;
+mod random;
 
 const KEEP: [u8; 5] = [0; 5];
 
@@ -31,7 +33,7 @@ fn seconds(value: f64) -> Duration {
 }
 
 fn point(model: &ArmModel, motion: &Motion, t: Duration) -> [f64; 3] {
-    model.forward(&motion.joints_at(model, t)).0.xyz
+    model.forward(&motion.joints_at(t)).0.xyz
 }
 
 fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -47,7 +49,7 @@ fn top_speed(model: &ArmModel, motion: &Motion, tool: &Transform) -> f64 {
     let step = motion.duration() / 2000;
     let at = |index: u32| {
         model
-            .forward(&motion.joints_at(model, step * index))
+            .forward(&motion.joints_at(step * index))
             .0
             .transform()
             .compose(tool)
@@ -149,6 +151,7 @@ fn durations_are_those_of_the_trapezoid() {
         accel: 0.5,
         decel: 0.25,
         tool_speed_cap: None,
+        ..Limits::FULL
     };
     let slow = planned(
         &model,
@@ -185,11 +188,11 @@ fn slowest_axis_leads_and_all_arrive_together() {
     let to = [100.0, 20.0, 100.0, 40.0, 60.0, -90.0, 0.0, 0.0];
     let motion = planned(&model, &model.ready, &Target::Joints(to), &Limits::FULL);
     assert_eq!(motion.duration(), Duration::from_micros(666_667));
-    let half = motion.joints_at(&model, motion.duration() / 2);
+    let half = motion.joints_at(motion.duration() / 2);
     for (joint, (from, to)) in half.iter().zip(model.ready.iter().zip(to)) {
         assert!((joint - f64::midpoint(*from, to)).abs() < 1e-3);
     }
-    assert_eq!(motion.joints_at(&model, motion.duration()), to);
+    assert_eq!(motion.joints_at(motion.duration()), to);
     assert_eq!(motion.end(), to);
 }
 
@@ -207,7 +210,7 @@ fn a_line_is_a_line_and_turns_evenly() {
     let length = distance(a, b);
     for index in 0..=997 {
         let t = motion.duration() * index / 997;
-        let pose = model.forward(&motion.joints_at(&model, t)).0;
+        let pose = model.forward(&motion.joints_at(t)).0;
         let part = motion.percent_at(t) / 100.0;
         assert!(distance(pose.xyz, a) + distance(pose.xyz, b) - length < 1e-6);
         assert!(
@@ -271,18 +274,18 @@ fn the_answer_does_not_depend_on_what_was_asked_before() {
     let motion = planned(&model, &from, &Target::Line(end, KEEP), &Limits::FULL);
     let (mut asked, mut once) = (motion.clone(), motion);
     for index in 0..500 {
-        let _ = asked.joints_at(&model, asked.duration() * index / 500);
+        let _ = asked.joints_at(asked.duration() * index / 500);
     }
     let at = once.duration() / 3;
-    asked.hold(&model, at);
-    once.hold(&model, at);
+    asked.hold(at);
+    once.hold(at);
     assert_eq!(asked, once);
     let resumed = once.duration();
     once.resume(resumed);
     let way = once.duration() - resumed;
-    let mut last = once.joints_at(&model, resumed);
+    let mut last = once.joints_at(resumed);
     for index in 0..=5000 {
-        let joints = once.joints_at(&model, resumed + way * index / 5000);
+        let joints = once.joints_at(resumed + way * index / 5000);
         for (joint, last) in joints.iter().zip(last) {
             assert!(
                 (joint - last).abs() < 1.0,
@@ -400,7 +403,7 @@ fn scara_lines_keep_the_configuration_and_carry_t() {
     let (pose, digits) = model.forward(&motion.end());
     assert_eq!(digits, [2, 0, 0, 0, 0]);
     assert!(distance(pose.xyz, end.xyz) < 1e-6 && (pose.abc[2] - 90.0).abs() < 1e-6);
-    let half = motion.joints_at(&model, motion.duration() / 2);
+    let half = motion.joints_at(motion.duration() / 2);
     assert!((half[4] - 15.0).abs() < 1e-3, "{half:?}");
 }
 
@@ -414,6 +417,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
         accel: f64::INFINITY,
         decel: 1.5,
         tool_speed_cap: None,
+        ..Limits::FULL
     };
     let full = planned(&model, &model.ready, &target, &Limits::FULL).duration();
     assert_eq!(planned(&model, &model.ready, &target, &wild).duration(), full);
@@ -423,6 +427,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
         accel: 0.0,
         decel: -1.0,
         tool_speed_cap: Some(0.0),
+        ..Limits::FULL
     };
     let crawling = planned(&model, &model.ready, &target, &none);
     assert!(crawling.duration() > full && crawling.duration() < seconds(3600.0));
@@ -502,8 +507,8 @@ fn no_axis_is_faster_than_it_can_on_a_line() {
     let step = motion.duration() / 500;
     for index in 0..500 {
         let (first, second) = (
-            motion.joints_at(&model, step * index),
-            motion.joints_at(&model, step * (index + 1)),
+            motion.joints_at(step * index),
+            motion.joints_at(step * (index + 1)),
         );
         for (axis, (first, second)) in model.axes.iter().zip(first.iter().zip(second)) {
             assert!((second - first).abs() / step.as_secs_f64() <= axis.max_speed * 1.001);

@@ -84,6 +84,7 @@ impl Controller {
             .and_then(|session| session.last_status.as_ref());
         let conditions = self.execution.memory().conditions();
         let shown = self.arm.shown(self.now, conditions);
+        let systems = self.arm.systems(conditions);
         let (executed, execution_task) = self.execution.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.execution.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
@@ -109,9 +110,9 @@ impl Controller {
             joint: single(shown.joint),
             world: self.listed(&shown.world),
             work: self.listed(&shown.work),
-            work_name: self.arm.work_name(conditions).to_string(),
-            tool_name: conditions.tool.name.clone().unwrap_or_default(),
-            base_name: conditions.base.name.clone().unwrap_or_default(),
+            work_name: self.arm.work_name(&systems).to_string(),
+            tool_name: systems.tool.name.unwrap_or_default(),
+            base_name: systems.base.name.unwrap_or_default(),
         }
     }
 

@@ -1,14 +1,18 @@
-//! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | ctl | completions`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod ctl;
+mod diff;
 mod format;
 mod host;
 mod report;
 mod run;
 mod serve;
+mod tap;
 
 use crate::config::ServeArgs;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
 use std::process::ExitCode;
 
 /// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
@@ -26,6 +30,14 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
+    Tap(tap::TapArgs),
+    Diff(Box<diff::DiffArgs>),
+    Ctl(Box<ctl::CtlArgs>),
+    /// Prints what the shell needs to complete the words of this command line
+    Completions {
+        /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
+        shell: Shell,
+    },
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -37,5 +49,12 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
+        Command::Ctl(args) => ctl::run(&args),
+        Command::Completions { shell } => {
+            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut std::io::stdout());
+            ExitCode::SUCCESS
+        }
     }
 }

@@ -3,8 +3,10 @@
 //! what the default is, is decided after all layers are read.
 
 use super::model::ModelChoice;
+use super::serial::ListenAt;
 use crate::clock::TimeMode;
 use crate::control::ControlChoice;
+use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -41,6 +43,27 @@ pub struct ServeArgs {
     /// Names by which the control interface is called, besides localhost and the address dialled
     #[arg(long, value_name = "NAME", num_args = 1..)]
     pub control_host: Vec<String>,
+    /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
+    #[arg(long, value_name = "DIR")]
+    pub serial_dir: Option<PathBuf>,
+    /// HOST is this real port, for example /dev/ttyUSB0 or COM3
+    #[arg(long, value_name = "PORT")]
+    pub host: Option<PathBuf>,
+    /// HOST is served by RFC 2217 here: ADDRESS:PORT, or a port (0: a free one)
+    #[arg(long, value_name = "ADDR")]
+    pub host_rfc2217: Option<ListenAt>,
+    /// HOST is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub host_tcp: Option<ListenAt>,
+    /// COM1 is this real port
+    #[arg(long, value_name = "PORT")]
+    pub com1: Option<PathBuf>,
+    /// COM1 is served by RFC 2217 here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_rfc2217: Option<ListenAt>,
+    /// COM1 is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_tcp: Option<ListenAt>,
     /// Print one line of JSON on stdout once every port accepts
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub ready_json: Option<bool>,
@@ -65,7 +88,7 @@ pub struct ServeArgs {
     /// Preset of the named options [default: field]
     #[arg(long, value_name = "DIALECT")]
     pub dialect: Option<Dialect>,
-    /// Arm: ts3100-tv800, tsl3000-thl400, or a model of your own, a .toml file [default: ts3100-tv800]
+    /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or a model of your own, a .toml file [default: ts3100-tv800]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<ModelChoice>,
     /// Controller type [default: ts3100]
@@ -83,6 +106,9 @@ pub struct ServeArgs {
     /// TOML file with the same keys; named options under [options]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// File for a transcript of every port: .txt, .jsonl or .pcapng (Wireshark); may be given several times
+    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+    pub transcript: Vec<TranscriptFile>,
     /// Log every text; twice: every byte
     #[arg(long, short, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -108,6 +134,13 @@ impl ServeArgs {
             } else {
                 self.control_host
             },
+            serial_dir: self.serial_dir.or(below.serial_dir),
+            host: self.host.or(below.host),
+            host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
+            host_tcp: self.host_tcp.or(below.host_tcp),
+            com1: self.com1.or(below.com1),
+            com1_rfc2217: self.com1_rfc2217.or(below.com1_rfc2217),
+            com1_tcp: self.com1_tcp.or(below.com1_tcp),
             ready_json: self.ready_json.or(below.ready_json),
             drive: self.drive.or(below.drive),
             load: if self.load.is_empty() {
@@ -126,6 +159,11 @@ impl ServeArgs {
             set: below.set.into_iter().chain(self.set).collect(),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
+            transcript: if self.transcript.is_empty() {
+                below.transcript
+            } else {
+                self.transcript
+            },
             verbose: if self.verbose > 0 {
                 self.verbose
             } else {

@@ -24,6 +24,9 @@ pub struct ChannelDoc {
     /// The TCP port on which it accepts; absent when it does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     accepts: Option<u16>,
+    /// Where the host finds a serial port: a path, or an address `rfc2217://` or `socket://`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    serial: Option<String>,
     /// The peer, while there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     peer: Option<String>,
@@ -63,6 +66,7 @@ impl ChannelDoc {
         ChannelDoc {
             port: view.port.into(),
             accepts: sight.ports.get(&view.port).copied(),
+            serial: sight.serial.get(&view.port).map(ToString::to_string),
             peer: view.peer,
             exchange: view.exchange,
             partial: view.partial,

@@ -59,6 +59,9 @@ pub struct Happening {
     /// Line of the selected file.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
+    /// ID of a task.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<u16>,
     /// Servo power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on: Option<bool>,
@@ -214,8 +217,9 @@ impl Happening {
                 line: Some(*line),
                 ..new("status")
             },
-            Event::Statement { line } => Happening {
+            Event::Statement { line, task } => Happening {
                 line: Some(*line),
+                task: Some(*task),
                 ..new("statement")
             },
             Event::Servo(on) => Happening {

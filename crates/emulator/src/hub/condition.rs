@@ -75,7 +75,7 @@ impl Seek {
             (Condition::Status(wanted), Output::Event(Event::Status { status, .. })) => {
                 self.seen |= *status == words(*wanted);
             }
-            (Condition::Statement(wanted), Output::Event(Event::Statement { line })) => {
+            (Condition::Statement(wanted), Output::Event(Event::Statement { line, .. })) => {
                 self.seen |= line == wanted;
             }
             (Condition::Alarm(wanted), Output::Event(Event::Alarm { number, .. })) => {

@@ -4,6 +4,7 @@
 use super::Hub;
 use super::request::{EdgeDeed, Pending, Request, Sight, Waited};
 use crate::clock::{self, TimeMode, Wake};
+use crate::transcript::Party;
 use std::time::Duration;
 use tracing::{error, info};
 use ts3100_controller::deed::{Deed, Refusal, RefusalKind};
@@ -39,6 +40,7 @@ impl Hub {
                     controller: &self.controller,
                     clock: &self.clock,
                     ports: &self.ports,
+                    serial: &self.lines.places(),
                 });
             }
             Request::Wait { seek, done } => {
@@ -71,8 +73,16 @@ impl Hub {
             }
             EdgeDeed::Drop { port } => {
                 self.peer_of(port, true)?;
+                if self.lines.has(port) {
+                    return Err(Refusal {
+                        kind: RefusalKind::Conflict,
+                        expected: "a channel of Ethernet".to_owned(),
+                        found: "a serial line, of which the host holds its own end".to_owned(),
+                        place: port.name().to_owned(),
+                    });
+                }
                 for input in self.links.drop_peer(port) {
-                    self.feed(input).await;
+                    self.feed_by(input, Party::Robot).await;
                 }
                 Ok(())
             }
@@ -107,7 +117,9 @@ impl Hub {
 
     /// Everything as at the start, with the connections closed and time at its beginning.
     async fn reset(&mut self) {
-        self.links.close().await;
+        for port in self.links.close().await {
+            self.feed_by(Input::Disconnected { port }, Party::Robot).await;
+        }
         let before = self.controller.drive().directory();
         self.controller = self.initial.clone();
         if matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)) {
@@ -127,6 +139,9 @@ impl Hub {
         self.restore_store(before.iter().map(|entry| entry.name.as_str()));
         self.open_links();
         info!("reset; ports: {:?}", self.ports);
+        for input in self.lines.power_cycled(&self.controller) {
+            self.feed(input).await;
+        }
         self.begin().await;
     }
 

@@ -4,6 +4,7 @@
 use super::condition::{Condition, Seek};
 use crate::clock::Clock;
 use crate::clock::TimeMode;
+use crate::line::SerialEnd;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use tokio::sync::oneshot;
@@ -76,6 +77,8 @@ pub struct Sight<'a> {
     pub clock: &'a Clock,
     /// The TCP port each server channel accepts on.
     pub ports: &'a BTreeMap<Port, u16>,
+    /// Where the serial lines are.
+    pub serial: &'a BTreeMap<Port, SerialEnd>,
 }
 
 /// How a wait ended.

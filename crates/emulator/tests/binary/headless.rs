@@ -83,6 +83,29 @@ fn a_dialogue_runs_from_records() {
 }
 
 #[test]
+fn a_trace_names_the_task_of_each_statement() {
+    let directory = TempDir::new();
+    let source = "PROGRAM M\nI = TASK(\"SIDE\")\nDELAY 1\nEND\nPROGRAM SIDE\nDELAY 0.5\nEND\n";
+    let file = directory.file("tasks.scol", source);
+    let traced = json(&run(&["run", &file, "--json", "--trace"]));
+    let tasks = |line: u64| {
+        let found = traced["trace"].as_array().unwrap().iter();
+        let found: Vec<Value> = found
+            .filter(|s| s["line"] == line)
+            .map(|s| s["task"].clone())
+            .collect();
+        found
+    };
+    assert_eq!((tasks(3), tasks(6)), (vec![Value::from(1)], vec![Value::from(2)]));
+    let said = stderr(&run(&["run", &file, "--trace"]));
+    assert!(said.contains(" s task 2       6 | DELAY 0.5\n"), "{said}");
+    // A program without tasks needs no column for them.
+    let alone = directory.file("alone.scol", "PROGRAM M\nDELAY 1\nEND\n");
+    let said = stderr(&run(&["run", &alone, "--trace"]));
+    assert!(said.contains(" s     2 | DELAY 1\n"), "{said}");
+}
+
+#[test]
 fn used_up_records_end_a_server_and_missing_ones_are_usage() {
     let directory = TempDir::new();
     let file = directory.file("pick.scol", PICK);

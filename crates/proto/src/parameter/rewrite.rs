@@ -24,7 +24,7 @@ pub enum RewriteError {
         key: String,
     },
     /// The new value would end the old one's line or begin a comment, a section or another value.
-    #[error("a value of one line without `{{`, `[` and `=` expected, `{0}` found")]
+    #[error("a value of one line of ASCII without `{{`, `[`, `=` and a quote within expected, `{0}` found")]
     Value(String),
 }
 
@@ -37,13 +37,15 @@ pub fn rewrite(content: &[u8], section: &str, key: &str, value: &str) -> Result<
     if content.iter().any(|byte| !byte.is_ascii()) {
         return Err(RewriteError::NotText);
     }
+    let value = value.trim_matches(' ');
     let quoted = value.len() >= 2 && value.starts_with('"') && value.ends_with('"');
-    let special: &[char] = if quoted {
-        &['\r', '\n']
+    let (inside, special): (&str, &[char]) = if quoted {
+        (value.get(1..value.len() - 1).unwrap_or_default(), &['"'])
     } else {
-        &['\r', '\n', '{', '[', '=']
+        (value, &['{', '[', '=', '"'])
     };
-    if value.trim().is_empty() || value.contains(special) {
+    let printable = value.bytes().all(|byte| byte == b' ' || byte.is_ascii_graphic());
+    if value.is_empty() || !printable || inside.contains(special) {
         return Err(RewriteError::Value(value.into()));
     }
     let file = ParameterFile::parse(content);
@@ -79,6 +81,10 @@ mod tests {
             |section, key, value| String::from_utf8(rewrite(FILE, section, key, value).unwrap()).unwrap();
         let original = core::str::from_utf8(FILE).unwrap();
         assert_eq!(text("E00", "", "1 1 1 1"), original.replace("1 0 0 0", "1 1 1 1"));
+        assert_eq!(
+            text("E00", "", " 1 1 1 1 "),
+            original.replace("1 0 0 0", "1 1 1 1")
+        );
         assert_eq!(text("e05", "ip1", "2101"), original.replace("1001", "2101"));
         assert_eq!(text("E05", "IP0", "7"), original.replace("1000", "7"));
         assert_eq!(text("E02", "", "\"B=C\""), original.replace("\"A\"", "\"B=C\""));
@@ -94,7 +100,18 @@ mod tests {
             rewrite(FILE, "E05", "IP9", "1"),
             Err(RewriteError::NoValue { .. })
         ));
-        for value in ["", " ", "1\r= 2", "{x}", "1 [E01]"] {
+        for value in [
+            "",
+            " ",
+            "1\r= 2",
+            "{x}",
+            "1 [E01]",
+            "\u{e9}",
+            "\"",
+            "1\"",
+            "\"a\"b\"",
+            "\"\u{e9}\"",
+        ] {
             assert!(
                 matches!(rewrite(FILE, "E00", "", value), Err(RewriteError::Value(_))),
                 "{value:?}"

@@ -4,9 +4,10 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{kinds, names};
+use crate::code::Code;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
-use crate::program::{Operation, Program, Step, Symbols};
+use crate::program::{Operation, Program, Step, Symbols, fingerprint};
 use crate::sink::Sink;
 use crate::tree::{Feature, Simple, Statement};
 
@@ -31,6 +32,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     operation,
                 };
                 return Ok(Arc::new(Program {
+                    fingerprint: fingerprint(base.fingerprint, statement, &base.options),
                     options: base.options,
                     symbols: Arc::clone(&base.symbols),
                     blocks: Vec::new(),
@@ -38,13 +40,16 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                         step(Operation::Simple(simple), true),
                         step(Operation::Return, false),
                     ]),
+                    code: Code::default(),
                     rcycle: None,
                 }));
             }
         }
         Err(problem) => sink.error(problem),
     }
-    Err(sink.finish())
+    let mut diagnostics = sink.finish();
+    crate::suggest::attach_direct(statement, base, &mut diagnostics);
+    Err(diagnostics)
 }
 
 fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
@@ -79,6 +84,9 @@ fn parse(statement: &str, base: &Program) -> Result<Statement, Problem> {
         Some(Statement::Next(_)) => refused("NEXT"),
         Some(Statement::Goto(_) | Statement::Select(..)) => refused("GOTO"),
         Some(Statement::Return) => refused("RETURN"),
-        Some(Statement::Call(name, _)) => refused(&alloc::format!("a call of {}", name.text)),
+        Some(Statement::Call(name, _)) => {
+            let message = alloc::format!("{} is no statement that can be executed directly", name.text);
+            Err(Problem::new("E0501", name.span, message))
+        }
     }
 }

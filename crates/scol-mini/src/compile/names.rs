@@ -13,15 +13,18 @@ use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
 use crate::tree::{Expression, Node, Reference, Statement, Variable};
 
-/// Resolves every variable of a block.
+/// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
+/// own, with the value of the datum at first.
 pub(super) fn resolve_block(
     block: &mut Block,
     doubtful: &BTreeSet<String>,
     symbols: &mut Symbols,
+    data_copy: bool,
     sink: &mut Sink,
 ) {
     let mut scope = Scope {
         locals: BTreeMap::new(),
+        lost: BTreeSet::new(),
         doubtful,
         symbols,
     };
@@ -39,7 +42,15 @@ pub(super) fn resolve_block(
     for declaration in &block.dims {
         match dim_slot(declaration, Owner::Local, scope.symbols) {
             Ok(slot) => scope.local(slot),
-            Err(problem) => sink.error(problem),
+            Err(problem) => {
+                sink.error(problem);
+                scope.lost.insert(declaration.name.text.clone());
+            }
+        }
+    }
+    if data_copy {
+        for located in &mut block.statements {
+            located.statement.targets(&mut |variable| scope.copy(variable));
         }
     }
     for located in &mut block.statements {
@@ -63,6 +74,7 @@ pub(super) fn resolve_block(
 pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
     let scope = Scope {
         locals: BTreeMap::new(),
+        lost: BTreeSet::new(),
         doubtful: &BTreeSet::new(),
         symbols,
     };
@@ -102,6 +114,8 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
 
 struct Scope<'a> {
     locals: BTreeMap<String, Reference>,
+    /// Names of `DIM` that could not be made.
+    lost: BTreeSet<String>,
     doubtful: &'a BTreeSet<String>,
     symbols: &'a mut Symbols,
 }
@@ -115,8 +129,28 @@ impl Scope<'_> {
 
     /// Makes a local variable of a name that is assigned and not known yet.
     fn define(&mut self, variable: &mut Variable) {
+        if self.lost.contains(&variable.name.text) {
+            return;
+        }
         if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
             self.local(Slot::plain(&variable.name.text, Owner::Local));
+        }
+    }
+
+    /// Makes a copy of a datum that is assigned.
+    fn copy(&mut self, variable: &Variable) {
+        let name = variable.name.text.as_str();
+        if self.locals.contains_key(name) {
+            return;
+        }
+        let shared = self.symbols.shared.get(name);
+        let datum = shared.and_then(|at| self.symbols.slots.get(*at));
+        if let Some(datum) = datum.filter(|slot| slot.owner == Owner::Data) {
+            self.local(Slot {
+                owner: Owner::Local,
+                is_work: false,
+                ..datum.clone()
+            });
         }
     }
 
@@ -128,7 +162,7 @@ impl Scope<'_> {
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
-            if !self.doubtful.contains(&name.text) {
+            if !self.doubtful.contains(&name.text) && !self.lost.contains(&name.text) {
                 sink.error(self.undefined(variable));
             }
             return;

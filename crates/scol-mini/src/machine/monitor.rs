@@ -14,11 +14,12 @@ use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Monitor {
     /// Its step.
-    on: usize,
+    pub(super) on: usize,
     /// How many programs were called when it was executed; a jump goes back to there.
-    depth: usize,
+    pub(super) depth: usize,
     /// What its condition was when it was last looked at.
     was: bool,
 }
@@ -26,11 +27,15 @@ pub(super) struct Monitor {
 /// What a monitor has brought about.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Monitored {
-    /// The machine has jumped; the statement under way is given up.
-    Jumped,
+    /// The statement under way is given up, then [`Machine::jump`] with this.
+    Jump(Jump),
     /// This machine is to be run to its end before the other one goes on.
     Handler(Box<Machine>),
 }
+
+/// Where a monitor leads.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jump(Monitor);
 
 impl Machine {
     /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
@@ -58,11 +63,12 @@ impl Machine {
     ///
     /// # Errors
     /// A condition cannot be evaluated; its monitor is dropped.
-    pub fn look(&mut self, memory: &Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
+    pub fn look(&mut self, memory: &mut Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
         if !self.awake {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
+        memory.enter(&program, self.task);
         for index in 0..self.monitors.len() {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
@@ -77,7 +83,8 @@ impl Machine {
                 program: &program,
                 memory,
                 inputs,
-                frames: &[],
+                arguments: &[],
+                base: 0,
                 task: self.task,
             };
             match context.truth(condition) {
@@ -103,12 +110,16 @@ impl Machine {
         Ok(None)
     }
 
-    fn act(&mut self, monitor: Monitor, jump: bool) -> Monitored {
+    /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
+    pub fn jump(&mut self, Jump(monitor): Jump) {
+        self.cut(monitor.depth);
+        self.at = monitor.on + 1;
+        self.state = State::Ready;
+    }
+
+    fn act(&self, monitor: Monitor, jump: bool) -> Monitored {
         if jump {
-            self.frames.truncate(monitor.depth);
-            self.at = monitor.on + 1;
-            self.state = State::Ready;
-            return Monitored::Jumped;
+            return Monitored::Jump(Jump(monitor));
         }
         Monitored::Handler(Box::new(Machine {
             at: monitor.on + 1,
@@ -119,6 +130,9 @@ impl Machine {
 
     /// A program has been left: nobody can jump into it any more.
     pub(super) fn forget_jumps(&mut self) {
+        if self.monitors.is_empty() {
+            return;
+        }
         let depth = self.frames.len();
         let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {

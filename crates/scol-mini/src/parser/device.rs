@@ -88,6 +88,8 @@ impl Cursor<'_> {
             Feature::Pass
         } else if self.word("NOWAIT") {
             Feature::Nowait
+        } else if matches!(self.peek(), Some(Token::Word(word)) if word != "ELSE") {
+            return Err(self.expected("PASS, NOWAIT or the end of the line"));
         } else {
             Feature::Monitors
         };

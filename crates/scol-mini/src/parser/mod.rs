@@ -228,8 +228,3 @@ impl<'a> Cursor<'a> {
         result
     }
 }
-
-/// The problem of a word that is known but not carried out.
-pub(crate) fn unsupported(word: &str, span: Span) -> Problem {
-    Problem::new("E0105", span, format!("{word} is not supported yet"))
-}

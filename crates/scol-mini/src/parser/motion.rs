@@ -3,7 +3,7 @@
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::{Cursor, unsupported};
+use super::Cursor;
 use crate::builtin;
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
@@ -52,18 +52,10 @@ impl Cursor<'_> {
             let Some(Token::Word(word)) = self.peek() else {
                 return Err(self.expected("a motion condition"));
             };
-            let condition = match builtin::condition(word) {
-                Some(
-                    c @ (Condition::Speed
-                    | Condition::Accel
-                    | Condition::Decel
-                    | Condition::Config
-                    | Condition::Pass
-                    | Condition::Accur
-                    | Condition::Payload),
-                ) => c,
-                Some(_) => return Err(unsupported(&format!("{word} in WITH"), span)),
-                None => return Err(self.expected("SPEED, ACCEL, DECEL, CONFIG, PASS, ACCUR or PAYLOAD")),
+            let Some(condition) = builtin::condition(word) else {
+                return Err(
+                    self.expected("SPEED, ACCEL, DECEL, CONFIG, PASS, ACCUR, PAYLOAD, TOOL, WORK or BASE")
+                );
             };
             if list.iter().any(|(known, _)| *known == condition) {
                 return Err(Problem::new(

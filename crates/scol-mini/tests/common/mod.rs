@@ -47,7 +47,7 @@ pub fn programs(name: &str) -> Vec<(PathBuf, String)> {
 
 /// The options a fixture asks for.
 pub fn options(source: &str) -> LanguageOptions {
-    let arm = if source.contains("\n' arm: scara\n") {
+    let arm = if source.contains("\n' arm: scara") {
         Arm::Scara
     } else {
         Arm::SixAxis
@@ -165,7 +165,7 @@ pub fn play_on(
     }
 }
 
-fn describe(request: &Request) -> String {
+pub fn describe(request: &Request) -> String {
     match request {
         Request::Print { channel, data } => format!("PRINT {channel:?} {:?}", String::from_utf8_lossy(data)),
         Request::BufferReset { channel } => format!("RESET {channel:?}"),

@@ -17,23 +17,23 @@ fn feed_hold_rests_on_the_path_and_resume_reaches_the_same_end() {
         let plain = planned(&model, &from, &target, &Limits::FULL);
         let mut motion = plain.clone();
         let at = plain.duration() / 3;
-        motion.hold(&model, at);
+        motion.hold(at);
         let rest = motion.rest_at().unwrap();
         assert!(motion.is_held() && rest > at && rest < plain.duration());
         assert!(
             distance(point(&model, &motion, at), point(&model, &plain, at)) < 1e-9,
             "no jump"
         );
-        let resting = motion.joints_at(&model, rest);
-        assert_eq!(resting, motion.joints_at(&model, rest + seconds(3600.0)));
+        let resting = motion.joints_at(rest);
+        assert_eq!(resting, motion.joints_at(rest + seconds(3600.0)));
         let percent = motion.percent_at(rest);
         assert!(percent > plain.percent_at(at) && percent < 100.0);
 
         motion.resume(rest + seconds(5.0));
         assert!(!motion.is_held() && motion.rest_at().is_none());
-        assert_eq!(motion.joints_at(&model, rest + seconds(5.0)), resting);
+        assert_eq!(motion.joints_at(rest + seconds(5.0)), resting);
         assert!(motion.duration() > rest + seconds(5.0));
-        assert_eq!(motion.joints_at(&model, motion.duration()), plain.end());
+        assert_eq!(motion.joints_at(motion.duration()), plain.end());
         assert_eq!(motion.end(), plain.end());
     }
 }
@@ -51,7 +51,7 @@ fn hold_released_while_still_slowing_goes_on_from_that_speed() {
         &Limits::FULL,
     );
     let mut motion = plain.clone();
-    motion.hold(&model, seconds(0.25));
+    motion.hold(seconds(0.25));
     motion.resume(seconds(0.35));
     // Down from 240 to 144 degrees/s and up again costs 0.2 s at 192 instead of 240: 0.04 s.
     assert_eq!(motion.duration(), Duration::from_micros(706_667));
@@ -71,20 +71,20 @@ fn stop_ends_where_the_arm_rests_and_for_good() {
     let mut motion = planned(&model, &from, &target, &gentle);
     let mut held = motion.clone();
     let at = motion.duration() / 3;
-    held.hold(&model, at);
+    held.hold(at);
     motion.stop(at);
     assert!(
         motion.duration() > at && motion.duration() < held.duration(),
         "full deceleration, not that of the motion"
     );
     let end = motion.end();
-    assert_eq!(motion.joints_at(&model, motion.duration()), end);
+    assert_eq!(motion.joints_at(motion.duration()), end);
     let pose = model.forward(&end).0;
     assert!(pose.xyz[1] > -250.0 && pose.xyz[1] < 250.0 && (pose.xyz[0] - 400.0).abs() < 1e-6);
     let stopped = motion.clone();
     motion.resume(seconds(10.0));
     motion.set_limits(seconds(10.0), &Limits::FULL);
-    motion.hold(&model, seconds(10.0));
+    motion.hold(seconds(10.0));
     motion.stop(seconds(10.0));
     assert_eq!(motion, stopped);
 
@@ -118,7 +118,7 @@ fn new_limits_take_over_from_the_present_place_and_speed() {
     assert_eq!(motion.end(), plain.end());
     // A held motion takes them when it goes on.
     let mut held = plain.clone();
-    held.hold(&model, seconds(0.3));
+    held.hold(seconds(0.3));
     held.set_limits(seconds(2.0), &half);
     assert!(held.is_held());
     held.resume(seconds(3.0));

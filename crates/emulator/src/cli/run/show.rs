@@ -19,6 +19,8 @@ pub(super) struct Screen {
     json: bool,
     /// Channels are named: the program prints on several.
     named: bool,
+    /// Tasks are named: the program starts some.
+    tasks: bool,
     /// What was printed since the last CR.
     open: BTreeMap<&'static str, (Duration, Vec<u8>)>,
     printed: Entries,
@@ -52,6 +54,7 @@ impl Screen {
             program: source.split('\n').map(|line| line.trim().to_owned()).collect(),
             json,
             named: scol_mini::print_channels(&source).len() > 1,
+            tasks: scol_mini::starts_tasks(&source),
             open: BTreeMap::new(),
             printed: Entries::default(),
             statements: Entries::default(),
@@ -63,11 +66,11 @@ impl Screen {
     pub(super) fn show(&mut self, at: Duration, happening: Happening<'_>) {
         match happening {
             Happening::Printed { channel, bytes } => self.printed(at, channel, bytes),
-            Happening::Statement { line } => self.statement(at, line),
+            Happening::Statement { line, task } => self.statement(at, line, task),
         }
     }
 
-    fn statement(&mut self, at: Duration, line: u32) {
+    fn statement(&mut self, at: Duration, line: u32, task: u16) {
         let number = usize::try_from(line).unwrap_or(usize::MAX);
         let text = self
             .program
@@ -76,9 +79,15 @@ impl Screen {
         if self.json {
             let seconds = seconds(at);
             self.statements
-                .push(|| json!({ "time": seconds, "line": line, "text": text }));
+                .push(|| json!({ "time": seconds, "task": task, "line": line, "text": text }));
         } else {
-            eprintln!("{:>10.3} s {line:>5} | {text}", at.as_secs_f64());
+            // The main program is task 1; its statements bear no number while it is alone.
+            let task = if self.tasks {
+                format!(" task {task:<3}")
+            } else {
+                String::new()
+            };
+            eprintln!("{:>10.3} s{task} {line:>5} | {text}", at.as_secs_f64());
         }
     }
 

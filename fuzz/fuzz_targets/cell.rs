@@ -1,0 +1,34 @@
+//! A program and, behind a zero byte, what happens around the cell while it runs: records, signals, keys, stops,
+//! starts, feed hold, commands, time. The controller never panics, never hangs and never stops asking for bounded time.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use ts3100_controller::{Input, Panel, Time};
+use ts3100_fuzz::{Cell, text_and_choices};
+
+/// Things that happen in one run.
+const EVENTS: u32 = 200;
+
+fuzz_target!(|data: &[u8]| {
+    let (source, mut choices) = text_and_choices(data);
+    let mut cell = Cell::new(true);
+    if cell.controller.put_file("TEST", source.as_bytes()).is_err() {
+        return;
+    }
+    if cell.controller.select(Time::ZERO, "TEST").is_err() {
+        return;
+    }
+    let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
+    let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
+    let port = ts3100_controller::Port::Ip0;
+    cell.feed(Input::Received { port, bytes: text });
+    cell.feed(Input::Panel(Panel::Start));
+    cell.pass(50);
+    for _ in 0..EVENTS {
+        if choices.is_over() {
+            break;
+        }
+        cell.act(&mut choices);
+    }
+    cell.pass(2_000);
+});

@@ -1,0 +1,58 @@
+//! Any bytes as the text of a program: it is cut, parsed, compiled, checked and laid out. Nothing panics, the
+//! diagnostics stay bounded and can be shown, laying out is done once and changes no meaning.
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use scol_mini::{
+    Arm, Compilation, IntDivision, LanguageOptions, MAX_DIAGNOSTICS, Program, Value, check, compile,
+    compile_direct, format, print_channels, rewrite_value,
+};
+
+fn said(compilation: &Compilation) -> Vec<(&'static str, String)> {
+    let remarks = compilation.diagnostics.iter();
+    let mut list: Vec<_> = remarks
+        .map(|d| (d.code, d.message.to_ascii_uppercase()))
+        .collect();
+    list.sort();
+    list
+}
+
+fuzz_target!(|data: &[u8]| {
+    let (choice, data) = data.split_first().unwrap_or((&0, data));
+    let options = LanguageOptions {
+        arm: if choice & 1 == 0 { Arm::SixAxis } else { Arm::Scara },
+        sticky_work: choice & 2 != 0,
+        data_copy: choice & 8 != 0,
+        int_division: if choice & 4 == 0 {
+            IntDivision::Truncate
+        } else {
+            IntDivision::Real
+        },
+    };
+    let source = String::from_utf8_lossy(data).into_owned();
+    let compilation = compile(&source, &options);
+    let checked = check(&source, &options);
+    assert_eq!(checked.program.is_some(), compilation.program.is_some());
+    for found in [&compilation, &checked] {
+        assert!(found.diagnostics.len() <= MAX_DIAGNOSTICS);
+        for diagnostic in &found.diagnostics {
+            assert!(diagnostic.line >= 1 && diagnostic.column >= 1);
+            assert!(diagnostic.render(&source, "M").len() < 4_000);
+        }
+    }
+    let formatted = format(&source);
+    assert_eq!(format(&formatted), formatted);
+    let again = compile(&formatted, &options);
+    assert_eq!(said(&again), said(&compilation), "{formatted:?}");
+    assert!(print_channels(&source).len() <= 4);
+    let empty = Program::empty(&options);
+    let base = compilation.program.as_ref().unwrap_or(&empty);
+    for line in source.lines().take(8) {
+        let _ = compile_direct(line, base);
+    }
+    for name in ["P1", "A", "N", "HOME", "T"] {
+        if let Ok(written) = rewrite_value(&source, base, name, &[], &Value::Integer(-7)) {
+            assert!(compile(&written, &options).program.is_some(), "{written:?}");
+        }
+    }
+});

@@ -1,0 +1,181 @@
+//! What the fuzz targets share: bytes read as choices, and a cell of a controller and its peers under virtual time.
+//! What must hold is said in the targets.
+
+use std::time::Duration;
+use ts3100_controller::options::Config;
+use ts3100_controller::{ControlRight, Controller, Dialect, Input, KeySwitch, Output, Panel, Port, Time};
+
+/// Deadlines the controller may want served within one step of time before it is taken to hang.
+const MAX_DEADLINES: u32 = 200_000;
+/// Most bytes that may come out of one input: more is growth without bound.
+const MAX_OUT: usize = 16 * 1024 * 1024;
+
+/// Bytes read from the front as choices; zeros when they are used up.
+pub struct Choices<'a>(pub &'a [u8]);
+
+impl<'a> Choices<'a> {
+    /// Whether nothing is left.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// One byte.
+    pub fn byte(&mut self) -> u8 {
+        let Some((first, rest)) = self.0.split_first() else {
+            return 0;
+        };
+        self.0 = rest;
+        *first
+    }
+
+    /// Two bytes.
+    pub fn word(&mut self) -> u16 {
+        u16::from_be_bytes([self.byte(), self.byte()])
+    }
+
+    /// A chunk of bytes: its length, then as many.
+    pub fn chunk(&mut self) -> &'a [u8] {
+        let length = usize::from(self.byte()).min(self.0.len());
+        let (chunk, rest) = self.0.split_at(length);
+        self.0 = rest;
+        chunk
+    }
+}
+
+/// The text before the first zero byte, and what stands behind it.
+#[must_use]
+pub fn text_and_choices(data: &[u8]) -> (String, Choices<'_>) {
+    let at = data.iter().position(|byte| *byte == 0).unwrap_or(data.len());
+    let (text, rest) = data.split_at(at);
+    (
+        String::from_utf8_lossy(text).into_owned(),
+        Choices(rest.get(1..).unwrap_or_default()),
+    )
+}
+
+/// A controller and its clock.
+pub struct Cell {
+    /// The controller.
+    pub controller: Controller,
+    now: Time,
+}
+
+const PORTS: [Port; 6] = [Port::Host, Port::Ip0, Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
+
+impl Cell {
+    /// A controller with a host on IP0 and peers on the channels, servo power on.
+    ///
+    /// # Panics
+    /// Never: an empty drive is always taken.
+    #[must_use]
+    pub fn new(field: bool) -> Cell {
+        let dialect = if field { Dialect::Field } else { Dialect::Manual };
+        let controller = Controller::new(Config::new(dialect), Vec::new()).expect("an empty drive is taken");
+        let mut cell = Cell {
+            controller,
+            now: Time::ZERO,
+        };
+        for port in PORTS {
+            cell.feed(Input::Connected {
+                port,
+                peer: String::from("fuzz"),
+            });
+        }
+        cell.feed(Input::Panel(Panel::Servo(true)));
+        cell
+    }
+
+    /// Hands one input in and drains what comes out.
+    ///
+    /// # Panics
+    /// When more comes out than any input can ask for.
+    pub fn feed(&mut self, input: Input) {
+        let mut size = 0;
+        for output in self.controller.feed(self.now, input) {
+            size += match output {
+                Output::Send { bytes, .. } => bytes.len(),
+                Output::Stored { content, .. } => content.len(),
+                _ => 64,
+            };
+        }
+        assert!(size < MAX_OUT, "{size} bytes came of one input");
+    }
+
+    /// Lets time pass, every deadline served at its own time.
+    ///
+    /// # Panics
+    /// When the controller does not get on.
+    pub fn pass(&mut self, millis: u64) {
+        let end = self.now + Duration::from_millis(millis);
+        for _ in 0..MAX_DEADLINES {
+            match self.controller.poll_deadline() {
+                Some(due) if due <= end => self.now = self.now.max(due),
+                _ => {
+                    self.now = end;
+                    self.feed(Input::Tick);
+                    return;
+                }
+            }
+            self.feed(Input::Tick);
+        }
+        panic!("{MAX_DEADLINES} deadlines before {end}: the controller does not get on");
+    }
+
+    /// One thing that happens, as the bytes say.
+    pub fn act(&mut self, choices: &mut Choices<'_>) {
+        let what = choices.byte();
+        let port = PORTS[usize::from(what >> 5) % PORTS.len()];
+        let on = what & 0x80 != 0;
+        match what % 24 {
+            0..=8 => {
+                let bytes = choices.chunk().to_vec();
+                self.feed(Input::Received { port, bytes });
+            }
+            9 | 10 => {
+                let text = [b"\x02", choices.chunk(), b"\r\x03"].concat();
+                self.feed(Input::Received { port, bytes: text });
+            }
+            11 => {
+                let text = b"\x02OK\r\x03".to_vec();
+                self.feed(Input::Received { port, bytes: text });
+            }
+            12 => self.pass(u64::from(choices.byte())),
+            13 => self.pass(u64::from(choices.word())),
+            14 => self.feed(Input::Disconnected { port }),
+            15 => self.feed(Input::Connected {
+                port,
+                peer: String::from("again"),
+            }),
+            16 => self.feed(Input::Panel(Panel::Start)),
+            17 => self.feed(Input::Panel(Panel::Stop)),
+            18 => self.feed(Input::Panel(Panel::FeedHold)),
+            19 => {
+                let line = choices.word() % 300;
+                self.feed(Input::Panel(Panel::InputLine { line, on }));
+            }
+            20 => {
+                let keys = String::from_utf8_lossy(choices.chunk()).into_owned();
+                self.feed(Input::Panel(Panel::Keys(keys)));
+            }
+            21 => {
+                let key = [KeySwitch::Ext, KeySwitch::Internal, KeySwitch::Teaching];
+                let right = [ControlRight::Ether, ControlRight::Sig, ControlRight::Rs232c];
+                let which = usize::from(choices.byte());
+                self.feed(Input::Panel(Panel::Key(key[which % 3])));
+                self.feed(Input::Panel(Panel::ControlRight(right[which / 3 % 3])));
+            }
+            22 => self.feed(Input::Panel(match choices.byte() % 5 {
+                0 => Panel::EmergencyStop(on),
+                1 => Panel::SafetySwitch(on),
+                2 => Panel::AlarmReset,
+                3 => Panel::MachineLock(on),
+                _ => Panel::Battery(on),
+            })),
+            _ => self.feed(Input::Panel(match choices.byte() % 8 {
+                0 => Panel::PowerCycle,
+                _ => Panel::Servo(!on),
+            })),
+        }
+    }
+}
