@@ -213,6 +213,8 @@ impl Hub {
             self.step(now, input, by, &mut inputs).await;
             by = Party::Robot;
         }
+        // Not before: room for bytes that still wait here would be given away twice.
+        self.lines.grant(&self.controller);
         self.tape.flush();
     }
 
@@ -228,7 +230,6 @@ impl Hub {
                 feeder.put(output);
             }
         }
-        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
