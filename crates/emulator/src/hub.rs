@@ -251,6 +251,8 @@ impl Hub {
             // What follows from the first input is the controller's own doing.
             by = Party::Robot;
         }
+        // Not before: room for bytes that still wait here would be given away twice.
+        self.lines.grant(&self.controller);
         self.tape.flush();
         self.end_waits();
     }
@@ -274,7 +276,6 @@ impl Hub {
                 feeder.put(output);
             }
         }
-        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
