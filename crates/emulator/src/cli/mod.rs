@@ -13,6 +13,7 @@ mod tap;
 use crate::config::ServeArgs;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
+use std::io::Write as _;
 use std::process::ExitCode;
 
 /// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
@@ -53,7 +54,10 @@ pub fn main() -> ExitCode {
         Command::Diff(args) => diff::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Completions { shell } => {
-            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut std::io::stdout());
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
+            // A reader that has seen enough is no mistake.
+            let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
     }

@@ -8,6 +8,7 @@
 )]
 
 mod client;
+mod ctl;
 mod extensions;
 mod headless;
 mod recordings;

@@ -55,7 +55,7 @@ fn delete(path: impl Into<String>) -> Call {
 }
 
 /// The word of a value of the command line.
-fn word(value: impl ValueEnum) -> String {
+fn word(value: &impl ValueEnum) -> String {
     let value = value.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
@@ -77,13 +77,14 @@ impl Call {
     ///
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
+    #[expect(clippy::too_many_lines, reason = "a flat match by name")]
     pub fn of(command: &Command) -> Result<Call, String> {
         Ok(match command {
             Command::State => get("/state"),
             Command::Key { position: None } => get("/key-switch"),
-            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": word(*key)})),
+            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": word(key)})),
             Command::Right { holder: None } => get("/control-right"),
-            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": word(*right)})),
+            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": word(right)})),
             Command::EmergencyStop { action } => {
                 let pressed = action.map(|action| matches!(action, Press::Press));
                 switch("/emergency-stop", "pressed", pressed)
@@ -139,7 +140,7 @@ impl Call {
             Command::Channel {
                 port: Some(port),
                 action,
-            } => channel(&word(*port).to_ascii_uppercase(), action.as_ref()),
+            } => channel(&word(port).to_ascii_uppercase(), action.as_ref()),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
@@ -208,7 +209,7 @@ fn line_call(side: &str, line: Option<u16>, action: Option<&Line>) -> Result<Cal
         Some(Line::Release) => delete(format!("{path}/force")),
         Some(Line::Wait { state, limits }) => {
             let condition = json!({ side: {"line": line, "on": is_on(*state)} });
-            post("/wait", wait_body(condition, *limits))
+            post("/wait", wait_body(&condition, *limits))
         }
     })
 }
@@ -288,10 +289,10 @@ fn clock(action: Option<&Clock>) -> Result<Call, String> {
 }
 
 fn until_body(until: &Until) -> Result<Value, String> {
-    Ok(wait_body(condition(&until.condition)?, until.limits))
+    Ok(wait_body(&condition(&until.condition)?, until.limits))
 }
 
-fn wait_body(condition: Value, limits: Limits) -> Value {
+fn wait_body(condition: &Value, limits: Limits) -> Value {
     let mut body = json!({"condition": condition, "within": limits.within});
     if let Some(wall) = limits.wall {
         body["wall"] = json!(wall);
