@@ -48,15 +48,20 @@ pub enum Bytes {
     /// As text in UTF-8.
     Text(String),
     /// As hexadecimal digits.
-    Hex(String),
+    Hex(Digits),
 }
+
+/// Hexadecimal digits, two a byte, blanks between them allowed.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[schema(pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+pub struct Digits(String);
 
 impl Bytes {
     /// The bytes.
     pub fn read(self) -> Result<Vec<u8>, Problem> {
         match self {
             Bytes::Text(text) => Ok(text.into_bytes()),
-            Bytes::Hex(text) => bytes_of_hex(&text),
+            Bytes::Hex(Digits(text)) => bytes_of_hex(&text),
         }
     }
 }

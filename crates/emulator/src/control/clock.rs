@@ -88,7 +88,7 @@ pub enum When {
     /// An output shows this state.
     Output(LineIs),
     /// The statement in this line of the selected file has begun since.
-    Line(u32),
+    Line(FileLine),
     /// This was printed since.
     Printed(Printed),
     /// The alarm of this number, or `any`, is active or was raised since.
@@ -103,11 +103,33 @@ pub enum When {
 #[serde(deny_unknown_fields)]
 pub struct Empty {}
 
+/// A line of a file.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(try_from = "u32")]
+#[schema(minimum = 1, maximum = 99999)]
+pub struct FileLine(u32);
+
+impl TryFrom<u32> for FileLine {
+    type Error = String;
+
+    fn try_from(line: u32) -> Result<FileLine, String> {
+        // A line has a byte at least, and a file has no more.
+        let fits = (1..=scol_mini::MAX_SOURCE).contains(&usize::try_from(line).unwrap_or(usize::MAX));
+        fits.then_some(FileLine(line)).ok_or_else(|| {
+            format!(
+                "a line of a file, 1 to {}, expected, {line} found",
+                scol_mini::MAX_SOURCE
+            )
+        })
+    }
+}
+
 /// The state of a line.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LineIs {
     /// Its number.
+    #[schema(minimum = 1, maximum = 264)]
     line: u16,
     /// On or off.
     on: bool,
@@ -150,7 +172,7 @@ impl When {
             When::Status(status) => Ok(Condition::Status(status.into())),
             When::Input(line) => line_of(Side::Input, line),
             When::Output(line) => line_of(Side::Output, line),
-            When::Line(line) => Ok(Condition::Statement(line)),
+            When::Line(FileLine(line)) => Ok(Condition::Statement(line)),
             When::Printed(Printed { channel, text }) => {
                 if text.is_empty() || text.len() > MAX_TEXT {
                     let expected = format!("1 to {MAX_TEXT} bytes");

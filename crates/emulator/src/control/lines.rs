@@ -143,7 +143,8 @@ async fn get_inputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Problem
 }
 
 /// One input
-#[utoipa::path(get, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number")),
+#[utoipa::path(get, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number",
+    minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn get_input(State(hub): State<Handle>, InPath(line): InPath<u16>) -> Result<Json<LineDoc>, Problem> {
     line_of(&hub, Side::Input, line).await
@@ -152,7 +153,8 @@ async fn get_input(State(hub): State<Handle>, InPath(line): InPath<u16>) -> Resu
 /// Drive an input from outside
 ///
 /// It stays so until it is driven again.
-#[utoipa::path(put, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number")),
+#[utoipa::path(put, path = "/inputs/{line}", params(("line" = u16, Path, description = "Din number",
+    minimum = 1, maximum = 264)),
     request_body = LineState, responses((status = 200, body = LineDoc)))]
 async fn put_input(
     State(hub): State<Handle>,
@@ -164,7 +166,8 @@ async fn put_input(
 }
 
 /// Drive an input for a time, then the other way
-#[utoipa::path(post, path = "/inputs/{line}/pulse", params(("line" = u16, Path, description = "Din number")),
+#[utoipa::path(post, path = "/inputs/{line}/pulse", params(("line" = u16, Path, description = "Din number",
+    minimum = 1, maximum = 264)),
     request_body = Pulse, responses((status = 200, body = LineDoc)))]
 async fn pulse_input(
     State(hub): State<Handle>,
@@ -185,7 +188,8 @@ async fn pulse(hub: &Handle, side: Side, line: u16, body: Pulse) -> Result<Json<
 }
 
 /// Force an input: it shows this state whatever drives it, until it is released
-#[utoipa::path(put, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number")),
+#[utoipa::path(put, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number",
+    minimum = 1, maximum = 264)),
     request_body = LineState, responses((status = 200, body = LineDoc)))]
 async fn force_input(
     State(hub): State<Handle>,
@@ -197,7 +201,8 @@ async fn force_input(
 }
 
 /// Release a forced input
-#[utoipa::path(delete, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number")),
+#[utoipa::path(delete, path = "/inputs/{line}/force", params(("line" = u16, Path, description = "Din number",
+    minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn release_input(
     State(hub): State<Handle>,
@@ -215,14 +220,16 @@ async fn get_outputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Proble
 }
 
 /// One output
-#[utoipa::path(get, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number")),
+#[utoipa::path(get, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number",
+    minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn get_output(State(hub): State<Handle>, InPath(line): InPath<u16>) -> Result<Json<LineDoc>, Problem> {
     line_of(&hub, Side::Output, line).await
 }
 
 /// Set a user output, as the command IW does: 1-64, 101-164, 201-208
-#[utoipa::path(put, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number")),
+#[utoipa::path(put, path = "/outputs/{line}", params(("line" = u16, Path, description = "Dout number",
+    minimum = 1, maximum = 264)),
     request_body = LineState, responses((status = 200, body = LineDoc)))]
 async fn put_output(
     State(hub): State<Handle>,
@@ -234,7 +241,8 @@ async fn put_output(
 }
 
 /// Switch a user output on for a time
-#[utoipa::path(post, path = "/outputs/{line}/pulse", params(("line" = u16, Path, description = "Dout number")),
+#[utoipa::path(post, path = "/outputs/{line}/pulse", params(("line" = u16, Path, description = "Dout number",
+    minimum = 1, maximum = 264)),
     request_body = Pulse, responses((status = 200, body = LineDoc)))]
 async fn pulse_output(
     State(hub): State<Handle>,
@@ -245,7 +253,8 @@ async fn pulse_output(
 }
 
 /// Force an output: it shows this state whatever the program does, until it is released or the power goes off
-#[utoipa::path(put, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number")),
+#[utoipa::path(put, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number",
+    minimum = 1, maximum = 264)),
     request_body = LineState, responses((status = 200, body = LineDoc)))]
 async fn force_output(
     State(hub): State<Handle>,
@@ -257,7 +266,8 @@ async fn force_output(
 }
 
 /// Release a forced output
-#[utoipa::path(delete, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number")),
+#[utoipa::path(delete, path = "/outputs/{line}/force", params(("line" = u16, Path, description = "Dout number",
+    minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn release_output(
     State(hub): State<Handle>,

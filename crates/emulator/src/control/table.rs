@@ -8,7 +8,7 @@ use axum::handler::Handler;
 use axum::http::{Method, StatusCode, Uri};
 use axum::routing::{MethodFilter, on};
 use utoipa::openapi::path::{HttpMethod, Operation, PathItem, Paths};
-use utoipa::openapi::schema::Schema;
+use utoipa::openapi::schema::{AdditionalProperties, Schema};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::{
     Components, ContentBuilder, Info, License, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder, Tag,
@@ -82,6 +82,7 @@ impl Table {
         info.license = Some(License::new("MIT OR Apache-2.0"));
         let mut components = Components::new();
         components.schemas.extend(self.schemas);
+        components.schemas.values_mut().for_each(close);
         let scheme = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).build();
         components.add_security_scheme("token", SecurityScheme::Http(scheme));
         let document = OpenApiBuilder::new()
@@ -102,6 +103,20 @@ impl Table {
 pub fn require_token(document: &mut OpenApi) {
     let scopes: [&str; 0] = [];
     document.security = Some(vec![SecurityRequirement::new("token", scopes)]);
+}
+
+/// Exactly one of several keys: the document says of each alternative that it has no others.
+fn close(schema: &mut RefOr<Schema>) {
+    let RefOr::T(Schema::OneOf(alternatives)) = schema else {
+        return;
+    };
+    for alternative in &mut alternatives.items {
+        if let RefOr::T(Schema::Object(object)) = alternative
+            && !object.properties.is_empty()
+        {
+            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+        }
+    }
 }
 
 /// The operations of a document by path and method.
