@@ -253,6 +253,10 @@ mod tests {
             assert_eq!(read(&words), Ok(deed), "{words}");
             assert!(words.is_ascii() && !words.contains('\n'), "{words:?}");
         }
+    }
+
+    #[test]
+    fn what_is_no_deed_is_refused() {
         for words in [
             "",
             "power",
