@@ -12,6 +12,7 @@ mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod findings;
 mod guiding;
 mod house;
 mod kinematics;

@@ -138,6 +138,8 @@ impl Controller {
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Received { port, bytes } => self.received(port, bytes),
             Input::Disconnected { port } => self.disconnected(port),
+            Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
+            Input::Unread { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
         }
         self.settle();
@@ -222,6 +224,11 @@ impl Controller {
             self.settle();
         }
         self.now = self.now.max(now);
+    }
+
+    /// Outputs that were not fetched yet.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &Output> {
+        self.outputs.iter()
     }
 
     pub(crate) fn push_output(&mut self, output: Output) {
