@@ -24,6 +24,7 @@ pub mod alarm;
 mod arm;
 pub mod channel;
 mod controller;
+pub mod coverage;
 pub mod display;
 pub mod drive;
 mod execution;
@@ -56,6 +57,7 @@ pub mod time;
 mod view;
 
 pub use controller::{Controller, SelectError};
+pub use coverage::Coverage;
 pub use drive::DriveError;
 pub use findings::{Findings, Rule, Severity};
 pub use input::{ControlRight, Input, KeySwitch, Panel};

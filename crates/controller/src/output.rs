@@ -95,8 +95,6 @@ pub enum Event {
         row: &'static str,
         /// The master mode in which it came.
         mode: MasterMode,
-        /// The robot was not stopped.
-        running: bool,
         /// How.
         verdict: Verdict,
     },

@@ -28,7 +28,6 @@ impl Controller {
         }
         let row = command.permission_row();
         let mode = self.state.master_mode();
-        let running = self.execution.status() == ExecutionStatus::Running;
         let refusal = self.forbidden(port, row);
         let valid = refusal.is_none();
         let outcome = refusal.unwrap_or_else(|| self.carry_out(port, command));
@@ -45,7 +44,6 @@ impl Controller {
                 port,
                 row,
                 mode,
-                running,
                 verdict,
             });
         }
