@@ -4,7 +4,7 @@
 use crate::options::{Config, ControllerType};
 use crate::output::{Event, Verdict};
 use crate::port::Port;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use ts3100_proto::permission::{EXTENSION_ROWS, Permission, ROWS};
 use ts3100_proto::status::MasterMode;
@@ -52,11 +52,16 @@ impl Cell {
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Coverage {
     reached: BTreeMap<Cell, u64>,
+    /// Ports on which a text has come.
+    ports: BTreeSet<Port>,
 }
 
 impl Coverage {
-    /// Takes note of an event if it is an answer to a command.
+    /// Takes note of an event if it is a text or the answer to a command.
     pub fn take(&mut self, event: &Event) {
+        if let Event::TextIn { port, .. } = event {
+            self.ports.insert(*port);
+        }
         let Event::Answered {
             port,
             row,
@@ -83,9 +88,19 @@ impl Coverage {
         self.reached.iter().map(|(cell, count)| (cell, *count))
     }
 
+    /// The ports on which a host has sent a text; IP0 as long as there is none.
+    #[must_use]
+    pub fn ports(&self) -> Vec<Port> {
+        if self.ports.is_empty() {
+            return Vec::from([Port::Ip0]);
+        }
+        self.ports.iter().copied().collect()
+    }
+
     /// Forgets everything, for between two tests.
     pub fn clear(&mut self) {
         self.reached.clear();
+        self.ports.clear();
     }
 }
 

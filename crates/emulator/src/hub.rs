@@ -3,6 +3,7 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::evidence::Evidence;
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError, Loaded};
 use crate::log::EventLog;
@@ -14,8 +15,9 @@ use std::pin::pin;
 use tokio::sync::mpsc;
 use tracing::{error, info};
 use ts3100_controller::Controller;
+use ts3100_controller::findings::Rule;
 use ts3100_controller::input::{Input, Panel};
-use ts3100_controller::output::Output;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
@@ -78,6 +80,7 @@ pub struct Hub {
     log: EventLog,
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
+    evidence: Evidence,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -109,6 +112,7 @@ impl Hub {
             log: EventLog::default(),
             actions,
             watch: None,
+            evidence: Evidence::default(),
             ports: BTreeMap::new(),
             demo,
         };
@@ -126,6 +130,8 @@ impl Hub {
                 reason: error.to_string(),
             })?;
         }
+        hub.evidence.begin(&hub.controller);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         if settings.servo_on {
             hub.feed(Input::Panel(Panel::Servo(true))).await;
@@ -139,6 +145,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// The record of this run.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.evidence.clone()
     }
 
     /// Whether the example program is on the drive.
@@ -200,6 +212,10 @@ impl Hub {
             let now = self.clock.now();
             self.controller.handle(now, input);
             while let Some(output) = self.controller.poll_output() {
+                if self.is_idle_judgement(&output) {
+                    continue;
+                }
+                self.evidence.take(&output);
                 let watched = self.watch.as_ref().map(|_| output.clone());
                 self.perform(output, &mut inputs).await;
                 if let (Some(feeder), Some(output)) = (&self.watch, watched) {
@@ -207,6 +223,14 @@ impl Hub {
                 }
             }
         }
+    }
+
+    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    fn is_idle_judgement(&self, output: &Output) -> bool {
+        let Output::Event(Event::Finding { rule, .. }) = output else {
+            return false;
+        };
+        !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

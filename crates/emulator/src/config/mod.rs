@@ -3,15 +3,18 @@
 //! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
 
 pub mod args;
+mod evidence;
 mod layers;
 pub mod model;
 mod options;
 
 pub use args::ServeArgs;
+pub use evidence::EvidenceArgs;
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 
 use crate::clock::{self, TimeMode};
+use crate::evidence::Reports;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::input::KeySwitch;
@@ -50,6 +53,10 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// Lines of the user files executed are recorded, which makes programs slower.
+    pub record_lines: bool,
+    /// What is reported at the end.
+    pub reports: Reports,
 }
 
 impl Settings {
@@ -67,6 +74,8 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            record_lines: false,
+            reports: Reports::default(),
         }
     }
 
@@ -120,6 +129,8 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            record_lines: args.evidence.lcov.is_some(),
+            reports: args.evidence.reports(),
             ..defaults
         })
     }
