@@ -22,6 +22,7 @@ fuzz_target!(|data: &[u8]| {
     let options = LanguageOptions {
         arm: if choice & 1 == 0 { Arm::SixAxis } else { Arm::Scara },
         sticky_work: choice & 2 != 0,
+        data_copy: choice & 8 != 0,
         int_division: if choice & 4 == 0 {
             IntDivision::Truncate
         } else {

@@ -222,7 +222,7 @@ fn axis(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
         override_part: seeded.between(0.01, 1.0),
         accel: seeded.between(0.01, 1.0),
         decel: seeded.between(0.01, 1.0),
-        tool_speed_cap: None,
+        ..Limits::FULL
     };
     let target = Target::Axis { axis: index, value };
     let Ok(motion) = plan(model, &from, &target, &Transform::IDENTITY, &limits) else {

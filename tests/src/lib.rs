@@ -32,10 +32,13 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A controller of this dialect whose power has just come on.
+    /// A controller of this dialect whose power has just come on. Its serial lines take no time: most suites are
+    /// about what is said on them.
     #[must_use]
     pub fn new(dialect: Dialect) -> Robot {
-        Robot::with(Config::new(dialect))
+        let mut config = Config::new(dialect);
+        config.options.serial_pacing = false;
+        Robot::with(config)
     }
 
     /// A controller made of this.
@@ -88,8 +91,7 @@ impl Robot {
         self.now
     }
 
-    /// Anything that can happen to the controller, now.
-    pub fn feed(&mut self, input: Input) {
+    fn feed(&mut self, input: Input) {
         for output in self.controller.feed(self.now, input) {
             if let Output::Event(event) = &output {
                 self.findings.take(event);
@@ -99,6 +101,11 @@ impl Robot {
                 other => self.outputs.push(other),
             }
         }
+    }
+
+    /// Anything that happens outside.
+    pub fn put(&mut self, input: Input) {
+        self.feed(input);
     }
 
     /// A peer comes to a port.

@@ -8,8 +8,12 @@ use ts3100_tests::{Robot, notation};
 
 /// A field-dialect robot with the SCARA arm, a host on IP0, servo on.
 pub fn scara() -> Robot {
+    scara_of(ArmModel::thl400())
+}
+
+pub fn scara_of(model: ArmModel) -> Robot {
     let mut robot = Robot::with(Config {
-        model: ArmModel::thl400(),
+        model,
         ..Config::new(Dialect::Field)
     });
     robot.connect(Port::Ip0);

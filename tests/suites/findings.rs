@@ -2,6 +2,7 @@
 //! that is not in the table fails the suite.
 
 mod cases;
+mod channels;
 
 use cases::{PROGRAM, cases, commands, download};
 use std::collections::BTreeSet;

@@ -15,7 +15,11 @@ const POSES: u32 = 2_000;
 // clause: DATA-04 SF-42 SF-43
 #[test]
 fn there_and_back_in_all_configurations_along_lines_and_in_time() {
-    for (model, seed) in [(ArmModel::tv800(), 21), (ArmModel::thl400(), 22)] {
+    for (model, seed) in [
+        (ArmModel::tv800(), 21),
+        (ArmModel::thl400(), 22),
+        (ArmModel::thl400_four_axes(), 23),
+    ] {
         let report = verify(&model, seed, POSES);
         assert!(report.holds(), "{}: {report:?}", model.name);
         assert_eq!(report.configurations, configurations(&model.kind).len());

@@ -1,14 +1,15 @@
 //! Walks `fixtures/scol/run`: every program runs in a whole controller under virtual time, and what it prints, which
 //! outputs it switches, its alarms, how long it takes and where the arm stands at the end are as expected.
 //!
-//! A program says in comments what happens outside: `' arm: scara`, `' mode: continuous`, `' limit: 5000`, and
+//! A program says in comments what happens outside: `' arm: scara` or `scara-4`, `' mode: continuous`, `' limit: 5000`, and
 //! `' @1200 ...` at that millisecond after the start: `din 3 on`, `ip1 1,2.5`, `key 7`, `host SP`, `start`, `stop`,
 //! `hold`. Nothing of the language is repeated here.
 
-use crate::extended::{scara, six_axis};
+use crate::extended::{scara_of as small_robot, six_axis};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Event, Output, Panel, Port};
 use ts3100_tests::{Robot, notation};
 
@@ -162,8 +163,13 @@ fn runs(robot: &Robot) -> bool {
 }
 
 fn play(source: &str) -> String {
-    let small = directive(source, "arm") == Some("scara");
-    let mut robot = if small { scara() } else { six_axis() };
+    let arm = directive(source, "arm");
+    let small = arm.is_some();
+    let mut robot = match arm {
+        None => six_axis(),
+        Some("scara-4") => small_robot(ArmModel::thl400_four_axes()),
+        Some(_) => small_robot(ArmModel::thl400()),
+    };
     for port in [Port::Ip1, Port::Ip2, Port::Com1] {
         robot.connect(port);
     }

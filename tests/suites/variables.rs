@@ -205,6 +205,37 @@ fn mw_acts_at_once_while_a_program_runs() {
     assert!(printed.starts_with("           6"), "{printed:?}");
 }
 
+// clause: CMD-MW-02 SF-24
+#[test]
+fn a_line_that_mw_adds_to_the_file_moves_the_lines_of_the_program_that_runs() {
+    let source = "GLOBAL\nDIM T(3) AS INTEGER\nEND\nPROGRAM TEST\nI = TASK(\"SIDE\")\nMOVE A WITH SPEED=5\nEND\n\
+        PROGRAM SIDE\nWAIT DIN(1)\nEND\nDATA\nPOINT A=400,-200,200/\nEND\n";
+    let mut robot = Robot::ready(source);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    let lines = |robot: &mut Robot| {
+        let body = robot.total(Port::Ip0);
+        [24, 26].map(|at| u16::from_be_bytes([body[at], body[at + 1]]))
+    };
+    assert_eq!(lines(&mut robot), [6, 6]);
+    robot.command(Port::Ip0, "MW,1 T(2) 5 9");
+    assert_eq!(lines(&mut robot), [7, 7], "the MOVE stands on line 7 now");
+    robot.command(Port::Ip0, "SP");
+    robot.advance_ms(60_000);
+    let file = String::from_utf8(robot.file(Port::Ip0, "UL,TEST")).unwrap();
+    assert!(
+        file.starts_with("GLOBAL\nDIM T(3) AS INTEGER\nT(2) = 9\nEND\n"),
+        "{file}"
+    );
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(1_000);
+    let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
+    assert!(
+        status.ends_with("stop(reset)"),
+        "it has gone on to its end: {status}"
+    );
+}
+
 // clause: DATA-04 DATA-11 DATA-12 DATA-13 CMD-SL-02
 #[test]
 fn files_that_do_not_load_are_refused_by_sl() {

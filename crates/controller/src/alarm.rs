@@ -55,6 +55,8 @@ alarms! {
     SINGULAR = L4 103 true "Singular posture",
         "A line, an arc or an arch leads through a posture in which an axis would have to jump.",
         "Go there by MOVE, or lead the path around it.";
+    AXIS_FREE = L4 104 true "Axis without servo gain", "A motion needs an axis whose GAIN or TORQUE is 0.",
+        "Give the axis its gain and torque back, or move without it.";
     DIVISION_BY_ZERO = L2 101 true "Division by zero", "A divisor was zero.", "Check the value before dividing.";
     UNDEFINED_VARIABLE = L2 102 true "Undefined variable",
         "A variable was read before a value was given to it.", "Give it a value at the head of the program.";

@@ -22,12 +22,13 @@ pub struct Pace {
     pub tool_speed_cap: Option<f64>,
 }
 
-/// The speeds a motion asks for, in percent.
+/// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Asked {
     speed: f64,
     accel: f64,
     decel: f64,
+    torque: Joints,
 }
 
 /// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
@@ -51,6 +52,7 @@ impl Asked {
             accel: self.accel / 100.0,
             decel: self.decel / 100.0,
             tool_speed_cap: pace.tool_speed_cap,
+            torque: self.torque,
         }
     }
 }
@@ -117,14 +119,35 @@ impl Frames {
     /// The frames of the motion conditions.
     #[must_use]
     pub fn of(conditions: &Conditions) -> Frames {
-        Frames::between(&conditions.base, &conditions.work, &conditions.tool)
+        Trio::between(&conditions.base, &conditions.work, &conditions.tool).frames()
+    }
+}
+
+/// The coordinate systems in force as they are written: most statements never look at the arm, so the transforms are
+/// made when one does.
+#[derive(Debug, Clone)]
+pub struct Trio {
+    base: Trans,
+    work: Trans,
+    tool: Trans,
+}
+
+impl Trio {
+    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Trio {
+        Trio {
+            base: base.trans.clone(),
+            work: work.trans.clone(),
+            tool: tool.trans.clone(),
+        }
     }
 
-    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Frames {
+    /// As transforms.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
         Frames {
-            base: transform(&base.trans),
-            work: transform(&work.trans),
-            tool: transform(&tool.trans),
+            base: transform(&self.base),
+            work: transform(&self.work),
+            tool: transform(&self.tool),
         }
     }
 }
@@ -266,7 +289,13 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked { speed, accel, decel }.with_load(load, self.model.max_payload);
+        let asked = Asked {
+            speed,
+            accel,
+            decel,
+            torque: torque(&motion.conditions),
+        }
+        .with_load(load, self.model.max_payload);
         let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
         Ok((planned, asked))
     }
@@ -355,9 +384,15 @@ impl Arm {
     /// The same as transforms.
     #[must_use]
     pub fn frames(&self, conditions: &Conditions) -> Frames {
+        self.trio(conditions).frames()
+    }
+
+    /// The same, not computed yet.
+    #[must_use]
+    pub fn trio(&self, conditions: &Conditions) -> Trio {
         match self.active.as_ref().and_then(|active| active.frames.as_ref()) {
-            Some(own) => Frames::between(&own.base, &own.work, &own.tool),
-            None => Frames::of(conditions),
+            Some(own) => Trio::between(&own.base, &own.work, &own.tool),
+            None => Trio::between(&conditions.base, &conditions.work, &conditions.tool),
         }
     }
 
@@ -446,6 +481,17 @@ impl Arm {
             active.motion.stop(now.since(active.start));
         }
     }
+}
+
+/// The part of its torque each axis may use: TORQUE, and none for an axis whose GAIN is 0, which is free.
+fn torque(conditions: &Conditions) -> Joints {
+    let mut parts = conditions.torque.map(|percent| percent / 100.0);
+    for (part, gain) in parts.iter_mut().zip(conditions.gain) {
+        if gain <= 0.0 {
+            *part = 0.0;
+        }
+    }
+    parts
 }
 
 /// Axis numbers begin at 1; 0 leads to an axis that does not exist and is refused by the plan.

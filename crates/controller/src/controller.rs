@@ -6,6 +6,7 @@ use crate::channel::Channel;
 use crate::drive::{Drive, DriveError};
 use crate::execution::{Course, Execution, Selected};
 use crate::input::{Input, KeySwitch};
+use crate::line::Line;
 use crate::network::NetworkPlan;
 use crate::options::{Config, ControllerType};
 use crate::output::{Event, Output};
@@ -61,6 +62,8 @@ pub struct Controller {
     pub(crate) sessions: BTreeMap<Port, Session>,
     /// COM1, IP1, IP2, and IP3 for its peer alone.
     pub(crate) channels: BTreeMap<Port, Channel>,
+    /// HOST and COM1.
+    pub(crate) lines: BTreeMap<Port, Line>,
     /// What was typed at the teach pendant.
     pub(crate) keys: Channel,
     /// What PRINT has shown on the teach pendant.
@@ -111,6 +114,7 @@ impl Controller {
             channels: [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3]
                 .map(|port| (port, Channel::default()))
                 .into(),
+            lines: fresh_lines(),
             keys: Channel::default(),
             pendant: String::new(),
             execution: Execution::new(&config.options.language(arm.kind())),
@@ -136,8 +140,10 @@ impl Controller {
         match input {
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
-            Input::Received { port, bytes } => self.received(port, bytes),
-            Input::Disconnected { port } => self.disconnected(port),
+            Input::Line { port, host } => self.line_opened(port, host),
+            Input::LineFaults { port, count } => self.line_faults(port, count),
+            Input::Received { port, bytes } => self.received(port, &bytes),
+            Input::Disconnected { port } => self.peer_left(port),
             Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
             Input::Unread { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
@@ -153,11 +159,12 @@ impl Controller {
     /// When the controller wants to be called again, at the latest.
     #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
-        let sessions = self
-            .sessions
-            .values()
-            .filter_map(|session| session.deadline().into_iter().chain(session.sp_due()).min());
+        let sessions = self.sessions.values().filter_map(|session| {
+            let sp = session.sp_due().filter(|_| !self.line_is_taken(session.port));
+            session.deadline().into_iter().chain(sp).min()
+        });
         sessions
+            .chain(self.line_deadline())
             .chain(self.arm.ends_at())
             .chain(self.arrives_at())
             .chain(self.execution.deadline())
@@ -173,10 +180,11 @@ impl Controller {
     }
 
     /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
-    /// be heard in time (WD), and none holds a guided motion.
+    /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
-        let owes = self.sessions.values().any(Session::awaits_host);
+        let mut sessions = self.sessions.values();
+        let owes = sessions.any(|session| session.awaits_host() && !self.line_is_busy(session.port));
         !owes && self.state.watchdog.is_none() && !self.is_jogging()
     }
 
@@ -219,11 +227,13 @@ impl Controller {
     fn advance_to(&mut self, now: Time) {
         while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
             self.now = self.now.max(due);
+            self.serve_lines();
             self.expire_sessions();
             self.expire_watchdog();
             self.settle();
         }
         self.now = self.now.max(now);
+        self.hear_lines();
     }
 
     /// Outputs that were not fetched yet.
@@ -306,6 +316,13 @@ impl Controller {
         self.execution.course = Course::Reset;
         self.event(Event::Selected(None));
     }
+}
+
+/// The serial lines when the power comes on.
+pub(crate) fn fresh_lines() -> BTreeMap<Port, Line> {
+    [Port::Host, Port::Com1]
+        .map(|port| (port, Line::default()))
+        .into()
 }
 
 fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {

@@ -6,8 +6,8 @@ use crate::execution::{Doing, Task};
 use crate::limits::LONGEST_DELAY;
 use crate::run::Step;
 use crate::signals::Signals;
+use crate::time::program_seconds;
 use alloc::format;
-use core::time::Duration;
 use scol_mini::Answer;
 
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
@@ -36,7 +36,7 @@ impl Controller {
             let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
             return Step::Trouble(alarm::OUT_OF_RANGE, detail);
         }
-        let pulse = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
+        let pulse = program_seconds(seconds, LONGEST_DELAY);
         self.signals.pulse(output, self.now + pulse);
         self.answer(task, Answer::Done, false)
     }

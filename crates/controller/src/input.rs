@@ -1,6 +1,7 @@
 //! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
 //! scenario) is the edge's knowledge.
 
+use crate::line::HostLine;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -23,6 +24,21 @@ pub enum Input {
         port: Port,
         /// The bytes.
         bytes: Vec<u8>,
+    },
+    /// How the host has opened its end of a serial line, as far as the edge can tell; before the bytes it holds
+    /// for. Nothing on the Ethernet channels. A new peer starts with nothing known.
+    Line {
+        /// The port.
+        port: Port,
+        /// What is known.
+        host: HostLine,
+    },
+    /// A real serial port has found characters with a parity or framing error.
+    LineFaults {
+        /// The port.
+        port: Port,
+        /// How many.
+        count: usize,
     },
     /// The peer is gone.
     Disconnected {

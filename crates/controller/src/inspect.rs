@@ -68,9 +68,10 @@ impl Controller {
     pub fn whereabouts(&self) -> Whereabouts {
         let shown = self.arm.shown(self.now, self.execution.memory().conditions());
         let ([x, y, z], [a, b, c], [u, v]) = (shown.world.xyz, shown.world.abc, shown.world.uv);
-        let (axes, world) = match self.arm.kind() {
-            Arm::SixAxis => (6, Vec::from([x, y, z, a, b, c, u, v])),
-            Arm::Scara => (4, Vec::from([x, y, z, c, u])),
+        let axes = self.arm.model().axes.len();
+        let world = match self.arm.kind() {
+            Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
+            Arm::Scara => Vec::from([x, y, z, c, u]),
         };
         Whereabouts {
             joints: shown.joint.iter().take(axes).copied().collect(),

@@ -6,6 +6,12 @@ use core::time::Duration;
 pub const MAX_SEND: usize = 512;
 /// Ring buffer of a SCOL channel, in bytes (D10, INP-13).
 pub const RING_BUFFER: usize = 256;
+/// Most bytes on a serial line towards the robot, those the host's port still holds included.
+pub const LINE_QUEUE: usize = 4_096;
+/// Most bytes the robot holds for a serial line; PRINT waits for room (assumed).
+pub const LINE_SENDING: usize = 1_024;
+/// Most characters of a serial line handed over at once: the depth of a common UART's buffer.
+pub const LINE_PORTION: usize = 16;
 /// Longest pause between the characters of a text, and longest wait for the host's answer (SER-06, SER-08).
 pub const HOST_TIMEOUT: Duration = Duration::from_secs(10);
 /// Advised pause of a host before its next text (TRN-04).

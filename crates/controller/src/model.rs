@@ -1,7 +1,7 @@
 //! The arm models: which axes an arm has, how far and how fast they go, and the lengths of its links.
 //! What the lengths mean for positions is `motion::kinematics`'s; the course of a motion is `motion`'s.
 //!
-//! The two built-in models are the files of `fixtures/models`, which say where each number comes from; reading model
+//! The three built-in models are the files of `fixtures/models`, which say where each number comes from; reading model
 //! files is left to the edge, `check` tells whether what was read is an arm.
 //!
 //! No data sheet was at hand: every number here is ours (D11), chosen so that the manual's sample positions
@@ -60,7 +60,7 @@ pub struct Axis {
 pub enum ArmKind {
     /// Vertical articulated arm with a spherical wrist.
     SixAxis(SixAxisGeometry),
-    /// Horizontal articulated arm.
+    /// Horizontal articulated arm, with or without axis T.
     Scara(ScaraGeometry),
 }
 
@@ -163,6 +163,15 @@ impl ArmModel {
         }
     }
 
+    /// `tsl3000-thl400-4`: the same without axis T (assumed).
+    #[must_use]
+    pub fn thl400_four_axes() -> ArmModel {
+        let mut model = ArmModel::thl400();
+        model.name = String::from("tsl3000-thl400-4");
+        model.axes.truncate(4);
+        model
+    }
+
     /// Which way the language writes its positions.
     #[must_use]
     pub fn language(&self) -> scol_mini::Arm {
@@ -175,9 +184,13 @@ impl ArmModel {
     /// The built-in model of that name, case ignored.
     #[must_use]
     pub fn by_name(name: &str) -> Option<ArmModel> {
-        [ArmModel::tv800(), ArmModel::thl400()]
-            .into_iter()
-            .find(|model| model.name.eq_ignore_ascii_case(name))
+        [
+            ArmModel::tv800(),
+            ArmModel::thl400(),
+            ArmModel::thl400_four_axes(),
+        ]
+        .into_iter()
+        .find(|model| model.name.eq_ignore_ascii_case(name))
     }
 }
 
@@ -187,7 +200,7 @@ mod tests {
 
     #[test]
     fn models_are_found_by_name_and_rest_within_their_limits() {
-        for name in ["ts3100-tv800", "TSL3000-THL400"] {
+        for name in ["ts3100-tv800", "TSL3000-THL400", "tsl3000-thl400-4"] {
             let model = ArmModel::by_name(name).unwrap();
             assert!(model.axes.len() <= AXES);
             for (axis, ready) in model.axes.iter().zip(model.ready) {

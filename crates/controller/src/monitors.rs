@@ -22,7 +22,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.frames(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),

@@ -67,6 +67,24 @@ pub enum Strobe {
     Required,
 }
 
+/// What becomes of a character with a parity or framing error (option `serial.bad_character`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum BadCharacter {
+    /// It is dropped; the text around it lacks it.
+    Drop,
+    /// Its data bits are taken as read.
+    Keep,
+}
+
+/// What becomes of characters that come in on HOST while the robot sends (option `serial.while_sending`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WhileSending {
+    /// They are lost: the port is half-duplex.
+    Lost,
+    /// They are received all the same.
+    Kept,
+}
+
 /// The controller's readings of what the manual leaves open.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -109,8 +127,16 @@ pub struct Options {
     /// `dl.command_ends`: a later text of a download that is a command and nothing else ends the download
     /// (TRN-09); otherwise it is a part of the file (FL-03).
     pub command_ends_download: bool,
+    /// `serial.pacing`: characters on HOST and COM1 take the time [U06] gives them.
+    pub serial_pacing: bool,
+    /// `serial.bad_character`.
+    pub bad_character: BadCharacter,
+    /// `serial.while_sending`.
+    pub while_sending: WhileSending,
     /// `scol.sticky_work`.
     pub sticky_work: bool,
+    /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
+    pub data_copy: bool,
 }
 
 impl Options {
@@ -140,7 +166,11 @@ impl Options {
             drive_capacity: limits::DRIVE_CAPACITY,
             int_division: IntDivision::Truncate,
             command_ends_download: true,
+            serial_pacing: true,
+            bad_character: BadCharacter::Drop,
+            while_sending: WhileSending::Lost,
             sticky_work: false,
+            data_copy: false,
         };
         match dialect {
             Dialect::Field => field,
@@ -174,6 +204,7 @@ impl Options {
             arm,
             sticky_work: self.sticky_work,
             int_division: self.int_division,
+            data_copy: self.data_copy,
         }
     }
 }

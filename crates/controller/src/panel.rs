@@ -3,6 +3,7 @@
 use crate::Controller;
 use crate::arm::Arm;
 use crate::channel::Channel;
+use crate::controller::fresh_lines;
 use crate::execution::{By, Course, Execution};
 use crate::findings::rules;
 use crate::input::{KeySwitch, Panel};
@@ -201,6 +202,7 @@ impl Controller {
         for buffer in self.channels.values_mut() {
             *buffer = Channel::default();
         }
+        self.lines = fresh_lines();
         for session in self.sessions.values_mut() {
             session.reset(self.config.options.text, None);
         }

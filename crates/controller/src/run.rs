@@ -71,6 +71,10 @@ impl Controller {
         let single = self.traced || self.state.run_mode == RunMode::Step;
         let mut standing = true;
         for id in self.execution.order() {
+            if stop.is_none() && self.execution.task(id).is_some_and(|task| task.sleeps(self.now)) {
+                standing = false;
+                continue;
+            }
             let Some(mut task) = self.execution.take_task(id) else {
                 continue;
             };
@@ -355,7 +359,7 @@ impl Controller {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.frames(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
             now: self.now,
             timer: self.execution.timer.read(self.now),

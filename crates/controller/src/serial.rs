@@ -1,15 +1,31 @@
-//! The serial lines HOST and COM1 as [U06] sets them: what the edge is to open, and what seven data bits do
-//! to the bytes (SER-01, SER-02, SER-10). Speed, parity and pacing are the edge's.
+//! The serial lines HOST and COM1 as [U06] sets them (SER-01, SER-02): bytes of the edge go onto the line and come
+//! off it when their characters have passed, garbled where the two ends do not agree. The line itself is
+//! `line`'s, what the bytes mean is `talk`'s.
 
 use crate::Controller;
+use crate::findings::rules;
+use crate::limits::{LINE_QUEUE, LINE_SENDING};
+use crate::line::direction::{Arrival, at_once};
+use crate::line::{HostLine, Line};
+use crate::options::{BadCharacter, WhileSending};
+use crate::output::{Event, Output};
 use crate::port::Port;
+use crate::time::Time;
+use alloc::format;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::SerialLine;
 
-/// Data bits at which the top bit of a byte does not travel.
-const SEVEN_BITS: u8 = 7;
-/// What remains of a byte then.
-const SEVEN_BIT_MASK: u8 = 0x7F;
+/// What becomes of the characters that come in.
+#[derive(Default)]
+struct Heard {
+    bytes: Vec<u8>,
+    /// When the last of them had passed.
+    at: Option<Time>,
+    /// Garbled characters dropped, by what is wrong with them.
+    bad: Vec<&'static str>,
+    /// Characters lost because the robot was sending.
+    lost: usize,
+}
 
 impl Controller {
     /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
@@ -22,13 +38,240 @@ impl Controller {
         }
     }
 
-    /// The bytes as they come through the line of this port, in either direction.
-    pub(crate) fn through_line(&self, port: Port, bytes: Vec<u8>) -> Vec<u8> {
-        match self.serial_line(port) {
-            Some(line) if line.length == SEVEN_BITS => {
-                bytes.into_iter().map(|byte| byte & SEVEN_BIT_MASK).collect()
+    /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
+    /// host loses nothing. `None` for the Ethernet channels.
+    #[must_use]
+    pub fn line_room(&self, port: Port) -> Option<usize> {
+        let line = self.lines.get(&port)?;
+        Some(LINE_QUEUE.saturating_sub(line.inbound.queued()))
+    }
+
+    /// What is known of the far end of a serial line.
+    pub(crate) fn line_opened(&mut self, port: Port, host: HostLine) {
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.host = host;
+        }
+    }
+
+    /// When the lines have something to hand over.
+    pub(crate) fn line_deadline(&self) -> Option<Time> {
+        let due = |(port, line): (&Port, &Line)| line.deadline(self.serial_line(*port)?);
+        self.lines.iter().filter_map(due).min()
+    }
+
+    /// Whether characters are on the line of this port.
+    pub(crate) fn line_is_busy(&self, port: Port) -> bool {
+        self.lines.get(&port).is_some_and(Line::is_busy)
+    }
+
+    /// Whether the robot has to keep silent because a character of the host is under way.
+    pub(crate) fn line_is_taken(&self, port: Port) -> bool {
+        self.is_half_duplex(port) && self.lines.get(&port).is_some_and(|line| line.inbound.is_busy())
+    }
+
+    fn is_half_duplex(&self, port: Port) -> bool {
+        port == Port::Host && self.config.options.while_sending == WhileSending::Lost
+    }
+
+    /// Bytes of the peer: on a serial line they have a way to go, elsewhere they are there.
+    pub(crate) fn received(&mut self, port: Port, bytes: &[u8]) {
+        let now = self.now;
+        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            return self.arrived(port, now, bytes);
+        };
+        let Some(far) = line.far_end(robot) else {
+            return self.arrived(port, now, bytes);
+        };
+        self.compare_settings(port, robot);
+        if self.config.options.serial_pacing {
+            self.enqueue(port, bytes, far);
+            return;
+        }
+        let arrivals = at_once(bytes, far, robot).into_iter().map(|character| Arrival {
+            byte: character.byte,
+            fault: character.fault,
+            begin: now,
+            end: now,
+        });
+        self.heard(port, arrivals.collect());
+    }
+
+    fn enqueue(&mut self, port: Port, bytes: &[u8], far: SerialLine) {
+        let now = self.now;
+        let room = self.line_room(port).unwrap_or(0);
+        let (taken, rest) = bytes.split_at(room.min(bytes.len()));
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.inbound.push(now, taken, far);
+        }
+        if !rest.is_empty() {
+            let message = format!(
+                "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
+                rest.len()
+            );
+            self.find(&rules::LINE_OVERFLOW, port, &[], message);
+        }
+    }
+
+    /// What has passed by now, in both directions.
+    pub(crate) fn serve_lines(&mut self) {
+        self.hear_lines();
+        let now = self.now;
+        for port in [Port::Host, Port::Com1] {
+            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+                continue;
+            };
+            let far = line.far_end(robot).unwrap_or(robot);
+            let arrivals = line.outbound.take(now, far);
+            let bytes: Vec<u8> = arrivals.into_iter().map(|arrival| arrival.byte).collect();
+            self.hand_over(port, bytes);
+        }
+    }
+
+    /// What has passed by now from the hosts.
+    pub(crate) fn hear_lines(&mut self) {
+        let now = self.now;
+        for port in [Port::Host, Port::Com1] {
+            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+                continue;
+            };
+            let arrivals = line.inbound.take(now, robot);
+            if !arrivals.is_empty() {
+                self.heard(port, arrivals);
             }
-            _ => bytes,
+            let gone = self
+                .lines
+                .get(&port)
+                .is_some_and(|line| line.leaving && !line.inbound.is_busy());
+            if gone {
+                self.disconnected(port);
+            }
+        }
+    }
+
+    fn heard(&mut self, port: Port, arrivals: Vec<Arrival>) {
+        let half_duplex = self.is_half_duplex(port);
+        let keeps = self.config.options.bad_character == BadCharacter::Keep;
+        let mut heard = Heard::default();
+        for arrival in arrivals {
+            let overlaps = |line: &Line| line.was_sending(arrival.begin, arrival.end);
+            if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
+                heard.lost += 1;
+                continue;
+            }
+            match arrival.fault {
+                Some(fault) if !keeps => heard.bad.push(fault.words()),
+                _ => {
+                    heard.bytes.push(arrival.byte);
+                    heard.at = Some(arrival.end);
+                }
+            }
+        }
+        for reason in ["parity error", "framing error"] {
+            let bytes = heard.bad.iter().filter(|found| **found == reason).count();
+            if bytes > 0 {
+                self.event(Event::Dropped { port, bytes, reason });
+            }
+        }
+        if heard.lost > 0 {
+            self.lost_while_sending(port, heard.lost);
+        }
+        if let Some(at) = heard.at {
+            self.arrived(port, at, &heard.bytes);
+        }
+    }
+
+    fn lost_while_sending(&mut self, port: Port, bytes: usize) {
+        self.event(Event::Dropped {
+            port,
+            bytes,
+            reason: "the robot was sending",
+        });
+        let message = format!(
+            "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
+             ETX first"
+        );
+        self.find(&rules::HALF_DUPLEX, port, &[], message);
+    }
+
+    /// A real port found characters with a parity or framing error; its driver has dropped or marked them.
+    pub(crate) fn line_faults(&mut self, port: Port, count: usize) {
+        let Some(robot) = self.serial_line(port) else {
+            return;
+        };
+        self.event(Event::Dropped {
+            port,
+            bytes: count,
+            reason: "parity or framing error",
+        });
+        let message = format!(
+            "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
+             cable is disturbed",
+            crate::line::Words(robot)
+        );
+        self.find(&rules::LINE_GARBLED, port, &[], message);
+    }
+
+    /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
+    /// Returns when the last of them is out.
+    pub(crate) fn send_bytes(&mut self, port: Port, bytes: Vec<u8>) -> Time {
+        let now = self.now;
+        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            self.push_output(Output::Send { port, bytes });
+            return now;
+        };
+        let Some(far) = line.far_end(robot) else {
+            self.push_output(Output::Send { port, bytes });
+            return now;
+        };
+        self.compare_settings(port, robot);
+        if !self.config.options.serial_pacing {
+            let read = at_once(&bytes, robot, far);
+            self.hand_over(port, read.into_iter().map(|character| character.byte).collect());
+            return now;
+        }
+        let Some(line) = self.lines.get_mut(&port) else {
+            return now;
+        };
+        if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > LINE_SENDING {
+            self.event(Event::Dropped {
+                port,
+                bytes: bytes.len(),
+                reason: "the robot has more to send than its buffer holds",
+            });
+            return now;
+        }
+        let (begin, end) = line.outbound.push(now, &bytes, robot);
+        line.sends(begin, end);
+        end
+    }
+
+    fn hand_over(&mut self, port: Port, bytes: Vec<u8>) {
+        if !bytes.is_empty() {
+            self.push_output(Output::Send { port, bytes });
+        }
+    }
+
+    /// When the robot's buffer of a line will have room for this many bytes more; `None` if it has.
+    pub(crate) fn line_free_at(&self, port: Port, bytes: usize) -> Option<Time> {
+        let outbound = &self.lines.get(&port)?.outbound;
+        let most = LINE_SENDING.saturating_sub(bytes);
+        (outbound.queued() > most && outbound.queued() > 0).then(|| outbound.down_to_at(most))
+    }
+
+    /// Says so once when bytes go over a line whose two ends do not agree.
+    fn compare_settings(&mut self, port: Port, robot: SerialLine) {
+        let Some(line) = self.lines.get_mut(&port) else {
+            return;
+        };
+        let HostLine::Modelled(host) = line.host else {
+            return;
+        };
+        if line.told == Some(host) {
+            return;
+        }
+        if let Some(message) = host.difference(port.name(), robot) {
+            line.told = Some(host);
+            self.find(&rules::LINE_SETTINGS, port, &[], message);
         }
     }
 }

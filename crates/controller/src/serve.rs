@@ -15,6 +15,7 @@ use crate::output::Output;
 use crate::port::Port;
 use crate::run::Step;
 use crate::signals::Signals;
+use crate::time::program_seconds;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -39,7 +40,7 @@ impl Controller {
                 Step::Blocked
             }
             Request::Delay { seconds } => {
-                let pause = Duration::from_secs_f64(seconds.clamp(0.0, LONGEST_DELAY));
+                let pause = program_seconds(seconds, LONGEST_DELAY);
                 task.doing = Doing::Delaying {
                     until: self.now + pause,
                 };
@@ -137,6 +138,7 @@ impl Controller {
                 let line = task.machine.line();
                 let code = match error {
                     MotionError::Singular { .. } => alarm::SINGULAR,
+                    MotionError::Free { .. } => alarm::AXIS_FREE,
                     MotionError::Unreachable(_)
                     | MotionError::OnPath { .. }
                     | MotionError::Configuration { .. }
@@ -171,14 +173,17 @@ impl Controller {
             self.show_on_pendant(&data);
             return self.answer(task, Answer::Done, false);
         };
+        if let Some(until) = self.line_free_at(port, data.len()) {
+            task.doing = Doing::Pausing { until };
+            return Step::Blocked;
+        }
         let missing = self.missing_peer(port);
         if missing {
             let message = format!("line {line}: PRINT {port}: no peer is connected");
             self.find(&rules::PRINT_WITHOUT_PEER, port, &data, message);
         }
         if !missing && !data.is_empty() {
-            let bytes = self.through_line(port, data);
-            self.push_output(Output::Send { port, bytes });
+            self.send_bytes(port, data);
         }
         match (self.answer(task, Answer::Done, false), missing) {
             (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(

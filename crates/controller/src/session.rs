@@ -146,9 +146,9 @@ impl Session {
         matches!(&self.exchange, Exchange::Receiving { name, .. } if name == file)
     }
 
-    /// Takes in bytes at `now`.
-    pub fn push(&mut self, now: Time, bytes: &[u8]) {
-        self.heard_at = now;
+    /// Takes in bytes, the last of which came at `at`.
+    pub fn push(&mut self, at: Time, bytes: &[u8]) {
+        self.heard_at = at;
         self.decoder.push(bytes);
     }
 }

@@ -174,9 +174,13 @@ impl Controller {
     pub(crate) fn release_sp(&mut self) {
         let now = self.now;
         for port in [Port::Host, Port::Ip0] {
+            let taken = self.line_is_taken(port);
             let Some(session) = self.sessions.get_mut(&port) else {
                 continue;
             };
+            if taken {
+                continue;
+            }
             if session.sp_due().is_some_and(|due| due <= now) {
                 session.waiting_sp = false;
                 self.send_text(port, &Reply::Sp.encode());

@@ -4,9 +4,11 @@
 use crate::Controller;
 use crate::findings::rules;
 use crate::limits::{HOST_DELAY, MAX_SEND};
-use crate::output::{Event, Output};
+use crate::line::Line;
+use crate::output::Event;
 use crate::port::Port;
 use crate::session::{Exchange, Outcome};
+use crate::time::Time;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -18,6 +20,9 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault, encode_text};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
+        if self.lines.get(&port).is_some_and(|line| line.leaving) {
+            self.disconnected(port);
+        }
         let body = self.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(self.config.options.text, Some(peer));
@@ -27,8 +32,23 @@ impl Controller {
         }
     }
 
+    /// The peer is gone: at once, or behind what it has put on a serial line.
+    pub(crate) fn peer_left(&mut self, port: Port) {
+        match self.lines.get_mut(&port) {
+            Some(line) if line.inbound.is_busy() => line.leaving = true,
+            _ => self.disconnected(port),
+        }
+    }
+
     pub(crate) fn disconnected(&mut self, port: Port) {
         self.judge_departure(port);
+        if let Some(line) = self.lines.get_mut(&port) {
+            let inbound = core::mem::take(&mut line.inbound);
+            *line = Line {
+                inbound,
+                ..Line::default()
+            };
+        }
         if self.jogging == Some(port) {
             self.stop_jog();
         }
@@ -68,10 +88,10 @@ impl Controller {
         with_peer.map(|session| session.port).collect()
     }
 
-    pub(crate) fn received(&mut self, port: Port, bytes: Vec<u8>) {
-        let bytes = &self.through_line(port, bytes);
+    /// Bytes have come through, the last of them at `at`.
+    pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
         if self.sessions.contains_key(&port) {
-            self.received_protocol(port, bytes);
+            self.received_protocol(port, at, bytes);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             self.find(&rules::DATA_TO_IP3, port, bytes, message);
@@ -107,10 +127,9 @@ impl Controller {
         }
     }
 
-    fn received_protocol(&mut self, port: Port, bytes: &[u8]) {
-        let now = self.now;
+    fn received_protocol(&mut self, port: Port, at: Time, bytes: &[u8]) {
         if let Some(session) = self.sessions.get_mut(&port) {
-            session.push(now, bytes);
+            session.push(at, bytes);
         }
         while let Some(decoded) = self
             .sessions
@@ -394,20 +413,10 @@ impl Controller {
 
     /// Sends a text in the form of the host's last one.
     pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
-        let now = self.now;
         let checksum = self.config.options.text.checksum;
-        let Some(session) = self
-            .sessions
-            .get_mut(&port)
-            .filter(|session| session.peer.is_some())
-        else {
+        let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
             return;
         };
-        session.sent_at = Some(now);
-        session.habits.surprised = data == Reply::Sp.encode();
-        if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
-            session.replied_at = Some(now);
-        }
         let framing: Framing = session.framing;
         let bytes: Vec<u8> = encode_text(data, framing, checksum);
         debug_assert!(bytes.len() <= MAX_SEND);
@@ -416,7 +425,13 @@ impl Controller {
             framing,
             data: data.to_vec(),
         });
-        let bytes = self.through_line(port, bytes);
-        self.push_output(Output::Send { port, bytes });
+        let sent = self.send_bytes(port, bytes);
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.sent_at = Some(sent);
+            session.habits.surprised = data == Reply::Sp.encode();
+            if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
+                session.replied_at = Some(sent);
+            }
+        }
     }
 }

@@ -9,6 +9,19 @@ use core::time::Duration;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 pub struct Time(u64);
 
+/// The time a program has written in seconds, to the nearest microsecond: `0.1` is a real of 32 bits and a little
+/// more than a tenth. Less than nothing is nothing; `longest` is the most.
+#[must_use]
+pub fn program_seconds(seconds: f64, longest: f64) -> Duration {
+    let micros = libm::round(seconds.clamp(0.0, longest) * 1e6);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "not negative, and the cast saturates"
+    )]
+    Duration::from_micros(micros as u64)
+}
+
 impl Time {
     /// The moment the controller was made.
     pub const ZERO: Time = Time(0);

@@ -145,8 +145,11 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<
         TimeMode::Scaled(factor) => Some(factor),
         TimeMode::Stepped => return Err(JobError::Time(job.time)),
     };
+    let mut config = job.config;
+    // There is no serial line here: a record is there as soon as it is wanted.
+    config.options.serial_pacing = false;
     let mut run = Run {
-        controller: Controller::new(job.config, Vec::new())?,
+        controller: Controller::new(config, Vec::new())?,
         records: job.records,
         given: Vec::new(),
         alarm: None,

@@ -156,6 +156,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_example_program_is_in_good_style() {
+        let found = scol_mini::check(DEMO, &scol_mini::LanguageOptions::default());
+        assert_eq!(found.diagnostics, []);
+        assert_eq!(scol_mini::format(DEMO), DEMO);
+    }
+
+    #[test]
     fn a_file_of_the_pc_gets_the_drives_name_and_line_ends() {
         assert_eq!(drive_name(Path::new("a/b/pick.scol")).unwrap(), "PICK");
         assert_eq!(drive_name(Path::new("Pick2")).unwrap(), "PICK2");

@@ -13,6 +13,7 @@ pub mod file;
 pub mod message;
 pub mod name;
 pub mod parameter;
+pub mod parts;
 pub mod permission;
 pub mod reply;
 pub mod status;

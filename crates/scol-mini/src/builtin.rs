@@ -113,42 +113,64 @@ pub(crate) enum System {
     Condition(Condition),
 }
 
+const SYSTEMS: &[(&str, System)] = &[
+    ("MOTION", System::Motion),
+    ("HERE", System::Here),
+    ("MODE", System::Mode),
+    ("TIMER", System::Timer),
+    ("MOTIONT", System::MotionTime),
+    ("REMAIN", System::Remain),
+    ("REMAINT", System::RemainTime),
+    ("DEST", System::Dest),
+    ("TID", System::TaskId),
+    ("MAXTASK", System::MaxTask),
+];
+
 impl System {
     pub fn from_word(word: &str) -> Option<Self> {
-        Some(match word {
-            "MOTION" => System::Motion,
-            "HERE" => System::Here,
-            "MODE" => System::Mode,
-            "TIMER" => System::Timer,
-            "MOTIONT" => System::MotionTime,
-            "REMAIN" => System::Remain,
-            "REMAINT" => System::RemainTime,
-            "DEST" => System::Dest,
-            "TID" => System::TaskId,
-            "MAXTASK" => System::MaxTask,
-            // PAYLOAD in an expression is the constructor.
-            "PAYLOAD" => return None,
-            _ => System::Condition(condition(word)?),
-        })
+        // PAYLOAD in an expression is the constructor.
+        let condition = || condition(word).filter(|condition| *condition != Condition::Payload);
+        let system = SYSTEMS.iter().find(|(spelling, _)| *spelling == word);
+        system
+            .map(|(_, system)| *system)
+            .or_else(|| condition().map(System::Condition))
     }
 }
 
+const CONDITIONS: &[(&str, Condition)] = &[
+    ("SPEED", Condition::Speed),
+    ("ACCEL", Condition::Accel),
+    ("DECEL", Condition::Decel),
+    ("CONFIG", Condition::Config),
+    ("PAYLOAD", Condition::Payload),
+    ("WORK", Condition::Work),
+    ("TOOL", Condition::Tool),
+    ("BASE", Condition::Base),
+    ("PASS", Condition::Pass),
+    ("ACCUR", Condition::Accur),
+];
+
 /// The motion condition of this name.
 pub(crate) fn condition(word: &str) -> Option<Condition> {
-    Some(match word {
-        "SPEED" => Condition::Speed,
-        "ACCEL" => Condition::Accel,
-        "DECEL" => Condition::Decel,
-        "CONFIG" => Condition::Config,
-        "PAYLOAD" => Condition::Payload,
-        "WORK" => Condition::Work,
-        "TOOL" => Condition::Tool,
-        "BASE" => Condition::Base,
-        "PASS" => Condition::Pass,
-        "ACCUR" => Condition::Accur,
-        _ => return None,
-    })
+    let found = CONDITIONS.iter().find(|(spelling, _)| *spelling == word);
+    found.map(|(_, condition)| *condition)
 }
+
+/// Constants that are the same for every arm.
+const COMMON: &[(&str, i32)] = &[("ON", 1), ("OFF", 0), ("FREE", 0), ("FINE", 1), ("COARSE", 0)];
+/// Constants for the digits of a configuration, as a six-axis arm has them.
+const DIGITS: &[(&str, i32)] = &[
+    ("LEFTY", 10_000),
+    ("RIGHTY", 20_000),
+    ("ABOVE", 1_000),
+    ("BELOW", 2_000),
+    ("NFLIP", 100),
+    ("FLIP", 200),
+    ("SINGLE4", 10),
+    ("DOUBLE4", 20),
+    ("SINGLE6", 1),
+    ("DOUBLE6", 2),
+];
 
 /// The value of a constant word.
 ///
@@ -156,21 +178,16 @@ pub(crate) fn condition(word: &str) -> Option<Condition> {
 /// (`LEFTY` 10000, `BELOW` 2000 ...), so that words add up to a configuration, and words of five letters such as
 /// `LAFSS` name a whole one.
 pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
-    let digits = match word {
-        "ON" | "FINE" => return Some(1),
-        "OFF" | "FREE" | "COARSE" => return Some(0),
-        "LEFTY" => 10_000,
-        "RIGHTY" => 20_000,
-        "ABOVE" => 1_000,
-        "BELOW" => 2_000,
-        "NFLIP" => 100,
-        "FLIP" => 200,
-        "SINGLE4" => 10,
-        "DOUBLE4" => 20,
-        "SINGLE6" => 1,
-        "DOUBLE6" => 2,
-        _ => five_letters(word)?,
+    let of = |table: &[(&str, i32)]| {
+        table
+            .iter()
+            .find(|(spelling, _)| *spelling == word)
+            .map(|(_, value)| *value)
     };
+    if let Some(value) = of(COMMON) {
+        return Some(value);
+    }
+    let digits = of(DIGITS).or_else(|| five_letters(word))?;
     match arm {
         Arm::SixAxis => Some(digits),
         Arm::Scara => (digits % 10_000 == 0).then_some(digits / 10_000),
@@ -207,16 +224,20 @@ pub(crate) fn is_reserved(word: &str, arm: Arm) -> bool {
         || constant(word, arm).is_some()
 }
 
-/// The words of the language that have a spelling of their own, for suggestions.
+/// The words of the language that have a spelling of their own: what may be suggested, and what programs of ours
+/// have to use.
 pub(crate) fn words<'a>() -> impl Iterator<Item = &'a str> {
-    const VARIABLES: &[&str] = &[
-        "MOTION", "HERE", "MODE", "SPEED", "ACCEL", "DECEL", "CONFIG", "WORK", "TOOL", "BASE", "ON", "OFF",
-        "FREE", "LEFTY", "RIGHTY", "ABOVE", "BELOW", "NFLIP", "FLIP", "SINGLE4", "DOUBLE4", "SINGLE6",
-        "DOUBLE6",
-    ];
-    let functions = BUILTINS.iter().map(|(word, _)| word);
-    let words = functions.chain(VARIABLES).chain(STATEMENTS);
-    words.copied().filter(|word| *word != "CRE")
+    let functions = BUILTINS.iter().map(|(word, _)| *word);
+    let variables = SYSTEMS.iter().map(|(word, _)| *word);
+    let conditions = CONDITIONS.iter().map(|(word, _)| *word);
+    let constants = COMMON.iter().chain(DIGITS).map(|(word, _)| *word);
+    let statements = STATEMENTS.iter().copied();
+    let words = functions
+        .chain(variables)
+        .chain(conditions)
+        .chain(constants)
+        .chain(statements);
+    words.filter(|word| *word != "CRE")
 }
 
 #[cfg(test)]

@@ -48,7 +48,7 @@ pub(crate) enum Sign {
 }
 
 /// The spellings of the signs, longer ones first.
-const SIGNS: &[(&str, Sign)] = &[
+pub(crate) const SIGNS: &[(&str, Sign)] = &[
     ("==", Sign::Equal),
     ("<>", Sign::NotEqual),
     ("><", Sign::NotEqual),

@@ -32,8 +32,13 @@ extern crate alloc;
 extern crate std;
 
 mod builtin;
+mod cell;
+mod code;
 mod compile;
 mod conditions;
+#[cfg(test)]
+#[path = "coverage/tests.rs"]
+mod coverage;
 mod diagnostic;
 mod format;
 mod lexer;

@@ -30,4 +30,7 @@ pub struct LanguageOptions {
     pub sticky_work: bool,
     /// What integer divided by integer gives.
     pub int_division: IntDivision,
+    /// `true`: a program that assigns to a name of DATA has a copy of its own; `false`: it changes the datum for all
+    /// programs.
+    pub data_copy: bool,
 }

@@ -6,6 +6,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::code::Code;
 use crate::options::LanguageOptions;
 use crate::tree::{Expression, Simple, Variable};
 use crate::value::{Kind, Value};
@@ -17,6 +18,8 @@ pub struct Program {
     pub(crate) symbols: Arc<Symbols>,
     pub(crate) blocks: Vec<Entry>,
     pub(crate) steps: Vec<Step>,
+    /// The quick form of the steps; empty for a statement that is executed directly.
+    pub(crate) code: Code,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,
 }
@@ -98,6 +101,19 @@ pub(crate) struct Symbols {
     pub shared: BTreeMap<String, usize>,
     /// Elements of all arrays together.
     pub elements: usize,
+    /// Cells of all variables together.
+    pub cells: usize,
+}
+
+impl Symbols {
+    /// Gives every variable its cells, once all are known.
+    pub fn place(&mut self) {
+        self.cells = 0;
+        for slot in &mut self.slots {
+            slot.base = self.cells;
+            self.cells += slot.length();
+        }
+    }
 }
 
 /// A variable or an array.
@@ -115,6 +131,8 @@ pub(crate) struct Slot {
     pub initial: Vec<(usize, Value)>,
     /// Positions of DATA stand in this coordinate system.
     pub is_work: bool,
+    /// Its first cell in the memory.
+    pub base: usize,
 }
 
 /// Who sees a variable.
@@ -136,6 +154,7 @@ impl Slot {
             zeroed: false,
             initial: Vec::new(),
             is_work: false,
+            base: 0,
         }
     }
 
@@ -178,6 +197,7 @@ impl Program {
             symbols: Arc::default(),
             blocks: Vec::new(),
             steps: Vec::new(),
+            code: Code::default(),
             rcycle: None,
         })
     }

@@ -2,6 +2,8 @@
 
 #![expect(clippy::panic, reason = "a helper of a test fails the test")]
 
+mod common;
+
 use std::sync::Arc;
 
 use scol_mini::{
@@ -12,6 +14,7 @@ use scol_mini::{
 const SIX: LanguageOptions = LanguageOptions {
     arm: Arm::SixAxis,
     sticky_work: false,
+    data_copy: false,
     int_division: scol_mini::IntDivision::Truncate,
 };
 
@@ -88,6 +91,28 @@ fn a_scara_has_its_own_widths() {
                 .program
                 .is_none(),
             "{bad}"
+        );
+    }
+}
+
+#[test]
+fn a_program_that_assigns_to_a_datum_changes_it_for_all_or_its_own_copy() {
+    let source = "PROGRAM M\nSIDE\nPRINT P.X\nSIDE\nP.Y = 3\nPRINT P.X, P.Y\nEND\nPROGRAM SIDE\nP.X = P.X + 1\n\
+        PRINT P.X\nEND\nDATA\nPOINT P=5,6\nEND\n";
+    for (data_copy, printed) in [
+        (false, ["6.000", "6.000", "7.000", "7.000       3.000"]),
+        (true, ["6.000", "5.000", "7.000", "5.000       3.000"]),
+    ] {
+        let options = LanguageOptions { data_copy, ..SIX };
+        let program = compile(source, &options).program.unwrap();
+        let mut memory = Memory::new(&program);
+        let lines = common::play_on(&program, &mut memory, Default::default(), 100);
+        let expected = printed.map(|text| format!("PRINT Tp {:?}", format!("       {text}")));
+        assert_eq!(lines[..4], expected, "data_copy = {data_copy}");
+        let left = if data_copy { 5.0 } else { 7.0 };
+        assert!(
+            matches!(memory.global(&program, "P", &[]), Ok(Value::Position(p)) if p.coords[0] == left),
+            "a host reads the datum itself"
         );
     }
 }

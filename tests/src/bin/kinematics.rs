@@ -1,4 +1,4 @@
-//! Checks kinematics and motion of both models at full scale and says what was found; exit code 1 when a bound is
+//! Checks kinematics and motion of all models at full scale and says what was found; exit code 1 when a bound is
 //! broken.
 //!
 //! `cargo run --release -p ts3100-tests --bin kinematics [POSES]`
@@ -20,7 +20,11 @@ fn main() -> ExitCode {
         }
     };
     let mut holds = true;
-    for (model, seed) in [(ArmModel::tv800(), 11), (ArmModel::thl400(), 12)] {
+    for (model, seed) in [
+        (ArmModel::tv800(), 11),
+        (ArmModel::thl400(), 12),
+        (ArmModel::thl400_four_axes(), 13),
+    ] {
         let start = Instant::now();
         let report = verify(&model, seed, poses);
         println!(

@@ -1,15 +1,16 @@
 //! The hosts of the findings suite: for each rule one that breaks it, and one that does the same work and keeps it.
 
+use super::channels::{CHANNELS, RIG};
 use ts3100_controller::findings::{Rule, rules};
 use ts3100_controller::options::Options;
-use ts3100_controller::{Config, ControlRight, Dialect, Input, KeySwitch, Panel, Port};
+use ts3100_controller::{
+    Config, ControlRight, Dialect, HostLine, HostSettings, Input, KeySwitch, Panel, Port,
+};
 use ts3100_proto::message::split_message;
 use ts3100_proto::text::Checksum;
 use ts3100_tests::Robot;
 
 pub const PROGRAM: &str = "GLOBAL\nA = 10\nEND\nPROGRAM TEST\nINPUT IP1, A, B\nPRINT IP1, A, CR\nEND\n";
-const PRINTS: &str = "PROGRAM TEST\nPRINT IP1, 1, CR\nDELAY 1\nEND\n";
-const READS: &str = "PROGRAM TEST\nINPUT IP1, A\nEND\n";
 
 /// A rule, a host that breaks it, and one that keeps it.
 pub type Case = (&'static Rule, fn(&mut Robot), fn(&mut Robot));
@@ -59,29 +60,48 @@ fn user_par(robot: &mut Robot, from: &str, to: &str) {
     download(robot, "USER.PAR", text.replacen(from, to, 1));
 }
 
-fn signal(robot: &mut Robot, servo: bool) {
-    robot.panel(Panel::ControlRight(ControlRight::Sig));
-    robot.panel(Panel::Servo(servo));
-    robot.panel(Panel::InputLine { line: 255, on: true });
-}
-
 fn keys(robot: &mut Robot, key: KeySwitch) {
     robot.panel(Panel::Key(key));
     commands(robot, &["RS,PRG"]);
 }
 
-fn loaded(robot: &mut Robot, program: &str) {
-    *robot = Robot::ready(program);
+fn host_line(robot: &mut Robot, settings: HostSettings) {
+    *robot = with(|options| options.serial_pacing = true);
+    robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+    robot.connect(Port::Host);
+    let host = HostLine::Modelled(settings);
+    robot.put(Input::Line {
+        port: Port::Host,
+        host,
+    });
 }
 
-fn power_cycle(robot: &mut Robot, program: &str) {
-    download(robot, "TEST", program);
-    robot.panel(Panel::PowerCycle);
+/// Two texts on HOST, the second so many milliseconds behind the first.
+fn on_host(robot: &mut Robot, pause: u64) {
+    host_line(robot, HostSettings::default());
+    for _ in 0..2 {
+        robot.send(Port::Host, b"SO\r");
+        robot.advance_ms(pause);
+    }
+    robot.advance_ms(1_000);
+}
+
+fn at_speed(robot: &mut Robot, speed: u32) {
+    let speed = Some(speed);
+    host_line(
+        robot,
+        HostSettings {
+            speed,
+            ..HostSettings::default()
+        },
+    );
+    robot.send(Port::Host, b"SO\r");
+    robot.advance_ms(1_000);
 }
 
 fn second(robot: &mut Robot, kept: bool) {
     let peer = "10.0.0.2:4711".to_string();
-    robot.feed(Input::SecondPeer {
+    robot.put(Input::SecondPeer {
         port: Port::Ip0,
         peer,
         kept,
@@ -397,144 +417,33 @@ const EXCHANGES: &[Case] = &[
         &rules::ANSWERS_UNREAD,
         |r| {
             commands(r, &["SU"]);
-            r.feed(Input::Unread { port: Port::Ip0 });
+            r.put(Input::Unread { port: Port::Ip0 });
         },
         |r| commands(r, &["SU", "OK"]),
     ),
-];
-
-const CHANNELS: &[Case] = &[
+    (&rules::HALF_DUPLEX, |r| on_host(r, 8), |r| on_host(r, 100)),
     (
-        &rules::DATA_BEFORE_INPUT,
-        |r| r.raw(Port::Ip1, b"1,2\r"),
-        |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b"1,2\r");
-        },
+        &rules::LINE_SETTINGS,
+        |r| at_speed(r, 19_200),
+        |r| at_speed(r, 9_600),
     ),
     (
-        &rules::DATA_CLEARED,
+        &rules::LINE_GARBLED,
         |r| {
-            r.raw(Port::Ip1, b"1,2\r");
-            commands(r, &["RN"]);
+            r.put(Input::LineFaults {
+                port: Port::Host,
+                count: 3,
+            });
         },
-        |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b"1,2\r");
-        },
+        |r| at_speed(r, 9_600),
     ),
     (
-        &rules::INPUT_OVERFLOW,
-        |r| r.raw(Port::Ip1, &[b'1'; 257]),
-        |r| r.raw(Port::Ip1, &[b'1'; 256]),
-    ),
-    (
-        &rules::INPUT_NOT_A_NUMBER,
+        &rules::LINE_OVERFLOW,
         |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b"1,X\r");
+            host_line(r, HostSettings::default());
+            r.raw(Port::Host, &[b' '; 5_000]);
         },
-        |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b"1,2\r");
-        },
-    ),
-    (
-        &rules::INPUT_EMPTY,
-        |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b",2\r");
-        },
-        |r| {
-            commands(r, &["RN"]);
-            r.raw(Port::Ip1, b"0,2\r");
-        },
-    ),
-    (
-        &rules::INPUT_LINE_FEED,
-        |r| r.raw(Port::Ip1, b"1,2\r\n"),
-        |r| r.raw(Port::Ip1, b"1,2\r"),
-    ),
-    (
-        &rules::HALF_VALUE,
-        |r| {
-            r.raw(Port::Ip1, b"1,2");
-            r.disconnect(Port::Ip1);
-        },
-        |r| {
-            r.raw(Port::Ip1, b"1,2\r\n");
-            r.disconnect(Port::Ip1);
-        },
-    ),
-    (
-        &rules::PEER_LEFT,
-        |r| {
-            commands(r, &["RN"]);
-            r.disconnect(Port::Ip1);
-        },
-        |r| {
-            commands(r, &["RN", "SP"]);
-            r.disconnect(Port::Ip1);
-        },
-    ),
-    (
-        &rules::PRINT_WITHOUT_PEER,
-        |r| {
-            loaded(r, PRINTS);
-            r.disconnect(Port::Ip1);
-            commands(r, &["RN"]);
-        },
-        |r| {
-            loaded(r, PRINTS);
-            commands(r, &["RN"]);
-        },
-    ),
-    (
-        &rules::INPUT_WITHOUT_PEER,
-        |r| {
-            loaded(r, READS);
-            r.disconnect(Port::Ip1);
-            commands(r, &["RN"]);
-        },
-        |r| {
-            loaded(r, READS);
-            commands(r, &["RN"]);
-        },
-    ),
-    (
-        &rules::PROTOCOL_ON_CHANNEL,
-        |r| r.send(Port::Ip1, b"SU\r"),
-        |r| commands(r, &["SU"]),
-    ),
-    (
-        &rules::DATA_TO_IP3,
-        |r| {
-            r.connect(Port::Ip3);
-            r.raw(Port::Ip3, b"1\r");
-        },
-        |r| r.connect(Port::Ip3),
-    ),
-];
-
-const RIG: &[Case] = &[
-    (
-        &rules::PANEL_REFUSED,
-        |r| {
-            r.panel(Panel::Servo(false));
-            r.panel(Panel::Start);
-        },
-        |r| r.panel(Panel::Start),
-    ),
-    (&rules::SIGNAL_REFUSED, |r| signal(r, false), |r| signal(r, true)),
-    (
-        &rules::NO_SUCH_LINE,
-        |r| r.panel(Panel::InputLine { line: 65, on: true }),
-        |r| r.panel(Panel::InputLine { line: 64, on: true }),
-    ),
-    (
-        &rules::SELECTION_LOST,
-        |r| power_cycle(r, "PROGRAM TEST\rGOTO NOWHERE\rEND\r"),
-        |r| power_cycle(r, "PROGRAM TEST\rEND\r"),
+        |r| at_speed(r, 9_600),
     ),
 ];
 

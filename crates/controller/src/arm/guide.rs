@@ -1,7 +1,7 @@
 //! The arm guided by hand: along and about the axes of a coordinate system, or axis by axis, by a step or as far
 //! as it goes. Who may guide it, and how long, is decided in `ops`.
 
-use super::{Active, Arm, Asked, Frames, Pace, axis_index};
+use super::{Active, Arm, Asked, Frames, Pace, axis_index, torque};
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
 use crate::model::Joints;
 use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
@@ -86,6 +86,7 @@ impl Arm {
             speed: guidance.speed,
             accel: 100.0,
             decel: 100.0,
+            torque: torque(conditions),
         };
         let limits = asked.limits(pace);
         let frames = Frames::of(conditions);

@@ -180,6 +180,20 @@ rules! {
         "The host does not read what the robot sends; the connection was closed"
         "Read to the ETX after every text; on IP1 and IP2 read what PRINT sends."
 
+    HALF_DUPLEX "half-duplex" Error "2.2.2 [SER-02]"
+        "Bytes sent on HOST while the robot sends; they are lost"
+        "HOST is half-duplex: read the answer to its ETX before you send."
+    LINE_SETTINGS "line-settings" Error "2.3 [PAR-U06-01, SER-01]"
+        "The host's port has other settings than the robot's line"
+        "Set speed, data bits, parity and stop bits of both ends alike; the message names both remedies."
+    LINE_GARBLED "line-garbled" Error "2.2.1 [SER-01, SER-02]"
+        "Characters with parity or framing errors"
+        "Set the host's port as [U06] says; look at the cable."
+
+    LINE_OVERFLOW "line-overflow" Error "2.2.1 [SER-01, SER-03]"
+        "More bytes handed to a serial line than it can carry; the newest are lost"
+        "Wait for the answer before you send more; a character takes its time on the line."
+
     DATA_BEFORE_INPUT "data-before-input" Warning "4.1.2 [INP-08]"
         "Data for a channel on which no INPUT waits"
         "Send when the program asks (let it PRINT a prompt); the manual says early data may be ignored."
@@ -233,7 +247,7 @@ rules! {
 
 /// Every rule, in the order of docs/FINDINGS.md: pace, texts, commands, exchanges and files, connections, SCOL
 /// channels, what is done at the controller itself.
-pub static RULES: [&Rule; 61] = [
+pub static RULES: [&Rule; 65] = [
     &ANSWER_EARLY,
     &COMMAND_EARLY,
     &COMMAND_BEFORE_ANSWER,
@@ -279,6 +293,10 @@ pub static RULES: [&Rule; 61] = [
     &LEFT_JOGGING,
     &SECOND_CONNECTION,
     &ANSWERS_UNREAD,
+    &HALF_DUPLEX,
+    &LINE_SETTINGS,
+    &LINE_GARBLED,
+    &LINE_OVERFLOW,
     &DATA_BEFORE_INPUT,
     &DATA_CLEARED,
     &INPUT_OVERFLOW,

@@ -28,11 +28,11 @@ pub enum ModelError {
     /// The name.
     #[error("name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
     Name(String),
-    /// As many axes as the geometry moves: 6, SCARA 5.
-    #[error("axes: expected {expected}, found {found}")]
+    /// As many axes as the geometry moves: 6; SCARA 4, or 5 with axis T.
+    #[error("axes: expected {}, found {found}", if *most == 6 { "6" } else { "4, or 5 with axis T" })]
     Axes {
-        /// Axes this kind of arm has.
-        expected: usize,
+        /// Most axes this kind of arm has.
+        most: usize,
         /// Axes given.
         found: usize,
     },
@@ -77,21 +77,19 @@ impl ArmModel {
         number("tool.max_accel", self.max_tool_accel, MIN_RATE, MAX_ACCEL)?;
         number("tool.max_turn_speed", self.max_turn_speed, MIN_RATE, MAX_SPEED)?;
         number("tool.max_payload", self.max_payload, MIN_RATE, MAX_LOAD)?;
-        let expected = match self.kind {
-            ArmKind::SixAxis(_) => 6,
-            ArmKind::Scara(_) => 5,
+        let (least, most) = match self.kind {
+            ArmKind::SixAxis(_) => (6, 6),
+            ArmKind::Scara(_) => (4, 5),
         };
-        if self.axes.len() != expected {
-            return Err(ModelError::Axes {
-                expected,
-                found: self.axes.len(),
-            });
+        let found = self.axes.len();
+        if !(least..=most).contains(&found) {
+            return Err(ModelError::Axes { most, found });
         }
         for (index, (axis, ready)) in self.axes.iter().zip(self.ready).enumerate() {
             self.check_axis(index, axis)?;
             number(format!("ready: joint {}", index + 1), ready, axis.min, axis.max)?;
         }
-        for (index, ready) in self.ready.iter().enumerate().skip(expected) {
+        for (index, ready) in self.ready.iter().enumerate().skip(found) {
             number(format!("ready: joint {}", index + 1), *ready, 0.0, 0.0)?;
         }
         Ok(())
@@ -138,6 +136,7 @@ mod tests {
     fn the_built_in_models_are_arms() {
         assert_eq!(ArmModel::tv800().check(), Ok(()));
         assert_eq!(ArmModel::thl400().check(), Ok(()));
+        assert_eq!(ArmModel::thl400_four_axes().check(), Ok(()));
     }
 
     #[track_caller]
@@ -179,12 +178,18 @@ mod tests {
         );
         let mut model = ArmModel::thl400();
         model.axes.pop();
+        assert_eq!(model.check(), Ok(()), "T may be missing");
+        model.ready[4] = 10.0;
         assert_eq!(
-            model.check(),
-            Err(ModelError::Axes {
-                expected: 5,
-                found: 4
-            })
+            model.check().unwrap_err().to_string(),
+            "ready: joint 5: expected 0 to 0, found 10"
         );
+        model.axes.pop();
+        assert_eq!(model.check(), Err(ModelError::Axes { most: 5, found: 3 }));
+        assert_eq!(
+            model.check().unwrap_err().to_string(),
+            "axes: expected 4, or 5 with axis T, found 3"
+        );
+        refused(|model| model.axes.truncate(5), "axes: expected 6, found 5");
     }
 }

@@ -12,13 +12,18 @@
 
 use super::kinematics::place;
 use super::path::Path;
-use super::pose::{Transform, minus, norm};
+use super::pose::{Transform, minus, norm, plus_times};
 use super::profile::{Profile, Rates, State};
 use crate::model::{ArmModel, Joints};
 use alloc::vec::Vec;
+use libm::sqrt;
 
 /// Places of the overlap at which limits and tool speed are looked at.
 const LOOKS: u32 = 64;
+/// Rounding allowed when one motion ends and another brakes, s: a few microseconds.
+const ROUNDING: f64 = 1e-5;
+/// Part of a path over which its direction at an end is looked at.
+const END: f64 = 1e-3;
 /// By how much the tool may be faster between two of them, and in the overlap than on either leg.
 pub(super) const LOOKING_MARGIN: f64 = 1.05;
 /// How far the next motion may begin from the end of this one, degrees or mm.
@@ -34,8 +39,9 @@ pub(super) struct Leg {
     pub(super) profile: Profile,
     /// Seconds after the beginning of the chain.
     pub(super) begins: f64,
-    /// Fastest the tool point is on it, mm/s.
-    pub(super) top_speed: f64,
+    rates: Rates,
+    /// Most the tool point moves, mm per whole path.
+    tool_way: f64,
 }
 
 impl Leg {
@@ -45,8 +51,55 @@ impl Leg {
             path,
             profile: Profile::to_end(state, 1.0, rates),
             begins,
-            top_speed: tool_way * rates.speed,
+            rates: *rates,
+            tool_way,
         }
+    }
+
+    /// Fastest the tool point is on it, mm/s.
+    pub(super) fn top_speed(&self) -> f64 {
+        self.tool_way * self.rates.speed
+    }
+
+    /// The same, not begun yet, gathering speed so many times as slowly.
+    fn gathering(self, times: f64) -> Leg {
+        let accel = self.rates.accel / times;
+        let rates = Rates { accel, ..self.rates };
+        let start = State {
+            place: 0.0,
+            speed: 0.0,
+        };
+        Leg::new(self.path, start, &rates, self.tool_way, self.begins)
+    }
+
+    /// The same from `now` on, braking so many times as slowly, and not before `busy`, when the motion before it rests;
+    /// `None` when there is no room left for that at the rate of time given.
+    fn braking(self, now: f64, rate: f64, times: f64, busy: f64) -> Option<Leg> {
+        let begins = self.begins.max(now);
+        let state = self.profile.state_at(begins - self.begins);
+        let decel = self.rates.decel / times;
+        let speed = state.speed * rate;
+        if speed * speed > 2.0 * decel * (1.0 - state.place) {
+            return None;
+        }
+        let mut rates = Rates { decel, ..self.rates };
+        rates.speed = rates.speed.min(top_before_braking(&rates, state, busy - begins));
+        let leg = Leg::new(self.path, state, &rates, self.tool_way, begins);
+        let (_, brakes) = leg.profile.ramps();
+        (leg.ends() - brakes >= busy - ROUNDING).then_some(leg)
+    }
+
+    /// Acceleration of each axis and of the tool point at one end of the path, at `rate` along it.
+    fn accel_at_end(&self, model: &ArmModel, tool: &Transform, last: bool, rate: f64) -> (Joints, [f64; 3]) {
+        let (from, to) = if last { (1.0 - END, 1.0) } else { (0.0, END) };
+        let (from, to) = (self.path.joints_at(from), self.path.joints_at(to));
+        let point = |joints: &Joints| place(&model.kind, joints).0.compose(tool).origin;
+        let way = minus(point(&to), point(&from)).map(|way| way * rate / END);
+        let mut joints = to;
+        for (joint, from) in joints.iter_mut().zip(from) {
+            *joint = (*joint - from) * rate / END;
+        }
+        (joints, way)
     }
 
     fn ends(&self) -> f64 {
@@ -79,26 +132,34 @@ impl Chain {
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
     pub(super) fn top_speed(&self) -> f64 {
-        let fastest = self.legs.iter().map(|leg| leg.top_speed).fold(0.0, f64::max);
+        let fastest = self.legs.iter().map(Leg::top_speed).fold(0.0, f64::max);
         fastest * LOOKING_MARGIN
     }
 
-    /// Adds a motion that overlaps the last one by a part of the shorter ramp. `None` where the sum would leave the
-    /// limits, or the tool be faster than on either leg; where nothing is left to overlap; where the motion does not
-    /// begin where the last one ends; or where too many are waiting already.
+    /// Adds a motion that overlaps the last one by a part of the shorter ramp; both ramps are as much longer as it
+    /// takes for the two accelerations together to be no more than the arm has. `None` where there is no room for
+    /// that; where the sum would leave the limits, or the tool be faster than on either leg; where nothing is left to
+    /// overlap; where the motion does not begin where the last one ends; or where too many are waiting already. `now` and `rate` are the present time of
+    /// the chain and how fast it goes by.
     pub(super) fn with(
         mut self,
         model: &ArmModel,
         tool: &Transform,
         mut next: Leg,
-        now: f64,
+        (now, rate): (f64, f64),
         overlap: f64,
     ) -> Option<Chain> {
-        let last = self.legs.last()?;
+        let mut last = self.legs.pop()?;
         let joined = last.path.joints_at(1.0);
         let begins = next.path.joints_at(0.0);
         if joined.iter().zip(begins).any(|(a, b)| (a - b).abs() > JOINED) {
             return None;
+        }
+        let times = sharpness(model, tool, &last, &next);
+        if times > 1.0 {
+            let busy = self.legs.last().map_or(now, Leg::ends);
+            last = last.braking(now, rate, times, busy)?;
+            next = next.gathering(times);
         }
         let (_, brakes) = last.profile.ramps();
         let (gathers, _) = next.profile.ramps();
@@ -109,6 +170,7 @@ impl Chain {
         let (from, to) = (last.ends() - shared, last.ends());
         next.begins = from;
         self.duration = next.ends();
+        self.legs.push(last);
         self.legs.push(next);
         if self.legs.len() > MOST_LEGS && self.legs.remove(0).ends() > now {
             return None;
@@ -166,5 +228,36 @@ impl Chain {
 
     fn current(&self, time: f64) -> usize {
         self.legs.iter().rposition(|leg| leg.begins <= time).unwrap_or(0)
+    }
+}
+
+/// Highest speed at which a path gone through from a state is not braked on before so many seconds have gone.
+fn top_before_braking(rates: &Rates, state: State, seconds: f64) -> f64 {
+    // As if it had gathered all its speed from rest, which took `seconds` more and a way of its own. What the speed goes
+    // through in that time, less what gathering it costs, and the way of braking make up the whole.
+    let way = 1.0 - state.place + 0.5 * state.speed * state.speed / rates.accel;
+    let time = seconds + state.speed / rates.accel;
+    let bend = 0.5 / rates.decel - 0.5 / rates.accel;
+    let root = time * time + 4.0 * bend * way;
+    if seconds <= 0.0 || root < 0.0 {
+        return rates.speed;
+    }
+    2.0 * way / (time + sqrt(root))
+}
+
+/// How many times as much as the arm has the two accelerations ask for together, while one motion brakes and the next
+/// gathers speed: of any axis, and of the tool point between two motions that guide it.
+fn sharpness(model: &ArmModel, tool: &Transform, last: &Leg, next: &Leg) -> f64 {
+    let (braking, tool_brakes) = last.accel_at_end(model, tool, true, -last.rates.decel);
+    let (gathering, tool_gathers) = next.accel_at_end(model, tool, false, next.rates.accel);
+    let axes = braking.iter().zip(gathering).zip(&model.axes);
+    let most = axes
+        .map(|((braking, gathering), axis)| (braking + gathering).abs() / axis.max_accel)
+        .fold(0.0, f64::max);
+    match (&last.path, &next.path) {
+        (Path::Guided(_), Path::Guided(_)) => {
+            most.max(norm(plus_times(tool_brakes, tool_gathers, 1.0)) / model.max_tool_accel)
+        }
+        _ => most,
     }
 }

@@ -25,7 +25,7 @@ pub use plan::plan;
 pub use pose::{Pose, Transform, normalised};
 pub use run::Motion;
 
-use crate::model::Joints;
+use crate::model::{AXES, Joints};
 
 /// Smallest part of full speed or acceleration a motion is run with: 1 % of 1 %.
 pub const MIN_FRACTION: f64 = 1e-4;
@@ -45,6 +45,9 @@ pub struct Limits {
     pub decel: f64,
     /// Highest speed of the tool point in mm/s, if one holds: 250 in TEACHING (PRM-SPD-01).
     pub tool_speed_cap: Option<f64>,
+    /// Part of its full torque each axis may use, 0 to 1: it accelerates no faster than by this part of what it can.
+    /// An axis with 0 does not move: a motion that needs it is refused.
+    pub torque: Joints,
 }
 
 impl Limits {
@@ -55,6 +58,7 @@ impl Limits {
         accel: 1.0,
         decel: 1.0,
         tool_speed_cap: None,
+        torque: [1.0; AXES],
     };
 }
 
@@ -144,6 +148,12 @@ pub enum MotionError {
         found: f64,
         /// Highest that fits.
         max: f64,
+    },
+    /// An axis that has to move is free: its servo gain or its torque is 0. `axis` counts from 1.
+    #[error("axis {axis}: expected servo gain and torque, found none, and it has to move")]
+    Free {
+        /// Number of the axis.
+        axis: usize,
     },
     /// The arm has no such axis; both count from 1.
     #[error("axis: expected 1 to {axes}, found {axis}")]

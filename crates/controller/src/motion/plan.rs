@@ -5,10 +5,10 @@ use super::arch::{Arch, Gate, Stretch};
 use super::kinematics::{digits, follow, is_linear, place, singularity};
 use super::path::{Guided, Path, Shape, Turn, tool_way};
 use super::pose::{Pose, Transform, product, radians, transposed};
-use super::profile::Rates;
-use super::run::{Motion, nominal};
+use super::profile::Ability;
+use super::run::{Motion, nominal, part};
 use super::{Limits, MotionError, Target};
-use crate::model::{ArmModel, Joints};
+use crate::model::{ArmKind, ArmModel, Axis, Joints};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use libm::ceil;
@@ -21,12 +21,14 @@ const MIN_SAMPLES: f64 = 16.0;
 const MAX_SAMPLES: f64 = 256.0;
 /// An axis that turns more than this between two samples, degrees, would have to jump.
 const MAX_JUMP: f64 = 45.0;
-/// By how much an axis may be faster between two samples than from one to the other.
-const SAMPLING_MARGIN: f64 = 1.05;
+/// By how much an axis may bend more between samples than at them.
+const SAMPLING_MARGIN: f64 = 1.01;
 /// Rounding allowed in the heights of a gate, mm, and in a way that is none, mm and degrees.
 const GATE_SLACK: f64 = 1e-9;
-/// Rates of a path on which almost nothing moves, 1/s and 1/s².
-const MAX_RATE: f64 = 1e6;
+/// Place of T among the axes of a SCARA arm.
+const ADDITIONAL: usize = 4;
+/// Way of an axis that is none, degrees or mm.
+const STILL: f64 = 1e-9;
 
 /// Plans a motion from a posture at rest. `tool` is the tool point as seen from the flange.
 ///
@@ -43,7 +45,7 @@ pub fn plan(
         Target::Joint(pose, config) => {
             let flange = pose.transform().compose(&tool.inverse());
             let to = model.inverse_of(&flange, pose.uv, *config, from)?;
-            Ok(joint_motion(model, from, &to, tool, limits))
+            joint_motion(model, from, &to, tool, limits)
         }
         Target::Axis { axis, value } => {
             let mut to = *from;
@@ -58,11 +60,11 @@ pub fn plan(
                 }
             }
             model.check_limits(&to)?;
-            Ok(joint_motion(model, from, &to, tool, limits))
+            joint_motion(model, from, &to, tool, limits)
         }
         Target::Joints(to) => {
             model.check_limits(to)?;
-            Ok(joint_motion(model, from, to, tool, limits))
+            joint_motion(model, from, to, tool, limits)
         }
         Target::Line(end, config) => {
             let ends = Ends::checked(model, from, tool, end, *config)?;
@@ -81,7 +83,13 @@ pub fn plan(
 }
 
 /// The slowest axis leads, the others go with it.
-fn joint_motion(model: &ArmModel, from: &Joints, to: &Joints, tool: &Transform, limits: &Limits) -> Motion {
+fn joint_motion(
+    model: &ArmModel,
+    from: &Joints,
+    to: &Joints,
+    tool: &Transform,
+    limits: &Limits,
+) -> Result<Motion, MotionError> {
     let mut ways = Joints::default();
     let mut turning = 0.0;
     for (index, ((way, from), to)) in ways.iter_mut().zip(from).zip(to).enumerate() {
@@ -90,9 +98,37 @@ fn joint_motion(model: &ArmModel, from: &Joints, to: &Joints, tool: &Transform, 
             turning += radians(*way);
         }
     }
-    let rates = axis_rates(model, &ways);
+    driven(&ways, limits)?;
+    let ability = axes(model, &ways, limits).fold(Ability::FREE, |ability, (axis, way, torque)| {
+        ability.bounded(way, axis.max_speed, axis.max_accel).capped(
+            way,
+            axis.max_speed,
+            axis.max_accel * torque,
+        )
+    });
     let tool_way = tool_way(&model.kind, from, to, tool, turning);
-    Motion::new(Path::Joint { from: *from, to: *to }, rates, tool_way, limits)
+    let path = Path::Joint { from: *from, to: *to };
+    Ok(Motion::new(path, ability, tool_way, limits))
+}
+
+/// Each axis with its way per whole path and the part of its torque it may use.
+fn axes<'a>(
+    model: &'a ArmModel,
+    ways: &'a Joints,
+    limits: &'a Limits,
+) -> impl Iterator<Item = (&'a Axis, f64, f64)> {
+    let torque = limits.torque.iter().map(|torque| torque.min(1.0));
+    let ways = model.axes.iter().zip(ways);
+    ways.zip(torque).map(|((axis, way), torque)| (axis, *way, torque))
+}
+
+/// Whether every axis that has to move is driven.
+fn driven(ways: &Joints, limits: &Limits) -> Result<(), MotionError> {
+    let mut moved = ways.iter().zip(limits.torque);
+    match moved.position(|(way, torque)| *way > STILL && (torque.is_nan() || torque <= 0.0)) {
+        Some(index) => Err(MotionError::Free { axis: index + 1 }),
+        None => Ok(()),
+    }
 }
 
 /// Where a guided motion ends, and where it begins.
@@ -134,7 +170,7 @@ impl<'a> Ends<'a> {
     }
 
     /// The path along a shape, checked, and its rates at 100 %.
-    fn guided(&self, model: &ArmModel, shape: Shape) -> Result<(Guided, Rates), MotionError> {
+    fn guided(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Guided, MotionError> {
         let end = (self.end.transform(), self.end.uv);
         let guided = guided(model, self.from, self.tool, &self.start, &end, shape)?;
         let last = guided.samples.last().copied().unwrap_or(*self.from);
@@ -142,14 +178,19 @@ impl<'a> Ends<'a> {
         for place in 3..5 {
             same_digit(place, reached, self.config)?;
         }
-        let rates = guided_rates(model, &guided);
-        Ok((guided, rates))
+        driven(&sampled_ways(&guided), limits)?;
+        Ok(guided)
     }
 
     fn motion(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Motion, MotionError> {
-        let (guided, rates) = self.guided(model, shape)?;
-        let length = guided.shape.length();
-        Ok(Motion::new(Path::Guided(Box::new(guided)), rates, length, limits))
+        let guided = self.guided(model, shape, limits)?;
+        let (ability, length) = (guided_ability(model, &guided, limits), guided.shape.length());
+        Ok(Motion::new(
+            Path::Guided(Box::new(guided)),
+            ability,
+            length,
+            limits,
+        ))
     }
 
     /// The three lines one by one, then all of it with its time stretched until no axis is too fast.
@@ -190,14 +231,16 @@ impl<'a> Ends<'a> {
                 line.shape.length() <= GATE_SLACK && line.turn.angle <= GATE_SLACK && first.1 == second.1;
             *stretch = Stretch {
                 way: line.shape.length(),
-                rates: (!still).then(|| nominal(&guided_rates(model, &line), limits)),
+                rates: (!still).then(|| nominal(&guided_ability(model, &line, limits), limits)),
             };
         }
         let arch = Arch::new(from, to, gate, &stretches);
         let (duration, speed) = (arch.duration, arch.top_speed);
-        let (guided, _) = self.guided(model, Shape::Arch(Box::new(arch)))?;
+        let guided = self.guided(model, Shape::Arch(Box::new(arch)), limits)?;
         // Seconds in which no axis would have to be faster than it can.
-        let least = 1.0 / axis_rates(model, &sampled_ways(&guided)).speed;
+        let ways = sampled_ways(&guided);
+        let seconds = axes(model, &ways, limits).map(|(axis, way, _)| way / axis.max_speed);
+        let least = seconds.fold(0.0, f64::max);
         let path = Path::Guided(Box::new(guided));
         Ok(Motion::timed(
             path,
@@ -277,50 +320,62 @@ fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joint
     Ok(samples)
 }
 
-/// Most each axis moves per whole path, anywhere on it.
+/// Most each axis moves per whole path, anywhere on it: between two samples, and by how much it is faster there than
+/// from one to the other, which its bend tells; an axis that moves evenly is taken exactly.
 fn sampled_ways(guided: &Guided) -> Joints {
     let steps = guided.samples.len().saturating_sub(1) as f64;
     let mut ways = Joints::default();
     for (first, second) in guided.samples.iter().zip(guided.samples.iter().skip(1)) {
         for ((way, first), second) in ways.iter_mut().zip(first).zip(second) {
-            *way = way.max((second - first).abs() * steps * SAMPLING_MARGIN);
+            *way = way.max((second - first).abs() * steps);
         }
+    }
+    for (way, bend) in ways.iter_mut().zip(sampled_bends(guided)) {
+        *way += bend / (2.0 * steps.max(1.0));
     }
     ways
 }
 
-/// Rates at 100 % of a line or arc: tool speed, turning speed, and no axis faster than it can.
-fn guided_rates(model: &ArmModel, guided: &Guided) -> Rates {
-    let ways = sampled_ways(guided);
+/// Most each axis bends per whole path, anywhere on it: the second derivative of its value by the part gone.
+fn sampled_bends(guided: &Guided) -> Joints {
+    let steps = guided.samples.len().saturating_sub(1) as f64;
+    let mut bends = Joints::default();
+    let (second, third) = (guided.samples.iter().skip(1), guided.samples.iter().skip(2));
+    for ((first, second), third) in guided.samples.iter().zip(second).zip(third) {
+        for (((bend, first), second), third) in bends.iter_mut().zip(first).zip(second).zip(third) {
+            *bend = bend.max((third - 2.0 * second + first).abs() * steps * steps * SAMPLING_MARGIN);
+        }
+    }
+    bends
+}
+
+/// A line or an arc: at 100 % the tool speed, the turning speed and that of the axes the position gives itself;
+/// whatever is asked for, no axis is faster than it can, and neither the bend of the path nor that of the axes asks for
+/// more acceleration than there is.
+fn guided_ability(model: &ArmModel, guided: &Guided, limits: &Limits) -> Ability {
+    let (length, [from, to]) = (guided.shape.length(), guided.uv);
     let turn_accel = model.max_turn_speed * model.max_tool_accel / model.max_tool_speed;
-    let rates = bounded(
-        axis_rates(model, &ways),
-        guided.shape.length(),
-        model.max_tool_speed,
-        model.max_tool_accel,
-    );
-    bounded(rates, guided.turn.angle, model.max_turn_speed, turn_accel)
-}
-
-/// Rates at which no axis is too fast when each has at most this way to go per whole path.
-fn axis_rates(model: &ArmModel, ways: &Joints) -> Rates {
-    let free = Rates {
-        speed: MAX_RATE,
-        accel: MAX_RATE,
-        decel: MAX_RATE,
-    };
-    model.axes.iter().zip(ways).fold(free, |rates, (axis, way)| {
-        bounded(rates, *way, axis.max_speed, axis.max_accel)
-    })
-}
-
-fn bounded(rates: Rates, way: f64, speed: f64, accel: f64) -> Rates {
-    if way <= 0.0 {
-        return rates;
+    let mut ability = Ability::FREE
+        .bounded(length, model.max_tool_speed, model.max_tool_accel)
+        .bounded(guided.turn.angle, model.max_turn_speed, turn_accel);
+    if let Some(axis) = model.axes.get(ADDITIONAL) {
+        // Only a SCARA arm has such an axis: T.
+        let way = (to[0] - from[0]).abs();
+        ability = match model.kind {
+            ArmKind::Scara(_) => ability.bounded(way, axis.max_speed, axis.max_accel),
+            ArmKind::SixAxis(_) => ability,
+        };
     }
-    Rates {
-        speed: rates.speed.min(speed / way),
-        accel: rates.accel.min(accel / way),
-        decel: rates.decel.min(accel / way),
+    if let Some(radius) = guided.shape.radius() {
+        // On the circle the tool point is drawn to its centre by the square of its speed over the radius.
+        let accel = model.max_tool_accel * part(limits.accel);
+        ability = ability.bent(length * length / radius, accel);
     }
+    let (ways, bends) = (sampled_ways(guided), sampled_bends(guided));
+    axes(model, &ways, limits)
+        .zip(bends)
+        .fold(ability, |ability, ((axis, way, torque), bend)| {
+            let accel = axis.max_accel * torque;
+            ability.capped(way, axis.max_speed, accel).bent(bend, accel)
+        })
 }

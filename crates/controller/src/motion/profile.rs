@@ -6,6 +6,8 @@ use libm::sqrt;
 
 /// Most phases a profile has: up or down to cruising speed, cruising, braking.
 const PHASES: usize = 3;
+/// Rates of a path on which almost nothing moves, 1/s and 1/s².
+const MAX_RATE: f64 = 1e6;
 
 /// How fast a path may be run through, in parts of the path: 1/s and 1/s².
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,6 +18,68 @@ pub struct Rates {
     pub accel: f64,
     /// Deceleration, as a positive number.
     pub decel: f64,
+}
+
+/// What the arm can do on a path, in parts of the path: 1/s and 1/s².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ability {
+    /// Speed at 100 %, of which SPEED and the override are parts.
+    pub speed: f64,
+    /// Acceleration and deceleration at 100 %, of which ACCEL and DECEL are parts.
+    pub accel: f64,
+    /// Speed never exceeded, whatever is asked for.
+    pub most_speed: f64,
+    /// Acceleration and deceleration never exceeded.
+    pub most_accel: f64,
+}
+
+impl Ability {
+    /// Of a path on which nothing holds the arm back.
+    pub const FREE: Ability = Ability {
+        speed: MAX_RATE,
+        accel: MAX_RATE,
+        most_speed: MAX_RATE,
+        most_accel: MAX_RATE,
+    };
+
+    /// At 100 %: something that goes so far per whole path, and how fast it can.
+    #[must_use]
+    pub fn bounded(mut self, way: f64, speed: f64, accel: f64) -> Ability {
+        if way > 0.0 {
+            self.speed = self.speed.min(speed / way);
+            self.accel = self.accel.min(accel / way);
+        }
+        self
+    }
+
+    /// The same, whatever is asked for.
+    #[must_use]
+    pub fn capped(mut self, way: f64, speed: f64, accel: f64) -> Ability {
+        if way > 0.0 {
+            self.most_speed = self.most_speed.min(speed / way);
+            self.most_accel = self.most_accel.min(accel / way);
+        }
+        self
+    }
+
+    /// The speed at which a bend asks for this acceleration: `bend` is the second derivative by the path.
+    #[must_use]
+    pub fn bent(mut self, bend: f64, accel: f64) -> Ability {
+        if bend > 0.0 {
+            self.most_speed = self.most_speed.min(sqrt(accel / bend));
+        }
+        self
+    }
+
+    /// Rates with these parts of speed, acceleration and deceleration.
+    #[must_use]
+    pub fn rates(&self, speed: f64, accel: f64, decel: f64) -> Rates {
+        Rates {
+            speed: (self.speed * speed).min(self.most_speed),
+            accel: (self.accel * accel).min(self.most_accel),
+            decel: (self.accel * decel).min(self.most_accel),
+        }
+    }
 }
 
 /// Where on the path, and how fast.

@@ -4,7 +4,7 @@
 use super::chain::{Chain, LOOKING_MARGIN, Leg};
 use super::path::Path;
 use super::pose::Transform;
-use super::profile::{Profile, Rates, State};
+use super::profile::{Ability, Profile, Rates, State};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
 use alloc::boxed::Box;
@@ -37,8 +37,8 @@ enum Phase {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motion {
     path: Path,
-    /// What the model can do on this path at 100 %.
-    full: Rates,
+    /// What the arm can do on this path.
+    full: Ability,
     /// Most the tool point moves, mm per whole path.
     tool_way: f64,
     limits: Limits,
@@ -49,7 +49,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    pub(super) fn new(path: Path, full: Rates, tool_way: f64, limits: &Limits) -> Motion {
+    pub(super) fn new(path: Path, full: Ability, tool_way: f64, limits: &Limits) -> Motion {
         let still = path.joints_at(0.0) == path.joints_at(1.0) && tool_way <= 0.0;
         let start = State {
             place: if still { 1.0 } else { 0.0 },
@@ -74,10 +74,10 @@ impl Motion {
             .map(|axis| axis.max_speed / axis.max_accel)
             .fold(model.max_tool_speed / model.max_tool_accel, f64::max);
         let speed = (1.0 / duration).min(MAX_TIME_RATE);
-        let full = Rates {
+        let full = Ability {
             speed,
             accel: speed / ramp,
-            decel: speed / ramp,
+            ..Ability::FREE
         };
         let mut start = State {
             place: 0.0,
@@ -89,7 +89,7 @@ impl Motion {
         Motion::begun(path, full, tool_way, limits, start)
     }
 
-    fn begun(path: Path, full: Rates, tool_way: f64, limits: &Limits, start: State) -> Motion {
+    fn begun(path: Path, full: Ability, tool_way: f64, limits: &Limits, start: State) -> Motion {
         let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
         Motion {
             path,
@@ -150,7 +150,7 @@ impl Motion {
             path => {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
                 let own = nominal(&self.full, &self.limits);
-                let fastest = leg.top_speed.max(self.tool_way * own.speed) * LOOKING_MARGIN;
+                let fastest = leg.top_speed().max(self.tool_way * own.speed) * LOOKING_MARGIN;
                 let rate = time_rate(fastest, &limits);
                 let state = State {
                     speed: state.speed / rate,
@@ -160,7 +160,7 @@ impl Motion {
                 (Chain::of(first), 0.0, rate)
             }
         };
-        let chain = chain.with(model, tool, leg, now, pass / 100.0)?;
+        let chain = chain.with(model, tool, leg, (now, rate), pass / 100.0)?;
         let (duration, top) = (chain.duration, chain.top_speed());
         let path = Path::Chain(Box::new(chain));
         let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
@@ -259,7 +259,7 @@ impl Motion {
     /// rests already ends at once.
     pub fn stop(&mut self, at: Duration) {
         if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
-            let decel = self.full.decel;
+            let decel = self.full.rates(1.0, 1.0, 1.0).decel;
             self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
         }
     }
@@ -300,26 +300,16 @@ fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
 }
 
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
-pub(super) fn nominal(full: &Rates, limits: &Limits) -> Rates {
-    Rates {
-        speed: full.speed * part(limits.speed),
-        accel: full.accel * part(limits.accel),
-        decel: full.decel * part(limits.decel),
-    }
+pub(super) fn nominal(full: &Ability, limits: &Limits) -> Rates {
+    full.rates(part(limits.speed), part(limits.accel), part(limits.decel))
 }
 
-fn rates(path: &Path, full: &Rates, tool_way: f64, limits: &Limits) -> Rates {
+fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {
     let asked = if path.is_timed() {
-        Rates {
-            speed: full.speed * part(limits.override_part),
-            ..*full
-        }
+        full.rates(part(limits.override_part), 1.0, 1.0)
     } else {
-        let speed = full.speed * part(limits.speed * limits.override_part);
-        Rates {
-            speed,
-            ..nominal(full, limits)
-        }
+        let speed = part(limits.speed * limits.override_part);
+        full.rates(speed, part(limits.accel), part(limits.decel))
     };
     let speed = capped(asked.speed, tool_way, limits);
     Rates { speed, ..asked }
@@ -346,7 +336,7 @@ fn time_rate(fastest: f64, limits: &Limits) -> f64 {
 }
 
 /// A part of full speed or acceleration, brought into range.
-fn part(value: f64) -> f64 {
+pub(super) fn part(value: f64) -> f64 {
     if value >= MIN_FRACTION {
         value.min(1.0)
     } else {

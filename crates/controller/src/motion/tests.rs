@@ -6,7 +6,9 @@ use core::time::Duration;
 
 mod arch;
 mod blend;
+mod bounds;
 mod change;
+mod random;
 
 const KEEP: [u8; 5] = [0; 5];
 
@@ -149,6 +151,7 @@ fn durations_are_those_of_the_trapezoid() {
         accel: 0.5,
         decel: 0.25,
         tool_speed_cap: None,
+        ..Limits::FULL
     };
     let slow = planned(
         &model,
@@ -414,6 +417,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
         accel: f64::INFINITY,
         decel: 1.5,
         tool_speed_cap: None,
+        ..Limits::FULL
     };
     let full = planned(&model, &model.ready, &target, &Limits::FULL).duration();
     assert_eq!(planned(&model, &model.ready, &target, &wild).duration(), full);
@@ -423,6 +427,7 @@ fn limits_out_of_range_are_taken_as_the_nearest_in_range() {
         accel: 0.0,
         decel: -1.0,
         tool_speed_cap: Some(0.0),
+        ..Limits::FULL
     };
     let crawling = planned(&model, &model.ready, &target, &none);
     assert!(crawling.duration() > full && crawling.duration() < seconds(3600.0));

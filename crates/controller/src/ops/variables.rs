@@ -85,7 +85,7 @@ impl Controller {
         if let Some((source, program)) = changed {
             let label = selected.name.clone();
             selected.source.clone_from(&source);
-            selected.program = program;
+            self.execution.replace_program(program);
             self.push_output(Output::Stored {
                 name: label,
                 content: source.into_bytes(),

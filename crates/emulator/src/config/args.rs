@@ -52,7 +52,7 @@ pub struct ServeArgs {
     /// Preset of the named options [default: field]
     #[arg(long, value_name = "DIALECT")]
     pub dialect: Option<Dialect>,
-    /// Arm: ts3100-tv800, tsl3000-thl400, or a model of your own, a .toml file [default: ts3100-tv800]
+    /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or a model of your own, a .toml file [default: ts3100-tv800]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<ModelChoice>,
     /// Controller type [default: ts3100]

@@ -11,7 +11,7 @@ use std::str::FromStr;
 use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeometry, SixAxisGeometry};
 
 /// The models shipped: name and file.
-const SHIPPED: [(&str, &str); 2] = [
+const SHIPPED: [(&str, &str); 3] = [
     (
         "ts3100-tv800",
         include_str!("../../../../fixtures/models/ts3100-tv800.toml"),
@@ -19,6 +19,10 @@ const SHIPPED: [(&str, &str); 2] = [
     (
         "tsl3000-thl400",
         include_str!("../../../../fixtures/models/tsl3000-thl400.toml"),
+    ),
+    (
+        "tsl3000-thl400-4",
+        include_str!("../../../../fixtures/models/tsl3000-thl400-4.toml"),
     ),
 ];
 /// Fewest letters that can name a source.
@@ -303,6 +307,11 @@ mod tests {
         );
         refused("\"six-axis\"", "\"delta\"", "unknown variant `delta`");
         refused("\"six-axis\"", "\"scara\"", "geometry: unknown field");
+        refused(
+            "[[axis]]\nsource = \"assumed (D11): as axis 2\"\nmin = -165.0\nmax = 165.0\nmax_speed = 300.0\nmax_accel = 1200.0\n",
+            "",
+            "ready: joints: expected one for each of the 5 axes, found 6",
+        );
         refused("name = ", "name ", "TOML parse error at line 3");
     }
 
@@ -318,7 +327,7 @@ mod tests {
         );
         assert_eq!(
             "tv1000".parse::<ModelChoice>().unwrap_err(),
-            "expected ts3100-tv800, tsl3000-thl400 or the path of a .toml file, found `tv1000`"
+            "expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4 or the path of a .toml file, found `tv1000`"
         );
         let missing = ModelChoice::File("/nowhere/own.toml".into())
             .read()

@@ -3,7 +3,9 @@
 
 use scol_mini::IntDivision;
 use std::time::Duration;
-use ts3100_controller::options::{Malformed, NoPeer, Options, SfTexts, Strobe, WaitAfterStop};
+use ts3100_controller::options::{
+    BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, WaitAfterStop, WhileSending,
+};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
@@ -129,8 +131,26 @@ const TABLE: &[(&str, &str, Set)] = &[
     ("dl.command_ends", "true or false", |o, _, v| {
         put(&mut o.command_ends_download, v.parse().ok())
     }),
+    ("scol.data_copy", "true or false", |o, _, v| {
+        put(&mut o.data_copy, v.parse().ok())
+    }),
     ("scol.sticky_work", "true or false", |o, _, v| {
         put(&mut o.sticky_work, v.parse().ok())
+    }),
+    ("serial.bad_character", "drop or keep", |o, _, v| {
+        put(
+            &mut o.bad_character,
+            word(v, &[("drop", BadCharacter::Drop), ("keep", BadCharacter::Keep)]),
+        )
+    }),
+    ("serial.pacing", "true or false", |o, _, v| {
+        put(&mut o.serial_pacing, v.parse().ok())
+    }),
+    ("serial.while_sending", "lost or kept", |o, _, v| {
+        put(
+            &mut o.while_sending,
+            word(v, &[("lost", WhileSending::Lost), ("kept", WhileSending::Kept)]),
+        )
     }),
     ("sf.split", "one or several (texts)", |o, _, v| {
         put(

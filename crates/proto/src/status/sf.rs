@@ -1,6 +1,8 @@
 //! The system total status of SF: a binary file of fixed offsets, big-endian, in the two lengths that
 //! real hosts read (hosts SF). What the values are is the controller's business.
 
+pub mod table;
+
 use super::fields::Field;
 use super::{AlarmLevel, BodyError, ExecutionStatus};
 use alloc::string::{String, ToString};

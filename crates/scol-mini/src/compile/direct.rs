@@ -4,6 +4,7 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{kinds, names};
+use crate::code::Code;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols};
@@ -38,6 +39,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                         step(Operation::Simple(simple), true),
                         step(Operation::Return, false),
                     ]),
+                    code: Code::default(),
                     rcycle: None,
                 }));
             }

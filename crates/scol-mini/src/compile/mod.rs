@@ -1,10 +1,12 @@
 //! The compiler: parsed file in, flat program out.
-//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps.
+//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps, `lower`
+//! their quick form.
 
 mod declare;
 mod direct;
 mod emit;
 mod kinds;
+mod lower;
 mod names;
 
 use alloc::format;
@@ -70,7 +72,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     );
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
-        names::resolve_block(block, &file.doubtful, &mut symbols, sink);
+        names::resolve_block(block, &file.doubtful, &mut symbols, options.data_copy, sink);
         kinds::check_block(block, &symbols, sink);
         blocks.push(Entry {
             name: block.name.text.clone(),
@@ -81,9 +83,12 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
             rcycle = label;
         }
     }
+    symbols.place();
+    let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
         options: *options,
         symbols: Arc::new(symbols),
+        code,
         blocks,
         steps,
         rcycle,

@@ -13,11 +13,13 @@ use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
 use crate::tree::{Expression, Node, Reference, Statement, Variable};
 
-/// Resolves every variable of a block.
+/// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
+/// own, with the value of the datum at first.
 pub(super) fn resolve_block(
     block: &mut Block,
     doubtful: &BTreeSet<String>,
     symbols: &mut Symbols,
+    data_copy: bool,
     sink: &mut Sink,
 ) {
     let mut scope = Scope {
@@ -40,6 +42,11 @@ pub(super) fn resolve_block(
         match dim_slot(declaration, Owner::Local, scope.symbols) {
             Ok(slot) => scope.local(slot),
             Err(problem) => sink.error(problem),
+        }
+    }
+    if data_copy {
+        for located in &mut block.statements {
+            located.statement.targets(&mut |variable| scope.copy(variable));
         }
     }
     for located in &mut block.statements {
@@ -117,6 +124,23 @@ impl Scope<'_> {
     fn define(&mut self, variable: &mut Variable) {
         if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
             self.local(Slot::plain(&variable.name.text, Owner::Local));
+        }
+    }
+
+    /// Makes a copy of a datum that is assigned.
+    fn copy(&mut self, variable: &Variable) {
+        let name = variable.name.text.as_str();
+        if self.locals.contains_key(name) {
+            return;
+        }
+        let shared = self.symbols.shared.get(name);
+        let datum = shared.and_then(|at| self.symbols.slots.get(*at));
+        if let Some(datum) = datum.filter(|slot| slot.owner == Owner::Data) {
+            self.local(Slot {
+                owner: Owner::Local,
+                is_work: false,
+                ..datum.clone()
+            });
         }
     }
 

@@ -82,7 +82,8 @@ impl Machine {
                 program: &program,
                 memory,
                 inputs,
-                frames: &[],
+                arguments: &[],
+                base: 0,
                 task: self.task,
             };
             match context.truth(condition) {
@@ -110,7 +111,7 @@ impl Machine {
 
     /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
     pub fn jump(&mut self, Jump(monitor): Jump) {
-        self.frames.truncate(monitor.depth);
+        self.cut(monitor.depth);
         self.at = monitor.on + 1;
         self.state = State::Ready;
     }
@@ -128,6 +129,9 @@ impl Machine {
 
     /// A program has been left: nobody can jump into it any more.
     pub(super) fn forget_jumps(&mut self) {
+        if self.monitors.is_empty() {
+            return;
+        }
         let depth = self.frames.len();
         let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {

@@ -47,7 +47,7 @@ pub fn programs(name: &str) -> Vec<(PathBuf, String)> {
 
 /// The options a fixture asks for.
 pub fn options(source: &str) -> LanguageOptions {
-    let arm = if source.contains("\n' arm: scara\n") {
+    let arm = if source.contains("\n' arm: scara") {
         Arm::Scara
     } else {
         Arm::SixAxis

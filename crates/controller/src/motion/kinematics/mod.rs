@@ -56,6 +56,16 @@ impl ArmModel {
     ) -> Result<Joints, Unreachable> {
         let wanted = self.resolved(config, near)?;
         let mut joints = solve(&self.kind, flange, uv, wanted, near)?;
+        for (index, joint) in joints.iter_mut().enumerate().skip(self.axes.len()) {
+            // A SCARA arm without axis T.
+            if joint.abs() > ROUNDING {
+                return Err(Unreachable::NotFitted {
+                    axis: index + 1,
+                    value: *joint,
+                });
+            }
+            *joint = 0.0;
+        }
         for (index, limits) in self.axes.iter().enumerate() {
             let (Some(joint), Some(near)) = (joints.get_mut(index), near.get(index)) else {
                 continue;

@@ -31,7 +31,11 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         drive_capacity,
         int_division,
         command_ends_download,
+        serial_pacing,
+        bad_character,
+        while_sending,
         sticky_work,
+        data_copy,
     } = options;
     let LinkOptions { second, redial } = links;
     vec![
@@ -46,7 +50,11 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("parameter.line_end", format!("{line_end:?}")),
         ("scol.int_division", format!("{int_division:?}")),
         ("dl.command_ends", format!("{command_ends_download:?}")),
+        ("scol.data_copy", format!("{data_copy:?}")),
         ("scol.sticky_work", format!("{sticky_work:?}")),
+        ("serial.bad_character", format!("{bad_character:?}")),
+        ("serial.pacing", format!("{serial_pacing:?}")),
+        ("serial.while_sending", format!("{while_sending:?}")),
         ("sf.split", format!("{sf_texts:?}")),
         ("sig.low_speed", format!("{low_speed:?}")),
         ("sig.strobe", format!("{strobe:?}")),
@@ -62,7 +70,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 23] = [
+const OTHERS: [(&str, &str); 27] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -74,7 +82,11 @@ const OTHERS: [(&str, &str); 23] = [
     ("parameter.line_end", "cr"),
     ("scol.int_division", "real"),
     ("dl.command_ends", "false"),
+    ("scol.data_copy", "true"),
     ("scol.sticky_work", "true"),
+    ("serial.bad_character", "keep"),
+    ("serial.pacing", "false"),
+    ("serial.while_sending", "kept"),
     ("sf.split", "several"),
     ("sig.low_speed", "37"),
     ("sig.strobe", "required"),

@@ -1,0 +1,400 @@
+//! What the controller's texts are made of, part by part with its bytes: the fields of SF, the items of SU and
+//! SM, the records of EU, VR, CA and the alarm lists, the words of IO, the lines of a file. For people who
+//! compare two answers; nothing here refuses anything, and what cannot be told apart is one part.
+//! Reading for use is the decoders' business.
+
+use crate::reply::Reply;
+use crate::status::io;
+use crate::status::sf::SfLayout;
+use crate::status::sf::table::{SfKind, sf_fields};
+use crate::text::{CR, EOF, ETX, LF, MAX_DATA, STX};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::ops::Range;
+
+/// Longest piece that is shown as it is.
+const MAX_SHOWN: usize = 256;
+/// Longest content that is told apart line by line; behind it one part stands for the rest.
+const MAX_PARTS: usize = 4_096;
+/// What the first text of a file begins with.
+const FL: &[u8] = b"FL,";
+
+/// A part of an answer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// Stable name with dots, beginning with the command in lower case: `sf.servo`, `su.status`, `ca.TEST`.
+    pub key: String,
+    /// For people.
+    pub name: String,
+    /// Its bytes in the text given.
+    pub range: Range<usize>,
+    /// What they say.
+    pub value: String,
+}
+
+/// The parts of one text as it stood on the wire, framing included, which answered the command with these
+/// letters (empty when not known).
+#[must_use]
+pub fn parts(letters: &str, wire: &[u8]) -> Vec<Part> {
+    let start = usize::from(wire.first() == Some(&STX));
+    let end = match wire.iter().rposition(|byte| *byte == ETX) {
+        Some(end) if end >= start && end + 2 >= wire.len() => end,
+        _ => wire.len(),
+    };
+    let mut found = Parts(Vec::new());
+    if start > 0 {
+        found.add("text.stx", "STX", 0..start, "there".to_string());
+    }
+    let data = wire.get(start..end).unwrap_or_default();
+    match Reply::parse(data) {
+        Ok(Reply::Fl(_)) => found.file(letters, data, start),
+        Ok(_) => found.add("reply", "reply", start..end, shown(data)),
+        Err(_) => found.add("text.data", "data", start..end, shown(data)),
+    }
+    if end < wire.len() {
+        found.add(
+            "text.etx",
+            "ETX",
+            end..wire.len(),
+            shown(wire.get(end..).unwrap_or_default()),
+        );
+    }
+    found.0
+}
+
+/// Length in bytes on the wire, from STX through ETX, of the text that begins `wire`, where `letters` is the
+/// command it answers; none if more bytes are needed. The binary contents of SF and IO may hold ETX, so the
+/// lengths they can have are tried first (hosts SF).
+#[must_use]
+pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
+    let stx = usize::from(wire.first() == Some(&STX));
+    let prefix = wire.get(stx..).unwrap_or_default();
+    let first = wire.iter().position(|byte| *byte == ETX).map(|at| at + 1);
+    let lengths: &[usize] = match letters {
+        // Data bytes without CR behind EOF: six axes, eight axes.
+        "SF" => &[
+            FL.len() + SfLayout::Six.len() + 1,
+            FL.len() + SfLayout::Eight.len() + 1,
+        ],
+        "IO" => &[FL.len() + io::LENGTH + 1],
+        _ => return first,
+    };
+    let known = prefix.len().min(FL.len());
+    if prefix.get(..known) != FL.get(..known) {
+        return first;
+    }
+    let at = |data: usize| wire.get(stx + data).copied();
+    for &length in lengths {
+        if at(length.wrapping_sub(1)) == Some(EOF) {
+            if at(length) == Some(ETX) {
+                return Some(stx + length + 1);
+            }
+            if at(length) == Some(CR) && at(length + 1) == Some(ETX) {
+                return Some(stx + length + 2);
+            }
+        }
+    }
+    // The manual's first text of several (SF-02).
+    if letters == "SF" && at(MAX_DATA) == Some(ETX) {
+        return Some(stx + MAX_DATA + 1);
+    }
+    let longest = lengths.last().map_or(0, |length| stx + length + 2);
+    if wire.len() < longest { None } else { first }
+}
+
+struct Parts(Vec<Part>);
+
+impl Parts {
+    fn add(&mut self, key: &str, name: &str, range: Range<usize>, value: String) {
+        self.0.push(Part {
+            key: key.to_string(),
+            name: name.to_string(),
+            range,
+            value,
+        });
+    }
+
+    /// A text that begins `FL,`, which stands at `start` of the wire.
+    fn file(&mut self, letters: &str, data: &[u8], start: usize) {
+        let from = start + FL.len();
+        let rest = data.get(FL.len()..).unwrap_or_default();
+        let body = rest.strip_suffix(&[CR]).unwrap_or(rest);
+        let content = body.strip_suffix(&[EOF]).unwrap_or(rest);
+        let key = letters.to_ascii_lowercase();
+        match letters {
+            "SF" => self.system_status(content, from),
+            "IO" => self.words(content, from),
+            "SU" | "SM" => self.items(&key, content, from),
+            "" => self.lines("file", "line", content, from),
+            "UL" => self.lines("ul", "line", content, from),
+            _ => self.lines(&key, "record", content, from),
+        }
+        let end = from + content.len();
+        let tail = rest.get(content.len()..).unwrap_or_default();
+        self.add(
+            "text.end",
+            "end of the file",
+            end..start + data.len(),
+            shown(tail),
+        );
+    }
+
+    fn system_status(&mut self, content: &[u8], from: usize) {
+        let layout = [SfLayout::Six, SfLayout::Eight]
+            .into_iter()
+            .find(|layout| layout.len() >= content.len())
+            .unwrap_or(SfLayout::Eight);
+        let mut end = 0;
+        for field in sf_fields(layout) {
+            let range = field.offset..field.offset + field.size;
+            let Some(bytes) = content.get(range.clone()) else {
+                break;
+            };
+            end = range.end;
+            let (key, value) = (format!("sf.{}", field.key), field.kind.show(bytes));
+            self.add(&key, &field.name, from + range.start..from + range.end, value);
+        }
+        self.rest("sf.rest", content, end, from);
+    }
+
+    fn words(&mut self, content: &[u8], from: usize) {
+        let half = io::WORDS;
+        let mut end = 0;
+        for (index, pair) in content.chunks_exact(2).enumerate().take(2 * half) {
+            let (direction, number) = if index < half {
+                ("input", index + 1)
+            } else {
+                ("output", index + 1 - half)
+            };
+            let range = from + end..from + end + 2;
+            let (key, name) = (
+                format!("io.{direction}.{number}"),
+                format!("{direction} word {number}"),
+            );
+            self.add(&key, &name, range, SfKind::Lines("bit ", 0).show(pair));
+            end += 2;
+        }
+        self.rest("io.rest", content, end, from);
+    }
+
+    /// The items of SU and SM: records where there is a CR, else what stands between blanks in front of a label.
+    fn items(&mut self, key: &str, content: &[u8], from: usize) {
+        let separator = if content.contains(&CR) { CR } else { b' ' };
+        let mut at = from;
+        for (index, item) in content.split(|byte| *byte == separator).enumerate() {
+            let end = at + item.len();
+            let colon = item.iter().position(|byte| *byte == b':');
+            let label: &[u8] = match colon {
+                Some(colon) => item.get(..colon).unwrap_or_default(),
+                None if key == "sm" => item.get(..2).unwrap_or_default(),
+                None => &[],
+            };
+            let label = if label.is_empty() {
+                (index + 1).to_string()
+            } else {
+                String::from_utf8_lossy(label).into_owned()
+            };
+            if !(item.is_empty() && end == from + content.len()) {
+                let name = format!("{} {label}", key.to_ascii_uppercase());
+                self.add(
+                    &format!("{key}.{}", label.to_ascii_lowercase()),
+                    &name,
+                    at..end,
+                    shown(item),
+                );
+            }
+            at = end + 1;
+        }
+    }
+
+    /// Lines or records by their number; files of CA by their name.
+    fn lines(&mut self, key: &str, word: &str, content: &[u8], from: usize) {
+        let mut at = 0;
+        let mut number = 0;
+        while at < content.len() && number < MAX_PARTS {
+            number += 1;
+            let rest = content.get(at..).unwrap_or_default();
+            let end = rest.iter().position(|byte| matches!(*byte, CR | LF));
+            let line = rest.get(..end.unwrap_or(rest.len())).unwrap_or_default();
+            let name = match key {
+                "ca" => String::from_utf8_lossy(line.split(|byte| *byte == b' ').next().unwrap_or_default())
+                    .into_owned(),
+                _ => number.to_string(),
+            };
+            let length = (line.len() + 1).min(rest.len());
+            let range = from + at..from + at + length;
+            let whole = rest.get(..length).unwrap_or_default();
+            match key {
+                "eu" if number > 1 => self.entry(number - 1, line, range),
+                "eu" => self.add("eu.count", "number of entries", range, shown(whole)),
+                _ => self.add(
+                    &format!("{key}.{name}"),
+                    &format!("{word} {name}"),
+                    range,
+                    shown(whole),
+                ),
+            }
+            at += length;
+        }
+        self.rest(&format!("{key}.rest"), content, at, from);
+    }
+
+    /// An entry of EU: its alarm and its date.
+    fn entry(&mut self, number: usize, line: &[u8], range: Range<usize>) {
+        let blank = line.iter().position(|byte| *byte == b' ').unwrap_or(line.len());
+        let (alarm, date) = line.split_at(blank);
+        let middle = range.start + blank;
+        self.add(
+            &format!("eu.{number}.alarm"),
+            &format!("entry {number}, alarm"),
+            range.start..middle,
+            shown(alarm),
+        );
+        self.add(
+            &format!("eu.{number}.date"),
+            &format!("entry {number}, date"),
+            middle..range.end,
+            shown(date.strip_prefix(b" ").unwrap_or(date)),
+        );
+    }
+
+    fn rest(&mut self, key: &str, content: &[u8], at: usize, from: usize) {
+        if at < content.len() {
+            let range = from + at..from + content.len();
+            self.add(
+                key,
+                "the rest",
+                range,
+                shown(content.get(at..).unwrap_or_default()),
+            );
+        }
+    }
+}
+
+fn shown(bytes: &[u8]) -> String {
+    let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
+    let more = if cut.len() < bytes.len() { "..." } else { "" };
+    format!("`{}`{more}", cut.escape_ascii())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::sf::SystemStatus;
+    use crate::text::encode_text;
+    use crate::text::{Checksum, Framing};
+    use alloc::vec;
+
+    fn file(content: &[u8], ending: &[u8], framing: Framing) -> Vec<u8> {
+        encode_text(&[FL, content, ending].concat(), framing, Checksum::None)
+    }
+
+    fn values(letters: &str, wire: &[u8]) -> Vec<(String, String)> {
+        parts(letters, wire)
+            .into_iter()
+            .map(|part| (part.key, part.value))
+            .collect()
+    }
+
+    #[test]
+    fn parts_cover_the_text_without_overlap() {
+        let contents: [(&str, Vec<u8>); 8] = [
+            ("SF", SystemStatus::default().encode(SfLayout::Eight)),
+            (
+                "SU",
+                b"MODE:external(ethernet)/cycle FILE:TEST OVRD:100% LSPEED:100% MACHINE:free STATUS:running"
+                    .to_vec(),
+            ),
+            (
+                "EU",
+                b"2\r002-046 14-02-06 00:00:01\r008-201 14-02-06 00:00:00\r".to_vec(),
+            ),
+            ("CA", b"TEST 19\rUSER.PAR 6\r".to_vec()),
+            ("UL", b"PROGRAM A\nEND\n".to_vec()),
+            ("IO", vec![3; io::LENGTH]),
+            ("XX", b"anything".to_vec()),
+            ("", b"".to_vec()),
+        ];
+        for (letters, content) in contents {
+            for framing in [Framing::Stx, Framing::Bare] {
+                let wire = file(&content, &[EOF], framing);
+                let mut covered = vec![0; wire.len()];
+                for part in parts(letters, &wire) {
+                    covered[part.range].iter_mut().for_each(|count| *count += 1);
+                }
+                let blanks_and_prefix = covered.iter().filter(|count| **count == 0).count();
+                let separators = if letters == "SU" { 5 } else { 0 };
+                assert_eq!(blanks_and_prefix, FL.len() + separators, "{letters}");
+                assert!(covered.iter().all(|count| *count <= 1), "{letters}");
+            }
+        }
+    }
+
+    #[test]
+    fn items_records_and_files_have_their_names() {
+        let su = file(b"MODE:teaching/cycle FILE:T OVRD:50%", &[EOF], Framing::Stx);
+        let found = values("SU", &su);
+        assert!(
+            found.contains(&("su.ovrd".to_string(), "`OVRD:50%`".to_string())),
+            "{found:?}"
+        );
+        let su = file(
+            b"MODE:teaching/cycle\rFILE:T\rOVRD:50%\r\rMACHINE:free\r",
+            &[EOF],
+            Framing::Bare,
+        );
+        let found = values("SU", &su);
+        assert!(
+            found.contains(&("su.machine".to_string(), "`MACHINE:free`".to_string())),
+            "{found:?}"
+        );
+        let eu = file(b"1\r002-046 14-02-06 00:00:01\r", &[EOF], Framing::Stx);
+        let found = values("EU", &eu);
+        assert!(
+            found.contains(&("eu.1.date".to_string(), "`14-02-06 00:00:01`".to_string())),
+            "{found:?}"
+        );
+        assert!(
+            found.contains(&("eu.1.alarm".to_string(), "`002-046`".to_string())),
+            "{found:?}"
+        );
+        let ca = file(b"TEST 19\r", &[EOF], Framing::Stx);
+        assert!(values("CA", &ca).contains(&("ca.TEST".to_string(), "`TEST 19\\r`".to_string())));
+        assert_eq!(
+            values("SO", b"\x02NG\r\x03")[1],
+            ("reply".to_string(), "`NG\\r`".to_string())
+        );
+    }
+
+    #[test]
+    fn binary_texts_are_cut_by_length_and_others_by_etx() {
+        let body = |layout: SfLayout| {
+            let mut content = SystemStatus::default().encode(layout);
+            content[52] = ETX;
+            content[60] = EOF;
+            content[61] = ETX;
+            content
+        };
+        for framing in [Framing::Stx, Framing::Bare] {
+            for (content, ending) in [
+                (body(SfLayout::Eight), &[EOF][..]),
+                (body(SfLayout::Six), &[EOF, CR]),
+                (body(SfLayout::Six), &[EOF]),
+            ] {
+                let wire = file(&content, ending, framing);
+                let followed = [wire.as_slice(), b"\x02SP\r\x03"].concat();
+                assert_eq!(text_length("SF", &followed), Some(wire.len()));
+                assert_eq!(text_length("SF", &wire), Some(wire.len()));
+                assert_eq!(text_length("SF", &wire[..wire.len() - 1]), None);
+            }
+            let wire = file(&[ETX; io::LENGTH], &[EOF], framing);
+            assert_eq!(text_length("IO", &wire), Some(wire.len()));
+            assert_eq!(text_length("IO", &wire[..50]), None);
+        }
+        assert_eq!(text_length("SF", b"\x02NG\r\x03"), Some(5));
+        assert_eq!(text_length("SO", b"OK\r\x03SP"), Some(4));
+        assert_eq!(text_length("SO", b"\x02OK\r"), None);
+        assert_eq!(text_length("SF", b""), None);
+    }
+}

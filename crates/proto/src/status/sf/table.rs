@@ -1,0 +1,307 @@
+//! Where each field of SF stands and what its bytes say to people (sf-layout, SF-04 to SF-46): for transcripts,
+//! differences and dissectors, which tell bytes apart one by one. Reading the whole is [`super::SystemStatus`]'s.
+
+use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_of_word};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+
+/// How the bytes of a field are read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SfKind {
+    /// A number of one, two or four bytes, and what its values mean from 0 on; none: the number itself.
+    Code(&'static [&'static str]),
+    /// The word of a current alarm.
+    Alarm,
+    /// A mask of lines: prefix and number of the line in bit 0.
+    Lines(&'static str, u16),
+    /// Minutes.
+    Minutes,
+    /// A single float.
+    Float,
+    /// ASCII, filled with NUL.
+    Name,
+    /// Nothing.
+    Reserved,
+}
+
+/// A field of SF.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SfField {
+    /// Stable name, with dots: `servo`, `joint.1`.
+    pub key: String,
+    /// The manual's words.
+    pub name: String,
+    /// First byte in the content.
+    pub offset: usize,
+    /// Length in bytes.
+    pub size: usize,
+    /// How it is read.
+    pub kind: SfKind,
+}
+
+const SWITCH: SfKind = SfKind::Code(&["off", "on"]);
+const NUMBER: SfKind = SfKind::Code(&[]);
+
+/// Flags in front of the alarms: key, name, kind; one byte each.
+const HEAD: [(&str, &str, SfKind); 4] = [
+    ("servo", "servo power", SWITCH),
+    ("emergency-stop", "EMERGENCY stop switch", SWITCH),
+    (
+        "motion-status",
+        "motion status",
+        SfKind::Code(&["stop (reset)", "run", "stop (retry)", "stop (continue)"]),
+    ),
+    ("su-request", "SU command request", SWITCH),
+];
+
+/// Between the alarms and the lines: key, name, length in bytes, kind.
+const MIDDLE: [(&str, &str, usize, SfKind); 12] = [
+    ("execution-line", "program execution line", 2, NUMBER),
+    ("analysis-line", "program analysis line", 2, NUMBER),
+    ("execution-task", "program execution task", 2, NUMBER),
+    ("analysis-task", "program analysis task", 2, NUMBER),
+    ("feed-hold", "feed hold", 2, SWITCH),
+    (
+        "guide-coordinate",
+        "guidance coordinate system",
+        2,
+        SfKind::Code(&["joint", "tool", "work", "world"]),
+    ),
+    (
+        "guide-rate",
+        "guide rate",
+        2,
+        SfKind::Code(&["slow", "mid", "fast"]),
+    ),
+    (
+        "guide-mode",
+        "guide mode",
+        2,
+        SfKind::Code(&["jog", "inching", "free"]),
+    ),
+    (
+        "master-mode",
+        "master mode",
+        2,
+        SfKind::Code(&["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"]),
+    ),
+    ("dummy", "dummy", 2, SfKind::Reserved),
+    ("power-on-time", "power ON time", 4, SfKind::Minutes),
+    ("run-time", "program run time", 4, SfKind::Minutes),
+];
+
+/// Words of lines of one direction: key, name, number of the line in bit 0.
+const WORDS: [(&str, &str, u16); 12] = [
+    ("general.1", "general", 1),
+    ("general.2", "general", 17),
+    ("general.3", "general", 33),
+    ("general.4", "general", 49),
+    ("extension.1", "extension", 101),
+    ("extension.2", "extension", 117),
+    ("extension.3", "extension", 133),
+    ("extension.4", "extension", 149),
+    ("system.1", "system", 201),
+    ("system.2", "system", 217),
+    ("system.3", "system", 233),
+    ("system.4", "system", 249),
+];
+/// Reserved words behind them.
+const RESERVED_WORDS: usize = 4;
+/// Letters of the values of a position (default reading of sf-layout).
+const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
+
+/// The fields in the order of their bytes; together they cover the content.
+#[must_use]
+pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
+    let mut table = Table(Vec::new());
+    for (key, name, kind) in HEAD {
+        table.add(key.to_string(), name.to_string(), 1, kind);
+    }
+    for slot in 1..=ALARM_SLOTS {
+        table.add(
+            format!("alarm.{slot}"),
+            format!("current alarm {slot}"),
+            2,
+            SfKind::Alarm,
+        );
+    }
+    for (key, name, size, kind) in MIDDLE {
+        table.add(key.to_string(), name.to_string(), size, kind);
+    }
+    for (direction, prefix) in [("input", "Din"), ("output", "Dout")] {
+        for (key, name, first) in WORDS {
+            let last = first + 15;
+            table.add(
+                format!("{direction}.{key}"),
+                format!("{name} {direction} {prefix}{first}-{last}"),
+                2,
+                SfKind::Lines(prefix, first),
+            );
+        }
+        for number in 1..=RESERVED_WORDS {
+            table.add(
+                format!("{direction}.reserved.{number}"),
+                format!("reserved {direction} word {number}"),
+                2,
+                SfKind::Reserved,
+            );
+        }
+    }
+    for group in ["joint", "world", "work"] {
+        for axis in 1..=layout.axes() {
+            let letter = LETTERS.get(axis - 1).copied().unwrap_or_default();
+            let name = if group == "joint" {
+                format!("joint coordinate {axis}")
+            } else {
+                format!("{group} coordinate {letter}")
+            };
+            table.add(format!("{group}.{axis}"), name, 4, SfKind::Float);
+        }
+    }
+    for name in ["work", "tool", "base"] {
+        table.add(
+            format!("name.{name}"),
+            format!("{name} coordinate name"),
+            NAME_LENGTH,
+            SfKind::Name,
+        );
+    }
+    let left = layout.len().saturating_sub(table.end());
+    if left > 0 {
+        table.add(
+            "reserved".to_string(),
+            "reserved".to_string(),
+            left,
+            SfKind::Reserved,
+        );
+    }
+    table.0
+}
+
+struct Table(Vec<SfField>);
+
+impl Table {
+    fn end(&self) -> usize {
+        self.0.last().map_or(0, |field| field.offset + field.size)
+    }
+
+    fn add(&mut self, key: String, name: String, size: usize, kind: SfKind) {
+        let offset = self.end();
+        self.0.push(SfField {
+            key,
+            name,
+            offset,
+            size,
+            kind,
+        });
+    }
+}
+
+impl SfKind {
+    /// What these bytes of a field say. Bytes of a length the kind does not have are shown as they are.
+    #[must_use]
+    pub fn show(self, bytes: &[u8]) -> String {
+        let number = match *bytes {
+            [byte] => u32::from(byte),
+            [high, low] => u32::from(u16::from_be_bytes([high, low])),
+            [a, b, c, d] => u32::from_be_bytes([a, b, c, d]),
+            _ if self == SfKind::Name => return name(bytes),
+            _ => return format!("`{}`", bytes.escape_ascii()),
+        };
+        let word = u16::try_from(number).unwrap_or(NO_ALARM);
+        match self {
+            SfKind::Code(words) => match usize::try_from(number).ok().and_then(|code| words.get(code)) {
+                Some(word) => format!("{number} ({word})"),
+                None => number.to_string(),
+            },
+            SfKind::Alarm => match alarm_of_word(word) {
+                Some((level, code)) => format!("{word} ({}-{code:03})", level.number()),
+                None => format!("{word} (none)"),
+            },
+            SfKind::Lines(prefix, first) => {
+                let lines: Vec<String> = (0..16)
+                    .filter(|bit| word & (1 << bit) != 0)
+                    .map(|bit| format!("{prefix}{}", first + bit))
+                    .collect();
+                format!(
+                    "{word:04X} ({})",
+                    if lines.is_empty() {
+                        "all off".to_string()
+                    } else {
+                        lines.join(" ")
+                    }
+                )
+            }
+            SfKind::Minutes => format!("{number} min"),
+            SfKind::Float => format!("{}", f32::from_bits(number)),
+            SfKind::Name => name(bytes),
+            SfKind::Reserved => format!("{number}"),
+        }
+    }
+}
+
+fn name(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
+    let (name, rest) = bytes.split_at(end);
+    if rest.iter().all(|byte| *byte == 0) {
+        format!("`{}`", name.escape_ascii())
+    } else {
+        format!("`{}`", bytes.escape_ascii())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::status::sf::SystemStatus;
+
+    #[test]
+    fn the_fields_cover_either_layout_without_a_gap() {
+        for layout in [SfLayout::Eight, SfLayout::Six] {
+            let fields = sf_fields(layout);
+            let mut end = 0;
+            for field in &fields {
+                assert_eq!(field.offset, end, "{}", field.key);
+                end += field.size;
+            }
+            assert_eq!(end, layout.len());
+        }
+    }
+
+    #[test]
+    fn offsets_are_those_of_the_encoder() {
+        let mut status = SystemStatus {
+            servo: true,
+            master_mode: 3,
+            power_on_minutes: 77,
+            work_name: "W".to_string(),
+            alarms: alloc::vec![512],
+            ..SystemStatus::default()
+        };
+        status.inputs[0] = 5;
+        status.outputs[11] = 0x8000;
+        status.joint[1] = 12.5;
+        status.world[0] = -1.5;
+        for layout in [SfLayout::Eight, SfLayout::Six] {
+            let content = status.encode(layout);
+            let shown = |key: &str| {
+                let fields = sf_fields(layout);
+                let field = fields.iter().find(|field| field.key == key).unwrap();
+                field.kind.show(&content[field.offset..field.offset + field.size])
+            };
+            assert_eq!(shown("servo"), "1 (on)");
+            assert_eq!(shown("motion-status"), "0 (stop (reset))");
+            assert_eq!(shown("master-mode"), "3 (EXT (HOST))");
+            assert_eq!(shown("power-on-time"), "77 min");
+            assert_eq!(shown("alarm.1"), "512 (2-001)");
+            assert_eq!(shown("alarm.2"), "65535 (none)");
+            assert_eq!(shown("input.general.1"), "0005 (Din1 Din3)");
+            assert_eq!(shown("output.system.4"), "8000 (Dout264)");
+            assert_eq!(shown("output.system.3"), "0000 (all off)");
+            assert_eq!(shown("joint.2"), "12.5");
+            assert_eq!(shown("world.1"), "-1.5");
+            assert_eq!(shown("name.work"), "`W`");
+        }
+    }
+}
