@@ -64,7 +64,11 @@ fn first<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
     if above.is_empty() { below } else { above }
 }
 
-fn percent(text: &str) -> Result<f64, String> {
+/// A number of percent.
+///
+/// # Errors
+/// What was expected and found.
+pub fn percent(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     number
         .filter(|number| (0.0..=100.0).contains(number))

@@ -9,7 +9,7 @@ pub mod model;
 mod options;
 
 pub use args::ServeArgs;
-pub use evidence::EvidenceArgs;
+pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 

@@ -1,7 +1,7 @@
 //! Lines of the user files executed, in the tracefile format of lcov that `genhtml` and coverage services read.
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
-use super::reports::{ReportError, write as write_file};
+use super::reports::{ReportError, Reports};
 use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,7 @@ pub fn write(
         let _ = writeln!(trace, "SF:{}", source.display());
         trace.push_str(&record);
     }
-    write_file(path, &trace)
+    Reports::write(path, &trace)
 }
 
 /// What the tracefile says of one content of a file, but for its name; `None` for one that is no program.
@@ -92,6 +92,6 @@ fn beside(trace: &Path, version: &Version) -> Result<PathBuf, ReportError> {
     };
     let path = directory.join(name);
     let text = String::from_utf8_lossy(&version.content);
-    write_file(&path, &text.replace("\r\n", "\n").replace('\r', "\n"))?;
+    Reports::write(&path, &text.replace("\r\n", "\n").replace('\r', "\n"))?;
     Ok(path)
 }

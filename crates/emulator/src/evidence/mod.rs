@@ -12,7 +12,9 @@ mod sarif;
 
 pub use coverage::CoverageReport;
 pub use findings::FindingsView;
-pub use reports::{Deny, Ending, FindingsFormat, ReportError, Reports};
+pub use reports::{
+    BELOW_COVERAGE, DENIED, Deny, Ending, FindingsFormat, ReportError, Reports, coverage_text,
+};
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::options::Config;

@@ -140,7 +140,7 @@ impl Reports {
     pub fn prepare(&self) -> Result<(), ReportError> {
         let findings = self.findings.iter().map(|(path, _)| path);
         let paths = findings.chain(&self.coverage).chain(&self.lcov);
-        paths.into_iter().try_for_each(|path| write(path, ""))
+        paths.into_iter().try_for_each(|path| Reports::write(path, ""))
     }
 
     /// Writes them all. `loaded` are the files of the PC that were put on the RAM drive.
@@ -155,11 +155,11 @@ impl Reports {
     ) -> Result<Ending, ReportError> {
         let findings = evidence.findings();
         for (path, format) in &self.findings {
-            write(path, &self.findings_text(&findings, *format))?;
+            Reports::write(path, &self.findings_text(&findings, *format))?;
         }
         let coverage = evidence.coverage(config);
         for path in &self.coverage {
-            write(path, &coverage_text(&coverage, path))?;
+            Reports::write(path, &coverage_text(&coverage, path))?;
         }
         if let Some(path) = &self.lcov {
             lcov::write(path, &evidence.executed(), config, loaded)?;
@@ -171,6 +171,17 @@ impl Reports {
         Ok(Ending {
             denied: denied.map(|(rule, tally)| (rule, tally.count)).collect(),
             below: below.map(|least| (reached, least)),
+        })
+    }
+
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(path: &Path, text: &str) -> Result<(), ReportError> {
+        std::fs::write(path, text).map_err(|source| ReportError {
+            path: path.to_path_buf(),
+            source,
         })
     }
 
@@ -197,12 +208,4 @@ fn pretty(document: &impl serde::Serialize) -> String {
     let mut text = serde_json::to_string_pretty(document).unwrap_or_default();
     text.push('\n');
     text
-}
-
-/// Writes a whole file.
-pub(crate) fn write(path: &Path, text: &str) -> Result<(), ReportError> {
-    std::fs::write(path, text).map_err(|source| ReportError {
-        path: path.to_path_buf(),
-        source,
-    })
 }
