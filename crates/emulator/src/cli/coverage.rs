@@ -63,14 +63,14 @@ fn merge(args: &MergeArgs) -> anyhow::Result<u8> {
     let mut stdout = std::io::stdout().lock();
     writeln!(
         stdout,
-        "{} % ({} of {} cells)",
+        "{:.1} % ({} of {} cells)",
         merged.percent, merged.reached, merged.reachable
     )
     .context("cannot write to stdout")?;
     let below = args.min_coverage.is_some_and(|least| merged.percent < least);
     if let (true, Some(least)) = (below, args.min_coverage) {
         eprintln!(
-            "ts3100: coverage {} %, at least {least} % expected",
+            "ts3100: coverage {:.1} %, at least {least} % expected",
             merged.percent
         );
     }

@@ -76,7 +76,7 @@ fn say(ending: &Ending) {
     if let Some((reached, least)) = ending.below {
         error!(
             event = "below-coverage",
-            reached, least, "coverage {reached} %, at least {least} % expected"
+            reached, least, "coverage {reached:.1} %, at least {least} % expected"
         );
     }
 }
