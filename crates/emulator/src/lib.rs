@@ -9,6 +9,7 @@ pub mod embed;
 pub mod evidence;
 pub mod headless;
 pub mod hub;
+pub mod line;
 pub mod link;
 pub mod loading;
 pub mod log;

@@ -5,10 +5,13 @@ use crate::request::Number;
 
 /// What one place holds: a number itself, anything else by its number among the vectors of the memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "Held", into = "Held"))]
 pub(crate) struct Cell(u64);
 
 /// The same, taken apart.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) enum Held {
     Nothing,
     Integer(i32),
@@ -112,6 +115,25 @@ impl Cell {
             (Held::Real(a), Held::Integer(b)) => Pair::Reals(a, b as f32),
             _ => Pair::Other,
         }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Held> for Cell {
+    fn from(held: Held) -> Self {
+        match held {
+            Held::Nothing => Cell::EMPTY,
+            Held::Integer(value) => Cell::integer(value),
+            Held::Real(value) => Cell::real(value),
+            Held::Vector(at) => Cell::vector(at),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Cell> for Held {
+    fn from(cell: Cell) -> Self {
+        cell.held()
     }
 }
 

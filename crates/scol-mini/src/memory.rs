@@ -3,6 +3,8 @@
 //! Who may read or write them over the protocol, and in which form, is left to the controller.
 
 mod locals;
+#[cfg(feature = "serde")]
+pub(crate) mod snapshot;
 
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};

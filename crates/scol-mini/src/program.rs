@@ -14,6 +14,8 @@ use crate::value::{Kind, Value};
 /// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
+    /// Tells it from the programs of other sources and options.
+    pub(crate) fingerprint: u64,
     pub(crate) options: LanguageOptions,
     pub(crate) symbols: Arc<Symbols>,
     pub(crate) blocks: Vec<Entry>,
@@ -188,11 +190,36 @@ pub(crate) fn flat_length(bounds: &[u32]) -> usize {
     })
 }
 
+/// FNV-1a over a source and its options, on top of another fingerprint.
+pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0100_0000_01b3;
+    let LanguageOptions {
+        arm,
+        sticky_work,
+        int_division,
+        data_copy,
+    } = *options;
+    let switches = [
+        u8::from(arm == crate::Arm::Scara),
+        u8::from(sticky_work),
+        u8::from(int_division == crate::IntDivision::Real),
+        u8::from(data_copy),
+    ];
+    let bytes = base
+        .to_le_bytes()
+        .into_iter()
+        .chain(switches)
+        .chain(source.bytes());
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+}
+
 impl Program {
     /// A program without blocks, variables and steps: what a statement is executed in when no file is selected.
     #[must_use]
     pub fn empty(options: &LanguageOptions) -> Arc<Program> {
         Arc::new(Program {
+            fingerprint: fingerprint(0, "", options),
             options: *options,
             symbols: Arc::default(),
             blocks: Vec::new(),
@@ -200,6 +227,12 @@ impl Program {
             code: Code::default(),
             rcycle: None,
         })
+    }
+
+    /// A number that tells this program from those of other sources and options.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
     }
 
     /// The options it was compiled with.

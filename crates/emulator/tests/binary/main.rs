@@ -11,6 +11,8 @@ mod client;
 mod evidence;
 mod extensions;
 mod headless;
+#[cfg(unix)]
+mod serial;
 mod serve;
 mod support;
 mod tools;

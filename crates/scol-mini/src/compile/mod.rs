@@ -18,7 +18,7 @@ use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::options::LanguageOptions;
 use crate::parser::parse_file;
-use crate::program::{Entry, Program, Symbols};
+use crate::program::{Entry, Program, Symbols, fingerprint};
 use crate::sink::Sink;
 use crate::tree::Name;
 
@@ -55,7 +55,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     }
     let mut file = parse_file(source, options, sink);
     let mut symbols = Symbols::default();
-    declare::globals(&file, options, &mut symbols, sink);
+    declare::globals(&mut file, options, &mut symbols, sink);
     declare::data(&file, options, &mut symbols, sink);
     let signatures: Vec<Signature> = file
         .blocks
@@ -86,6 +86,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     symbols.place();
     let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
+        fingerprint: fingerprint(0, source, options),
         options: *options,
         symbols: Arc::new(symbols),
         code,

@@ -13,6 +13,8 @@ mod monitor;
 mod place;
 mod print;
 mod quick;
+#[cfg(feature = "serde")]
+pub(crate) mod snapshot;
 #[cfg(test)]
 mod tests;
 
@@ -85,6 +87,7 @@ pub struct Machine {
 }
 
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum State {
     /// Before a step.
     Ready,
@@ -100,6 +103,7 @@ enum State {
 
 /// A request and where its numbers go.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Pending {
     request: Request,
     targets: Vec<Place>,
@@ -107,6 +111,7 @@ struct Pending {
 
 /// A program that was called, the main program first.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Frame {
     return_to: usize,
     /// Where its part of the arguments begins.
@@ -117,6 +122,7 @@ struct Frame {
 
 /// A FOR under way: its step, the one behind its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Loop {
     opener: usize,
     exit: usize,

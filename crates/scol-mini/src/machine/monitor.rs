@@ -14,11 +14,12 @@ use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Monitor {
     /// Its step.
-    on: usize,
+    pub(super) on: usize,
     /// How many programs were called when it was executed; a jump goes back to there.
-    depth: usize,
+    pub(super) depth: usize,
     /// What its condition was when it was last looked at.
     was: bool,
 }

@@ -15,6 +15,7 @@ use crate::value::Value;
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Place {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
@@ -24,6 +25,7 @@ pub(super) enum Place {
 
 /// What a parameter stands for.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Argument {
     /// The caller's variable.
     Place(Place),

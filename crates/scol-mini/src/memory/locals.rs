@@ -15,13 +15,14 @@ const DIRECT: u16 = 0;
 
 /// The variables of the programs as one task has them.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Locals {
     pub(super) cells: Vec<Cell>,
     pub(super) kinds: Vec<Option<Kind>>,
 }
 
 /// Slots and cells of the variables of the programs.
-fn extent(slots: &[Slot], variables: usize) -> (usize, Range<usize>) {
+pub(super) fn extent(slots: &[Slot], variables: usize) -> (usize, Range<usize>) {
     let first = slots.partition_point(|slot| slot.owner != Owner::Local);
     let base = slots.get(first).map_or(variables, |slot| slot.base);
     (first, base.min(variables)..variables)

@@ -96,3 +96,11 @@ fn the_quick_form_does_what_the_steps_do() {
     }
     assert!(quick > 400, "only {quick} instructions");
 }
+
+#[cfg(feature = "serde")]
+#[test]
+fn a_memory_that_was_restored_has_the_cells_of_the_quick_form() {
+    let (machine, mut memory) = start("PROGRAM M\nI = 1\nJ = I * 7 + 2\nEND\n");
+    let mut restored = Memory::restore(&machine.program, memory.state(&machine.program)).unwrap();
+    assert_eq!(restored.registers(), memory.registers());
+}
