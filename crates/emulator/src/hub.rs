@@ -3,6 +3,7 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::evidence::Evidence;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
@@ -16,8 +17,9 @@ use std::pin::pin;
 use tokio::sync::mpsc;
 use tracing::{error, info};
 use ts3100_controller::Controller;
+use ts3100_controller::findings::Rule;
 use ts3100_controller::input::{Input, Panel};
-use ts3100_controller::output::Output;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
@@ -89,6 +91,7 @@ pub struct Hub {
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
     tape: Tape,
+    evidence: Evidence,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -113,9 +116,12 @@ impl Hub {
             actions,
             watch: None,
             tape,
+            evidence: Evidence::default(),
             ports: BTreeMap::new(),
             demo: powered.demo,
         };
+        hub.evidence.begin(&hub.controller);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
         if settings.servo_on {
@@ -130,6 +136,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// The record of this run.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.evidence.clone()
     }
 
     /// Where the serial lines are.
@@ -223,13 +235,25 @@ impl Hub {
         self.tape.input(at, &input, by);
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
+            if self.is_idle_judgement(&output) {
+                continue;
+            }
             self.tape.output(at, &output);
+            self.evidence.take(&output);
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {
                 feeder.put(output);
             }
         }
+    }
+
+    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    fn is_idle_judgement(&self, output: &Output) -> bool {
+        let Output::Event(Event::Finding { rule, .. }) = output else {
+            return false;
+        };
+        !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

@@ -9,6 +9,7 @@ use std::fmt::{self, Write as _};
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, error, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
+use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
@@ -112,7 +113,22 @@ impl EventLog {
                     "{port}: {command} refused: {reason}"
                 );
             }
-            Event::Finding { rule, port, message } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Finding {
+                rule, port, message, ..
+            } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+                ..
+            } => {
+                let (port, mode) = (port.name(), mode.words());
+                debug!(
+                    event = "answered",
+                    t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
+                );
+            }
             Event::Alarm { number, text } => {
                 warn!(event = "alarm", t, number, text, "alarm {number} {text}");
             }
@@ -154,15 +170,23 @@ impl EventLog {
 
     fn finding(&mut self, t: &str, rule: &'static str, port: Option<&str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
-        if self.found.insert(rule) {
-            info!(
-                event = "finding",
-                t, rule, port, "{place}finding {rule}: {message}"
-            );
-        } else {
+        let known = Rule::by_id(rule);
+        let severity = known.map_or("", |rule| rule.severity.word());
+        let remedy = known.map_or("", |rule| rule.remedy);
+        if !self.found.insert(rule) {
             debug!(
                 event = "finding",
-                t, rule, port, "{place}finding {rule}: {message}"
+                t, rule, severity, port, "{place}finding {rule}: {message}"
+            );
+        } else if known.is_some_and(|rule| rule.severity > Severity::Note) {
+            warn!(
+                event = "finding",
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
+            );
+        } else {
+            info!(
+                event = "finding",
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
             );
         }
     }
