@@ -247,6 +247,28 @@ fn a_terminal_nobody_has_set_is_set_as_the_robot_is() {
 }
 
 #[test]
+fn what_a_host_has_set_is_undone_behind_it() {
+    let directory = Directory::new();
+    let _robot = directory.robot().start().unwrap();
+    let mut host = open(&directory.at("host"), 19_200);
+    host.set_stop_bits(serialport::StopBits::Two).unwrap();
+    drop(host);
+    let until = Instant::now() + LIMIT;
+    loop {
+        let termios = rustix::termios::tcgetattr(File::open(directory.at("host")).unwrap()).unwrap();
+        let two = termios
+            .control_modes
+            .contains(rustix::termios::ControlModes::CSTOPB);
+        if termios.output_speed() == 9_600 && !two {
+            return;
+        }
+        assert!(Instant::now() < until, "{termios:?}");
+        // Each look is a host for the robot, which has to see it go.
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
 fn characters_take_their_time_unless_told_not_to() {
     let directory = Directory::new();
     let ask = |paced: &str| {
