@@ -402,6 +402,41 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
 }
 
 #[test]
+fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
+    let settings = with(PICK);
+    let clean = day(&settings, Duration::ZERO);
+    // An SP that the emulator does not send, in front of an answer that differs.
+    let mut recording = clean.clone();
+    let at = answers_to(&recording, b"SO")[0];
+    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
+    let mut sp = recording.records[at].clone();
+    sp.what = What::FromRobot {
+        line: Line::first(Port::Ip0),
+        bytes: b"\x02SP\r\x03".to_vec(),
+    };
+    recording.records.insert(at, sp);
+    recording.lines.insert(at, at);
+    let report = compared(&recording, &settings, &Tolerance::default());
+    let [first, second] = report.differences.as_slice() else {
+        panic!("{report:?}");
+    };
+    assert!(matches!(first.kind, Kind::Missing { .. }), "{first:?}");
+    assert_eq!(only_part(second).0, "reply");
+    // An answer that only the emulator gives, and the next one differs.
+    let mut recording = clean;
+    *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
+    let ca = answers_to(&recording, b"CA")[0];
+    recording.records.remove(ca);
+    recording.lines.remove(ca);
+    let report = compared(&recording, &settings, &Tolerance::default());
+    let [first, second] = report.differences.as_slice() else {
+        panic!("{report:?}");
+    };
+    assert!(matches!(first.kind, Kind::Surplus { .. }), "{first:?}");
+    assert_eq!(only_part(second).0, "reply");
+}
+
+#[test]
 fn a_program_that_prints_more_or_less_is_told() {
     let prints = |words: &[&str]| {
         let lines: Vec<String> = words
