@@ -569,6 +569,34 @@ fn a_second_host_is_compared_too() {
 }
 
 #[test]
+fn the_cable_of_a_serial_port_stays_in_when_the_power_is_cycled() {
+    let settings = with(PICK);
+    let mut real = Real::new(&settings);
+    real.connect(Port::Host);
+    real.connect(Port::Ip0);
+    real.send(Port::Host, b"\x02SU\r\x03");
+    real.pass(SECOND);
+    real.send(Port::Host, b"\x02OK\r\x03");
+    real.panel(Panel::PowerCycle);
+    let (port, peer) = (Port::Host, "serial".to_owned());
+    real.feed(Input::Connected { port, peer }, Party::Robot);
+    real.send(Port::Host, b"\x02SU\r\x03");
+    real.pass(SECOND);
+    let answers = real
+        .recording
+        .records
+        .iter()
+        .filter(|record| matches!(&record.what, What::FromRobot { line, .. } if line.port == Port::Host));
+    assert!(answers.count() >= 2);
+    // The recorder of these tests ends IP1 as well, which was not there.
+    real.recording
+        .records
+        .retain(|record| !matches!(&record.what, What::Ended { line, .. } if line.port == Port::Ip1));
+    real.recording.lines.truncate(real.recording.records.len());
+    none(&compared(&real.recording, &settings, &Tolerance::default()));
+}
+
+#[test]
 fn recordings_of_anything_at_all_are_survived() {
     let settings = with(PICK);
     let clean = day(&settings, Duration::ZERO);
