@@ -432,7 +432,7 @@ const EXCHANGES: &[Case] = &[
         |r| {
             r.put(Input::LineFaults {
                 port: Port::Host,
-                count: 3,
+                bytes: vec![0; 3],
             });
         },
         |r| at_speed(r, 9_600),

@@ -1,12 +1,15 @@
-//! The command line `ts3100 serve | host | check | fmt | run | coverage`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | coverage`: reads it, runs one of them, says
+//! the exit code.
 
 mod check;
 mod coverage;
+mod diff;
 mod format;
 mod host;
 mod report;
 mod run;
 mod serve;
+mod tap;
 
 use crate::config::ServeArgs;
 use clap::{Parser, Subcommand};
@@ -28,6 +31,8 @@ enum Command {
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
     Coverage(coverage::CoverageArgs),
+    Tap(tap::TapArgs),
+    Diff(Box<diff::DiffArgs>),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -40,5 +45,7 @@ pub fn main() -> ExitCode {
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Coverage(args) => coverage::run(&args),
+        Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
     }
 }

@@ -18,6 +18,7 @@ pub use serial::ListenAt;
 use crate::clock::{self, TimeMode};
 use crate::evidence::Reports;
 use crate::line::SerialEnd;
+use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -64,6 +65,10 @@ pub struct Settings {
     pub record_lines: bool,
     /// What is reported at the end.
     pub reports: Reports,
+    /// Where transcripts go.
+    pub transcripts: Vec<TranscriptFile>,
+    /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
+    pub flags: Vec<String>,
 }
 
 impl Settings {
@@ -84,6 +89,8 @@ impl Settings {
             servo_on: false,
             record_lines: false,
             reports: Reports::default(),
+            transcripts: Vec::new(),
+            flags: Vec::new(),
         }
     }
 
@@ -141,9 +148,33 @@ impl Settings {
             servo_on: args.servo_on.unwrap_or(false),
             record_lines: args.evidence.lcov.is_some(),
             reports: args.evidence.reports(),
+            transcripts: args.transcript.clone(),
+            flags: controller_flags(args),
             ..defaults
         })
     }
+}
+
+/// The flags that make the controller, as `key=value`.
+fn controller_flags(args: &ServeArgs) -> Vec<String> {
+    fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
+        Some(value?.to_possible_value()?.get_name().to_owned())
+    }
+    let permissions = args.permissions.as_ref().map(|path| path.display().to_string());
+    let flags = [
+        ("dialect", word(args.dialect)),
+        ("model", args.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args.controller)),
+        ("key", word(args.key)),
+        ("control-right", word(args.control_right)),
+        ("permissions", permissions),
+    ];
+    let flags = flags
+        .into_iter()
+        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    flags
+        .chain(args.set.iter().map(|pair| format!("set={pair}")))
+        .collect()
 }
 
 #[cfg(test)]

@@ -216,7 +216,7 @@ impl Client {
                 Event::Settings(settings) => end.tell_settings(settings).await?,
                 Event::PurgeToRobot => end.tell(LineEvent::Purged).await?,
                 Event::PurgeToClient => self.held.clear(),
-                Event::Break => end.tell(LineEvent::Faults(1)).await?,
+                Event::Break => end.tell(LineEvent::Faults(vec![0])).await?,
                 Event::Suspended(suspended) => self.suspended = suspended,
             }
         }

@@ -11,6 +11,7 @@ mod client;
 mod evidence;
 mod extensions;
 mod headless;
+mod recordings;
 #[cfg(unix)]
 mod serial;
 mod serve;
