@@ -447,6 +447,26 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
 }
 
 #[test]
+fn a_host_hears_nothing_of_its_predecessors_answers_but_all_that_is_printed() {
+    let mut robot = usual();
+    robot.raw(Port::Host, &[frame(b"CA\r"), vec![b'x'; 200]].concat());
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    robot.advance_ms(100);
+    assert_eq!(robot.received(Port::Host), b"", "CA was the former host's");
+
+    let mut robot = usual();
+    robot.load("P", "PROGRAM P\nPRINT COM1, \"FOR THE NEXT ONE\", CR\nEND\n");
+    robot.panel(Panel::Servo(true));
+    robot.raw(Port::Com1, &[b'1'; 10]);
+    robot.disconnect(Port::Com1);
+    robot.connect(Port::Com1);
+    robot.panel(Panel::Start);
+    robot.advance_ms(100);
+    assert_eq!(robot.received(Port::Com1), b"FOR THE NEXT ONE\r");
+}
+
+#[test]
 fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
     let mut robot = usual();
     robot.raw(Port::Host, &[frame(b"SO\r"), frame(b"XX\r")].concat());

@@ -156,13 +156,22 @@ impl Controller {
         let Some(line) = self.lines.get_mut(&port) else {
             return;
         };
-        let (host, leaving) = (line.host, line.leaving.take());
+        let before = line.clone();
+        line.leaving = None;
         self.disconnected(port);
-        if let Some(next) = leaving.and_then(|leaving| leaving.next) {
-            self.connected(port, next);
-            self.line_opened(port, host);
-            self.hear_lines();
+        let Some(next) = before.leaving.and_then(|leaving| leaving.next) else {
+            return;
+        };
+        self.connected(port, next);
+        if let Some(line) = self.lines.get_mut(&port) {
+            // What a program has printed meanwhile is the next one's.
+            *line = Line {
+                leaving: None,
+                told: None,
+                ..before
+            };
         }
+        self.hear_lines();
     }
 
     fn heard(&mut self, port: Port, arrivals: Vec<Arrival>) {
@@ -254,7 +263,7 @@ impl Controller {
             self.push_output(Output::Send { port, bytes });
             return now;
         };
-        if line.leaving.is_some() {
+        if line.leaving.is_some() && self.sessions.contains_key(&port) {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }

@@ -37,6 +37,8 @@ impl Controller {
     pub(crate) fn peer_left(&mut self, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
+                line.outbound.cut();
+                line.sending = None;
                 line.leaving = Some(Leaving {
                     left: line.inbound.queued(),
                     next: None,

@@ -90,8 +90,8 @@ pub struct Hub {
     log: EventLog,
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
-    evidence: Evidence,
     tape: Tape,
+    evidence: Evidence,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -115,8 +115,8 @@ impl Hub {
             log: EventLog::default(),
             actions,
             watch: None,
-            evidence: Evidence::default(),
             tape,
+            evidence: Evidence::default(),
             ports: BTreeMap::new(),
             demo: powered.demo,
         };
@@ -225,6 +225,8 @@ impl Hub {
             self.step(now, input, by, &mut inputs).await;
             by = Party::Robot;
         }
+        // Not before: room for bytes that still wait here would be given away twice.
+        self.lines.grant(&self.controller);
         self.tape.flush();
     }
 
@@ -236,15 +238,14 @@ impl Hub {
             if self.is_idle_judgement(&output) {
                 continue;
             }
-            self.evidence.take(&output);
             self.tape.output(at, &output);
+            self.evidence.take(&output);
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {
                 feeder.put(output);
             }
         }
-        self.lines.grant(&self.controller);
     }
 
     /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.

@@ -432,7 +432,7 @@ const EXCHANGES: &[Case] = &[
         |r| {
             r.put(Input::LineFaults {
                 port: Port::Host,
-                bytes: vec![0; 3],
+                bytes: vec![0x41; 3],
             });
         },
         |r| at_speed(r, 9_600),

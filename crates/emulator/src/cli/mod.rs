@@ -30,9 +30,9 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
-    Coverage(coverage::CoverageArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
+    Coverage(coverage::CoverageArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -44,8 +44,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
-        Command::Coverage(args) => coverage::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Coverage(args) => coverage::run(&args),
     }
 }

@@ -61,14 +61,14 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
-    /// Lines of the user files executed are recorded, which makes programs slower.
-    pub record_lines: bool,
-    /// What is reported at the end.
-    pub reports: Reports,
     /// Where transcripts go.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
+    /// Lines of the user files executed are recorded, which makes programs slower.
+    pub record_lines: bool,
+    /// What is reported at the end.
+    pub reports: Reports,
 }
 
 impl Settings {
@@ -87,10 +87,10 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
-            record_lines: false,
-            reports: Reports::default(),
             transcripts: Vec::new(),
             flags: Vec::new(),
+            record_lines: false,
+            reports: Reports::default(),
         }
     }
 
@@ -146,10 +146,10 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
-            record_lines: args.evidence.lcov.is_some(),
-            reports: args.evidence.reports(),
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
+            record_lines: args.evidence.lcov.is_some(),
+            reports: args.evidence.reports(),
             ..defaults
         })
     }

@@ -6,7 +6,7 @@ mod connection;
 mod dial;
 mod listen;
 
-pub(crate) use connection::prepare;
+pub(crate) use connection::{has_closed, prepare};
 pub use listen::LinkError;
 pub(crate) use listen::bind;
 
