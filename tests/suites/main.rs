@@ -8,11 +8,13 @@
 )]
 
 mod courses;
+mod coverage;
 mod dialogue;
 mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod findings;
 mod four_axes;
 mod guiding;
 mod house;

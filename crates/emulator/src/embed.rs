@@ -14,6 +14,7 @@
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
+use crate::evidence::{CoverageReport, Evidence};
 use crate::hub::request::Request;
 use crate::hub::{Hub, StartError};
 use crate::line::SerialEnd;
@@ -26,6 +27,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::findings::Findings;
 use ts3100_controller::input::Panel;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
@@ -125,6 +127,13 @@ impl Builder {
         self
     }
 
+    /// Lines of the user files executed are recorded; see [`Emulator::evidence`].
+    #[must_use]
+    pub fn record_lines(mut self, on: bool) -> Builder {
+        self.settings.record_lines = on;
+        self
+    }
+
     /// Servo power at the start; off if not said.
     #[must_use]
     pub fn servo_on(mut self, on: bool) -> Builder {
@@ -158,6 +167,7 @@ impl Builder {
         let (feeder, watch) = watch();
         let settings = self.settings;
         let listen = settings.listen;
+        let controller = settings.controller.clone();
         let thread = std::thread::Builder::new()
             .name("ts3100".to_owned())
             .spawn(move || {
@@ -172,9 +182,12 @@ impl Builder {
                 match started {
                     Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
-                        let ports = hub.ports().clone();
+                        let (ports, evidence) = (hub.ports().clone(), hub.evidence());
                         let serial = hub.serial();
-                        if tell.send(Ok((ports, serial, control, requests))).is_ok() {
+                        if tell
+                            .send(Ok((ports, serial, control, requests, evidence)))
+                            .is_ok()
+                        {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -190,12 +203,14 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, control, requests))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 control,
                 requests,
+                evidence,
+                controller,
                 watch,
                 stop: Some(stop),
                 thread: Some(thread),
@@ -231,6 +246,8 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEnd>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
+    evidence: Evidence,
+    controller: Config,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -286,6 +303,24 @@ impl Emulator {
             .try_send(Request::Panel { panel, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
+    }
+
+    /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        self.evidence.findings()
+    }
+
+    /// Which cells of the permission tables the hosts have reached so far.
+    #[must_use]
+    pub fn coverage(&self) -> CoverageReport {
+        self.evidence.coverage(&self.controller)
+    }
+
+    /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
+    #[must_use]
+    pub fn evidence(&self) -> &Evidence {
+        &self.evidence
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

@@ -5,6 +5,7 @@ use crate::clock::{Clock, Wake};
 use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
+use crate::evidence::Evidence;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
@@ -20,8 +21,9 @@ use tokio::sync::mpsc;
 use tracing::info;
 use ts3100_controller::Controller;
 use ts3100_controller::deed::Refusal;
+use ts3100_controller::findings::Rule;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::Output;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
@@ -99,6 +101,8 @@ pub struct Hub {
     watch: Option<Feeder>,
     tape: Tape,
     journal: Option<Arc<Journal>>,
+    evidence: Evidence,
+    record_lines: bool,
     ports: BTreeMap<Port, u16>,
     demo: bool,
     servo_on: bool,
@@ -131,12 +135,16 @@ impl Hub {
             watch: None,
             tape,
             journal: None,
+            evidence: Evidence::default(),
+            record_lines: settings.record_lines,
             ports: BTreeMap::new(),
             demo: powered.demo,
             servo_on: settings.servo_on,
             waits: Vec::new(),
             refusal: None,
         };
+        hub.evidence.begin(&hub.controller);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
         hub.begin().await;
@@ -147,6 +155,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// The record of this run.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.evidence.clone()
     }
 
     /// Where the serial lines are.
@@ -259,14 +273,25 @@ impl Hub {
 
     /// One input at its time, and what the controller puts out.
     async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        if let Input::Connected { port, .. } = &input {
+            self.log.new_peer(*port);
+        }
         self.tape.input(at, &input, by);
         if let Some(journal) = &self.journal {
             journal.input(at, &input);
         }
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
+            if self.is_idle_judgement(&output) {
+                continue;
+            }
             self.tape.output(at, &output);
+            self.evidence.take(&output);
             self.notice(&output);
+            // They are told for the record of lines alone, and there are very many.
+            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {
+                continue;
+            }
             if let Some(journal) = &self.journal {
                 journal.output(at, &output);
             }
@@ -276,6 +301,14 @@ impl Hub {
                 feeder.put(output);
             }
         }
+    }
+
+    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    fn is_idle_judgement(&self, output: &Output) -> bool {
+        let Output::Event(Event::Finding { rule, .. }) = output else {
+            return false;
+        };
+        !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

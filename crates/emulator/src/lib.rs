@@ -9,6 +9,7 @@ pub mod config;
 pub mod control;
 pub mod diff;
 pub mod embed;
+pub mod evidence;
 pub mod headless;
 pub mod hub;
 pub mod line;

@@ -1,6 +1,8 @@
-//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | ctl | completions`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | coverage | ctl | completions`: reads it, runs
+//! one of them, says the exit code.
 
 mod check;
+mod coverage;
 mod ctl;
 mod diff;
 mod format;
@@ -39,6 +41,7 @@ enum Command {
         /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
         shell: Shell,
     },
+    Coverage(coverage::CoverageArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -60,5 +63,6 @@ pub fn main() -> ExitCode {
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
+        Command::Coverage(args) => coverage::run(&args),
     }
 }

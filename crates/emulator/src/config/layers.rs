@@ -134,7 +134,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         let values = match key.as_str() {
-            "load" | "transcript" => std::env::split_paths(value)
+            "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
             "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
@@ -195,7 +195,8 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
-            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "control-token-file",
+            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov"
+            | "control-token-file",
             Some(directory),
         ) => directory.join(value).into_os_string(),
         // A name is no path.

@@ -3,18 +3,21 @@
 //! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
 
 pub mod args;
+mod evidence;
 mod layers;
 pub mod model;
 mod options;
 mod serial;
 
 pub use args::ServeArgs;
+pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
+use crate::evidence::Reports;
 use crate::line::SerialEnd;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
@@ -65,6 +68,10 @@ pub struct Settings {
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
+    /// Lines of the user files executed are recorded, which makes programs slower.
+    pub record_lines: bool,
+    /// What is reported at the end.
+    pub reports: Reports,
 }
 
 impl Settings {
@@ -86,6 +93,8 @@ impl Settings {
             control: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
+            record_lines: false,
+            reports: Reports::default(),
         }
     }
 
@@ -144,6 +153,8 @@ impl Settings {
             control: control(args, ports)?,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
+            record_lines: args.evidence.lcov.is_some(),
+            reports: args.evidence.reports(),
             ..defaults
         })
     }

@@ -1,5 +1,6 @@
 //! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
 
+use super::event::outcome;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
@@ -29,8 +30,13 @@ const TEXTS: Family = Family {
 };
 const COMMANDS: Family = Family {
     name: "ts3100_commands_total",
-    help: "Commands of hosts, by outcome.",
+    help: "Commands of the permission tables, by outcome.",
     labels: &["port", "command", "outcome"],
+};
+const REFUSALS: Family = Family {
+    name: "ts3100_refusals_total",
+    help: "Texts answered NG, by their first letters.",
+    labels: &["port", "command"],
 };
 const DROPPED: Family = Family {
     name: "ts3100_dropped_bytes_total",
@@ -52,7 +58,8 @@ const FINDINGS: Family = Family {
     help: "Findings about hosts.",
     labels: &["rule"],
 };
-const FAMILIES: [&Family; 7] = [
+const FAMILIES: [&Family; 8] = [
+    &REFUSALS,
     &BYTES,
     &TEXTS,
     &COMMANDS,
@@ -114,12 +121,12 @@ impl Metrics {
             Event::TextIn { port, .. } => self.count(&TEXTS, &[port.name(), "in"], 1),
             Event::TextOut { port, .. } => self.count(&TEXTS, &[port.name(), "out"], 1),
             Event::Dropped { port, bytes, .. } => self.count(&DROPPED, &[port.name()], *bytes),
-            Event::Served { port, command, .. } => {
-                self.count(&COMMANDS, &[port.name(), command, "served"], 1);
+            Event::Answered {
+                port, row, verdict, ..
+            } => {
+                self.count(&COMMANDS, &[port.name(), row, outcome(*verdict)], 1);
             }
-            Event::Refused { port, command, .. } => {
-                self.count(&COMMANDS, &[port.name(), command, "refused"], 1);
-            }
+            Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
             Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
             Event::Alarm { number, .. } => self.count(&ALARMS, &[number], 1),
             Event::AlarmsReset
@@ -186,10 +193,10 @@ mod tests {
         let text = metrics.text(&[]);
         let lines = text
             .lines()
-            .filter(|line| line.starts_with("ts3100_commands_total{"));
+            .filter(|line| line.starts_with("ts3100_refusals_total{"));
         assert_eq!(lines.count(), MAX_SERIES + 1);
-        assert!(text.contains("command=\"0\\\"\\n\",outcome=\"refused\"} 1\n"));
-        let rest = "ts3100_commands_total{port=\"other\",command=\"other\",outcome=\"other\"} 744\n";
+        assert!(text.contains("command=\"0\\\"\\n\"} 1\n"));
+        let rest = "ts3100_refusals_total{port=\"other\",command=\"other\"} 744\n";
         assert!(text.contains(rest), "{text}");
     }
 }

@@ -9,6 +9,7 @@
 
 mod client;
 mod ctl;
+mod evidence;
 mod extensions;
 mod headless;
 mod recordings;
