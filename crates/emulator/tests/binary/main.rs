@@ -8,6 +8,7 @@
 )]
 
 mod client;
+mod ctl;
 mod evidence;
 mod extensions;
 mod headless;
