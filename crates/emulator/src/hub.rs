@@ -232,6 +232,9 @@ impl Hub {
 
     /// One input at its time, and what the controller puts out.
     async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        if let Input::Connected { port, .. } = &input {
+            self.log.new_peer(*port);
+        }
         self.tape.input(at, &input, by);
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {

@@ -72,11 +72,16 @@ pub fn readable_text(framing: Framing, data: &[u8]) -> String {
 /// Writes the events of one controller.
 #[derive(Debug, Default)]
 pub struct EventLog {
-    /// Rules whose finding has been shown: a host that breaks a rule breaks it in every text.
-    found: BTreeSet<&'static str>,
+    /// Rules whose finding has been shown, by port: a host that breaks a rule breaks it in every text.
+    found: BTreeSet<(Option<&'static str>, &'static str)>,
 }
 
 impl EventLog {
+    /// Another host is on this port: what it does wrong is told again.
+    pub fn new_peer(&mut self, port: Port) {
+        self.found.retain(|(shown, _)| *shown != Some(port.name()));
+    }
+
     /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
     pub fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
@@ -168,12 +173,12 @@ impl EventLog {
         );
     }
 
-    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&str>, message: &str) {
+    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
         let known = Rule::by_id(rule);
         let severity = known.map_or("", |rule| rule.severity.word());
         let remedy = known.map_or("", |rule| rule.remedy);
-        if !self.found.insert(rule) {
+        if !self.found.insert((port, rule)) {
             debug!(
                 event = "finding",
                 t, rule, severity, port, "{place}finding {rule}: {message}"
@@ -195,6 +200,17 @@ impl EventLog {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rule_is_told_once_a_host_and_port() {
+        let mut log = EventLog::default();
+        log.finding("0", "no-cr", Some("IP0"), "");
+        log.finding("0", "no-cr", Some("HOST"), "");
+        log.finding("0", "no-cr", Some("HOST"), "");
+        assert_eq!(log.found.len(), 2);
+        log.new_peer(Port::Host);
+        assert_eq!(log.found, BTreeSet::from([(Some("IP0"), "no-cr")]));
+    }
 
     #[test]
     fn control_codes_are_named_and_other_bytes_are_hex() {
