@@ -39,8 +39,8 @@ MODE:external(ethernet)/cycle FILE:ASK1 OVRD:100% LSPEED:100% MACHINE:free STATU
 """
 
 
-def compiler():
-    """Mono's C# compiler; installed when it is not there."""
+def install_compiler():
+    """Mono's C# compiler and what runs its programs; installed when they are not there."""
     if not (shutil.which("mcs") and shutil.which("mono")):
         print("mcs or mono is missing: installing %s" % " ".join(PACKAGES), flush=True)
         root = [] if os.geteuid() == 0 else ["sudo"]
@@ -49,13 +49,12 @@ def compiler():
                                   env={**os.environ, "DEBIAN_FRONTEND": "noninteractive"})
             if done.returncode:
                 raise Failed("%s\n     found    exit code %d" % (" ".join(command), done.returncode))
-    return "mcs"
 
 
-def compiled(mcs, source, folder):
+def compiled(source, folder):
     """A C# source as the command that runs it; a warning is an error."""
     program = os.path.join(folder, os.path.splitext(os.path.basename(source))[0] + ".exe")
-    done = subprocess.run([mcs, "-warn:4", "-warnaserror", "-out:" + program, source],
+    done = subprocess.run(["mcs", "-warn:4", "-warnaserror", "-out:" + program, source],
                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     true("%s compiles" % os.path.relpath(source, ROOT if source.startswith(ROOT) else folder),
          done.returncode == 0, done.stdout)
@@ -88,9 +87,9 @@ def over_ethernet(binary, what, command, name, folder):
         ways = (address(robot.address("ip0")), address(robot.address("ip1")))
         for time in ("first", "second"):
             code, said, complaint = run(command, *ways)
+            equal("%s over IP0 and IP1, the %s time: it ends well" % (what, time), (0, ""), (code, complaint))
             with open(os.path.join(drive, name), "rb") as file:
                 stored = file.read()
-            equal("%s over IP0 and IP1, the %s time: it ends well" % (what, time), (0, ""), (code, complaint))
             equal("and says what happened", SAID.format(size=len(stored), name=name), said)
             true("and its program is on the drive", b"PROGRAM %s\n" % name.encode() in stored, stored)
         robot.stop()
@@ -121,14 +120,14 @@ def over_serial(binary, what, command, name):
         robot.kill()
 
 
-def page_program(binary, mcs, folder):
+def page_program(binary, folder):
     """The C# program and the SCOL program of the page."""
     programs, scol = page_blocks("csharp"), page_blocks("text")
     equal("docs/CONNECTING.md shows one C# program", 1, len(programs))
     source = os.path.join(folder, "Ask.cs")
     with open(source, "w", encoding="utf-8") as file:
         file.write(programs[0])
-    command = compiled(mcs, source, folder)
+    command = compiled(source, folder)
     load = os.path.join(folder, "ask1.scol")
     with open(load, "w", encoding="utf-8") as file:
         file.write(scol[0].replace("PROGRAM ASK", "PROGRAM ASK1").replace("COM1", "IP1"))
@@ -148,15 +147,15 @@ def main():
     binary = parser.parse_args().serve
     folder = tempfile.mkdtemp()
     try:
-        mcs = compiler()
+        install_compiler()
         hosts = {
             "PYHOST": ("host.py", [sys.executable, os.path.join(ROOT, "clients", "python", "host.py")]),
-            "CSHOST": ("Host.cs", compiled(mcs, os.path.join(ROOT, "clients", "csharp", "Host.cs"), folder)),
+            "CSHOST": ("Host.cs", compiled(os.path.join(ROOT, "clients", "csharp", "Host.cs"), folder)),
         }
         for name, (what, command) in hosts.items():
             over_ethernet(binary, what, command, name, folder)
             over_serial(binary, what, command, name)
-        page_program(binary, mcs, folder)
+        page_program(binary, folder)
         ok("the example clients")
     except (Failed, OSError, subprocess.TimeoutExpired) as error:
         print("FAIL %s" % error, flush=True)
