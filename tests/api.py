@@ -70,6 +70,7 @@ class Emulator:
 
 def environment_of(directory):
     """A virtual environment with schemathesis in it."""
+    directory = os.path.abspath(directory)
     python = os.path.join(directory, "bin", "python")
     if not os.path.exists(python):
         venv.create(directory, with_pip=True)
@@ -86,7 +87,9 @@ def fuzz(emulator, tool, examples, seed):
                "--max-failures", "20", "--exclude-path", STREAM, "--no-color",
                # Waiting for what never comes is what these two are for.
                "--exclude-path", "/wait"]
-    done = subprocess.run(command, timeout=LIMIT, check=False)
+    with tempfile.TemporaryDirectory(prefix="ts3100-api-") as directory:
+        # It keeps examples in the directory in which it runs.
+        done = subprocess.run(command, timeout=LIMIT, cwd=directory, check=False)
     if done.returncode != 0:
         fail("schemathesis (seed %d) ended with %d" % (seed, done.returncode))
 
@@ -124,6 +127,7 @@ def hostile_page(emulator):
     state = json.loads(body)
     if status != 200 or not state["power"]:
         fail("the emulator is as it was expected, found %s" % body[:200])
+    emulator.ask("PUT", "/battery", json_body, b'{"low":true}')
     status, _, body = emulator.ask("GET", "/events?since=1&count=1", good)
     if status != 200 or not body.startswith(b"event: "):
         fail("an event expected, found %d %s" % (status, body[:200]))

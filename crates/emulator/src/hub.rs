@@ -100,10 +100,9 @@ pub struct Hub {
     requests: mpsc::Receiver<Request>,
     watch: Option<Feeder>,
     tape: Tape,
-    evidence: Evidence,
-    /// Every statement is told, for the record of lines.
-    record_lines: bool,
     journal: Option<Arc<Journal>>,
+    evidence: Evidence,
+    record_lines: bool,
     ports: BTreeMap<Port, u16>,
     demo: bool,
     servo_on: bool,
@@ -135,9 +134,9 @@ impl Hub {
             requests,
             watch: None,
             tape,
-            evidence: Evidence::default(),
-            record_lines: false,
             journal: None,
+            evidence: Evidence::default(),
+            record_lines: settings.record_lines,
             ports: BTreeMap::new(),
             demo: powered.demo,
             servo_on: settings.servo_on,
@@ -145,8 +144,7 @@ impl Hub {
             refusal: None,
         };
         hub.evidence.begin(&hub.controller);
-        hub.record_lines = settings.record_lines;
-        hub.controller.trace(hub.record_lines);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
         hub.begin().await;
@@ -291,7 +289,7 @@ impl Hub {
             self.evidence.take(&output);
             self.notice(&output);
             // They are told for the record of lines alone, and there are very many.
-            if matches!(output, Output::Event(Event::Statement { .. })) {
+            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {
                 continue;
             }
             if let Some(journal) = &self.journal {

@@ -1,5 +1,5 @@
-//! The command line `ts3100 serve | host | ctl | check | fmt | run | tap | diff | coverage | completions`: reads it, runs one of them,
-//! says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | coverage | ctl | completions`: reads it, runs
+//! one of them, says the exit code.
 
 mod check;
 mod coverage;
@@ -35,13 +35,13 @@ enum Command {
     Run(run::RunArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
-    Coverage(coverage::CoverageArgs),
     Ctl(Box<ctl::CtlArgs>),
     /// Prints what the shell needs to complete the words of this command line
     Completions {
         /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
         shell: Shell,
     },
+    Coverage(coverage::CoverageArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -55,7 +55,6 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
-        Command::Coverage(args) => coverage::run(&args),
         Command::Ctl(args) => ctl::run(&args),
         Command::Completions { shell } => {
             let mut script = Vec::new();
@@ -64,5 +63,6 @@ pub fn main() -> ExitCode {
             let _ = std::io::stdout().write_all(&script);
             ExitCode::SUCCESS
         }
+        Command::Coverage(args) => coverage::run(&args),
     }
 }

@@ -13,7 +13,8 @@ use crate::hub::request::{EdgeDeed, Sight, Waited};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::deed::Side;
 use ts3100_controller::port::Port;
@@ -105,23 +106,39 @@ pub struct Empty {}
 
 /// A line of a file.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
-#[serde(try_from = "u32")]
+#[serde(try_from = "f64")]
 #[schema(minimum = 1, maximum = 99999)]
 pub struct FileLine(u32);
 
-impl TryFrom<u32> for FileLine {
+impl TryFrom<f64> for FileLine {
     type Error = String;
 
-    fn try_from(line: u32) -> Result<FileLine, String> {
+    fn try_from(line: f64) -> Result<FileLine, String> {
         // A line has a byte at least, and a file has no more.
-        let fits = (1..=scol_mini::MAX_SOURCE).contains(&usize::try_from(line).unwrap_or(usize::MAX));
-        fits.then_some(FileLine(line)).ok_or_else(|| {
-            format!(
-                "a line of a file, 1 to {}, expected, {line} found",
-                scol_mini::MAX_SOURCE
-            )
-        })
+        let last = scol_mini::MAX_SOURCE;
+        let fits =
+            whole(line).filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
+        fits.map(FileLine)
+            .ok_or_else(|| format!("a line of a file, 1 to {last}, expected, {line} found"))
     }
+}
+
+/// A whole number, which JSON may write as 80 or as 80.0.
+fn whole(number: f64) -> Option<u32> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is whole and in range"
+    )]
+    let cast = |number: f64| number as u32;
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    fits.then(|| cast(number))
+}
+
+fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    let line = whole(number).and_then(|line| u16::try_from(line).ok());
+    line.ok_or_else(|| D::Error::custom(format!("the number of a line expected, {number} found")))
 }
 
 /// The state of a line.
@@ -129,6 +146,7 @@ impl TryFrom<u32> for FileLine {
 #[serde(deny_unknown_fields)]
 pub struct LineIs {
     /// Its number.
+    #[serde(deserialize_with = "line_number")]
     #[schema(minimum = 1, maximum = 264)]
     line: u16,
     /// On or off.

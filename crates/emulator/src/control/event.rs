@@ -4,9 +4,9 @@
 use crate::log::Readable;
 use serde::Serialize;
 use std::fmt::Write as _;
+use ts3100_controller::findings::Rule;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::Verdict;
-use ts3100_controller::output::{Event, Output};
+use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::time::Time;
 use utoipa::ToSchema;
 
@@ -18,7 +18,7 @@ pub struct Happening {
     /// Virtual time in seconds.
     pub t: f64,
     /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
-    /// `served`, `refused`, `finding`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
+    /// `answered`, `refused`, `finding`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
     /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `undone`, `reset`.
     pub event: &'static str,
     /// The port it concerns.
@@ -42,13 +42,25 @@ pub struct Happening {
     /// Master mode in which the command came.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mode: Option<&'static str>,
+    /// What became of the command: `served`, `not-valid` by the permission tables, `refused` for another reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<&'static str>,
     /// Why something was refused or dropped.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Name of the rule of a finding.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rule: Option<&'static str>,
-    /// What happened and what to do.
+    /// How much a finding matters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub severity: Option<&'static str>,
+    /// Section of the manual a finding goes by, and the clauses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<&'static str>,
+    /// What to do about a finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<&'static str>,
+    /// What happened.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Number of an alarm.
@@ -69,6 +81,16 @@ pub struct Happening {
     /// Name of a file; absent when the selection ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
+}
+
+/// The word for what became of a command.
+#[must_use]
+pub fn outcome(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Served => "served",
+        Verdict::NotValid => "not-valid",
+        Verdict::Refused => "refused",
+    }
 }
 
 /// Bytes as hexadecimal digits, two each.
@@ -166,6 +188,31 @@ impl Happening {
         }
     }
 
+    /// A finding with what its rule says of it.
+    fn of_finding(event: &Event) -> Option<Happening> {
+        let Event::Finding {
+            rule,
+            port,
+            at,
+            bytes,
+            message,
+        } = event
+        else {
+            return None;
+        };
+        let known = Rule::by_id(rule);
+        let finding = Happening {
+            port: port.map(ts3100_controller::Port::name),
+            rule: Some(rule),
+            severity: known.map(|rule| rule.severity.word()),
+            source: known.map(|rule| rule.source),
+            message: Some(message.clone()),
+            remedy: known.map(|rule| rule.remedy),
+            ..Happening::new(*at, "finding")
+        };
+        Some(finding.with_bytes(bytes))
+    }
+
     fn of_event(now: Time, event: &Event) -> Happening {
         let new = |event| Happening::new(now, event);
         match event {
@@ -194,11 +241,8 @@ impl Happening {
                 port: Some(port.name()),
                 command: Some((*row).to_owned()),
                 mode: Some(mode.words()),
-                ..new(match verdict {
-                    Verdict::Served => "served",
-                    Verdict::NotValid => "not-valid",
-                    Verdict::Refused => "not-served",
-                })
+                outcome: Some(outcome(*verdict)),
+                ..new("answered")
             },
             Event::Refused {
                 port,
@@ -210,14 +254,7 @@ impl Happening {
                 reason: Some(reason.clone()),
                 ..new("refused")
             },
-            Event::Finding {
-                rule, port, message, ..
-            } => Happening {
-                port: port.map(ts3100_controller::Port::name),
-                rule: Some(rule),
-                message: Some(message.clone()),
-                ..new("finding")
-            },
+            Event::Finding { .. } => Happening::of_finding(event).unwrap_or_else(|| new("finding")),
             Event::Alarm { number, text } => Happening {
                 number: Some(number.clone()),
                 text: Some(text.clone()),

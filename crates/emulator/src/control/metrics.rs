@@ -1,9 +1,9 @@
 //! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
 
+use super::event::outcome;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::Verdict;
 use ts3100_controller::output::{Event, Output};
 
 /// Different values one label may take before the rest is counted together: commands are what hosts make up.
@@ -30,8 +30,13 @@ const TEXTS: Family = Family {
 };
 const COMMANDS: Family = Family {
     name: "ts3100_commands_total",
-    help: "Commands of hosts, by outcome.",
+    help: "Commands of the permission tables, by outcome.",
     labels: &["port", "command", "outcome"],
+};
+const REFUSALS: Family = Family {
+    name: "ts3100_refusals_total",
+    help: "Texts answered NG, by their first letters.",
+    labels: &["port", "command"],
 };
 const DROPPED: Family = Family {
     name: "ts3100_dropped_bytes_total",
@@ -53,7 +58,8 @@ const FINDINGS: Family = Family {
     help: "Findings about hosts.",
     labels: &["rule"],
 };
-const FAMILIES: [&Family; 7] = [
+const FAMILIES: [&Family; 8] = [
+    &REFUSALS,
     &BYTES,
     &TEXTS,
     &COMMANDS,
@@ -116,18 +122,14 @@ impl Metrics {
             Event::TextOut { port, .. } => self.count(&TEXTS, &[port.name(), "out"], 1),
             Event::Dropped { port, bytes, .. } => self.count(&DROPPED, &[port.name()], *bytes),
             Event::Answered {
-                port,
-                row,
-                verdict: Verdict::Served,
-                ..
-            } => self.count(&COMMANDS, &[port.name(), row, "served"], 1),
-            Event::Refused { port, command, .. } => {
-                self.count(&COMMANDS, &[port.name(), command, "refused"], 1);
+                port, row, verdict, ..
+            } => {
+                self.count(&COMMANDS, &[port.name(), row, outcome(*verdict)], 1);
             }
+            Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
             Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
             Event::Alarm { number, .. } => self.count(&ALARMS, &[number], 1),
-            Event::Answered { .. }
-            | Event::AlarmsReset
+            Event::AlarmsReset
             | Event::Status { .. }
             | Event::Statement { .. }
             | Event::Servo(_)
@@ -191,10 +193,10 @@ mod tests {
         let text = metrics.text(&[]);
         let lines = text
             .lines()
-            .filter(|line| line.starts_with("ts3100_commands_total{"));
+            .filter(|line| line.starts_with("ts3100_refusals_total{"));
         assert_eq!(lines.count(), MAX_SERIES + 1);
-        assert!(text.contains("command=\"0\\\"\\n\",outcome=\"refused\"} 1\n"));
-        let rest = "ts3100_commands_total{port=\"other\",command=\"other\",outcome=\"other\"} 744\n";
+        assert!(text.contains("command=\"0\\\"\\n\"} 1\n"));
+        let rest = "ts3100_refusals_total{port=\"other\",command=\"other\"} 744\n";
         assert!(text.contains(rest), "{text}");
     }
 }

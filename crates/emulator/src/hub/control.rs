@@ -182,6 +182,11 @@ impl Hub {
         }
     }
 
+    /// Whether somebody waits for a single statement.
+    pub(super) fn waits_for_a_line(&self) -> bool {
+        self.waits.iter().any(Pending::traces)
+    }
+
     /// What the waits see of an output.
     pub(super) fn notice(&mut self, output: &Output) {
         for waiting in &mut self.waits {
@@ -208,8 +213,8 @@ impl Hub {
                 passed,
             });
         }
-        let traces = self.waits.iter().any(Pending::traces);
-        self.controller.trace(traces || self.record_lines);
+        let traces = self.record_lines || self.waits_for_a_line();
+        self.controller.trace(traces);
     }
 
     /// When the loop has to look again if nothing comes in, and to which moment time then jumps.

@@ -1,8 +1,7 @@
 //! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
 
 use super::*;
-use ts3100_controller::Panel;
-use ts3100_controller::{Input, Output};
+use ts3100_controller::{Input, Output, Panel};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {

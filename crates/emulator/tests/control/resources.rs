@@ -411,7 +411,7 @@ fn events_are_told_in_order_and_the_missed_are_counted() {
     for (number, event) in (1..).zip(&events) {
         assert_eq!(event["seq"], number, "{event}");
     }
-    let served = events.iter().find(|event| event["event"] == "served").unwrap();
+    let served = events.iter().find(|event| event["event"] == "answered").unwrap();
     assert_eq!(
         (&served["command"], &served["mode"]),
         (&json!("SU"), &json!("EXT (ETHER)"))
