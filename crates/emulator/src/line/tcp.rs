@@ -11,14 +11,12 @@ use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio::time::{Instant, sleep_until};
 use tracing::{debug, info, warn};
 use ts3100_controller::Port;
 
-/// Connections the system may hold before they are accepted.
-const BACKLOG: u32 = 16;
 /// Pause after an accept that failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
@@ -42,22 +40,7 @@ pub(super) enum Kind {
 
 /// A listening socket and its address; port 0 asks for a free one.
 pub(super) fn bind(port: Port, address: SocketAddr) -> Result<(TcpListener, SocketAddr), LineError> {
-    let listen = || -> io::Result<(TcpListener, SocketAddr)> {
-        let socket = if address.is_ipv4() {
-            TcpSocket::new_v4()?
-        } else {
-            TcpSocket::new_v6()?
-        };
-        // On Windows this option would let two programs share the port.
-        if cfg!(unix) {
-            socket.set_reuseaddr(true)?;
-        }
-        socket.bind(address)?;
-        let listener = socket.listen(BACKLOG)?;
-        let actual = listener.local_addr()?;
-        Ok((listener, actual))
-    };
-    listen().map_err(io_error(port, "listen on", address))
+    link::open(address).map_err(io_error(port, "listen on", address))
 }
 
 /// A client and what is said to it.

@@ -65,24 +65,27 @@ pub enum LinkError {
     },
 }
 
-/// A listening socket and the port it has; port 0 asks for a free one.
-pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
-    let listen = || -> io::Result<(TcpListener, u16)> {
-        let socket = if address.is_ipv4() {
-            TcpSocket::new_v4()?
-        } else {
-            TcpSocket::new_v6()?
-        };
-        // On Windows this option would let two programs share the port.
-        if cfg!(unix) {
-            socket.set_reuseaddr(true)?;
-        }
-        socket.bind(address)?;
-        let listener = socket.listen(BACKLOG)?;
-        let port = listener.local_addr()?.port();
-        Ok((listener, port))
+/// A listening socket and its address; port 0 asks for a free one.
+pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
+    let socket = if address.is_ipv4() {
+        TcpSocket::new_v4()?
+    } else {
+        TcpSocket::new_v6()?
     };
-    listen().map_err(|source| match source.kind() {
+    // On Windows this option would let two programs share the port.
+    if cfg!(unix) {
+        socket.set_reuseaddr(true)?;
+    }
+    socket.bind(address)?;
+    let listener = socket.listen(BACKLOG)?;
+    let actual = listener.local_addr()?;
+    Ok((listener, actual))
+}
+
+/// The listening socket of a channel and the port it has.
+pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
+    let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
+    opened.map_err(|source| match source.kind() {
         io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
         io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
         _ => LinkError::Io {

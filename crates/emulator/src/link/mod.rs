@@ -8,7 +8,7 @@ mod listen;
 
 pub(crate) use connection::{has_closed, prepare};
 pub use listen::LinkError;
-pub(crate) use listen::bind;
+pub(crate) use listen::{bind, open};
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
