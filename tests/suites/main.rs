@@ -12,6 +12,7 @@ mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod faults;
 mod four_axes;
 mod guiding;
 mod house;

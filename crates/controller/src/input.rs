@@ -1,6 +1,7 @@
 //! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
 //! scenario) is the edge's knowledge.
 
+use crate::faults::FaultOrder;
 use crate::line::HostLine;
 use crate::port::Port;
 use alloc::string::String;
@@ -47,6 +48,8 @@ pub enum Input {
     },
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(Panel),
+    /// Faults are armed and disarmed.
+    Fault(FaultOrder),
 }
 
 /// Something done at the controller itself.

@@ -29,10 +29,33 @@ pub enum Output {
     },
     /// The power came on again: links are to be made anew by [`crate::Controller::network`].
     PowerCycled,
+    /// The connection of an Ethernet channel ends, on purpose. When it has ended the edge says so by
+    /// [`Input::Disconnected`](crate::Input::Disconnected), as for any lost peer.
+    Cut {
+        /// The port.
+        port: Port,
+        /// How.
+        how: Cut,
+    },
+    /// From now on nothing is read from the connection of an Ethernet channel and nothing written to it; it stays
+    /// open until [`Output::Cut`].
+    Deaf {
+        /// The port.
+        port: Port,
+    },
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
     /// Something worth a line in the log.
     Event(Event),
+}
+
+/// How a connection ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cut {
+    /// By a reset (RST): what is under way is lost.
+    Reset,
+    /// In order (FIN): the peer reads what was sent, and then the end.
+    Close,
 }
 
 /// What happened inside, for logs, transcripts and findings.
@@ -82,6 +105,19 @@ pub enum Event {
         port: Option<Port>,
         /// What happened and what to do.
         message: String,
+    },
+    /// A fault on purpose was armed, or has bitten.
+    Fault {
+        /// Its number.
+        id: u32,
+        /// Its kind.
+        kind: &'static str,
+        /// Where, if it has bitten.
+        port: Option<Port>,
+        /// What happened.
+        message: String,
+        /// It has bitten.
+        fired: bool,
     },
     /// An alarm was raised.
     Alarm {

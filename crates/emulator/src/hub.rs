@@ -241,6 +241,8 @@ impl Hub {
                     }
                 }
             }
+            Output::Cut { port, how } => inputs.extend(self.links.end(port, how)),
+            Output::Deaf { port } => self.links.deafen(port),
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => self.log.write(self.clock.now(), &event),
         }

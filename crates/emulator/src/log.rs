@@ -113,6 +113,20 @@ impl EventLog {
                 );
             }
             Event::Finding { rule, port, message } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Fault {
+                id,
+                kind,
+                port,
+                message,
+                fired,
+            } => {
+                let port = port.map(Port::name);
+                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+                warn!(
+                    event = "fault",
+                    t, id, kind, port, fired, message, "{place}fault {id} {kind}: {message}"
+                );
+            }
             Event::Alarm { number, text } => {
                 warn!(event = "alarm", t, number, text, "alarm {number} {text}");
             }
