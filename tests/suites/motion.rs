@@ -377,3 +377,47 @@ fn a_singular_posture_has_an_alarm_of_its_own() {
     let (alarms, _) = refused(&["MOVE POINT(437,0,123)", "MOVES POINT(237,0,123)"]);
     assert_eq!(alarms, ["4-103"]);
 }
+
+/// Fastest the tool point is from now to the end of the motion, mm/s.
+fn fastest(robot: &mut Robot) -> f32 {
+    let mut top: f32 = 0.0;
+    let mut last = position(robot);
+    while motion_status(robot) == 1 {
+        robot.advance_ms(10);
+        let here = position(robot);
+        top = top.max(distance(here, last) / 0.01);
+        last = here;
+    }
+    top
+}
+
+// clause: PRM-SPD-01 CMD-EC-02
+#[test]
+fn turning_the_key_to_teaching_slows_what_is_under_way_to_250() {
+    let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
+    robot.command(Port::Ip0, "DO,MOVE POINT(450,-250,200)");
+    robot.advance_ms(2_000);
+    robot.command(Port::Ip0, "DO,MOVES POINT(450,250,200) WITH SPEED=20");
+    robot.advance_ms(300);
+    let mut free = robot.clone();
+    assert!((fastest(&mut free) - 400.0).abs() < 1.0, "20 % of 2000 mm/s");
+    robot.panel(Panel::Key(KeySwitch::Teaching));
+    robot.advance_ms(100);
+    let top = fastest(&mut robot);
+    assert!((top - 250.0).abs() < 1.0, "{top} mm/s in TEACHING");
+    // In step operation, SPEED and override count below the cap.
+    for (speed, percent, expected) in [(10, 50, 100.0), (50, 100, 250.0), (10, 100, 200.0)] {
+        let program = format!(
+            "PROGRAM T\nMOVE A\nMOVES B WITH SPEED={speed}\nEND\nDATA\nPOINT A=450,-250,200/\nPOINT B=450,250,200/\nEND\n"
+        );
+        let mut robot = Robot::ready(&program);
+        robot.command(Port::Ip0, "EC,MODE STEP");
+        robot.command(Port::Ip0, &format!("EC,OVRD {percent}"));
+        robot.panel(Panel::Key(KeySwitch::Teaching));
+        robot.panel(Panel::Start);
+        assert!(fastest(&mut robot) <= 250.5, "the way to A");
+        robot.panel(Panel::Start);
+        let top = fastest(&mut robot);
+        assert!((top - expected).abs() < 1.0, "{speed} % at {percent} %: {top}");
+    }
+}

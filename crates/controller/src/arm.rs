@@ -119,14 +119,35 @@ impl Frames {
     /// The frames of the motion conditions.
     #[must_use]
     pub fn of(conditions: &Conditions) -> Frames {
-        Frames::between(&conditions.base, &conditions.work, &conditions.tool)
+        Trio::between(&conditions.base, &conditions.work, &conditions.tool).frames()
+    }
+}
+
+/// The coordinate systems in force as they are written: most statements never look at the arm, so the transforms are
+/// made when one does.
+#[derive(Debug, Clone)]
+pub struct Trio {
+    base: Trans,
+    work: Trans,
+    tool: Trans,
+}
+
+impl Trio {
+    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Trio {
+        Trio {
+            base: base.trans.clone(),
+            work: work.trans.clone(),
+            tool: tool.trans.clone(),
+        }
     }
 
-    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Frames {
+    /// As transforms.
+    #[must_use]
+    pub fn frames(&self) -> Frames {
         Frames {
-            base: transform(&base.trans),
-            work: transform(&work.trans),
-            tool: transform(&tool.trans),
+            base: transform(&self.base),
+            work: transform(&self.work),
+            tool: transform(&self.tool),
         }
     }
 }
@@ -363,9 +384,15 @@ impl Arm {
     /// The same as transforms.
     #[must_use]
     pub fn frames(&self, conditions: &Conditions) -> Frames {
+        self.trio(conditions).frames()
+    }
+
+    /// The same, not computed yet.
+    #[must_use]
+    pub fn trio(&self, conditions: &Conditions) -> Trio {
         match self.active.as_ref().and_then(|active| active.frames.as_ref()) {
-            Some(own) => Frames::between(&own.base, &own.work, &own.tool),
-            None => Frames::of(conditions),
+            Some(own) => Trio::between(&own.base, &own.work, &own.tool),
+            None => Trio::between(&conditions.base, &conditions.work, &conditions.tool),
         }
     }
 

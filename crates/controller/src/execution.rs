@@ -19,7 +19,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Channel, LanguageOptions, Machine, Memory, Number, Program};
+use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program};
 use ts3100_proto::status::ExecutionStatus;
 
 /// ID of the main program (M-58762 p.2-27).
@@ -146,6 +146,14 @@ impl Task {
     /// The task, and the handler in front of it.
     pub fn parts(&self) -> impl Iterator<Item = &Task> {
         core::iter::once(self).chain(self.handler.as_deref())
+    }
+
+    /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
+    /// beside it.
+    #[must_use]
+    pub fn sleeps(&self, now: Time) -> bool {
+        let watched = self.look_at.is_some() || self.machine.has_monitors();
+        self.handler.is_none() && !watched && matches!(self.doing, Doing::Pausing { until } if until > now)
     }
 
     /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
@@ -351,11 +359,27 @@ impl Execution {
     }
 
     /// The IDs of all tasks, that whose turn it is first.
+    pub fn order(&self) -> impl Iterator<Item = u16> + use<> {
+        let mut ids = [0; MAX_TASKS];
+        let (mut count, mut first) = (0, 0);
+        for (place, task) in ids.iter_mut().zip(self.program_tasks()) {
+            *place = task.id();
+            count += 1;
+            first += usize::from(*place < self.turn);
+        }
+        (first..count)
+            .chain(0..first)
+            .filter_map(move |at| ids.get(at).copied())
+    }
+
+    /// A task by its ID.
     #[must_use]
-    pub fn order(&self) -> Vec<u16> {
-        let ids = self.program_tasks().map(Task::id).collect::<Vec<_>>();
-        let (before, from) = ids.iter().partition::<Vec<u16>, _>(|id| **id < self.turn);
-        from.into_iter().chain(before).collect()
+    pub fn task(&self, id: u16) -> Option<&Task> {
+        if id == MAIN_TASK {
+            self.main.as_ref()
+        } else {
+            self.tasks.get(&id)
+        }
     }
 
     /// Takes a task out, to work with it.

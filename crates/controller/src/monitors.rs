@@ -15,22 +15,25 @@ impl Controller {
     /// Looks at the monitors of a task: between its statements, when something changes, and once a scan while time
     /// alone can change them. `None` when nothing comes of it.
     pub(crate) fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
-        task.look_at = None;
+        // What time alone changes is looked at between statements and once a scan, however often something happens.
+        let due = task.look_at.take().filter(|due| *due > self.now);
+        let due = due.filter(|_| !matches!(task.doing, Doing::Ready));
+        let seen = due.map_or(self.now, |due| due - SCAN);
         if !task.machine.has_monitors() {
             return None;
         }
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.frames(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
-            now: self.now,
-            timer: self.execution.timer.read(self.now),
+            now: seen,
+            timer: self.execution.timer.read(seen),
             changing: Cell::new(false),
         };
         let found = task.machine.look(self.execution.memory_mut(), &view);
         if view.changing.get() {
-            task.look_at = Some(self.now + SCAN);
+            task.look_at = Some(due.unwrap_or(self.now + SCAN));
         }
         match found {
             Ok(None) => None,

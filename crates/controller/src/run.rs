@@ -71,6 +71,10 @@ impl Controller {
         let single = self.traced || self.state.run_mode == RunMode::Step;
         let mut standing = true;
         for id in self.execution.order() {
+            if stop.is_none() && self.execution.task(id).is_some_and(|task| task.sleeps(self.now)) {
+                standing = false;
+                continue;
+            }
             let Some(mut task) = self.execution.take_task(id) else {
                 continue;
             };
@@ -231,6 +235,10 @@ impl Controller {
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
     /// everything is to stop and it stands between its statements.
     fn advance(&mut self, task: &mut Task, single: bool, stopping: bool) -> Step {
+        if stopping || task.handler.is_some() {
+            // Nobody looks at the monitors now: a time to do so would come again and again.
+            task.look_at = None;
+        }
         if let Some(mut handler) = task.handler.take() {
             if stopping && self.end_step(&mut handler) {
                 task.handler = Some(handler);
@@ -321,9 +329,18 @@ impl Controller {
             let task = task.id();
             self.event(Event::Statement { line, task });
         }
-        let given = if single { 1 } else { task.budget };
+        // A WAIT looks at what time alone changes once a scan, however often something else happens in between.
+        let due = match task.doing {
+            Doing::Watching { again } => again.filter(|again| *again > self.now),
+            _ => None,
+        };
+        let given = match task.doing {
+            Doing::Watching { .. } => 0,
+            _ if single => 1,
+            _ => task.budget,
+        };
         let mut fuel = given;
-        let (pause, changing) = self.run_machine(task, &mut fuel);
+        let (pause, changing) = self.run_machine(task, &mut fuel, due.map_or(self.now, |due| due - SCAN));
         task.budget = task.budget.saturating_sub(given - fuel);
         task.doing = Doing::Ready;
         match pause {
@@ -336,7 +353,7 @@ impl Controller {
             Pause::Ended => Step::Ended,
             Pause::Waiting => {
                 task.doing = Doing::Watching {
-                    again: changing.then(|| self.now + SCAN),
+                    again: changing.then(|| due.unwrap_or(self.now + SCAN)),
                 };
                 Step::Blocked
             }
@@ -351,14 +368,14 @@ impl Controller {
         self.arm.is_moving() && (id == 0 || self.execution.arm_owner == Some(id))
     }
 
-    fn run_machine(&mut self, task: &mut Task, fuel: &mut u32) -> (Pause, bool) {
+    fn run_machine(&mut self, task: &mut Task, fuel: &mut u32, seen: Time) -> (Pause, bool) {
         let view = View {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.frames(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.execution.memory().conditions()),
             run_mode: self.state.run_mode,
-            now: self.now,
-            timer: self.execution.timer.read(self.now),
+            now: seen,
+            timer: self.execution.timer.read(seen),
             changing: Cell::new(false),
         };
         let pause = task.machine.run(self.execution.memory_mut(), &view, fuel);

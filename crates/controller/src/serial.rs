@@ -230,7 +230,15 @@ impl Controller {
         self.report(port, "half-duplex", message);
     }
 
-    /// A real port found characters with a parity or framing error; its driver has dropped or marked them.
+    /// The host's port forgets what it has not put on the line.
+    pub(crate) fn purge_line(&mut self, port: Port) {
+        let now = self.now;
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.inbound.purge(now);
+        }
+    }
+
+    /// Characters came with a parity or framing error and are not to be had.
     pub(crate) fn line_faults(&mut self, port: Port, count: usize) {
         let Some(robot) = self.serial_line(port) else {
             return;

@@ -185,7 +185,9 @@ impl Controller {
             (dout::ALARM, alarm),
         ];
         for (line, on) in shown {
-            self.signals.switch(line, on);
+            if self.signals.output(line) != on {
+                self.signals.switch(line, on);
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What a running program may look at: signals, the course of the motion, the present position.
 
-use crate::arm::{Arm, Frames};
+use crate::arm::{Arm, Trio};
 use crate::signals::Signals;
 use crate::time::Time;
 use core::cell::Cell;
@@ -13,8 +13,8 @@ pub struct View<'a> {
     pub signals: &'a Signals,
     /// The arm.
     pub arm: &'a Arm,
-    /// The frames set when the statement began.
-    pub frames: Frames,
+    /// Base, work and tool when the machine began to run.
+    pub frames: Trio,
     /// Operation mode.
     pub run_mode: RunMode,
     /// The instant.
@@ -49,7 +49,7 @@ impl Inputs for View<'_> {
 
     fn here(&self) -> Position {
         self.looked_at_motion();
-        self.arm.here(self.now, &self.frames)
+        self.arm.here(self.now, &self.frames.frames())
     }
 
     fn timer(&self) -> f64 {
@@ -69,7 +69,7 @@ impl Inputs for View<'_> {
 
     fn destination(&self) -> Position {
         self.looked_at_motion();
-        self.arm.destination(self.now, &self.frames)
+        self.arm.destination(self.now, &self.frames.frames())
     }
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.

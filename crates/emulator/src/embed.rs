@@ -14,6 +14,7 @@
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::hub::{Action, Hub, StartError};
+use crate::line::SerialEnd;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -73,6 +74,13 @@ impl Builder {
     #[must_use]
     pub fn ports(mut self, ports: Ports) -> Builder {
         self.settings.ports = ports;
+        self
+    }
+
+    /// How the serial port HOST or COM1 is reached; not at all if not said.
+    #[must_use]
+    pub fn serial(mut self, port: Port, end: SerialEnd) -> Builder {
+        self.settings.serial.insert(port, end);
         self
     }
 
@@ -141,7 +149,8 @@ impl Builder {
                     Ok((runtime, mut hub, panel)) => {
                         hub.watched_by(feeder);
                         let ports = hub.ports().clone();
-                        if tell.send(Ok((ports, panel))).is_ok() {
+                        let serial = hub.serial();
+                        if tell.send(Ok((ports, serial, panel))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -157,9 +166,10 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, panel))) => Ok(Emulator {
+            Ok(Ok((ports, serial, panel))) => Ok(Emulator {
                 listen,
                 ports,
+                serial,
                 panel,
                 watch,
                 stop: Some(stop),
@@ -193,6 +203,7 @@ pub struct PanelError;
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
+    serial: BTreeMap<Port, SerialEnd>,
     panel: mpsc::Sender<Action>,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
@@ -224,6 +235,12 @@ impl Emulator {
         self.ports
             .get(&port)
             .map(|number| SocketAddr::new(self.listen, *number))
+    }
+
+    /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
+    #[must_use]
+    pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
+        self.serial.get(&port)
     }
 
     /// Does something at the panel. When this returns it has been done, and all that follows from it at

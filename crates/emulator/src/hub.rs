@@ -3,6 +3,7 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError, Loaded};
 use crate::log::EventLog;
@@ -59,6 +60,9 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// A serial line.
+    #[error(transparent)]
+    Line(#[from] LineError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -74,6 +78,7 @@ pub struct Hub {
     controller: Controller,
     clock: Clock,
     links: Links,
+    lines: Lines,
     store: Option<Store>,
     log: EventLog,
     actions: mpsc::Receiver<Action>,
@@ -105,6 +110,7 @@ impl Hub {
             controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
+            lines: Lines::new(settings.serial.clone(), settings.links),
             store,
             log: EventLog::default(),
             actions,
@@ -127,6 +133,7 @@ impl Hub {
             })?;
         }
         hub.ports = hub.links.open(hub.controller.network())?;
+        hub.lines.open(&hub.controller)?;
         if settings.servo_on {
             hub.feed(Input::Panel(Panel::Servo(true))).await;
         } else {
@@ -139,6 +146,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// Where the serial lines are.
+    #[must_use]
+    pub fn serial(&self) -> BTreeMap<Port, SerialEnd> {
+        self.lines.places()
     }
 
     /// Whether the example program is on the drive.
@@ -156,6 +169,7 @@ impl Hub {
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         self.serve(stop).await;
         self.links.close().await;
+        self.lines.close().await;
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -183,6 +197,13 @@ impl Hub {
                         self.feed(input).await;
                     }
                 },
+                message = self.lines.next() => {
+                    self.clock.stir();
+                    let input = message.and_then(|message| self.lines.take(message));
+                    if let Some(input) = input {
+                        self.feed(input).await;
+                    }
+                }
                 () = sleep(wake) => {
                     if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
                         self.clock.jump(deadline);
@@ -207,13 +228,18 @@ impl Hub {
                 }
             }
         }
+        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
             Output::Send { port, bytes } => {
                 self.clock.stir();
-                inputs.extend(self.links.send(port, bytes).await);
+                if self.lines.has(port) {
+                    self.lines.send(port, bytes);
+                } else {
+                    inputs.extend(self.links.send(port, bytes).await);
+                }
             }
             Output::Stored { name, content } => {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
@@ -228,6 +254,7 @@ impl Hub {
                 }
             }
             Output::PowerCycled => {
+                inputs.extend(self.lines.power_cycled(&self.controller));
                 let gone = self.links.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
                 match self.links.open(self.controller.network()) {

@@ -8,6 +8,7 @@ pub mod config;
 pub mod embed;
 pub mod headless;
 pub mod hub;
+pub mod line;
 pub mod link;
 pub mod loading;
 pub mod log;

@@ -7,6 +7,7 @@ use crate::value::{Configuration, Payload, Trans};
 
 /// A coordinate system in use, with the name of the variable it came from (SF reports names).
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
     /// Upper-case name of the coordinate data; `None` when it was written in place.
     pub name: Option<String>,
@@ -21,6 +22,7 @@ const FIRST_PASS: f64 = 50.0;
 
 /// `ACCUR`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Accuracy {
     /// The next statement begins a little before the arm rests.
     Coarse,
@@ -30,6 +32,7 @@ pub enum Accuracy {
 
 /// `SPEED`, `ACCEL`, `DECEL`, `CONFIG`, `BASE`, `TOOL`, `WORK`, `PAYLOAD` and their kin.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Conditions {
     /// Percent of the maximum speed, 1 to 100.
     pub speed: f64,

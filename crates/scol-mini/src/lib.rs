@@ -32,6 +32,8 @@ extern crate alloc;
 extern crate std;
 
 mod builtin;
+mod cell;
+mod code;
 mod compile;
 mod conditions;
 #[cfg(test)]
@@ -51,6 +53,8 @@ mod program;
 mod request;
 mod rewrite;
 mod sink;
+#[cfg(feature = "serde")]
+mod snapshot;
 mod suggest;
 mod tree;
 mod value;
@@ -69,6 +73,8 @@ pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
 pub use rewrite::rewrite_value;
+#[cfg(feature = "serde")]
+pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).

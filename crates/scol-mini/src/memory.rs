@@ -3,15 +3,19 @@
 //! Who may read or write them over the protocol, and in which form, is left to the controller.
 
 mod locals;
+#[cfg(feature = "serde")]
+pub(crate) mod snapshot;
 
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
 use crate::program::{Owner, Program, Slot};
 use crate::value::{Kind, Value};
+use locals::Locals;
 
 /// Why a variable could not be reached from outside.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -56,35 +60,69 @@ pub enum AccessError {
 /// once for each task that has run; [`forget`](Memory::forget) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Memory {
-    /// GLOBAL and DATA, then the variables of the programs as the present task has them.
+    /// GLOBAL and DATA, then the variables of the programs as the present task has them, then what the code of the
+    /// program works with: temporaries, constants.
     cells: Vec<Cell>,
-    /// The task whose variables those are.
+    /// How many of the cells are variables.
+    variables: usize,
+    /// The kind of each slot, fixed by a declaration or the first assignment.
+    kinds: Vec<Option<Kind>>,
+    /// The values that are no numbers.
+    vectors: Vec<Value>,
+    /// Places among them that nothing holds any more.
+    free: Vec<u32>,
+    /// The task whose variables of programs are in the cells.
     task: u16,
-    /// The variables of the programs as the other tasks have them.
-    parked: BTreeMap<u16, Vec<Cell>>,
+    /// Those of the other tasks.
+    parked: BTreeMap<u16, Locals>,
     conditions: Conditions,
 }
 
-/// The values of one slot.
-#[derive(Debug, Clone, PartialEq)]
-struct Cell {
-    /// Fixed by a declaration or the first assignment.
-    kind: Option<Kind>,
-    values: Vec<Option<Value>>,
+impl PartialEq for Memory {
+    /// Temporaries hold nothing beyond their statement, so they do not count.
+    fn eq(&self, other: &Self) -> bool {
+        self.cells.get(..self.variables) == other.cells.get(..other.variables)
+            && self.kinds == other.kinds
+            && self.vectors == other.vectors
+            && self.free == other.free
+            && self.task == other.task
+            && self.parked == other.parked
+            && self.conditions == other.conditions
+    }
 }
 
 impl Memory {
     /// Initial values of GLOBAL and DATA, everything else without a value, default conditions.
     #[must_use]
     pub fn new(program: &Program) -> Self {
-        let cells = program.symbols.slots.iter().map(Cell::new).collect();
-        Self {
-            cells,
+        let symbols = &program.symbols;
+        let mut memory = Self {
+            cells: Vec::with_capacity(symbols.cells + program.code.extra_cells()),
+            variables: symbols.cells,
+            kinds: symbols.slots.iter().map(|slot| slot.kind).collect(),
+            vectors: Vec::new(),
+            free: Vec::new(),
             task: crate::machine::MAIN_TASK,
             parked: BTreeMap::new(),
             conditions: Conditions::default(),
+        };
+        memory.cells.resize(symbols.cells, Cell::EMPTY);
+        memory.cells.extend(program.code.working_cells());
+        memory.begin(&symbols.slots);
+        memory
+    }
+
+    /// Gives these variables, which have none, their first values.
+    fn begin(&mut self, slots: &[Slot]) {
+        for slot in slots {
+            if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(Kind::zero) {
+                (0..slot.length()).for_each(|index| self.put(slot.base + index, zero.clone()));
+            }
+            for (index, value) in &slot.initial {
+                self.put(slot.base + index, value.clone());
+            }
         }
     }
 
@@ -93,14 +131,9 @@ impl Memory {
     /// # Errors
     /// See [`AccessError`]; a variable without a value is `Undefined`.
     pub fn global(&self, program: &Program, name: &str, subscripts: &[i32]) -> Result<Value, AccessError> {
-        let (slot, index) = shared(program, name, subscripts)?;
-        let value = self
-            .cells
-            .get(slot)
-            .and_then(|cell| cell.values.get(index))
-            .cloned()
-            .flatten();
-        value.ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
+        let (_, cell) = place(program, name, subscripts)?;
+        self.value(cell)
+            .ok_or_else(|| AccessError::Undefined(name.to_ascii_uppercase()))
     }
 
     /// Writes a variable of GLOBAL or DATA. The kind must fit exactly; nothing is converted.
@@ -116,8 +149,8 @@ impl Memory {
         subscripts: &[i32],
         value: Value,
     ) -> Result<(), AccessError> {
-        let (slot, index) = shared(program, name, subscripts)?;
-        let old = self.value(slot, index);
+        let (slot, cell) = place(program, name, subscripts)?;
+        let old = self.value(cell);
         let expected = self.kind(slot).unwrap_or_else(|| value.kind());
         if expected != value.kind() {
             let name = name.to_ascii_uppercase();
@@ -129,12 +162,12 @@ impl Memory {
         }
         let value = match (value, old) {
             (Value::Position(mut new), Some(Value::Position(old))) => {
-                new.work = new.work.take().or_else(|| old.work.clone());
+                new.work = new.work.take().or(old.work);
                 Value::Position(new)
             }
             (value, _) => value,
         };
-        self.store(program, slot, index, value);
+        self.store(program, slot, cell, value);
         Ok(())
     }
 
@@ -149,20 +182,30 @@ impl Memory {
         &mut self.conditions
     }
 
-    pub(crate) fn value(&self, slot: usize, index: usize) -> Option<&Value> {
-        self.cells.get(slot)?.values.get(index)?.as_ref()
+    pub(crate) fn value(&self, cell: usize) -> Option<Value> {
+        match self.cells.get(cell)?.held() {
+            Held::Nothing => None,
+            Held::Integer(value) => Some(Value::Integer(value)),
+            Held::Real(value) => Some(Value::Real(value)),
+            Held::Vector(at) => self.vectors.get(at as usize).cloned(),
+        }
     }
 
     pub(crate) fn kind(&self, slot: usize) -> Option<Kind> {
-        self.cells.get(slot)?.kind
+        *self.kinds.get(slot)?
+    }
+
+    /// The cells the code of the program works on.
+    pub(crate) fn registers(&mut self) -> &mut [Cell] {
+        &mut self.cells
     }
 
     /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.
-    pub(crate) fn store(&mut self, program: &Program, slot: usize, index: usize, value: Value) {
-        let Some(cell) = self.cells.get_mut(slot) else {
+    pub(crate) fn store(&mut self, program: &Program, slot: usize, cell: usize, value: Value) {
+        let Some(kind) = self.kinds.get_mut(slot) else {
             return;
         };
-        cell.kind = Some(value.kind());
+        *kind = Some(value.kind());
         let frame = match (&value, program.symbols.slots.get(slot)) {
             (Value::Coordinate(trans), Some(slot)) if slot.is_work => Some(Frame {
                 name: Some(slot.name.clone()),
@@ -170,24 +213,39 @@ impl Memory {
             }),
             _ => None,
         };
-        if let Some(place) = cell.values.get_mut(index) {
-            *place = Some(value);
-        }
+        self.put(cell, value);
         if let Some(frame) = frame {
             self.move_work(&Arc::new(frame));
         }
     }
 
+    fn put(&mut self, cell: usize, value: Value) {
+        let Some(place) = self.cells.get_mut(cell) else {
+            return;
+        };
+        match (value, place.held()) {
+            (Value::Integer(value), _) => *place = Cell::integer(value),
+            (Value::Real(value), _) => *place = Cell::real(value),
+            (value, Held::Vector(at)) => {
+                if let Some(held) = self.vectors.get_mut(at as usize) {
+                    *held = value;
+                }
+            }
+            (value, _) => {
+                let free = self.free.pop();
+                let at = free.unwrap_or(u32::try_from(self.vectors.len()).unwrap_or(u32::MAX));
+                *place = Cell::vector(at);
+                match self.vectors.get_mut(at as usize) {
+                    Some(held) => *held = value,
+                    None => self.vectors.push(value),
+                }
+            }
+        }
+    }
+
     /// Positions that stand in a coordinate system follow when it is changed.
     fn move_work(&mut self, frame: &Arc<Frame>) {
-        let parked = self.parked.values_mut().flatten();
-        for value in self
-            .cells
-            .iter_mut()
-            .chain(parked)
-            .flat_map(|cell| cell.values.iter_mut())
-            .flatten()
-        {
+        for value in &mut self.vectors {
             if let Value::Position(position) = value
                 && position.work.as_ref().is_some_and(|work| work.name == frame.name)
             {
@@ -197,20 +255,11 @@ impl Memory {
     }
 }
 
-impl Cell {
-    fn new(slot: &Slot) -> Self {
-        let zero = slot.kind.filter(|_| slot.zeroed).map(Kind::zero);
-        let mut values: Vec<Option<Value>> = (0..slot.length()).map(|_| zero.clone()).collect();
-        for (index, value) in &slot.initial {
-            if let Some(place) = values.get_mut(*index) {
-                *place = Some(value.clone());
-            }
-        }
-        Self {
-            kind: slot.kind,
-            values,
-        }
-    }
+/// Slot and cell of a variable that all programs share.
+fn place(program: &Program, name: &str, subscripts: &[i32]) -> Result<(usize, usize), AccessError> {
+    let (slot, index) = shared(program, name, subscripts)?;
+    let base = program.symbols.slots.get(slot).map_or(0, |slot| slot.base);
+    Ok((slot, base + index))
 }
 
 /// Slot and flat index of a variable that all programs share.

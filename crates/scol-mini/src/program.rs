@@ -6,6 +6,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::code::Code;
 use crate::options::LanguageOptions;
 use crate::tree::{Expression, Simple, Variable};
 use crate::value::{Kind, Value};
@@ -13,10 +14,14 @@ use crate::value::{Kind, Value};
 /// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
+    /// Tells it from the programs of other sources and options.
+    pub(crate) fingerprint: u64,
     pub(crate) options: LanguageOptions,
     pub(crate) symbols: Arc<Symbols>,
     pub(crate) blocks: Vec<Entry>,
     pub(crate) steps: Vec<Step>,
+    /// The quick form of the steps; empty for a statement that is executed directly.
+    pub(crate) code: Code,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,
 }
@@ -98,6 +103,19 @@ pub(crate) struct Symbols {
     pub shared: BTreeMap<String, usize>,
     /// Elements of all arrays together.
     pub elements: usize,
+    /// Cells of all variables together.
+    pub cells: usize,
+}
+
+impl Symbols {
+    /// Gives every variable its cells, once all are known.
+    pub fn place(&mut self) {
+        self.cells = 0;
+        for slot in &mut self.slots {
+            slot.base = self.cells;
+            self.cells += slot.length();
+        }
+    }
 }
 
 /// A variable or an array.
@@ -115,6 +133,8 @@ pub(crate) struct Slot {
     pub initial: Vec<(usize, Value)>,
     /// Positions of DATA stand in this coordinate system.
     pub is_work: bool,
+    /// Its first cell in the memory.
+    pub base: usize,
 }
 
 /// Who sees a variable.
@@ -136,6 +156,7 @@ impl Slot {
             zeroed: false,
             initial: Vec::new(),
             is_work: false,
+            base: 0,
         }
     }
 
@@ -169,17 +190,49 @@ pub(crate) fn flat_length(bounds: &[u32]) -> usize {
     })
 }
 
+/// FNV-1a over a source and its options, on top of another fingerprint.
+pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
+    const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+    const PRIME: u64 = 0x0100_0000_01b3;
+    let LanguageOptions {
+        arm,
+        sticky_work,
+        int_division,
+        data_copy,
+    } = *options;
+    let switches = [
+        u8::from(arm == crate::Arm::Scara),
+        u8::from(sticky_work),
+        u8::from(int_division == crate::IntDivision::Real),
+        u8::from(data_copy),
+    ];
+    let bytes = base
+        .to_le_bytes()
+        .into_iter()
+        .chain(switches)
+        .chain(source.bytes());
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+}
+
 impl Program {
     /// A program without blocks, variables and steps: what a statement is executed in when no file is selected.
     #[must_use]
     pub fn empty(options: &LanguageOptions) -> Arc<Program> {
         Arc::new(Program {
+            fingerprint: fingerprint(0, "", options),
             options: *options,
             symbols: Arc::default(),
             blocks: Vec::new(),
             steps: Vec::new(),
+            code: Code::default(),
             rcycle: None,
         })
+    }
+
+    /// A number that tells this program from those of other sources and options.
+    #[must_use]
+    pub fn fingerprint(&self) -> u64 {
+        self.fingerprint
     }
 
     /// The options it was compiled with.

@@ -58,6 +58,7 @@ pub enum Pause {
 
 /// What a statement wants from the world.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Request {
     /// Move the arm; answer when the next statement may run.
     Move(Box<Motion>),
@@ -143,6 +144,7 @@ pub enum Answer {
 
 /// A received number.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Number {
     /// Written without a decimal point.
     Integer(i32),
@@ -152,6 +154,7 @@ pub enum Number {
 
 /// A motion with everything that shapes it.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motion {
     /// Where to and how.
     pub path: Path,
@@ -163,6 +166,7 @@ pub struct Motion {
 
 /// Where to and how. Positions still stand in their own coordinate system.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Path {
     /// `MOVE`: all axes at once.
     Ptp(Position),
@@ -206,6 +210,7 @@ pub enum Path {
 
 /// A channel of `PRINT` and `INPUT`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Channel {
     /// Teach pendant, the default (PRT-02, INP-02).
     Tp,

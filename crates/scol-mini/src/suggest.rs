@@ -80,16 +80,19 @@ impl Suggester<'_> {
         let found = self.text(diagnostic.span);
         let part = self.outline.part_of(diagnostic.line);
         match diagnostic.code {
-            "E0101" | "E0103" | "E0301" => self.keyword(diagnostic),
+            "E0103" | "E0203" if foreign(&found).is_some() => foreign(&found).map(String::from),
+            "E0101" | "E0103" => self.keyword(diagnostic),
+            "E0301" => self
+                .keyword(diagnostic)
+                .or_else(|| fixed("E0301").map(String::from)),
             "E0201" => self.name(&found, part, diagnostic),
             "E0202" => self.label(&found, part?),
-            "E0203" if matches!(found.as_str(), "ENDIF" | "ENDFOR" | "WEND" | "ENDWHILE") => {
-                Some("there are no blocks: an IF stands on one line, a FOR is closed by NEXT".into())
-            }
+            "E0206" => self.heading(&found),
             "E0203" => {
                 let programs = self.outline.parts.iter().filter_map(|part| part.name.as_ref());
                 let words = programs.map(|name| name.text.as_str());
-                did_you_mean(&found, words.chain(builtin::words()))
+                let meant = did_you_mean(&found, words.chain(builtin::words()));
+                meant.or_else(|| Some(format!("add PROGRAM {} to the file", found.trim_matches('"'))))
             }
             "E0404" => {
                 let frames = self.outline.data.iter().filter(|row| row.head() == "TRANS");
@@ -206,6 +209,22 @@ impl Suggester<'_> {
         (line < diagnostic.line).then(|| format!("the first one is on line {line}; rename one of them"))
     }
 
+    /// How the program that is called wants its arguments.
+    fn heading(&self, call: &str) -> Option<String> {
+        let called = |part: &&Part| {
+            let name = part.name.as_ref().map(|name| name.text.as_str());
+            let words = call.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
+            name.is_some_and(|name| words.into_iter().any(|word| word == name))
+        };
+        let part = self.outline.parts.iter().find(called)?;
+        let name = part.name.as_ref()?;
+        let parameters = part.parameters.join(", ");
+        Some(format!(
+            "line {} declares it as {}({parameters})",
+            part.first, name.text
+        ))
+    }
+
     fn missing_end(&self, diagnostic: &Diagnostic) -> String {
         if diagnostic.message.starts_with("expected") {
             return "every GLOBAL, PROGRAM and DATA is closed by an END of its own".into();
@@ -221,17 +240,54 @@ fn fixed(code: &str) -> Option<&'static str> {
         "E0002" => "one statement a line; a text stands between double quotes, a comment behind '",
         "E0004" => "a file holds ASCII characters only, in comments too",
         "E0006" => "close the text with \" on the same line; a text cannot hold a double quote",
+        "E0001" => "divide it into several files, of which one is selected at a time",
+        "E0005" => "make it several statements: a file has no continuation of lines",
+        "E0007" => "an integer has 32 bits; a real reaches to 3.4E38",
+        "E0009" => "correct those above first",
         "E0102" => "put CR last, or begin another PRINT",
+        "E0104" => "assign the inner part to a variable before, or move it to a subprogram",
+        "E0207" => "POINT(...), TRANS(...) and PAYLOAD(...) make vector values, P.X is a number",
         "E0208" => "choose another name",
+        "E0210" => "give it a constant here, and compute it at the beginning of the main program",
+        "E0212" => "DIM NAME(n) declares an array; its elements are NAME(0) to NAME(n)",
+        "E0213" => "as many subscripts as in DIM, each from 0 to the number there",
+        "E0214" => "make the arrays smaller",
         "E0215" => "close the loop with NEXT and its variable",
         "E0216" => "remove it, or write the FOR that it closes",
         "E0217" => "loops are closed in the opposite order of their beginning",
+        "E0301" => {
+            "a file is GLOBAL, then the PROGRAM blocks, then DATA, each of the first and the last once at most"
+        }
         "E0303" => "remove it, or write the GLOBAL, PROGRAM or DATA that it closes",
         "E0304" => "a file begins with PROGRAM and a name, and is closed by END",
+        "E0401" => "remove those at the end; numbers left out are 0",
         "E0402" => "the digits are shoulder, elbow, wrist, axis 4, axis 6; 0 leaves one open",
         "E0403" => "shorten it: hosts reach names of at most 10 characters",
         _ => return None,
     })
+}
+
+/// What takes the place of a word of other languages.
+fn foreign(word: &str) -> Option<&'static str> {
+    Some(match word {
+        "ENDIF" | "ELSEIF" | "ENDFOR" | "WEND" | "ENDWHILE" | "THEN" | "ELSE" => {
+            "there are no blocks: an IF stands on one line, a FOR is closed by NEXT"
+        }
+        "WHILE" | "REPEAT" | "UNTIL" | "LOOP" | "SELECT" | "CASE" => {
+            "loops and choices are made of FOR and NEXT, or of labels, IF and GOTO"
+        }
+        "CALL" | "GOSUB" => "a program is called by its name alone",
+        "LET" | "VAR" | "LOCAL" => "a variable is made by giving it a value: NAME = value",
+        "REM" => "a comment begins with REMARK or '",
+        "EXIT" => "leave a loop with GOTO, a program with RETURN",
+        "SUB" | "FUNCTION" | "ENDSUB" => "a subprogram is a PROGRAM block of its own",
+        _ => return None,
+    })
+}
+
+/// The word itself, or so near to it that it was meant.
+pub(crate) fn is_nearly(found: &str, word: &str) -> bool {
+    found == word || did_you_mean(found, [word].into_iter()).is_some()
 }
 
 /// The nearest of the candidates, if one is near enough.

@@ -9,6 +9,7 @@ use crate::options::Arm;
 
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Kind {
     /// 32-bit signed integer.
     Integer,
@@ -56,6 +57,7 @@ impl Kind {
 
 /// A value of the language.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Value {
     /// An integer.
     Integer(i32),
@@ -86,6 +88,7 @@ impl Value {
 /// The posture of an arm: shoulder, elbow, wrist, axis 4, axis 6, each 0 (undefined), 1 or 2 (DATA-04).
 /// A SCARA uses the first only: 1 `LEFTY`, 2 `RIGHTY`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Configuration {
     /// Shoulder, elbow, wrist, axis 4, axis 6, each 0 to 2.
     pub digits: [u8; 5],
@@ -147,12 +150,14 @@ impl Configuration {
 
 /// A position in mm and degrees.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Position {
     /// In the order of `POINT()`: six-axis `X Y Z A B C U V`; SCARA `X Y Z C T`, the rest 0.
     pub coords: [f64; 8],
     /// The posture; undefined = keep the present one.
     pub config: Configuration,
     /// The coordinate system the position stands in, from a `WORK` line of DATA (DATA-09); `None` = the current one.
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::shared"))]
     pub work: Option<Arc<Frame>>,
 }
 
@@ -194,6 +199,7 @@ pub(crate) fn coordinates(arm: Arm) -> usize {
 
 /// A coordinate system: shifted along the axes of the old one, then rotated. mm and degrees.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Trans {
     /// `X Y Z A B C`; on a SCARA only `X Y Z` and `C` (the last) are used.
     pub coords: [f64; 6],
@@ -237,6 +243,7 @@ impl Trans {
 
 /// Load data: mass in kg, centre of gravity and size in mm. A SCARA knows mass and `gravity[0]` only.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Payload {
     /// Mass in kg.
     pub mass: f64,

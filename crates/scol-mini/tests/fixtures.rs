@@ -1,11 +1,18 @@
 //! Walks the folders of fixtures: `ok` compiles without a word, `run` plays as expected, `err` says what is wrong.
 
-#![expect(clippy::disallowed_methods, reason = "tests read and bless fixtures")]
+#![expect(
+    clippy::disallowed_methods,
+    clippy::unwrap_used,
+    reason = "tests read and bless fixtures"
+)]
 
 mod common;
 
-use common::{answers, compiled, options, play, programs};
-use scol_mini::{Severity, check, compile};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use common::{answers, compiled, folder, options, play, programs};
+use scol_mini::{Severity, check, compile, format};
 
 // clause: EXAMPLE-09 RAM-04 RAM-09 RAM-10 DATA-01
 #[test]
@@ -20,6 +27,25 @@ fn ok_programs_compile_without_a_remark() {
     }
 }
 
+/// Programs of the kind that run in cells are not warned of; those of the manual for what is true of them: a check value
+/// that INPUT gives its kind, a PRINT behind a MOVE, a label nothing jumps to, a GLOBAL that nothing uses.
+#[test]
+fn ok_programs_get_no_false_warnings() {
+    let mut found = Vec::new();
+    for (path, source) in programs("ok") {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_string();
+        let remarks = check(&source, &options(&source)).diagnostics;
+        found.extend(remarks.iter().map(|remark| (name.clone(), remark.code)));
+    }
+    let expected = [
+        ("direct_position", "W0602"),
+        ("relative", "W0601"),
+        ("select", "W0604"),
+        ("workfile", "W0607"),
+    ];
+    assert_eq!(found, expected.map(|(name, code)| (name.to_string(), code)));
+}
+
 // clause: PRT-13 PRT-15 INP-01 BUF-01
 #[test]
 fn run_programs_play_as_expected() {
@@ -32,6 +58,44 @@ fn run_programs_play_as_expected() {
         let lines = play(&compiled(&source), answers(&source), 10_000);
         assert_eq!(lines.join("\n") + "\n", expected, "{}", path.display());
     }
+}
+
+#[test]
+fn laying_out_is_done_once_and_changes_no_meaning() {
+    let mut changed = 0;
+    for (path, source) in ["ok", "run", "err"].into_iter().flat_map(programs) {
+        let laid = format(&source);
+        assert_eq!(format(&laid), laid, "{}", path.display());
+        changed += usize::from(laid != source);
+        let (before, after) = (
+            compile(&source, &options(&source)),
+            compile(&laid, &options(&source)),
+        );
+        let said = |list: &[scol_mini::Diagnostic]| -> Vec<(u32, &str)> {
+            let mut codes: Vec<_> = list.iter().map(|d| (d.line, d.code)).collect();
+            codes.sort_unstable();
+            codes
+        };
+        assert_eq!(
+            said(&after.diagnostics),
+            said(&before.diagnostics),
+            "{}",
+            path.display()
+        );
+        if let (Some(before), Some(after)) = (before.program, after.program) {
+            let lines = |program| play(program, answers(&source), 3_000);
+            assert_eq!(lines(&after), lines(&before), "{}", path.display());
+            assert_eq!(
+                after.first_line(),
+                before.first_line(),
+                "lines stay where they are"
+            );
+        }
+    }
+    assert!(
+        changed > 20,
+        "{changed} programs are laid out anew: the test proves little"
+    );
 }
 
 fn remarks(source: &str) -> String {
@@ -84,6 +148,83 @@ fn err_programs_are_told_what_is_wrong() {
         let found = remarks(&source);
         assert_eq!(found, expected, "{}:\n{found}", path.display());
     }
+}
+
+/// Codes as they stand between quotes in the sources of the front end.
+fn codes() -> BTreeSet<String> {
+    let mut folders = Vec::from([Path::new(env!("CARGO_MANIFEST_DIR")).join("src")]);
+    let mut codes = BTreeSet::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+                continue;
+            }
+            let text = std::fs::read_to_string(&path).unwrap();
+            let product = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+            let words = product
+                .split('"')
+                .filter(|word| word.len() == 5 && word.starts_with(['E', 'W']));
+            codes.extend(
+                words
+                    .filter(|word| word[1..].bytes().all(|b| b.is_ascii_digit()))
+                    .map(String::from),
+            );
+        }
+    }
+    codes
+}
+
+/// Every code of the front end has a program in `err` that brings it about, with what is to be done about it at least
+/// once, and a row in docs/SCOL.md.
+#[test]
+fn every_code_has_its_program_its_remedy_and_its_row() {
+    // A file that is too long is no fixture, and what cannot be done by DO is no file.
+    const ELSEWHERE: [&str; 2] = ["E0001", "E0501"];
+    let (mut told, mut helped) = (BTreeSet::new(), BTreeSet::new());
+    for (path, source) in programs("err") {
+        for remark in check(&source, &options(&source)).diagnostics {
+            let inside = remark.span.start <= remark.span.end && remark.span.end <= source.len();
+            assert!(inside, "{}: {remark:?}", path.display());
+            told.insert(remark.code.to_string());
+            if remark.help.is_some() {
+                helped.insert(remark.code.to_string());
+            }
+        }
+    }
+    let codes = codes();
+    assert!(codes.len() >= 50, "{} codes found", codes.len());
+    let docs = std::fs::read_to_string(folder("err").join("../../../docs/SCOL.md")).unwrap();
+    let without = |known: &BTreeSet<String>| -> Vec<String> {
+        let missing = codes
+            .iter()
+            .filter(|code| !known.contains(*code) && !ELSEWHERE.contains(&code.as_str()));
+        missing.cloned().collect()
+    };
+    assert_eq!(
+        without(&told),
+        [] as [&str; 0],
+        "no program of err brings these about"
+    );
+    assert_eq!(
+        without(&helped),
+        [] as [&str; 0],
+        "no program of err is told what to do about these"
+    );
+    let rows: Vec<&String> = codes
+        .iter()
+        .filter(|code| !docs.contains(code.as_str()))
+        .collect();
+    assert_eq!(rows, [] as [&str; 0], "docs/SCOL.md misses these");
+}
+
+#[test]
+fn a_file_that_is_too_long_is_told_so() {
+    let source = "' too long\n".repeat(10_000);
+    let found = check(&source, &Default::default()).diagnostics;
+    assert_eq!((found.len(), found[0].code, found[0].line), (1, "E0001", 1));
+    assert!(found[0].message.contains("99999"), "{}", found[0].message);
 }
 
 #[test]

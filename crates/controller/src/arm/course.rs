@@ -6,12 +6,12 @@ use core::time::Duration;
 use scol_mini::Position;
 
 impl Arm {
-    /// MOTIONT: how long the motion has gone on, a hold counted; zero when none is under way.
+    /// MOTIONT: how long the motion has gone on, a hold counted; of motions that overlap, the one begun last; zero when none is under way.
     #[must_use]
     pub fn elapsed(&self, now: Time) -> Duration {
-        self.active
-            .as_ref()
-            .map_or(Duration::ZERO, |active| now.since(active.start))
+        self.active.as_ref().map_or(Duration::ZERO, |active| {
+            active.motion.elapsed_at(now.since(active.start))
+        })
     }
 
     /// REMAINT: how long the motion will go on; zero when none is under way, and while it is held.

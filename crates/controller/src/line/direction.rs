@@ -161,6 +161,17 @@ impl Direction {
         arrivals
     }
 
+    /// Bytes of which no character has begun are forgotten.
+    pub fn purge(&mut self, now: Time) {
+        let Some(first) = self.bursts.front_mut() else {
+            return;
+        };
+        let begun = usize::from(self.clock.now() < now);
+        first.bytes.truncate(begun);
+        self.queued = begun;
+        self.bursts.truncate(begun);
+    }
+
     /// What was queued never passes.
     pub fn cut(&mut self) {
         *self = Direction::default();

@@ -113,6 +113,21 @@ fn each_byte_has_the_settings_it_was_handed_over_with() {
 }
 
 #[test]
+fn a_character_that_has_begun_cannot_be_purged() {
+    let mut direction = Direction::default();
+    direction.push(Time::ZERO, b"abc", plain());
+    direction.purge(Time::from_micros(10));
+    assert_eq!(direction.queued(), 1);
+    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'a');
+    let later = Time::from_millis(10);
+    direction.push(later, b"abc", plain());
+    direction.purge(later);
+    assert_eq!((direction.queued(), direction.deadline(plain())), (0, None));
+    direction.push(later, b"d", plain());
+    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'd');
+}
+
+#[test]
 fn paced_or_at_once_the_same_is_read() {
     let text = b"\x02SU\r\x03\x02EC,OVRD=50\r\x03";
     for sender in [

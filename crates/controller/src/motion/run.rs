@@ -46,6 +46,10 @@ pub struct Motion {
     /// Course since `since`.
     profile: Profile,
     since: Duration,
+    /// When the motion added last by PASS began or will begin, as far as is known.
+    joined: Duration,
+    /// When the one before it began.
+    before: Duration,
 }
 
 impl Motion {
@@ -99,6 +103,8 @@ impl Motion {
             phase: Phase::Moving,
             profile,
             since: Duration::ZERO,
+            joined: Duration::ZERO,
+            before: Duration::ZERO,
         }
     }
 
@@ -170,6 +176,8 @@ impl Motion {
         };
         blended.profile = to_end(&blended.path, state, &blended.rates());
         blended.since = self.since.max(at);
+        blended.joined = blended.joins_at();
+        blended.before = self.joined;
         Some(blended)
     }
 
@@ -177,13 +185,27 @@ impl Motion {
     /// blended, or held.
     #[must_use]
     pub fn last_begins(&self) -> Option<Duration> {
+        matches!(self.path, Path::Chain(_))
+            .then_some(self.joined)
+            .filter(|_| self.phase == Phase::Moving)
+    }
+
+    /// How long the motion under way at `t`, the one begun last, has gone on by then.
+    #[must_use]
+    pub fn elapsed_at(&self, t: Duration) -> Duration {
+        t.checked_sub(self.joined)
+            .unwrap_or(t.saturating_sub(self.before))
+    }
+
+    /// When the present course comes to the motion added last.
+    fn joins_at(&self) -> Duration {
         match &self.path {
-            Path::Chain(chain) if self.phase == Phase::Moving => {
+            Path::Chain(chain) => {
                 let seconds = self.profile.time_at(chain.last_begins() / chain.duration);
                 let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-                Some(self.since.saturating_add(after))
+                self.since.saturating_add(after)
             }
-            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => None,
+            Path::Joint { .. } | Path::Guided(_) => Duration::ZERO,
         }
     }
 
@@ -287,6 +309,9 @@ impl Motion {
         self.profile = profile(&self.path, self.state_at(at));
         self.since = self.since.max(at);
         self.phase = phase;
+        if self.joined > self.since {
+            self.joined = self.joins_at();
+        }
     }
 }
 

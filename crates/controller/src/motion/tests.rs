@@ -8,6 +8,7 @@ mod arch;
 mod blend;
 mod bounds;
 mod change;
+mod random;
 
 const KEEP: [u8; 5] = [0; 5];
 

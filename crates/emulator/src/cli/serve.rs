@@ -40,13 +40,16 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
         let stop = stop_signal().context("cannot listen for signals")?;
         let (hub, _panel) = Hub::open(&settings).await?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports()).line()?;
+            let line = Ready::new(hub.ports(), &hub.serial()).line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
                 .context("cannot write to stdout")?;
         } else {
-            eprint!("{}", banner(&settings, hub.ports(), hub.has_demo()));
+            eprint!(
+                "{}",
+                banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
+            );
         }
         hub.run(stop).await;
         info!("ended");

@@ -3,6 +3,7 @@
 //! what the default is, is decided after all layers are read.
 
 use super::model::ModelChoice;
+use super::serial::ListenAt;
 use crate::clock::TimeMode;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
@@ -26,6 +27,27 @@ pub struct ServeArgs {
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
     #[arg(long, value_name = "WORD")]
     pub ports: Option<PortsWord>,
+    /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
+    #[arg(long, value_name = "DIR")]
+    pub serial_dir: Option<PathBuf>,
+    /// HOST is this real port, for example /dev/ttyUSB0 or COM3
+    #[arg(long, value_name = "PORT")]
+    pub host: Option<PathBuf>,
+    /// HOST is served by RFC 2217 here: ADDRESS:PORT, or a port (0: a free one)
+    #[arg(long, value_name = "ADDR")]
+    pub host_rfc2217: Option<ListenAt>,
+    /// HOST is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub host_tcp: Option<ListenAt>,
+    /// COM1 is this real port
+    #[arg(long, value_name = "PORT")]
+    pub com1: Option<PathBuf>,
+    /// COM1 is served by RFC 2217 here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_rfc2217: Option<ListenAt>,
+    /// COM1 is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_tcp: Option<ListenAt>,
     /// Print one line of JSON on stdout once every port accepts
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub ready_json: Option<bool>,
@@ -85,6 +107,13 @@ impl ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
             ports: self.ports.or(below.ports),
+            serial_dir: self.serial_dir.or(below.serial_dir),
+            host: self.host.or(below.host),
+            host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
+            host_tcp: self.host_tcp.or(below.host_tcp),
+            com1: self.com1.or(below.com1),
+            com1_rfc2217: self.com1_rfc2217.or(below.com1_rfc2217),
+            com1_tcp: self.com1_tcp.or(below.com1_tcp),
             ready_json: self.ready_json.or(below.ready_json),
             drive: self.drive.or(below.drive),
             load: if self.load.is_empty() {

@@ -6,16 +6,21 @@ pub mod args;
 mod layers;
 pub mod model;
 mod options;
+mod serial;
 
 pub use args::ServeArgs;
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
+use crate::line::SerialEnd;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, ControllerType};
+use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 
 /// Which TCP ports the channels get.
@@ -34,6 +39,8 @@ pub struct Settings {
     pub listen: IpAddr,
     /// Their ports.
     pub ports: Ports,
+    /// How the serial ports HOST and COM1 are reached; one that is not here has no line to the outside.
+    pub serial: BTreeMap<Port, SerialEnd>,
     /// The controller.
     pub controller: Config,
     /// The links.
@@ -59,6 +66,7 @@ impl Settings {
         Settings {
             listen: IpAddr::V4(Ipv4Addr::LOCALHOST),
             ports: Ports::Offset(0),
+            serial: BTreeMap::new(),
             controller,
             links: LinkOptions::default(),
             time: TimeMode::default(),
@@ -74,7 +82,7 @@ impl Settings {
     ///
     /// # Errors
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
-    /// INTERNAL on a TSL3100.
+    /// INTERNAL on a TSL3100, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
         let mut links = LinkOptions::default();
@@ -111,9 +119,11 @@ impl Settings {
             Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
         let defaults = Settings::new(controller);
+        let listen = args.listen.unwrap_or(defaults.listen);
         Ok(Settings {
-            listen: args.listen.unwrap_or(defaults.listen),
+            listen,
             ports,
+            serial: serial::ends(args, listen)?,
             links,
             time,
             drive: args.drive.clone(),

@@ -6,6 +6,7 @@ mod connection;
 mod dial;
 mod listen;
 
+pub(crate) use connection::prepare;
 pub use listen::LinkError;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};

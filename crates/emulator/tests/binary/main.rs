@@ -10,6 +10,8 @@
 mod client;
 mod extensions;
 mod headless;
+#[cfg(unix)]
+mod serial;
 mod serve;
 mod support;
 mod tools;

@@ -16,11 +16,12 @@ use crate::tree::Name;
 use crate::value::{Kind, Payload, Position, Trans, Value};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
-/// Makes the variables of GLOBAL.
-pub(super) fn globals(file: &File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
+/// Makes the variables of GLOBAL. One that cannot be made is doubtful from then on: nothing is said about its uses.
+pub(super) fn globals(file: &mut File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     for declaration in &file.globals {
         if let Err(problem) = global(declaration, options, symbols) {
             sink.error(problem);
+            file.doubtful.insert(declaration.name.text.clone());
         } else if declaration.name.text.len() > MAX_DATA_NAME {
             let message = format!(
                 "{} is too long to be read or written by a host",

@@ -4,9 +4,10 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::{kinds, names};
+use crate::code::Code;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
-use crate::program::{Operation, Program, Step, Symbols};
+use crate::program::{Operation, Program, Step, Symbols, fingerprint};
 use crate::sink::Sink;
 use crate::tree::{Feature, Simple, Statement};
 
@@ -31,6 +32,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     operation,
                 };
                 return Ok(Arc::new(Program {
+                    fingerprint: fingerprint(base.fingerprint, statement, &base.options),
                     options: base.options,
                     symbols: Arc::clone(&base.symbols),
                     blocks: Vec::new(),
@@ -38,6 +40,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                         step(Operation::Simple(simple), true),
                         step(Operation::Return, false),
                     ]),
+                    code: Code::default(),
                     rcycle: None,
                 }));
             }

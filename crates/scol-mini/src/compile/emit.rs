@@ -135,7 +135,13 @@ impl Emitter<'_> {
                 step,
                 ..
             } => {
-                let name = variable.name.text.clone();
+                // One that stands for a broken line: its name is not known, and its end not missed.
+                let broken = variable.name.span == span;
+                let name = if broken {
+                    String::new()
+                } else {
+                    variable.name.text.clone()
+                };
                 let at = self.push(Operation::For {
                     variable,
                     from,
@@ -197,7 +203,8 @@ impl Emitter<'_> {
             self.sink.error(Problem::new("E0203", name.span, message));
             return;
         };
-        if signature.parameters != arguments.len() {
+        let known = !self.doubtful.contains(&name.text);
+        if known && signature.parameters != arguments.len() {
             let message = format!(
                 "{} takes {} arguments, found {}",
                 name.text,
@@ -274,6 +281,7 @@ impl Emitter<'_> {
         };
         if let Some(name) = name
             && name.text != variable
+            && !variable.is_empty()
         {
             let message = format!("expected NEXT {variable}, found NEXT {}", name.text);
             self.sink.error(Problem::new("E0217", name.span, message));
@@ -290,7 +298,8 @@ impl Emitter<'_> {
 
     /// Puts step numbers in place of statement numbers.
     fn finish(mut self, first: usize) -> Option<usize> {
-        for (_, variable, span) in core::mem::take(&mut self.loops) {
+        let open = core::mem::take(&mut self.loops);
+        for (_, variable, span) in open.into_iter().filter(|(_, variable, _)| !variable.is_empty()) {
             self.sink.error(Problem::new(
                 "E0215",
                 span,

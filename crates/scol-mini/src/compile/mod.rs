@@ -1,10 +1,12 @@
 //! The compiler: parsed file in, flat program out.
-//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps.
+//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps, `lower`
+//! their quick form.
 
 mod declare;
 mod direct;
 mod emit;
 mod kinds;
+mod lower;
 mod names;
 
 use alloc::format;
@@ -16,7 +18,7 @@ use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::options::LanguageOptions;
 use crate::parser::parse_file;
-use crate::program::{Entry, Program, Symbols};
+use crate::program::{Entry, Program, Symbols, fingerprint};
 use crate::sink::Sink;
 use crate::tree::Name;
 
@@ -53,7 +55,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     }
     let mut file = parse_file(source, options, sink);
     let mut symbols = Symbols::default();
-    declare::globals(&file, options, &mut symbols, sink);
+    declare::globals(&mut file, options, &mut symbols, sink);
     declare::data(&file, options, &mut symbols, sink);
     let signatures: Vec<Signature> = file
         .blocks
@@ -81,9 +83,13 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
             rcycle = label;
         }
     }
+    symbols.place();
+    let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
+        fingerprint: fingerprint(0, source, options),
         options: *options,
         symbols: Arc::new(symbols),
+        code,
         blocks,
         steps,
         rcycle,

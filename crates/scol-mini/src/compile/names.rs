@@ -24,6 +24,7 @@ pub(super) fn resolve_block(
 ) {
     let mut scope = Scope {
         locals: BTreeMap::new(),
+        lost: BTreeSet::new(),
         doubtful,
         symbols,
     };
@@ -41,7 +42,10 @@ pub(super) fn resolve_block(
     for declaration in &block.dims {
         match dim_slot(declaration, Owner::Local, scope.symbols) {
             Ok(slot) => scope.local(slot),
-            Err(problem) => sink.error(problem),
+            Err(problem) => {
+                sink.error(problem);
+                scope.lost.insert(declaration.name.text.clone());
+            }
         }
     }
     if data_copy {
@@ -70,6 +74,7 @@ pub(super) fn resolve_block(
 pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
     let scope = Scope {
         locals: BTreeMap::new(),
+        lost: BTreeSet::new(),
         doubtful: &BTreeSet::new(),
         symbols,
     };
@@ -109,6 +114,8 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
 
 struct Scope<'a> {
     locals: BTreeMap<String, Reference>,
+    /// Names of `DIM` that could not be made.
+    lost: BTreeSet<String>,
     doubtful: &'a BTreeSet<String>,
     symbols: &'a mut Symbols,
 }
@@ -122,6 +129,9 @@ impl Scope<'_> {
 
     /// Makes a local variable of a name that is assigned and not known yet.
     fn define(&mut self, variable: &mut Variable) {
+        if self.lost.contains(&variable.name.text) {
+            return;
+        }
         if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
             self.local(Slot::plain(&variable.name.text, Owner::Local));
         }
@@ -152,7 +162,7 @@ impl Scope<'_> {
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
-            if !self.doubtful.contains(&name.text) {
+            if !self.doubtful.contains(&name.text) && !self.lost.contains(&name.text) {
                 sink.error(self.undefined(variable));
             }
             return;

@@ -1,7 +1,7 @@
 //! Warnings about the order of statements: what is never reached, jumps into loops, loops whose variable is
 //! changed, a PRINT that may overtake the motion before it.
 
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::vec::Vec;
 
@@ -12,8 +12,8 @@ use crate::sink::Sink;
 
 const MOTIONS: &[&str] = &["MOVE", "MOVES", "MOVEC", "MOVEA", "MOVEI", "MOVEJ", "READY"];
 
-pub(super) fn lint(part: &Part, sink: &mut Sink) {
-    unreachable(part, sink);
+pub(super) fn lint(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
+    unreachable(part, broken, sink);
     overtaking(part, sink);
     loops(part, sink);
 }
@@ -36,7 +36,7 @@ fn leaves(segment: &[Lexeme]) -> bool {
 }
 
 /// W0603: statements behind a jump and before the next label; one remark for each stretch of them.
-fn unreachable(part: &Part, sink: &mut Sink) {
+fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
     let mut left: Option<(u32, &str)> = None;
     let mut told = false;
     for row in &part.rows {
@@ -47,7 +47,9 @@ fn unreachable(part: &Part, sink: &mut Sink) {
             continue;
         }
         let Some((line, by)) = left else {
-            left = leaving(row).map(|by| (row.line.number, by));
+            left = leaving(row)
+                .filter(|_| !broken.contains(&row.line.number))
+                .map(|by| (row.line.number, by));
             continue;
         };
         if !told {

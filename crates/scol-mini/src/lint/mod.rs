@@ -6,6 +6,7 @@ mod flow;
 mod names;
 mod values;
 
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 use crate::diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity};
@@ -28,17 +29,23 @@ pub fn check(source: &str, options: &LanguageOptions) -> Compilation {
         .iter()
         .any(|d| d.severity == Severity::Error);
     let room = MAX_DIAGNOSTICS.saturating_sub(compilation.diagnostics.len());
-    let warnings = warnings(source, options, clean);
+    let broken = compilation
+        .diagnostics
+        .iter()
+        .filter(|d| d.severity == Severity::Error);
+    let broken = broken.map(|d| d.line).collect();
+    let warnings = warnings(source, options, clean, &broken);
     compilation.diagnostics.extend(warnings.into_iter().take(room));
     compilation.diagnostics.sort_by_key(|d| (d.line, d.column));
     compilation
 }
 
-fn warnings(source: &str, options: &LanguageOptions, clean: bool) -> Vec<Diagnostic> {
+/// `broken` are the lines with errors.
+fn warnings(source: &str, options: &LanguageOptions, clean: bool, broken: &BTreeSet<u32>) -> Vec<Diagnostic> {
     let outline = Outline::new(source);
     let mut sink = Sink::new(source);
     for part in &outline.parts {
-        flow::lint(part, &mut sink);
+        flow::lint(part, broken, &mut sink);
         values::lint(part, options, &mut sink);
     }
     names::lint(&outline, options.arm, clean, &mut sink);
@@ -50,7 +57,7 @@ mod tests {
     use super::*;
 
     fn codes(source: &str) -> Vec<&'static str> {
-        let list = warnings(source, &LanguageOptions::default(), true);
+        let list = warnings(source, &LanguageOptions::default(), true, &BTreeSet::new());
         list.iter().map(|d| d.code).collect()
     }
 

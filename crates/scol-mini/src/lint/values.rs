@@ -55,7 +55,7 @@ fn divisions(tokens: &[Lexeme], options: &LanguageOptions, sink: &mut Sink) {
         }
         if matches!(right.token, Token::Integer(0)) || matches!(right.token, Token::Real(0.0)) {
             let problem = Problem::new("W0613", right.span, "this divides by zero, which is an alarm");
-            sink.warning(problem);
+            sink.warning(problem.help("divide by something that is not 0"));
             continue;
         }
         let before = at.checked_sub(1).and_then(|at| tokens.get(at));

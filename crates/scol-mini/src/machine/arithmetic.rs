@@ -72,9 +72,9 @@ pub(crate) fn convert(value: Value, kind: Kind) -> Result<Value, Trouble> {
 }
 
 /// A finite real.
-pub(super) fn real(value: f32) -> Result<Value, Trouble> {
+pub(super) fn real(value: f32) -> Result<Number, Trouble> {
     if value.is_finite() {
-        return Ok(Value::Real(value));
+        return Ok(Number::Real(value));
     }
     Err(Trouble::new(
         FaultKind::Overflow,
@@ -82,23 +82,22 @@ pub(super) fn real(value: f32) -> Result<Value, Trouble> {
     ))
 }
 
-fn integer(value: Option<i32>) -> Result<Value, Trouble> {
+fn integer(value: Option<i32>) -> Result<Number, Trouble> {
     let overflow = || {
         Trouble::new(
             FaultKind::Overflow,
             "the result does not fit an integer of 32 bits",
         )
     };
-    value.map(Value::Integer).ok_or_else(overflow)
+    value.map(Number::Integer).ok_or_else(overflow)
 }
 
-pub(super) fn unary(operator: Unary, of: Number) -> Result<Value, Trouble> {
+pub(super) fn unary(operator: Unary, of: Number) -> Result<Number, Trouble> {
     match (operator, of) {
-        (Unary::Not, of) => Ok(Value::Integer(i32::from(!truth(of)))),
+        (Unary::Not, of) => Ok(Number::Integer(i32::from(!truth(of)))),
         (Unary::Minus, Number::Integer(value)) => integer(value.checked_neg()),
-        (Unary::Minus, Number::Real(value)) => Ok(Value::Real(-value)),
-        (Unary::Plus, Number::Integer(value)) => Ok(Value::Integer(value)),
-        (Unary::Plus, Number::Real(value)) => Ok(Value::Real(value)),
+        (Unary::Minus, Number::Real(value)) => Ok(Number::Real(-value)),
+        (Unary::Plus, value) => Ok(value),
     }
 }
 
@@ -108,8 +107,8 @@ pub(super) fn binary(
     left: Number,
     right: Number,
     division: IntDivision,
-) -> Result<Value, Trouble> {
-    let truth_value = |value: bool| Ok(Value::Integer(i32::from(value)));
+) -> Result<Number, Trouble> {
+    let truth_value = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
         Binary::Or => return truth_value(truth(left) || truth(right)),
         Binary::And => return truth_value(truth(left) && truth(right)),
@@ -124,8 +123,8 @@ pub(super) fn binary(
     }
 }
 
-fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Value, Trouble> {
-    let relation = |value: bool| Ok(Value::Integer(i32::from(value)));
+fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Number, Trouble> {
+    let relation = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
         Binary::Equal => relation(left == right),
         Binary::NotEqual => relation(left != right),
@@ -147,8 +146,8 @@ fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> R
     }
 }
 
-fn reals(operator: Binary, left: f32, right: f32) -> Result<Value, Trouble> {
-    let relation = |value: bool| Ok(Value::Integer(i32::from(value)));
+fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, Trouble> {
+    let relation = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
         Binary::Equal => relation(left == right),
         Binary::NotEqual => relation(left != right),

@@ -3,8 +3,9 @@
 
 use alloc::format;
 
-use super::arithmetic::{as_number, binary, double, truncated, truth, unary};
-use super::{Frame, Trouble, compose};
+use super::arithmetic::{as_number, as_value, binary, double, truncated, truth, unary};
+use super::place::Argument;
+use super::{Trouble, compose};
 use crate::MAX_TASKS;
 use crate::builtin::System;
 use crate::conditions::Accuracy;
@@ -20,7 +21,10 @@ pub(super) struct Context<'a> {
     pub program: &'a Program,
     pub memory: &'a Memory,
     pub inputs: &'a dyn Inputs,
-    pub frames: &'a [Frame],
+    /// What was handed over to the program under way.
+    pub arguments: &'a [Argument],
+    /// Where in the stack of arguments those begin.
+    pub base: usize,
     /// ID of the task, for `TID`.
     pub task: u16,
 }
@@ -37,7 +41,7 @@ impl Context<'_> {
                     .map(|value| Value::Real(value as f32))
                     .ok_or_else(|| no_component(&value, *letter))
             }
-            Node::Unary(operator, of) => unary(*operator, self.number(of)?),
+            Node::Unary(operator, of) => unary(*operator, self.number(of)?).map(as_value),
             Node::Binary(operator @ (Binary::Add | Binary::Subtract), left, right) => {
                 self.sum(*operator, self.evaluate(left)?, self.evaluate(right)?)
             }
@@ -46,7 +50,7 @@ impl Context<'_> {
             }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
-                binary(*operator, left, right, self.program.options.int_division)
+                binary(*operator, left, right, self.program.options.int_division).map(as_value)
             }
             Node::Function(builtin, arguments) => self.function(*builtin, arguments),
             Node::System(system) => Ok(self.system(*system)),
@@ -111,7 +115,7 @@ impl Context<'_> {
                 Ok(Value::Coordinate(left))
             }
             (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => binary(operator, a, b, self.program.options.int_division),
+                (Some(a), Some(b)) => binary(operator, a, b, self.program.options.int_division).map(as_value),
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be added or subtracted");
@@ -132,7 +136,9 @@ impl Context<'_> {
                 Ok(Value::Coordinate(compose::trans(&left, &right)))
             }
             (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => binary(Binary::Multiply, a, b, self.program.options.int_division),
+                (Some(a), Some(b)) => {
+                    binary(Binary::Multiply, a, b, self.program.options.int_division).map(as_value)
+                }
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be multiplied");

@@ -6,8 +6,10 @@ use alloc::vec::Vec;
 
 use super::arithmetic::as_value;
 use super::evaluate::{Context, component_index, no_component};
+use super::place::Argument;
 use super::{Frame, Loop, Machine, Pending, State, Trouble};
 use crate::MAX_CALL_NESTING;
+use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
 use crate::request::{FaultKind, Inputs, Motion, Number, Request};
@@ -16,7 +18,6 @@ use crate::value::Value;
 
 impl Machine {
     /// Executes the step at `at` and moves on; `false` when it is a WAIT that goes on waiting.
-    #[expect(clippy::too_many_lines, reason = "a flat match, one arm an operation")]
     pub(super) fn execute(
         &mut self,
         program: &Program,
@@ -24,13 +25,7 @@ impl Machine {
         memory: &mut Memory,
         inputs: &dyn Inputs,
     ) -> Result<bool, Trouble> {
-        let context = Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        };
+        let context = self.context(program, memory, inputs);
         let mut next = self.at + 1;
         match operation {
             Operation::Simple(simple) => return self.simple(program, simple, memory, inputs).map(|()| true),
@@ -63,8 +58,8 @@ impl Machine {
                 let opened = Loop {
                     opener: self.at,
                     exit: *exit,
-                    limit,
-                    step,
+                    limit: Cell::from(limit),
+                    step: Cell::from(step),
                 };
                 next = self.enter(program, memory, inputs, variable, from, opened)?;
             }
@@ -73,12 +68,8 @@ impl Machine {
                 let arguments = arguments
                     .iter()
                     .map(|e| context.argument(e))
-                    .collect::<Result<_, _>>()?;
-                self.call(Frame {
-                    return_to: next,
-                    arguments,
-                    loops: Vec::new(),
-                })?;
+                    .collect::<Result<Vec<_>, _>>()?;
+                self.call(next, arguments)?;
                 next = program
                     .blocks
                     .get(*block)
@@ -93,27 +84,40 @@ impl Machine {
                 self.state = State::Ended;
                 return Ok(true);
             }
-            Operation::Return if self.frames.len() <= 1 => {
-                self.state = State::Ended;
-                return Ok(true);
-            }
-            Operation::Return => {
-                next = self.frames.pop().map_or(next, |frame| frame.return_to);
-                self.forget_jumps();
-            }
+            Operation::Return => match self.leave() {
+                Some(back) => next = back,
+                None => {
+                    self.state = State::Ended;
+                    return Ok(true);
+                }
+            },
         }
         self.at = next;
         Ok(true)
     }
 
-    fn call(&mut self, frame: Frame) -> Result<(), Trouble> {
+    fn call(&mut self, return_to: usize, arguments: Vec<Argument>) -> Result<(), Trouble> {
         // The main program is a frame too.
         if self.frames.len() > MAX_CALL_NESTING {
             let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
             return Err(Trouble::new(FaultKind::Nesting, message));
         }
-        self.frames.push(frame);
+        self.frames.push(Frame {
+            return_to,
+            arguments: self.arguments.len(),
+            loops: self.loops.len(),
+        });
+        self.arguments.extend(arguments);
         Ok(())
+    }
+
+    /// Back to where the program was called; `None` when it was not.
+    pub(super) fn leave(&mut self) -> Option<usize> {
+        let depth = self.frames.len().checked_sub(1).filter(|depth| *depth > 0)?;
+        let back = self.frames.last()?.return_to;
+        self.cut(depth);
+        self.forget_jumps();
+        Some(back)
     }
 
     #[expect(clippy::too_many_lines, reason = "a flat match, one arm a statement")]
@@ -124,13 +128,7 @@ impl Machine {
         memory: &mut Memory,
         inputs: &dyn Inputs,
     ) -> Result<(), Trouble> {
-        let context = Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        };
+        let context = self.context(program, memory, inputs);
         let mut targets = Vec::new();
         let request = match simple {
             Simple::Assign {
@@ -235,13 +233,7 @@ impl Machine {
         component: Option<u8>,
         value: &Expression,
     ) -> Result<(), Trouble> {
-        let context = Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        };
+        let context = self.context(program, memory, inputs);
         let value = context.evaluate(value)?;
         let place = context.place(target)?;
         let value = match component {

@@ -5,11 +5,11 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use super::Trouble;
-use super::arithmetic::{binary, double, real, truncated};
+use super::arithmetic::{as_value, binary, double, real, truncated};
 use super::evaluate::Context;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::Builtin;
-use crate::options::Arm;
+use crate::options::{Arm, IntDivision};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Expression};
 use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
@@ -30,41 +30,7 @@ impl Context<'_> {
                     .iter()
                     .map(|argument| self.number(argument))
                     .collect::<Result<_, _>>()?;
-                self.numeric(builtin, &numbers)
-            }
-        }
-    }
-
-    fn numeric(&self, builtin: Builtin, numbers: &[Number]) -> Result<Value, Trouble> {
-        let first = numbers.first().copied().unwrap_or(Number::Integer(0));
-        let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
-        match (builtin, first) {
-            (Builtin::Mod, _) => binary(Binary::Modulo, first, second, self.program.options.int_division),
-            (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
-            (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
-            (Builtin::Int, Number::Integer(value)) => Ok(Value::Integer(value)),
-            (Builtin::Int, Number::Real(value)) => truncated(value).map(Value::Integer),
-            (Builtin::Abs, Number::Integer(value)) => {
-                value.checked_abs().map(Value::Integer).ok_or_else(|| {
-                    Trouble::new(
-                        FaultKind::Overflow,
-                        "the result does not fit an integer of 32 bits",
-                    )
-                })
-            }
-            (Builtin::Abs, Number::Real(value)) => Ok(Value::Real(libm::fabsf(value))),
-            (Builtin::Sgn, _) => {
-                let value = double(first);
-                Ok(Value::Integer(i32::from(value > 0.0) - i32::from(value < 0.0)))
-            }
-            _ => {
-                let result = scalar(builtin, double(first), double(second));
-                if result.is_nan() {
-                    #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
-                    let message = format!("{} is not defined for {}", builtin.word(), double(first) as f32);
-                    return Err(Trouble::new(FaultKind::Domain, message));
-                }
-                real(result as f32)
+                numeric(builtin, &numbers, self.program.options.int_division).map(as_value)
             }
         }
     }
@@ -199,8 +165,45 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trou
     })
 }
 
+/// A function of numbers alone.
+pub(super) fn numeric(
+    builtin: Builtin,
+    numbers: &[Number],
+    division: IntDivision,
+) -> Result<Number, Trouble> {
+    let first = numbers.first().copied().unwrap_or(Number::Integer(0));
+    let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
+    match (builtin, first) {
+        (Builtin::Mod, _) => binary(Binary::Modulo, first, second, division),
+        (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
+        (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
+        (Builtin::Int, Number::Integer(value)) => Ok(Number::Integer(value)),
+        (Builtin::Int, Number::Real(value)) => truncated(value).map(Number::Integer),
+        (Builtin::Abs, Number::Integer(value)) => value.checked_abs().map(Number::Integer).ok_or_else(|| {
+            Trouble::new(
+                FaultKind::Overflow,
+                "the result does not fit an integer of 32 bits",
+            )
+        }),
+        (Builtin::Abs, Number::Real(value)) => Ok(Number::Real(libm::fabsf(value))),
+        (Builtin::Sgn, _) => {
+            let value = double(first);
+            Ok(Number::Integer(i32::from(value > 0.0) - i32::from(value < 0.0)))
+        }
+        _ => {
+            let result = scalar(builtin, double(first), double(second));
+            if result.is_nan() {
+                #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
+                let message = format!("{} is not defined for {}", builtin.word(), double(first) as f32);
+                return Err(Trouble::new(FaultKind::Domain, message));
+            }
+            real(result as f32)
+        }
+    }
+}
+
 /// The largest or smallest; real when any is real.
-fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Value {
+fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
     let any_real = numbers.iter().any(|number| matches!(number, Number::Real(_)));
     let best = numbers.iter().copied().reduce(|best, number| {
         if better(double(number), double(best)) {
@@ -210,8 +213,8 @@ fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Value {
         }
     });
     match best {
-        Some(Number::Integer(value)) if !any_real => Value::Integer(value),
-        best => Value::Real(best.map_or(0.0, double) as f32),
+        Some(Number::Integer(value)) if !any_real => Number::Integer(value),
+        best => Number::Real(best.map_or(0.0, double) as f32),
     }
 }
 

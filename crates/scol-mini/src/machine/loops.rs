@@ -2,8 +2,7 @@
 
 use alloc::format;
 
-use super::arithmetic::{binary, double};
-use super::evaluate::Context;
+use super::arithmetic::{as_value, binary, double};
 use super::{Loop, Machine, Trouble};
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
@@ -22,29 +21,39 @@ impl Machine {
         from: Value,
         opened: Loop,
     ) -> Result<usize, Trouble> {
-        if double(opened.step) == 0.0 {
+        if double(opened.numbers().1) == 0.0 {
             return Err(Trouble::new(FaultKind::Range, "the STEP of a FOR cannot be 0"));
         }
-        let place = Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        }
-        .place(variable)?;
+        let place = self.context(program, memory, inputs).place(variable)?;
         self.write(program, memory, place, from)?;
         let now = self.counter(program, memory, inputs, variable)?;
         let (at, exit) = (self.at, opened.exit);
-        let done = past(now, opened.limit, opened.step);
-        if let Some(frame) = self.frames.last_mut() {
-            // A jump may have left loops without their NEXT; those that do not surround this FOR are over.
-            frame.loops.retain(|open| open.opener < at && at < open.exit);
-            if !done {
-                frame.loops.push(opened);
+        Ok(if self.open(now, opened) { at + 1 } else { exit })
+    }
+
+    /// Opens a loop unless it is over at once; a jump may have left loops without their NEXT: those that do not
+    /// surround this FOR are over.
+    pub(super) fn open(&mut self, now: Number, opened: Loop) -> bool {
+        let first = self.frames.last().map_or(0, |frame| frame.loops);
+        let at = opened.opener;
+        let mut kept = first;
+        for number in first..self.loops.len() {
+            if self
+                .loops
+                .get(number)
+                .is_some_and(|open| open.opener < at && at < open.exit)
+            {
+                self.loops.swap(kept, number);
+                kept += 1;
             }
         }
-        Ok(if done { exit } else { at + 1 })
+        self.loops.truncate(kept);
+        let (limit, step) = opened.numbers();
+        let begins = !past(now, limit, step);
+        if begins {
+            self.loops.push(opened);
+        }
+        begins
     }
 
     /// Executes NEXT; returns the step that follows.
@@ -55,11 +64,11 @@ impl Machine {
         inputs: &dyn Inputs,
         opener: usize,
     ) -> Result<usize, Trouble> {
-        let frame = self.frames.last_mut();
-        let found = frame.and_then(|frame| {
-            let at = frame.loops.iter().position(|open| open.opener == opener)?;
-            frame.loops.truncate(at + 1);
-            frame.loops.last().cloned()
+        let first = self.frames.last().map_or(0, |frame| frame.loops);
+        let mine = self.loops.get(first..).unwrap_or_default();
+        let found = mine.iter().position(|open| open.opener == opener).and_then(|at| {
+            self.loops.truncate(first + at + 1);
+            self.loops.last().cloned()
         });
         let operation = program.steps.get(opener).map(|step| &step.operation);
         let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
@@ -69,21 +78,13 @@ impl Machine {
             ));
         };
         let now = self.counter(program, memory, inputs, variable)?;
-        let sum = binary(Binary::Add, now, open.step, program.options.int_division)?;
-        let place = Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        }
-        .place(variable)?;
+        let (limit, step) = open.numbers();
+        let sum = as_value(binary(Binary::Add, now, step, program.options.int_division)?);
+        let place = self.context(program, memory, inputs).place(variable)?;
         self.write(program, memory, place, sum)?;
         let now = self.counter(program, memory, inputs, variable)?;
-        if past(now, open.limit, open.step) {
-            if let Some(frame) = self.frames.last_mut() {
-                frame.loops.pop();
-            }
+        if past(now, limit, step) {
+            self.loops.pop();
             return Ok(self.at + 1);
         }
         Ok(opener + 1)
@@ -96,15 +97,7 @@ impl Machine {
         inputs: &dyn Inputs,
         variable: &Variable,
     ) -> Result<Number, Trouble> {
-        match (Context {
-            program,
-            memory,
-            inputs,
-            frames: &self.frames,
-            task: self.task,
-        })
-        .fetch(variable)?
-        {
+        match self.context(program, memory, inputs).fetch(variable)? {
             Value::Integer(value) => Ok(Number::Integer(value)),
             Value::Real(value) => Ok(Number::Real(value)),
             other => {
@@ -120,7 +113,7 @@ impl Machine {
 }
 
 /// The counter has passed its limit in the direction of the step.
-fn past(now: Number, limit: Number, step: Number) -> bool {
+pub(super) fn past(now: Number, limit: Number, step: Number) -> bool {
     let (now, limit) = (double(now), double(limit));
     if double(step) > 0.0 {
         now > limit

@@ -12,6 +12,9 @@ mod loops;
 mod monitor;
 mod place;
 mod print;
+mod quick;
+#[cfg(feature = "serde")]
+pub(crate) mod snapshot;
 #[cfg(test)]
 mod tests;
 
@@ -20,6 +23,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
+use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program};
@@ -70,6 +74,10 @@ pub struct Machine {
     /// The step under way or next.
     at: usize,
     frames: Vec<Frame>,
+    /// What was handed over to all programs under way, one behind the other.
+    arguments: Vec<Argument>,
+    /// The FOR loops of all programs under way.
+    loops: Vec<Loop>,
     state: State,
     /// ID of its task (`TID`).
     task: u16,
@@ -79,6 +87,7 @@ pub struct Machine {
 }
 
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum State {
     /// Before a step.
     Ready,
@@ -94,6 +103,7 @@ enum State {
 
 /// A request and where its numbers go.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Pending {
     request: Request,
     targets: Vec<Place>,
@@ -101,19 +111,31 @@ struct Pending {
 
 /// A program that was called, the main program first.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Frame {
     return_to: usize,
-    arguments: Vec<Argument>,
-    loops: Vec<Loop>,
+    /// Where its part of the arguments begins.
+    arguments: usize,
+    /// Where its part of the loops begins.
+    loops: usize,
 }
 
-/// A FOR under way.
+/// A FOR under way: its step, the one behind its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Loop {
     opener: usize,
     exit: usize,
-    limit: Number,
-    step: Number,
+    limit: Cell,
+    step: Cell,
+}
+
+impl Loop {
+    /// Limit and step.
+    fn numbers(&self) -> (Number, Number) {
+        let number = |cell: Cell| cell.number().unwrap_or(Number::Integer(0));
+        (number(self.limit), number(self.step))
+    }
 }
 
 impl Machine {
@@ -124,6 +146,8 @@ impl Machine {
             program,
             at: 0,
             frames: Self::bottom(),
+            arguments: Vec::new(),
+            loops: Vec::new(),
             state: State::Ready,
             task: MAIN_TASK,
             monitors: Vec::new(),
@@ -160,8 +184,8 @@ impl Machine {
     fn bottom() -> Vec<Frame> {
         Vec::from([Frame {
             return_to: 0,
-            arguments: Vec::new(),
-            loops: Vec::new(),
+            arguments: 0,
+            loops: 0,
         }])
     }
 
@@ -177,7 +201,13 @@ impl Machine {
             match &self.state {
                 State::Asked(pending) => return Pause::Request(pending.request.clone()),
                 State::Ended => return Pause::Ended,
-                State::Ready | State::Waiting | State::Faulted => {}
+                State::Ready | State::Faulted if *fuel > 0 => {
+                    self.state = State::Ready;
+                    if self.sprint(&program, memory, fuel) {
+                        return Pause::Fuel;
+                    }
+                }
+                State::Ready | State::Faulted | State::Waiting => {}
             }
             let Some(step) = program.steps.get(self.at) else {
                 self.state = State::Ended;
@@ -247,6 +277,8 @@ impl Machine {
     fn go_to(&mut self, step: usize) {
         self.at = step;
         self.frames = Self::bottom();
+        self.arguments.clear();
+        self.loops.clear();
         self.state = State::Ready;
         self.monitors.clear();
         self.awake = true;
@@ -283,7 +315,9 @@ impl Machine {
     /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
     /// [`rewrite_value`](crate::rewrite_value) makes. `false`, and nothing done, when the steps are not the same.
     pub fn relocate(&mut self, program: &Arc<Program>) -> bool {
-        let same = self.program.steps.len() == program.steps.len() && self.program.blocks == program.blocks;
+        let same = self.program.steps.len() == program.steps.len()
+            && self.program.blocks == program.blocks
+            && self.program.code == program.code;
         if same {
             self.program = Arc::clone(program);
         }
@@ -311,6 +345,32 @@ impl Machine {
         match &self.state {
             State::Asked(pending) => Some(&pending.request),
             State::Ready | State::Waiting | State::Faulted | State::Ended => None,
+        }
+    }
+
+    /// What expressions can look at now.
+    fn context<'a>(
+        &'a self,
+        program: &'a Program,
+        memory: &'a Memory,
+        inputs: &'a dyn Inputs,
+    ) -> evaluate::Context<'a> {
+        evaluate::Context {
+            program,
+            memory,
+            inputs,
+            arguments: &self.arguments,
+            base: self.frames.last().map_or(0, |frame| frame.arguments),
+            task: self.task,
+        }
+    }
+
+    /// Gives up the calls beyond this many, with what belongs to them.
+    fn cut(&mut self, depth: usize) {
+        if let Some(frame) = self.frames.get(depth) {
+            self.arguments.truncate(frame.arguments);
+            self.loops.truncate(frame.loops);
+            self.frames.truncate(depth);
         }
     }
 
@@ -345,6 +405,12 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
     }
 }
 
+/// The value of an expression that is constant and a number.
+pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions) -> Option<Number> {
+    let value = constant_value(expression, options).ok()?;
+    arithmetic::as_number(&value)
+}
+
 /// The value of an expression that is constant.
 pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value, Trouble> {
     let program = Program::empty(options);
@@ -353,7 +419,8 @@ pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions)
         program: &program,
         memory: &memory,
         inputs: &Nowhere,
-        frames: &[],
+        arguments: &[],
+        base: 0,
         task: MAIN_TASK,
     }
     .evaluate(expression)

@@ -14,11 +14,12 @@ use crate::request::{Fault, FaultKind, Inputs};
 
 /// An `ON` that has been executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Monitor {
     /// Its step.
-    on: usize,
+    pub(super) on: usize,
     /// How many programs were called when it was executed; a jump goes back to there.
-    depth: usize,
+    pub(super) depth: usize,
     /// What its condition was when it was last looked at.
     was: bool,
 }
@@ -82,7 +83,8 @@ impl Machine {
                 program: &program,
                 memory,
                 inputs,
-                frames: &[],
+                arguments: &[],
+                base: 0,
                 task: self.task,
             };
             match context.truth(condition) {
@@ -110,7 +112,7 @@ impl Machine {
 
     /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
     pub fn jump(&mut self, Jump(monitor): Jump) {
-        self.frames.truncate(monitor.depth);
+        self.cut(monitor.depth);
         self.at = monitor.on + 1;
         self.state = State::Ready;
     }
@@ -128,6 +130,9 @@ impl Machine {
 
     /// A program has been left: nobody can jump into it any more.
     pub(super) fn forget_jumps(&mut self) {
+        if self.monitors.is_empty() {
+            return;
+        }
         let depth = self.frames.len();
         let program = Arc::clone(&self.program);
         self.monitors.retain(|monitor| {

@@ -1,33 +1,38 @@
 //! Where values are read and written: cells of the memory, and arguments handed over by value.
 
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::arithmetic::convert;
+use super::arithmetic::{as_number, as_value, convert};
 use super::evaluate::Context;
 use super::{Machine, Trouble};
 use crate::memory::Memory;
 use crate::program::Program;
-use crate::request::FaultKind;
+use crate::request::{FaultKind, Number};
 use crate::tree::{Expression, Node, Reference, Variable};
 use crate::value::Value;
 
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Place {
-    /// A variable, or an element of an array by its flat index.
-    Cell { slot: usize, index: usize },
-    /// An argument that was handed over by value.
-    Argument { frame: usize, index: usize },
+    /// A variable, or an element of an array: its slot, and its cell in the memory.
+    Cell { slot: usize, cell: usize },
+    /// An argument that was handed over by value, by its number in the stack of arguments.
+    Argument(usize),
 }
 
 /// What a parameter stands for.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Argument {
     /// The caller's variable.
     Place(Place),
     /// The value of an expression.
-    Value(Value),
+    Number(Number),
+    /// The same, when it is no number.
+    Vector(Box<Value>),
 }
 
 impl Context<'_> {
@@ -46,8 +51,8 @@ impl Context<'_> {
                     .symbols
                     .slots
                     .get(slot)
-                    .and_then(|info| info.index(&subscripts));
-                let index = found.ok_or_else(|| {
+                    .and_then(|info| Some(info.base + info.index(&subscripts)?));
+                let cell = found.ok_or_else(|| {
                     let list = subscripts
                         .iter()
                         .map(|s| format!("{s}"))
@@ -58,28 +63,26 @@ impl Context<'_> {
                         format!("{name}({list}) is outside the array"),
                     )
                 })?;
-                Ok(Place::Cell { slot, index })
+                Ok(Place::Cell { slot, cell })
             }
-            Reference::Parameter(index) => {
-                let frame = self.frames.len().saturating_sub(1);
-                match self.frames.last().and_then(|frame| frame.arguments.get(index)) {
-                    Some(Argument::Place(place)) => Ok(*place),
-                    Some(Argument::Value(_)) => Ok(Place::Argument { frame, index }),
-                    None => Err(Trouble::new(
-                        FaultKind::Undefined,
-                        format!("{name} was not handed over"),
-                    )),
-                }
-            }
+            Reference::Parameter(index) => match self.arguments.get(self.base + index) {
+                Some(Argument::Place(place)) => Ok(*place),
+                Some(Argument::Number(_) | Argument::Vector(_)) => Ok(Place::Argument(self.base + index)),
+                None => Err(Trouble::new(
+                    FaultKind::Undefined,
+                    format!("{name} was not handed over"),
+                )),
+            },
             Reference::Unresolved => Err(Trouble::new(FaultKind::Undefined, format!("{name} has no value"))),
         }
     }
 
-    pub fn read(&self, place: Place) -> Option<&Value> {
+    pub fn read(&self, place: Place) -> Option<Value> {
         match place {
-            Place::Cell { slot, index } => self.memory.value(slot, index),
-            Place::Argument { frame, index } => match self.frames.get(frame)?.arguments.get(index)? {
-                Argument::Value(value) => Some(value),
+            Place::Cell { cell, .. } => self.memory.value(cell),
+            Place::Argument(at) => match self.arguments.get(at)? {
+                Argument::Number(number) => Some(as_value(*number)),
+                Argument::Vector(value) => Some(Value::clone(value)),
                 Argument::Place(_) => None,
             },
         }
@@ -88,7 +91,7 @@ impl Context<'_> {
     /// The value of a variable.
     pub fn fetch(&self, variable: &Variable) -> Result<Value, Trouble> {
         let place = self.place(variable)?;
-        self.read(place).cloned().ok_or_else(|| {
+        self.read(place).ok_or_else(|| {
             let message = format!("{} is read before it has a value", variable.name.text);
             Trouble::new(FaultKind::Undefined, message)
         })
@@ -98,7 +101,17 @@ impl Context<'_> {
     pub fn argument(&self, expression: &Expression) -> Result<Argument, Trouble> {
         match &expression.node {
             Node::Variable(variable) => self.place(variable).map(Argument::Place),
-            _ => self.evaluate(expression).map(Argument::Value),
+            _ => self.evaluate(expression).map(Argument::of),
+        }
+    }
+}
+
+impl Argument {
+    /// A value handed over.
+    fn of(value: Value) -> Self {
+        match as_number(&value) {
+            Some(number) => Argument::Number(number),
+            None => Argument::Vector(Box::new(value)),
         }
     }
 }
@@ -113,19 +126,20 @@ impl Machine {
         value: Value,
     ) -> Result<(), Trouble> {
         match place {
-            Place::Cell { slot, index } => {
+            Place::Cell { slot, cell } => {
                 let kind = memory.kind(slot).unwrap_or_else(|| value.kind());
-                memory.store(program, slot, index, convert(value, kind)?);
+                memory.store(program, slot, cell, convert(value, kind)?);
             }
-            Place::Argument { frame, index } => {
-                let argument = self
-                    .frames
-                    .get_mut(frame)
-                    .and_then(|frame| frame.arguments.get_mut(index));
-                if let Some(Argument::Value(held)) = argument {
-                    *held = convert(value, held.kind())?;
+            Place::Argument(at) => match self.arguments.get_mut(at) {
+                Some(held @ Argument::Number(Number::Integer(_))) => {
+                    *held = Argument::of(convert(value, crate::Kind::Integer)?);
                 }
-            }
+                Some(held @ Argument::Number(Number::Real(_))) => {
+                    *held = Argument::of(convert(value, crate::Kind::Real)?);
+                }
+                Some(Argument::Vector(held)) => **held = convert(value, held.kind())?,
+                Some(Argument::Place(_)) | None => {}
+            },
         }
         Ok(())
     }

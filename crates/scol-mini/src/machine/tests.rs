@@ -6,6 +6,8 @@ use crate::{LanguageOptions, compile, compile_direct};
 use std::string::ToString;
 use std::vec;
 
+mod quick;
+
 struct World {
     din: u16,
     motion: f64,

@@ -1,12 +1,32 @@
 //! Variables of the programs: each task has its own, so that two tasks can run the same program. Those of the task
 //! that runs lie in the cells, where they are found without asking whose they are; the others wait aside.
 
-use super::{Cell, Memory};
+use alloc::vec::Vec;
+use core::ops::Range;
+
+use super::Memory;
+use crate::cell::{Cell, Held};
 use crate::machine::MAIN_TASK;
-use crate::program::{Owner, Program};
+use crate::program::{Owner, Program, Slot};
+use crate::value::{Kind, Value};
 
 /// Task ID of a statement that is executed directly: it sees no variables of programs.
 const DIRECT: u16 = 0;
+
+/// The variables of the programs as one task has them.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Locals {
+    pub(super) cells: Vec<Cell>,
+    pub(super) kinds: Vec<Option<Kind>>,
+}
+
+/// Slots and cells of the variables of the programs.
+pub(super) fn extent(slots: &[Slot], variables: usize) -> (usize, Range<usize>) {
+    let first = slots.partition_point(|slot| slot.owner != Owner::Local);
+    let base = slots.get(first).map_or(variables, |slot| slot.base);
+    (first, base.min(variables)..variables)
+}
 
 impl Memory {
     /// Brings the variables of this task into the cells; a task that has none yet begins with the initial ones.
@@ -15,13 +35,29 @@ impl Memory {
             return;
         }
         let slots = &program.symbols.slots;
-        let first = slots.partition_point(|slot| slot.owner != Owner::Local);
+        let (first, range) = extent(slots, self.variables);
+        let locals = slots.get(first..).unwrap_or_default();
         let own = self.parked.remove(&task);
-        let own = own.unwrap_or_else(|| slots.iter().skip(first).map(Cell::new).collect());
-        let others = self.cells.split_off(first.min(self.cells.len()));
-        self.cells.extend(own);
+        let (fresh, own) = match own {
+            Some(own) => (false, own),
+            None => {
+                let cells = core::iter::repeat_n(Cell::EMPTY, range.len()).collect();
+                let kinds = locals.iter().map(|slot| slot.kind).collect();
+                (true, Locals { cells, kinds })
+            }
+        };
+        let others = Locals {
+            cells: self.cells.splice(range, own.cells).collect(),
+            kinds: self
+                .kinds
+                .splice(first.min(self.kinds.len()).., own.kinds)
+                .collect(),
+        };
         self.parked.insert(self.task, others);
         self.task = task;
+        if fresh {
+            self.begin(locals);
+        }
     }
 
     /// A task has ended: its variables are gone. Those of the main program stay.
@@ -29,14 +65,30 @@ impl Memory {
         if task == self.task {
             self.enter(program, MAIN_TASK);
         }
-        if task != MAIN_TASK {
-            self.parked.remove(&task);
+        if task != MAIN_TASK
+            && let Some(locals) = self.parked.remove(&task)
+        {
+            self.release(&locals);
         }
     }
 
     /// All tasks but the main program have ended.
     pub fn forget_tasks(&mut self, program: &Program) {
         self.enter(program, MAIN_TASK);
-        self.parked.clear();
+        for locals in core::mem::take(&mut self.parked).values() {
+            self.release(locals);
+        }
+    }
+
+    /// What these variables hold is needed no more.
+    fn release(&mut self, locals: &Locals) {
+        for cell in &locals.cells {
+            if let Held::Vector(at) = cell.held()
+                && let Some(value) = self.vectors.get_mut(at as usize)
+            {
+                *value = Value::Integer(0);
+                self.free.push(at);
+            }
+        }
     }
 }

@@ -12,7 +12,9 @@ use crate::lexer::{self, Lexeme, Sign, Token};
 use crate::lines::{Line, lines};
 use crate::options::LanguageOptions;
 use crate::sink::Sink;
-use crate::tree::Name;
+use crate::suggest;
+use crate::tree::{Expression, Name, Node, Reference, Statement, Variable};
+use crate::value::Value;
 use crate::{MAX_DIRECT, MAX_LINE};
 
 /// Parses a whole file; what could not be parsed is reported to `sink` and left out.
@@ -25,6 +27,7 @@ pub(crate) fn parse_file(source: &str, options: &LanguageOptions, sink: &mut Sin
         place: Place::Outside,
         opened: None,
         after_data: false,
+        astray: false,
         work: None,
     };
     for line in lines(source) {
@@ -60,6 +63,8 @@ struct Parser<'a> {
     /// The line that opened the present block.
     opened: Option<Span>,
     after_data: bool,
+    /// A line outside all blocks has been reported; those that belong to it are not, up to an END.
+    astray: bool,
     /// The WORK line that waits for its position.
     work: Option<Name>,
 }
@@ -77,6 +82,83 @@ impl Parser<'_> {
             .filter(|word| !word.is_empty());
         self.file.doubtful.extend(words.map(String::from));
         self.sink.error(problem);
+        if self.place == Place::Program {
+            self.keep_loops_paired(line, &text);
+        }
+    }
+
+    /// A FOR or a NEXT with an error still begins or ends its loop, so that nothing is said about the other one.
+    fn keep_loops_paired(&mut self, line: Line, text: &str) {
+        let (mut first, mut rest) = leading_word(text);
+        if let Some(statement) = rest.trim_start().strip_prefix(':') {
+            (first, rest) = leading_word(statement);
+        }
+        let name = String::from(leading_word(rest).0);
+        let span = line.span;
+        let zero = || Expression {
+            node: Node::Literal(Value::Integer(0)),
+            span,
+        };
+        let statement = if suggest::is_nearly(first, "FOR") && rest.contains('=') {
+            Statement::For {
+                variable: Variable {
+                    name: Name { text: name, span },
+                    reference: Reference::Unresolved,
+                    subscripts: Vec::new(),
+                },
+                from: zero(),
+                to: zero(),
+                step: None,
+            }
+        } else if suggest::is_nearly(first, "NEXT") {
+            Statement::Next(None)
+        } else {
+            return;
+        };
+        if let Some(block) = self.file.blocks.last_mut() {
+            let line = line.number;
+            block.statements.push(Located {
+                line,
+                span,
+                statement,
+            });
+        }
+    }
+
+    /// A line outside all blocks: a misspelt heading opens its block all the same.
+    fn outside(&mut self, line: Line, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Problem> {
+        let message = if self.after_data {
+            "nothing follows the DATA block"
+        } else {
+            "expected GLOBAL, PROGRAM or DATA"
+        };
+        let place = Span {
+            start: line.span.start,
+            end: cursor.span().end,
+        };
+        let problem = Problem::new("E0301", place, format!("{message}, found this line"));
+        let problem = problem.help("every statement belongs between PROGRAM and END");
+        let word = match cursor.peek() {
+            Some(Token::Word(word)) => word.as_str(),
+            _ => "",
+        };
+        let heading = ["GLOBAL", "DATA"]
+            .into_iter()
+            .find(|known| alone && suggest::is_nearly(word, known));
+        if let Some(heading) = heading {
+            self.astray = false;
+            self.sink.error(problem);
+            return self.open(heading, place);
+        }
+        if suggest::is_nearly(word, "PROGRAM") {
+            self.astray = false;
+            self.sink.error(problem);
+            return self.program(cursor);
+        }
+        if core::mem::replace(&mut self.astray, true) {
+            return Ok(());
+        }
+        Err(problem)
     }
 
     fn line(&mut self, line: Line, tokens: &[Lexeme]) -> Result<(), Problem> {
@@ -87,6 +169,7 @@ impl Parser<'_> {
         };
         let alone = tokens.len() == 1;
         match (word, self.place) {
+            ("END", Place::Outside) if core::mem::take(&mut self.astray) => Ok(()),
             ("END", Place::Outside) => Err(Problem::new(
                 "E0303",
                 cursor.span(),
@@ -104,19 +187,7 @@ impl Parser<'_> {
                 self.unclosed(cursor.span(), word, line.number);
                 self.program(&mut cursor)
             }
-            (_, Place::Outside) => {
-                let message = if self.after_data {
-                    "nothing follows the DATA block"
-                } else {
-                    "expected GLOBAL, PROGRAM or DATA"
-                };
-                let place = Span {
-                    start: line.span.start,
-                    end: cursor.span().end,
-                };
-                let problem = Problem::new("E0301", place, format!("{message}, found this line"));
-                Err(problem.help("every statement belongs between PROGRAM and END"))
-            }
+            (_, Place::Outside) => self.outside(line, &mut cursor, alone),
             (_, Place::Global) => cursor.global_line(&mut self.file.globals),
             (_, Place::Data) => self.data(&mut cursor),
             (_, Place::Program) => self.statement(line.number, &mut cursor),
@@ -146,6 +217,7 @@ impl Parser<'_> {
 
     /// Reports a block that lacks its END and closes it.
     fn unclosed(&mut self, span: Span, word: &str, line: u32) {
+        self.astray = false;
         if self.place != Place::Outside {
             self.sink
                 .error(Problem::new("E0302", span, format!("expected END before {word}")));
@@ -283,6 +355,15 @@ impl Parser<'_> {
     }
 }
 
+/// The word a text begins with, and what stands behind it.
+fn leading_word(text: &str) -> (&str, &str) {
+    let text = text.trim_start();
+    let end = text
+        .find(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+        .unwrap_or(text.len());
+    text.split_at_checked(end).unwrap_or((text, ""))
+}
+
 /// `name` or `name(p, q)`.
 fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
     block.name = cursor.name("the name of the program")?;
@@ -311,10 +392,7 @@ fn heading(cursor: &mut Cursor<'_>, block: &mut Block) -> Result<(), Problem> {
 }
 
 /// Parses one statement for direct execution; labels and lines of the file layout are errors.
-pub(crate) fn parse_direct(
-    source: &str,
-    options: &LanguageOptions,
-) -> Result<Option<crate::tree::Statement>, Problem> {
+pub(crate) fn parse_direct(source: &str, options: &LanguageOptions) -> Result<Option<Statement>, Problem> {
     let line = Line {
         number: 1,
         span: Span {

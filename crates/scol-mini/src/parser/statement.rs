@@ -9,7 +9,7 @@ use super::Cursor;
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
-use crate::tree::{Reference, Simple, Statement, Variable};
+use crate::tree::{Name, Reference, Simple, Statement, Variable};
 
 impl Cursor<'_> {
     /// A statement up to the end of the line.
@@ -127,7 +127,8 @@ impl Cursor<'_> {
         }
         let statement = self.statement()?;
         if matches!(statement, Statement::For { .. } | Statement::Next(_)) {
-            return Err(Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF"));
+            let problem = Problem::new("E0103", span, "FOR and NEXT cannot depend on an IF");
+            return Err(problem.help("jump over the loop, or out of it, with GOTO"));
         }
         Ok(statement)
     }
@@ -160,17 +161,25 @@ impl Cursor<'_> {
     fn goto(&mut self) -> Result<Statement, Problem> {
         self.advance();
         if !self.sign(Sign::Open) {
-            return Ok(Statement::Goto(self.name("a label")?));
+            return Ok(Statement::Goto(self.label()?));
         }
         let selector = self.expression()?;
         self.expect_sign(Sign::Close, ")")?;
         let mut labels = Vec::new();
         loop {
-            labels.push(self.name("a label")?);
+            labels.push(self.label()?);
             if !self.sign(Sign::Comma) {
                 return Ok(Statement::Select(selector, labels));
             }
         }
+    }
+
+    fn label(&mut self) -> Result<Name, Problem> {
+        let number = matches!(self.peek(), Some(Token::Integer(_)));
+        self.name("a label").map_err(|problem| match number {
+            true => problem.help("a label is a name: NAME: at the beginning of a line, GOTO NAME"),
+            false => problem,
+        })
     }
 
     /// A line that begins with a name: an assignment or a call.

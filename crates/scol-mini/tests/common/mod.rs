@@ -165,7 +165,7 @@ pub fn play_on(
     }
 }
 
-fn describe(request: &Request) -> String {
+pub fn describe(request: &Request) -> String {
     match request {
         Request::Print { channel, data } => format!("PRINT {channel:?} {:?}", String::from_utf8_lossy(data)),
         Request::BufferReset { channel } => format!("RESET {channel:?}"),

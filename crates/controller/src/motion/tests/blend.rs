@@ -271,6 +271,18 @@ fn a_third_motion_follows_and_the_percentage_is_that_of_the_one_begun_last() {
         assert!((found - joint).abs() < 1e-3, "{found} at {at}");
     }
     assert!((three.percent_at(seconds(0.625)) - 12.5).abs() < 0.01);
+    assert_eq!(two.elapsed_at(seconds(0.2)), seconds(0.2));
+    assert_eq!(three.elapsed_at(seconds(0.4)), seconds(0.15));
+    assert_eq!(three.elapsed_at(seconds(0.625)), seconds(0.125));
+    let mut slowed = three.clone();
+    slowed.set_limits(
+        seconds(0.625),
+        &Limits {
+            override_part: 0.5,
+            ..Limits::FULL
+        },
+    );
+    assert_eq!(slowed.elapsed_at(seconds(0.725)), seconds(0.225));
     assert!(
         three
             .blend(&model, seconds(0.3), &fourth, 50.0, &NO_TOOL)

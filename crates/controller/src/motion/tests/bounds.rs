@@ -3,7 +3,7 @@
 
 use super::{KEEP, distance, down, planned, point, posture, seconds, top_speed};
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
@@ -309,4 +309,34 @@ fn a_free_axis_refuses_the_motion_that_needs_it_and_no_other() {
     assert_eq!(go(Target::Joints(from)), Ok(()));
     let message = MotionError::Free { axis: 5 }.to_string();
     assert!(message.starts_with("axis 5: expected servo gain"), "{message}");
+}
+
+#[test]
+fn a_path_that_leaves_reach_or_limits_on_the_way_is_refused_before_it_begins() {
+    let model = ArmModel::thl400();
+    let refused = |start: [f64; 3], target: Target| {
+        let from = posture(&model, start[0], start[1], start[2]);
+        let found = plan(&model, &from, &target, &NO_TOOL, &Limits::FULL);
+        assert!(
+            matches!(found, Err(MotionError::OnPath { percent, .. }) if percent > 1.0 && percent < 99.0),
+            "{target:?}: {found:?}"
+        );
+    };
+    // Both ends are in reach; the middle is nearer to axis 1 than axis 2 can fold.
+    refused([100.0, -200.0, 0.0], Target::Line(down(100.0, 200.0, 0.0), KEEP));
+    // Farther out than the arm is long.
+    let arc = Target::Arc {
+        via: down(420.0, 0.0, 0.0),
+        end: down(370.0, 80.0, 0.0),
+        config: KEEP,
+    };
+    refused([370.0, -80.0, 0.0], arc);
+    // The way across lies above what axis 3 reaches.
+    let gate = Gate {
+        rise: 5.0,
+        height: 60.0,
+        descent: 5.0,
+    };
+    let (end, config) = (down(250.0, 100.0, 100.0), KEEP);
+    refused([250.0, -100.0, 100.0], Target::Arch { end, config, gate });
 }

@@ -1,0 +1,74 @@
+//! Runs the benchmarks and prints what they measured. With `--check` it fails when the interpreter has become slow
+//! beside Lua or CPython. Who takes part is in `contender`, the tables are in `table`, everything but statements
+//! per second is in `whole`.
+
+mod contender;
+mod table;
+mod whole;
+
+use contender::Contender;
+use std::process::ExitCode;
+use table::Row;
+
+/// The loops; each stands in `programs` as `.scol`, `.lua` and `.py`.
+const LOOPS: [&str; 5] = ["count", "reals", "arrays", "calls", "jumps"];
+/// How often each contender runs each loop, unless `--rounds` says otherwise.
+const ROUNDS: usize = 5;
+
+fn main() -> ExitCode {
+    let (mut check, mut rounds) = (false, ROUNDS);
+    let mut arguments = std::env::args().skip(1);
+    while let Some(argument) = arguments.next() {
+        let mut count = || arguments.next().and_then(|count| count.parse().ok());
+        match argument.as_str() {
+            "--check" => check = true,
+            // cargo bench passes it.
+            "--bench" => {}
+            "--rounds" => match count().filter(|count| *count > 0) {
+                Some(count) => rounds = count,
+                None => return failed("--rounds: expected a number from 1 up"),
+            },
+            other => return failed(&format!("expected --check or --rounds N, found {other}")),
+        }
+    }
+    match run(check, rounds) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(message) => failed(&message),
+    }
+}
+
+fn failed(message: &str) -> ExitCode {
+    eprintln!("benches: {message}");
+    ExitCode::FAILURE
+}
+
+/// Everything; `false` when a check was missed.
+fn run(check: bool, rounds: usize) -> Result<bool, String> {
+    if cfg!(debug_assertions) {
+        return Err("measure with --release".into());
+    }
+    let mut contenders = Vec::new();
+    for contender in Contender::ALL {
+        match contender.missing() {
+            None => contenders.push(contender),
+            Some(program) if check => return Err(format!("{program} is missing, and --check needs it")),
+            Some(program) => println!("{program} is missing: left out"),
+        }
+    }
+    println!(
+        "Statements per second in millions, medians of {rounds} rounds in turn; ratios to the machine.\n"
+    );
+    let rows = LOOPS
+        .iter()
+        .map(|name| Row::measure(name, &contenders, rounds))
+        .collect::<Result<Vec<Row>, String>>()?;
+    table::print(&rows, &contenders);
+    let missed = table::missed(&rows);
+    for line in &missed {
+        println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
+    }
+    println!();
+    whole::print(rounds)?;
+    Ok(!check || missed.is_empty())
+}

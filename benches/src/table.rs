@@ -1,0 +1,132 @@
+//! The table of statements per second, and which of its ratios are out of the margin.
+
+use crate::contender::{self, Contender, Lap};
+use std::collections::BTreeMap;
+
+/// `--check` fails when Lua is faster by more than this. The aim is 2; the rest is for busy computers.
+const LUA_FASTER: f64 = 3.0;
+/// `--check` fails when the machine is not faster than CPython by this. The aim is 5; where CPython spends its time in
+/// C, Lua itself is less than that ahead, so each loop has its own margin.
+const PYTHON_SLOWER: [(&str, f64); 5] = [
+    ("count", 2.5),
+    ("reals", 1.3),
+    ("arrays", 1.6),
+    ("calls", 1.8),
+    ("jumps", 2.7),
+];
+/// `--check` fails when the whole controller is slower than its machine by more than this.
+const CONTROLLER_SLOWER: f64 = 5.0;
+/// Reals of 32 bits come to a slightly different sum than those of 64.
+const TOLERANCE: f64 = 0.02;
+
+/// What a loop came to.
+pub struct Row {
+    name: &'static str,
+    statements: u32,
+    /// Median of the seconds.
+    seconds: BTreeMap<Contender, f64>,
+}
+
+impl Row {
+    /// Runs a loop on all contenders in turn, as often as `rounds`.
+    pub fn measure(name: &'static str, contenders: &[Contender], rounds: usize) -> Result<Row, String> {
+        let statements = contender::statements(name)?;
+        let mut laps: BTreeMap<Contender, Vec<Lap>> = BTreeMap::new();
+        for _ in 0..rounds {
+            for &contender in contenders {
+                laps.entry(contender).or_default().push(contender.run(name)?);
+            }
+        }
+        let results = laps.values().flatten().map(|lap| lap.result);
+        let (least, most) = results.fold((f64::MAX, f64::MIN), |(least, most), result| {
+            (least.min(result), most.max(result))
+        });
+        if most - least > TOLERANCE * most.abs().max(1.0) {
+            return Err(format!("{name}: the contenders disagree, {least} to {most}"));
+        }
+        let median = |laps: Vec<Lap>| median(laps.iter().map(|lap| lap.seconds).collect());
+        Ok(Row {
+            name,
+            statements,
+            seconds: laps.into_iter().map(|(who, laps)| (who, median(laps))).collect(),
+        })
+    }
+
+    /// How much faster `who` is than the machine.
+    fn ratio(&self, who: Contender) -> Option<f64> {
+        Some(self.seconds.get(&Contender::Machine)? / self.seconds.get(&who)?)
+    }
+}
+
+/// The middle one, or the mean of the two in the middle.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let (low, high) = (values.len().saturating_sub(1) / 2, values.len() / 2);
+    match (values.get(low), values.get(high)) {
+        (Some(low), Some(high)) => f64::midpoint(*low, *high),
+        _ => f64::NAN,
+    }
+}
+
+/// Prints the table.
+pub fn print(rows: &[Row], contenders: &[Contender]) {
+    print!("{:10} {:>12}", "loop", "statements");
+    contenders.iter().for_each(|who| print!(" {:>11}", who.name()));
+    println!("   {:>10} {:>7} {:>8}", "controller", "/ lua", "/ python");
+    for row in rows {
+        print!("{:10} {:>12}", row.name, row.statements);
+        for who in contenders {
+            let seconds = row.seconds.get(who).copied().unwrap_or(f64::NAN);
+            print!(" {:>11.1}", f64::from(row.statements) / seconds / 1e6);
+        }
+        let ratio = |who| {
+            row.ratio(who)
+                .map_or_else(|| "-".to_string(), |ratio| format!("{:.2}", 1.0 / ratio))
+        };
+        let controller = row
+            .ratio(Contender::Controller)
+            .map_or_else(String::new, |ratio| format!("{ratio:.2}"));
+        println!(
+            "   {controller:>10} {:>7} {:>8}",
+            ratio(Contender::Lua),
+            ratio(Contender::Python)
+        );
+    }
+}
+
+/// Which ratios are beyond the margins, in words.
+pub fn missed(rows: &[Row]) -> Vec<String> {
+    let mut missed = Vec::new();
+    for row in rows {
+        let mut hold = |who, least: f64, most: f64, aim: String| {
+            if let Some(ratio) = row.ratio(who).filter(|ratio| !(least..=most).contains(ratio)) {
+                let who = Contender::name(who);
+                missed.push(format!(
+                    "{}: {who} runs at {ratio:.2} times the speed of the machine, {aim}",
+                    row.name
+                ));
+            }
+        };
+        hold(
+            Contender::Lua,
+            0.0,
+            LUA_FASTER,
+            format!("at most {LUA_FASTER} allowed"),
+        );
+        let python = PYTHON_SLOWER.iter().find(|(name, _)| *name == row.name);
+        let factor = python.map_or(1.0, |(_, factor)| *factor);
+        hold(
+            Contender::Python,
+            0.0,
+            1.0 / factor,
+            format!("at most 1/{factor} allowed"),
+        );
+        hold(
+            Contender::Controller,
+            1.0 / CONTROLLER_SLOWER,
+            f64::MAX,
+            format!("at least 1/{CONTROLLER_SLOWER} expected"),
+        );
+    }
+    missed
+}

@@ -1,0 +1,171 @@
+//! A place of the memory in eight bytes. What stands in it is read and written in one go: a processor that writes
+//! two halves and reads the whole has to wait for itself.
+
+use crate::request::Number;
+
+/// What one place holds: a number itself, anything else by its number among the vectors of the memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(from = "Held", into = "Held"))]
+pub(crate) struct Cell(u64);
+
+/// The same, taken apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) enum Held {
+    Nothing,
+    Integer(i32),
+    Real(f32),
+    Vector(u32),
+}
+
+/// The two numbers of an operation: one real makes both real.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Pair {
+    Integers(i32, i32),
+    Reals(f32, f32),
+    /// One of them is no number.
+    Other,
+}
+
+// The kind is the upper half. An integer is 0, so that two of them are known by one look.
+const INTEGER: u64 = 0;
+const REAL: u64 = 1;
+const EMPTY: u64 = 2;
+const VECTOR: u64 = 3;
+
+impl Cell {
+    /// Without a value.
+    pub const EMPTY: Cell = Cell(EMPTY << 32);
+
+    #[inline(always)]
+    pub fn integer(value: i32) -> Self {
+        Self(u64::from(value as u32))
+    }
+
+    #[inline(always)]
+    pub fn real(value: f32) -> Self {
+        Self(REAL << 32 | u64::from(value.to_bits()))
+    }
+
+    pub fn vector(at: u32) -> Self {
+        Self(VECTOR << 32 | u64::from(at))
+    }
+
+    #[inline(always)]
+    fn kind(self) -> u64 {
+        self.0 >> 32
+    }
+
+    #[inline(always)]
+    fn low(self) -> u32 {
+        self.0 as u32
+    }
+
+    #[inline(always)]
+    pub fn is_integer(self) -> bool {
+        self.kind() == INTEGER
+    }
+
+    #[inline(always)]
+    pub fn is_real(self) -> bool {
+        self.kind() == REAL
+    }
+
+    #[inline(always)]
+    pub fn held(self) -> Held {
+        match self.kind() {
+            INTEGER => Held::Integer(self.low() as i32),
+            REAL => Held::Real(f32::from_bits(self.low())),
+            VECTOR => Held::Vector(self.low()),
+            _ => Held::Nothing,
+        }
+    }
+
+    #[inline(always)]
+    pub fn number(self) -> Option<Number> {
+        match self.held() {
+            Held::Integer(value) => Some(Number::Integer(value)),
+            Held::Real(value) => Some(Number::Real(value)),
+            Held::Nothing | Held::Vector(_) => None,
+        }
+    }
+
+    /// The integer, if it is one.
+    #[inline(always)]
+    pub fn as_integer(self) -> Option<i32> {
+        self.is_integer().then_some(self.low() as i32)
+    }
+
+    /// This and two others, if all are integers.
+    #[inline(always)]
+    pub fn integers(self, second: Cell, third: Cell) -> Option<(i32, i32, i32)> {
+        let all = (self.0 | second.0 | third.0) >> 32 == INTEGER;
+        all.then_some((self.low() as i32, second.low() as i32, third.low() as i32))
+    }
+
+    #[inline(always)]
+    pub fn pair(self, other: Cell) -> Pair {
+        if (self.0 | other.0) >> 32 == INTEGER {
+            return Pair::Integers(self.low() as i32, other.low() as i32);
+        }
+        match (self.held(), other.held()) {
+            (Held::Real(a), Held::Real(b)) => Pair::Reals(a, b),
+            (Held::Integer(a), Held::Real(b)) => Pair::Reals(a as f32, b),
+            (Held::Real(a), Held::Integer(b)) => Pair::Reals(a, b as f32),
+            _ => Pair::Other,
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Held> for Cell {
+    fn from(held: Held) -> Self {
+        match held {
+            Held::Nothing => Cell::EMPTY,
+            Held::Integer(value) => Cell::integer(value),
+            Held::Real(value) => Cell::real(value),
+            Held::Vector(at) => Cell::vector(at),
+        }
+    }
+}
+
+#[cfg(feature = "serde")]
+impl From<Cell> for Held {
+    fn from(cell: Cell) -> Self {
+        cell.held()
+    }
+}
+
+impl From<Number> for Cell {
+    #[inline(always)]
+    fn from(number: Number) -> Self {
+        match number {
+            Number::Integer(value) => Cell::integer(value),
+            Number::Real(value) => Cell::real(value),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_put_in_comes_out() {
+        for value in [0, 1, -1, i32::MIN, i32::MAX] {
+            assert_eq!(Cell::integer(value).held(), Held::Integer(value));
+            assert_eq!(
+                Cell::integer(value).pair(Cell::integer(7)),
+                Pair::Integers(value, 7)
+            );
+            assert_eq!(Cell::integer(value).pair(Cell::EMPTY), Pair::Other);
+        }
+        assert_eq!(Cell::real(-1.5).held(), Held::Real(-1.5));
+        assert_eq!(Cell::real(-1.5).pair(Cell::integer(-2)), Pair::Reals(-1.5, -2.0));
+        assert_eq!(Cell::integer(3).pair(Cell::real(0.5)), Pair::Reals(3.0, 0.5));
+        assert_eq!(Cell::vector(u32::MAX).held(), Held::Vector(u32::MAX));
+        assert_eq!(Cell::vector(0).pair(Cell::vector(0)), Pair::Other);
+        assert_eq!(Cell::EMPTY.number(), None);
+    }
+}

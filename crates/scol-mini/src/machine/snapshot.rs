@@ -1,0 +1,220 @@
+//! The state of a machine: its place in the program, what is open, what it waits for; checked against the steps.
+
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use super::monitor::Monitor;
+use super::place::{Argument, Place};
+use super::{Frame, Loop, Machine, Pending, State};
+use crate::program::{Operation, Program};
+use crate::request::{MAX_PRINT, Path, Request};
+use crate::snapshot::{self, RestoreError, STATE_VERSION, expect};
+use crate::{MAX_CALL_NESTING, MAX_MONITORS};
+
+/// Most axes a motion of one axis can name.
+const MAX_AXIS: u8 = 8;
+
+/// Where a [`Machine`] is, to be written down.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachineState {
+    version: u32,
+    source: u64,
+    at: usize,
+    frames: Vec<Frame>,
+    arguments: Vec<Argument>,
+    loops: Vec<Loop>,
+    state: State,
+    task: u16,
+    monitors: Vec<Monitor>,
+    awake: bool,
+}
+
+impl Machine {
+    /// Where this machine is.
+    #[must_use]
+    pub fn state(&self) -> MachineState {
+        MachineState {
+            version: STATE_VERSION,
+            source: self.program.fingerprint(),
+            at: self.at,
+            frames: self.frames.clone(),
+            arguments: self.arguments.clone(),
+            loops: self.loops.clone(),
+            state: self.state.clone(),
+            task: self.task,
+            monitors: self.monitors.clone(),
+            awake: self.awake,
+        }
+    }
+
+    /// The machine that `state` was taken from; it runs `program` on.
+    ///
+    /// # Errors
+    /// [`RestoreError`]: the state is of another version or program, or no run of the program leads to it.
+    pub fn restore(program: Arc<Program>, state: MachineState) -> Result<Machine, RestoreError> {
+        snapshot::belongs(state.version, state.source, &program)?;
+        let steps = program.steps.len();
+        expect(state.at <= steps, "a step of the program")?;
+        state.check_frames(steps)?;
+        for argument in &state.arguments {
+            check_argument(argument, &program, state.arguments.len())?;
+        }
+        for open in &state.loops {
+            check_loop(open, &program)?;
+        }
+        expect(
+            state.monitors.len() <= MAX_MONITORS,
+            "no more monitors than a task has",
+        )?;
+        for monitor in &state.monitors {
+            let on = program.steps.get(monitor.on).map(|step| &step.operation);
+            expect(
+                matches!(on, Some(Operation::On { .. })),
+                "monitors that an ON began",
+            )?;
+            let depth = 1..=MAX_CALL_NESTING + 1;
+            expect(
+                depth.contains(&monitor.depth),
+                "monitors of programs that were called",
+            )?;
+        }
+        if let State::Asked(pending) = &state.state {
+            expect(state.at < steps, "a statement that asks")?;
+            check_pending(pending, &program, state.arguments.len())?;
+        }
+        Ok(Machine {
+            program,
+            at: state.at,
+            frames: state.frames,
+            arguments: state.arguments,
+            loops: state.loops,
+            state: state.state,
+            task: state.task,
+            monitors: state.monitors,
+            awake: state.awake,
+        })
+    }
+}
+
+impl MachineState {
+    /// The frames divide the arguments and the loops among them in their order.
+    fn check_frames(&self, steps: usize) -> Result<(), RestoreError> {
+        let depth = 1..=MAX_CALL_NESTING + 1;
+        expect(depth.contains(&self.frames.len()), "calls as deep as they can be")?;
+        let (mut arguments, mut loops) = (0, 0);
+        for frame in &self.frames {
+            expect(frame.return_to <= steps, "returns to steps of the program")?;
+            expect(
+                (arguments..=self.arguments.len()).contains(&frame.arguments)
+                    && (loops..=self.loops.len()).contains(&frame.loops),
+                "arguments and loops in the order of the calls",
+            )?;
+            (arguments, loops) = (frame.arguments, frame.loops);
+        }
+        Ok(())
+    }
+}
+
+fn check_place(place: Place, program: &Program, arguments: usize) -> Result<(), RestoreError> {
+    let exists = match place {
+        Place::Cell { slot, cell } => program
+            .symbols
+            .slots
+            .get(slot)
+            .is_some_and(|slot| (slot.base..slot.base + slot.length()).contains(&cell)),
+        Place::Argument(at) => at < arguments,
+    };
+    expect(exists, "variables of the program")
+}
+
+fn check_argument(argument: &Argument, program: &Program, arguments: usize) -> Result<(), RestoreError> {
+    match argument {
+        Argument::Place(place) => check_place(*place, program, arguments),
+        Argument::Number(number) => snapshot::value(&super::arithmetic::as_value(*number)),
+        Argument::Vector(value) => {
+            expect(!value.kind().is_number(), "a number handed over as a number")?;
+            snapshot::value(value)
+        }
+    }
+}
+
+fn check_loop(open: &Loop, program: &Program) -> Result<(), RestoreError> {
+    let opener = program.steps.get(open.opener).map(|step| &step.operation);
+    expect(
+        matches!(opener, Some(Operation::For { exit, .. }) if *exit == open.exit),
+        "loops that a FOR began",
+    )?;
+    let numbers = open.limit.number().zip(open.step.number());
+    let finite = numbers.is_some_and(|(limit, step)| {
+        let step = super::arithmetic::double(step);
+        super::arithmetic::double(limit).is_finite() && step.is_finite() && step != 0.0
+    });
+    expect(finite, "loops with a limit, and a step that is not 0")
+}
+
+fn check_pending(pending: &Pending, program: &Program, arguments: usize) -> Result<(), RestoreError> {
+    let Pending { request, targets } = pending;
+    for place in targets {
+        check_place(*place, program, arguments)?;
+    }
+    let seconds = |seconds: f64| expect(seconds.is_finite() && seconds >= 0.0, "seconds from 0 up");
+    match request {
+        Request::Move(motion) => {
+            snapshot::conditions(&motion.conditions)?;
+            check_path(&motion.path)
+        }
+        Request::Print { data, .. } => expect(data.len() <= MAX_PRINT, "a PRINT as long as it can be"),
+        Request::Input { wanted, .. } => {
+            expect(*wanted == targets.len(), "a variable for each number of INPUT")
+        }
+        Request::Delay { seconds: time } => seconds(*time),
+        Request::Pulse { line, seconds: time } => {
+            expect(*line > 0, "outputs that count from 1")?;
+            seconds(*time)
+        }
+        Request::Outputs(lines) => expect(
+            lines.iter().all(|(line, _)| *line > 0),
+            "outputs that count from 1",
+        ),
+        Request::Hand { hand, .. } => expect((1..=2).contains(hand), "hand 1 or 2"),
+        Request::SetTimer { seconds } => snapshot::numbers(&[*seconds]),
+        Request::Task { program: block } => expect(
+            *block < program.blocks.len() && targets.len() <= 1,
+            "a task of a program of the file",
+        ),
+        Request::BufferReset { .. }
+        | Request::Stop
+        | Request::Break
+        | Request::Pause
+        | Request::Resume
+        | Request::Switch
+        | Request::Kill { .. } => Ok(()),
+    }
+}
+
+fn check_path(path: &Path) -> Result<(), RestoreError> {
+    let axis = |axis: u8, value: f64| {
+        expect((1..=MAX_AXIS).contains(&axis), "an axis from 1 to 8")?;
+        snapshot::numbers(&[value])
+    };
+    match path {
+        Path::Ptp(to) | Path::Line(to) => snapshot::position(to),
+        Path::Arc { via, end } => {
+            snapshot::position(via)?;
+            snapshot::position(end)
+        }
+        Path::Arch {
+            end,
+            rise,
+            height,
+            descent,
+        } => {
+            snapshot::position(end)?;
+            snapshot::numbers(&[*rise, *height, *descent])
+        }
+        Path::Axis { axis: number, value } => axis(*number, *value),
+        Path::AxisBy { axis: number, delta } => axis(*number, *delta),
+        Path::Ready => Ok(()),
+    }
+}

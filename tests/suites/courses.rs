@@ -1,0 +1,196 @@
+//! Random programs with random things happening to them, seeded: what they print, which outputs they switch, which
+//! alarms they raise and where the arm is at every moment do not depend on when, and how often, a host asks.
+
+use crate::extended::scara;
+use std::fmt::Write;
+use std::time::Duration;
+use ts3100_controller::{Event, Output, Port};
+use ts3100_tests::Robot;
+use ts3100_tests::kinematics::Seeded;
+
+/// Programs of each arm.
+const PROGRAMS: u64 = 14;
+/// Things that happen to each.
+const HAPPENINGS: usize = 8;
+
+struct Dice(Seeded);
+
+impl Dice {
+    fn of(seed: u64) -> Dice {
+        let mut seeded = Seeded::new(seed);
+        for _ in 0..10 {
+            seeded.between(0.0, 1.0);
+        }
+        Dice(seeded)
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.0.between(0.0, count as f64) as usize).min(count - 1)
+    }
+
+    fn micros(&mut self, most: f64) -> Duration {
+        Duration::from_micros(self.0.between(1.0, most) as u64)
+    }
+}
+
+fn point(dice: &mut Dice, small: bool) -> String {
+    let (x, z) = if small {
+        ((180.0, 330.0), (-60.0, 60.0))
+    } else {
+        ((350.0, 520.0), (150.0, 350.0))
+    };
+    format!(
+        "{:.1},{:.1},{:.1}",
+        dice.0.between(x.0, x.1),
+        dice.0.between(-150.0, 150.0),
+        dice.0.between(z.0, z.1)
+    )
+}
+
+/// A program of motions in all their kinds, with what runs beside them.
+fn program(dice: &mut Dice, small: bool) -> String {
+    let mut text = "PROGRAM R\nTIMER=0\nON DIN(1) DO DOUT(9)\n".to_string();
+    if dice.below(2) == 0 {
+        text += "ON MOTION > 60 DO PRINT IP1, \"HALF\", TIMER, CR\n";
+    }
+    for step in 0..8 {
+        let (name, other) = (
+            ["A", "B", "C", "D"][dice.below(4)],
+            ["A", "B", "C", "D"][dice.below(4)],
+        );
+        text += &match dice.below(13) {
+            0..=2 => format!("MOVE {name} WITH SPEED={}\n", 10 + dice.below(90)),
+            3..=5 => format!("MOVES {name}\n"),
+            6 => format!("MOVEC {name} {other} WITH SPEED={}\n", 10 + dice.below(90)),
+            7 => format!("MOVEJ {name} POINT(5,20,5)\n"),
+            8 => format!("PASS={}\n", dice.below(101)),
+            9 => ["ENABLE NOWAIT\n", "DISABLE NOWAIT\n", "DISABLE PASS\n"][dice.below(3)].to_string(),
+            10 => format!("WAIT MOTION >= {}\n", dice.below(101)),
+            11 => format!("DOUT({}{})\n", ["", "-"][dice.below(2)], 1 + dice.below(8)),
+            _ => format!("DELAY {:.3}\n", dice.0.between(0.0, 0.1)),
+        };
+        let _ = writeln!(text, "PRINT IP1, {step}, TIMER, MOTION, MOTIONT, REMAINT, CR");
+        let _ = writeln!(text, "PRINT IP1, HERE.X, HERE.Y, DEST.Z, CR");
+    }
+    text += "END\nDATA\n";
+    for name in ["A", "B", "C", "D"] {
+        let _ = writeln!(text, "POINT {name}={}/", point(dice, small));
+    }
+    text + "END\n"
+}
+
+/// What happens, and how long after the last.
+fn happenings(dice: &mut Dice) -> Vec<(Duration, String)> {
+    (0..HAPPENINGS)
+        .map(|_| {
+            let what = match dice.below(8) {
+                0 | 1 => format!("EC,OVRD {}", 1 + dice.below(100)),
+                2 | 3 => "FD".to_string(),
+                4 => "EC,BREAK".to_string(),
+                5 => "SP".to_string(),
+                _ => "RN".to_string(),
+            };
+            (dice.micros(400_000.0), what)
+        })
+        .collect()
+}
+
+fn robot(text: &str, small: bool) -> Robot {
+    let mut robot = if small {
+        let mut robot = scara();
+        robot.connect(Port::Ip1);
+        robot.load("TEST", text);
+        robot
+    } else {
+        Robot::ready(text)
+    };
+    robot.ask(Port::Ip0, "RN");
+    robot
+}
+
+/// Everything that can be told apart: what was printed, switched and raised so far, and where the arm is.
+fn seen(robot: &mut Robot, log: &mut String) {
+    let printed = robot.received(Port::Ip1);
+    let raised = robot.outputs.iter().filter_map(|output| match output {
+        Output::Event(Event::Alarm { number, text }) => Some(format!("{number} {text}")),
+        Output::Event(Event::Status { status, line }) => Some(format!("{status} {line}")),
+        _ => None,
+    });
+    let raised: Vec<String> = raised.collect();
+    robot.outputs.clear();
+    let _ = writeln!(
+        log,
+        "{} {} {raised:?} {:?} {:?}",
+        robot.now(),
+        String::from_utf8_lossy(&printed),
+        robot.controller.outputs_on(),
+        robot.controller.whereabouts(),
+    );
+}
+
+/// The whole course, with a host that asks in between or not.
+fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Option<Dice>) -> String {
+    let mut robot = robot(text, small);
+    let mut log = String::new();
+    let mut pass = |robot: &mut Robot, whole: Duration| {
+        let end = robot.now() + whole;
+        while let Some(dice) = &mut asks {
+            let left = end.since(robot.now());
+            let step = dice.micros(60_000.0);
+            if step >= left {
+                break;
+            }
+            robot.advance(step);
+            robot.ask(Port::Ip0, "SF");
+            robot.send(Port::Ip0, b"OK\r");
+        }
+        robot.advance(end.since(robot.now()));
+    };
+    for (after, what) in script {
+        pass(&mut robot, *after);
+        seen(&mut robot, &mut log);
+        // Some are refused in the state the robot is in: the same ones both times.
+        let answer = robot.ask(Port::Ip0, what);
+        let _ = writeln!(log, "{what}: {}", String::from_utf8_lossy(&answer));
+    }
+    for _ in 0..6 {
+        pass(&mut robot, Duration::from_millis(500));
+        seen(&mut robot, &mut log);
+    }
+    log
+}
+
+// clause: SEQ-01 CMD-FD-01 CMD-EC-02
+#[test]
+fn nothing_depends_on_when_a_host_asks() {
+    let mut moved = 0;
+    for small in [false, true] {
+        for seed in 0..PROGRAMS {
+            let mut dice = Dice::of(seed);
+            let text = program(&mut dice, small);
+            let script = happenings(&mut dice);
+            let quiet = course(&text, small, &script, None);
+            moved += usize::from(quiet.matches("running").count() > 1);
+            let asked = course(&text, small, &script, Some(Dice::of(1_000 + seed)));
+            let differs = quiet
+                .lines()
+                .zip(asked.lines())
+                .find(|(quiet, asked)| quiet != asked);
+            assert!(quiet == asked, "seed {seed}: {differs:#?}\n{text}\n{script:#?}");
+        }
+    }
+    assert!(moved > 5, "{moved} programs were stopped and started again");
+}
+
+// clause: CMD-SP-03
+#[test]
+fn a_stop_while_a_monitor_looks_at_the_motion_ends_with_the_step() {
+    let mut robot = Robot::ready(
+        "PROGRAM M\nON MOTION > 200 DO DOUT(1)\nMOVE POINT(400,-200,200) WITH SPEED=5\nMOVE POINT(400,200,200)\nEND\n",
+    );
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    robot.command(Port::Ip0, "SP");
+    robot.advance_ms(20_000);
+    assert_eq!(robot.total(Port::Ip0)[2], 3, "stop (continue)");
+}
