@@ -23,7 +23,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
-use ts3100_controller::input::Panel;
+use ts3100_controller::faults::{Fault, FaultError, FaultOrder, FaultReport};
+use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -128,6 +129,29 @@ impl Builder {
         self
     }
 
+    /// A fault that is armed from the start, as `--fault` takes it.
+    ///
+    /// # Errors
+    /// What is wrong with the specification.
+    pub fn fault(mut self, spec: &str) -> Result<Builder, FaultError> {
+        self.settings.faults.push(spec.parse()?);
+        Ok(self)
+    }
+
+    /// Seed of what the faults draw; 0 if not said.
+    #[must_use]
+    pub fn fault_seed(mut self, seed: u64) -> Builder {
+        self.settings.controller.fault_seed = seed;
+        self
+    }
+
+    /// Varies what the manual leaves open, from this seed; nothing varies if not said.
+    #[must_use]
+    pub fn vary(mut self, seed: u64) -> Builder {
+        self.settings.controller.vary = Some(seed);
+        self
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -198,6 +222,17 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
 
+/// Why a fault was not armed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ArmError {
+    /// It is none.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+    /// The emulator takes no more.
+    #[error(transparent)]
+    Panel(#[from] PanelError),
+}
+
 /// A running emulator; ended when dropped.
 #[derive(Debug)]
 pub struct Emulator {
@@ -249,11 +284,44 @@ impl Emulator {
     /// # Errors
     /// [`PanelError`].
     pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
+        self.input(Input::Panel(panel))
+    }
+
+    /// Arms a fault from now on; `spec` is as `--fault` takes it.
+    ///
+    /// # Errors
+    /// What is wrong with the specification, or [`PanelError`].
+    pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
+        let fault = Box::new(spec.parse::<Fault>()?);
+        Ok(self.input(Input::Fault(FaultOrder::Arm(fault)))?)
+    }
+
+    /// Disarms a fault by its number.
+    ///
+    /// # Errors
+    /// [`PanelError`].
+    pub fn disarm(&self, id: u32) -> Result<(), PanelError> {
+        self.input(Input::Fault(FaultOrder::Disarm(id)))
+    }
+
+    /// The faults, and what has become of them.
+    ///
+    /// # Errors
+    /// [`PanelError`].
+    pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
+        let (done, told) = std::sync::mpsc::channel();
+        self.ask(Action::Faults { done })?;
+        told.recv().map_err(|_| PanelError)
+    }
+
+    fn input(&self, input: Input) -> Result<(), PanelError> {
         let (done, is_done) = std::sync::mpsc::channel();
-        self.panel
-            .try_send(Action { panel, done })
-            .map_err(|_| PanelError)?;
+        self.ask(Action::Input { input, done })?;
         is_done.recv().map_err(|_| PanelError)
+    }
+
+    fn ask(&self, action: Action) -> Result<(), PanelError> {
+        self.panel.try_send(action).map_err(|_| PanelError)
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

@@ -3,6 +3,7 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::faults;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError, Loaded};
@@ -11,10 +12,12 @@ use crate::store::Store;
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
+use std::path::PathBuf;
 use std::pin::pin;
 use tokio::sync::mpsc;
 use tracing::{error, info};
 use ts3100_controller::Controller;
+use ts3100_controller::faults::{FaultOrder, FaultReport};
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -26,13 +29,21 @@ const TURNS_BEFORE_A_JUMP: u32 = 3;
 /// Panel actions that may wait for the hub.
 pub const WAITING_ACTIONS: usize = 64;
 
-/// Something done at the panel.
+/// Something that is asked of the hub.
 #[derive(Debug)]
-pub struct Action {
-    /// What.
-    pub panel: Panel,
-    /// Told when it is done, with all that follows from it at once.
-    pub done: std::sync::mpsc::Sender<()>,
+pub enum Action {
+    /// Something happens to the controller: the panel is worked, a fault is armed.
+    Input {
+        /// What.
+        input: Input,
+        /// Told when it is done, with all that follows from it at once.
+        done: std::sync::mpsc::Sender<()>,
+    },
+    /// What has become of the faults.
+    Faults {
+        /// Told them.
+        done: std::sync::mpsc::Sender<Vec<FaultReport>>,
+    },
 }
 
 /// Why the emulator cannot start.
@@ -85,6 +96,8 @@ pub struct Hub {
     watch: Option<Feeder>,
     ports: BTreeMap<Port, u16>,
     demo: bool,
+    /// Where the report at the end goes.
+    report: Option<PathBuf>,
 }
 
 impl Hub {
@@ -117,6 +130,7 @@ impl Hub {
             watch: None,
             ports: BTreeMap::new(),
             demo,
+            report: settings.report.clone(),
         };
         for (name, content) in put {
             let stored = hub.controller.put_file(&name, &content);
@@ -134,6 +148,10 @@ impl Hub {
         }
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
+        for fault in &settings.faults {
+            let order = FaultOrder::Arm(Box::new(fault.clone()));
+            hub.feed(Input::Fault(order)).await;
+        }
         if settings.servo_on {
             hub.feed(Input::Panel(Panel::Servo(true))).await;
         } else {
@@ -165,9 +183,10 @@ impl Hub {
         self.watch = Some(feeder);
     }
 
-    /// Serves until `stop` is ready, then closes every port.
+    /// Serves until `stop` is ready, then says what became of the faults and closes every port.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         self.serve(stop).await;
+        faults::tell(self.controller.faults(), self.report.as_deref());
         self.links.close().await;
         self.lines.close().await;
     }
@@ -183,11 +202,14 @@ impl Hub {
                 biased;
                 () = &mut stop => break,
                 action = self.actions.recv(), if actions_open => match action {
-                    Some(Action { panel, done }) => {
+                    Some(Action::Input { input, done }) => {
                         self.clock.stir();
-                        self.feed(Input::Panel(panel)).await;
+                        self.feed(input).await;
                         // Fails only when nobody waits for it.
                         let _ = done.send(());
+                    }
+                    Some(Action::Faults { done }) => {
+                        let _ = done.send(self.controller.faults().reports().cloned().collect());
                     }
                     None => actions_open = false,
                 },

@@ -6,6 +6,7 @@ pub mod cli;
 pub mod clock;
 pub mod config;
 pub mod embed;
+pub mod faults;
 pub mod headless;
 pub mod hub;
 pub mod line;

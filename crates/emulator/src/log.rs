@@ -119,14 +119,7 @@ impl EventLog {
                 port,
                 message,
                 fired,
-            } => {
-                let port = port.map(Port::name);
-                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
-                warn!(
-                    event = "fault",
-                    t, id, kind, port, fired, message, "{place}fault {id} {kind}: {message}"
-                );
-            }
+            } => fault(t, (*id, kind), port.map(Port::name), message, *fired),
             Event::Alarm { number, text } => {
                 warn!(event = "alarm", t, number, text, "alarm {number} {text}");
             }
@@ -179,6 +172,21 @@ impl EventLog {
                 t, rule, port, "{place}finding {rule}: {message}"
             );
         }
+    }
+}
+
+fn fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
+    let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+    if fired {
+        warn!(
+            event = "fault",
+            t, id, kind, port, text, "{place}fault {id} {kind}: {text}"
+        );
+    } else {
+        info!(
+            event = "fault-armed",
+            t, id, kind, text, "fault {id} {kind}: {text}"
+        );
     }
 }
 

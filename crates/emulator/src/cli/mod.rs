@@ -1,6 +1,7 @@
 //! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod faults;
 mod format;
 mod host;
 mod report;
@@ -26,6 +27,7 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
+    Faults(faults::FaultsArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -37,5 +39,6 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Faults(args) => faults::run(&args),
     }
 }

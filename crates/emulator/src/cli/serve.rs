@@ -34,13 +34,21 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
         warn!("the environment variable {name} means nothing to ts3100 serve");
     }
     let settings = Settings::from_args(&args)?;
+    if let Some(seed) = settings.controller.vary {
+        info!(
+            event = "vary",
+            seed, "legal variation by seed {seed}; --vary {seed} repeats it"
+        );
+    }
     let runtime = single_threaded()?;
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
         let (hub, _panel) = Hub::open(&settings).await?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial()).line()?;
+            let line = Ready::new(hub.ports(), &hub.serial())
+                .varied(settings.controller.vary)
+                .line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())

@@ -90,6 +90,12 @@ pub enum ConfigError {
         /// The other.
         second: String,
     },
+    /// A fault on the command line.
+    #[error("--fault: {0}")]
+    Fault(#[from] ts3100_controller::faults::FaultError),
+    /// A file of faults.
+    #[error(transparent)]
+    FaultFile(#[from] crate::faults::FaultFileError),
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,
@@ -128,6 +134,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             "load" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
+            "fault" => value.to_string_lossy().split(';').map(OsString::from).collect(),
             "set" => value.to_string_lossy().split(',').map(OsString::from).collect(),
             _ => vec![value.clone()],
         };
@@ -185,7 +192,7 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 /// Paths in the file are seen from the file.
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
-        ("drive" | "load" | "permissions" | "serial-dir", Some(directory)) => {
+        ("drive" | "load" | "permissions" | "serial-dir" | "faults" | "report", Some(directory)) => {
             directory.join(value).into_os_string()
         }
         // A name is no path.

@@ -9,6 +9,8 @@
 
 mod client;
 mod extensions;
+#[cfg(unix)]
+mod faults;
 mod headless;
 #[cfg(unix)]
 mod serial;
