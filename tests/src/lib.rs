@@ -8,7 +8,7 @@
 
 pub mod clauses;
 pub mod kinematics;
-pub mod notation;
+pub use ts3100_emulator::transcript::notation;
 pub mod transcript;
 
 use std::collections::BTreeMap;

@@ -25,6 +25,7 @@ mod permissions;
 mod programs;
 mod proofs;
 mod purity;
+mod recordings;
 mod serial;
 mod settings;
 mod signals;

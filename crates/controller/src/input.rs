@@ -40,12 +40,12 @@ pub enum Input {
         port: Port,
     },
     /// Characters with a parity or framing error that the line itself brought: a real port has found them, or the
-    /// host holds the line low (break).
+    /// host holds the line low (break, a character of zeros).
     LineFaults {
         /// The port.
         port: Port,
-        /// How many.
-        count: usize,
+        /// Them, as read.
+        bytes: Vec<u8>,
     },
     /// The peer is gone.
     Disconnected {

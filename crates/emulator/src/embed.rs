@@ -15,6 +15,7 @@ use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::hub::{Action, Hub, StartError};
 use crate::line::SerialEnd;
+use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -54,6 +55,7 @@ impl Builder {
             key,
             value,
         )?;
+        self.settings.flags.push(format!("set={key}={value}"));
         Ok(self)
     }
 
@@ -150,6 +152,15 @@ impl Builder {
     pub fn vary(mut self, seed: u64) -> Builder {
         self.settings.controller.vary = Some(seed);
         self
+    }
+
+    /// A file for a transcript of every port, as `--transcript` does.
+    ///
+    /// # Errors
+    /// A name that does not end in `.txt`, `.jsonl` or `.pcapng`.
+    pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
+        self.settings.transcripts.push(path.parse()?);
+        Ok(self)
     }
 
     /// Starts it in a thread of its own and returns when every port accepts.

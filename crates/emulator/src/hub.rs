@@ -6,9 +6,10 @@ use crate::config::Settings;
 use crate::faults;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
-use crate::loading::{self, LoadError, Loaded};
+use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::store::Store;
+use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
@@ -21,6 +22,7 @@ use ts3100_controller::faults::{FaultOrder, FaultReport};
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
@@ -74,6 +76,9 @@ pub enum StartError {
     /// A serial line.
     #[error(transparent)]
     Line(#[from] LineError),
+    /// A transcript.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -94,6 +99,7 @@ pub struct Hub {
     log: EventLog,
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
+    tape: Tape,
     ports: BTreeMap<Port, u16>,
     demo: bool,
     /// Where the report at the end goes.
@@ -107,45 +113,23 @@ impl Hub {
     /// # Errors
     /// See [`StartError`]; nothing is left open.
     pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
-        let Loaded {
-            store,
-            present,
-            put,
-            demo,
-        } = loading::load(settings)?;
-        let controller =
-            Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
-                name: "a file".to_owned(),
-                reason: error.to_string(),
-            })?;
+        let powered = loading::power_on(settings)?;
+        let tape = Tape::begin(settings, &powered)?;
         let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
         let mut hub = Hub {
-            controller,
+            controller: powered.controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
-            store,
+            store: powered.store,
             log: EventLog::default(),
             actions,
             watch: None,
+            tape,
             ports: BTreeMap::new(),
-            demo,
+            demo: powered.demo,
             report: settings.report.clone(),
         };
-        for (name, content) in put {
-            let stored = hub.controller.put_file(&name, &content);
-            stored.map_err(|error| StartError::Store {
-                name,
-                reason: error.to_string(),
-            })?;
-        }
-        if let Some(name) = &settings.select {
-            let selected = hub.controller.select(hub.clock.now(), name);
-            selected.map_err(|error| StartError::Select {
-                name: name.clone(),
-                reason: error.to_string(),
-            })?;
-        }
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
         for fault in &settings.faults {
@@ -239,18 +223,35 @@ impl Hub {
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
         let mut inputs = VecDeque::from([input]);
+        // What follows from the first input is the controller's own doing.
+        let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            self.controller.handle(now, input);
-            while let Some(output) = self.controller.poll_output() {
-                let watched = self.watch.as_ref().map(|_| output.clone());
-                self.perform(output, &mut inputs).await;
-                if let (Some(feeder), Some(output)) = (&self.watch, watched) {
-                    feeder.put(output);
-                }
+            // However late the wall is: what was due before is recorded with the time at which it was due.
+            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
+                let at = due.max(self.controller.now());
+                self.step(at, Input::Tick, by, &mut inputs).await;
+            }
+            self.step(now, input, by, &mut inputs).await;
+            by = Party::Robot;
+        }
+        // Not before: room for bytes that still wait here would be given away twice.
+        self.lines.grant(&self.controller);
+        self.tape.flush();
+    }
+
+    /// One input at its time, and what the controller puts out.
+    async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        self.tape.input(at, &input, by);
+        self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            self.tape.output(at, &output);
+            let watched = self.watch.as_ref().map(|_| output.clone());
+            self.perform(output, inputs).await;
+            if let (Some(feeder), Some(output)) = (&self.watch, watched) {
+                feeder.put(output);
             }
         }
-        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {

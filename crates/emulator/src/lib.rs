@@ -5,6 +5,7 @@
 pub mod cli;
 pub mod clock;
 pub mod config;
+pub mod diff;
 pub mod embed;
 pub mod faults;
 pub mod headless;
@@ -15,6 +16,8 @@ pub mod loading;
 pub mod log;
 pub mod ready;
 pub mod store;
+pub mod tap;
 #[cfg(test)]
 mod testing;
+pub mod transcript;
 pub mod watch;

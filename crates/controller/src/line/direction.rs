@@ -126,9 +126,19 @@ impl Direction {
 
     /// What has passed by `now`, as a receiver of these settings reads it.
     pub fn take(&mut self, now: Time, own: SerialLine) -> Vec<Arrival> {
+        self.take_first(usize::MAX, now, own)
+    }
+
+    /// The same of the first so many bytes queued.
+    pub fn take_first(&mut self, most: usize, now: Time, own: SerialLine) -> Vec<Arrival> {
         let mut arrivals = Vec::new();
         let mut read = Vec::new();
+        let mut left = most;
         while let Some(burst) = self.bursts.front_mut() {
+            if left == 0 {
+                return arrivals;
+            }
+            left -= 1;
             let sender = burst.sender;
             let begin = self.clock.now();
             let mut clock = self.clock;

@@ -151,6 +151,25 @@ fn paced_or_at_once_the_same_is_read() {
 }
 
 #[test]
+fn a_pause_shorter_than_the_receivers_character_ends_it() {
+    // The receiver expects a parity: its stop bit is read in the pause, half a bit behind the sender's end.
+    let own = line(9_600, 8, Parity::Even, 1);
+    let mut direction = Direction::default();
+    let (_, end) = direction.push(Time::ZERO, b"\r", plain());
+    let mut arrivals = direction.take(end, own);
+    direction.push(end + Duration::from_micros(80), b"\r", plain());
+    arrivals.extend(drain(&mut direction, own).0);
+    let read: Vec<_> = arrivals
+        .iter()
+        .map(|arrival| (arrival.byte, arrival.fault))
+        .collect();
+    assert_eq!(read, [(b'\r', None), (b'\r', None)]);
+    // Without the pause the next start bit stands there.
+    let run_on = at_once(b"\r\r", plain(), own);
+    assert_eq!(run_on[0].fault, Some(uart::Fault::Framing));
+}
+
+#[test]
 fn what_differs_is_said_with_both_remedies() {
     let host = HostSettings {
         speed: Some(19_200),

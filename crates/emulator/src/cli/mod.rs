@@ -1,12 +1,14 @@
-//! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | faults | tap | diff`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod diff;
 mod faults;
 mod format;
 mod host;
 mod report;
 mod run;
 mod serve;
+mod tap;
 
 use crate::config::ServeArgs;
 use clap::{Parser, Subcommand};
@@ -28,6 +30,8 @@ enum Command {
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
     Faults(faults::FaultsArgs),
+    Tap(tap::TapArgs),
+    Diff(Box<diff::DiffArgs>),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -40,5 +44,7 @@ pub fn main() -> ExitCode {
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
         Command::Faults(args) => faults::run(&args),
+        Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
     }
 }

@@ -6,6 +6,7 @@ use super::model::ModelChoice;
 use super::seed::Seed;
 use super::serial::ListenAt;
 use crate::clock::TimeMode;
+use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -106,6 +107,9 @@ pub struct ServeArgs {
     /// TOML file with the same keys; named options under [options]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// File for a transcript of every port: .txt, .jsonl or .pcapng (Wireshark); may be given several times
+    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+    pub transcript: Vec<TranscriptFile>,
     /// Log every text; twice: every byte
     #[arg(long, short, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -153,6 +157,11 @@ impl ServeArgs {
             report: self.report.or(below.report),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
+            transcript: if self.transcript.is_empty() {
+                below.transcript
+            } else {
+                self.transcript
+            },
             verbose: if self.verbose > 0 {
                 self.verbose
             } else {

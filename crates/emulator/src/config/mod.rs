@@ -17,6 +17,7 @@ pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
 use crate::line::SerialEnd;
+use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -64,6 +65,10 @@ pub struct Settings {
     pub faults: Vec<Fault>,
     /// Where the report at the end goes.
     pub report: Option<PathBuf>,
+    /// Where transcripts go.
+    pub transcripts: Vec<TranscriptFile>,
+    /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
+    pub flags: Vec<String>,
 }
 
 impl Settings {
@@ -84,6 +89,8 @@ impl Settings {
             servo_on: false,
             faults: Vec::new(),
             report: None,
+            transcripts: Vec::new(),
+            flags: Vec::new(),
         }
     }
 
@@ -148,11 +155,38 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            flags: controller_flags(args, &faults),
             faults,
             report: args.report.clone(),
+            transcripts: args.transcript.clone(),
             ..defaults
         })
     }
+}
+
+/// The flags that make the controller, as `key=value`.
+fn controller_flags(args: &ServeArgs, faults: &[Fault]) -> Vec<String> {
+    fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
+        Some(value?.to_possible_value()?.get_name().to_owned())
+    }
+    let permissions = args.permissions.as_ref().map(|path| path.display().to_string());
+    let flags = [
+        ("dialect", word(args.dialect)),
+        ("model", args.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args.controller)),
+        ("key", word(args.key)),
+        ("control-right", word(args.control_right)),
+        ("permissions", permissions),
+        ("vary", args.vary.map(|seed| seed.to_string())),
+        ("fault-seed", args.fault_seed.map(|seed| seed.to_string())),
+    ];
+    let flags = flags
+        .into_iter()
+        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    flags
+        .chain(args.set.iter().map(|pair| format!("set={pair}")))
+        .chain(faults.iter().map(|fault| format!("fault={fault}")))
+        .collect()
 }
 
 #[cfg(test)]

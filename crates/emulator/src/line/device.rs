@@ -2,11 +2,17 @@
 //! its own, since not every system lets it be waited for; when it is unplugged it is looked for again.
 
 use super::end::{Command, End, Gone, READ_BUFFER};
+use super::marks::{Marked, Marks};
 use super::{LineError, LineEvent, io_error};
+#[cfg(unix)]
+use rustix::fs::{Mode, OFlags};
+#[cfg(unix)]
+use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
 use serialport::{ClearBuffer, DataBits, FlowControl, SerialPort, StopBits};
 use std::io::{self, Read as _, Write as _};
-use std::path::Path;
-use std::path::PathBuf;
+#[cfg(unix)]
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -29,6 +35,8 @@ pub(super) fn open(port: Port, path: &Path, line: SerialLine) -> Result<Device, 
 }
 
 fn try_open(path: &Path, line: SerialLine) -> io::Result<Device> {
+    #[cfg(unix)]
+    let marker = marker(path)?;
     let device = serialport::new(path.to_string_lossy(), line.speed)
         .data_bits(match line.length {
             7 => DataBits::Seven,
@@ -48,7 +56,25 @@ fn try_open(path: &Path, line: SerialLine) -> io::Result<Device> {
         .open()?;
     // What lay in the buffers was said before the robot listened.
     device.clear(ClearBuffer::All)?;
+    #[cfg(unix)]
+    mark_faults(&marker)?;
     Ok(device)
+}
+
+/// Another descriptor of the port: the library takes the port for itself alone, and has no word for marks.
+#[cfg(unix)]
+fn marker(path: &Path) -> io::Result<OwnedFd> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(path, flags, Mode::empty())?)
+}
+
+/// Has the driver check the parity and mark what is bad, a break too, in place of passing it on as it is.
+#[cfg(unix)]
+fn mark_faults(port: &OwnedFd) -> io::Result<()> {
+    let mut termios = tcgetattr(port)?;
+    termios.input_modes |= InputModes::INPCK | InputModes::PARMRK;
+    termios.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP;
+    Ok(tcsetattr(port, OptionalActions::Now, &termios)?)
 }
 
 /// The threads of an open port; they end when this is dropped.
@@ -112,6 +138,7 @@ async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<(), G
     let peer = path.display().to_string();
     end.tell(LineEvent::Opened { peer }).await?;
     end.tell(LineEvent::Settings(HostLine::Wire)).await?;
+    let mut marks = Marks::default();
     loop {
         tokio::select! {
             command = end.commands.recv() => match command.ok_or(Gone)? {
@@ -126,7 +153,7 @@ async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<(), G
                 Command::Robot(_) => {}
             },
             bytes = running.reads.recv() => match bytes {
-                Some(bytes) => end.tell_bytes(bytes).await?,
+                Some(bytes) => tell(end, &mut marks, &bytes).await?,
                 None => break,
             },
             _ = &mut running.lost => {
@@ -136,6 +163,17 @@ async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<(), G
         }
     }
     end.tell(LineEvent::Closed).await
+}
+
+/// Tells the hub what the port delivered, good and bad.
+async fn tell(end: &End, marks: &mut Marks, bytes: &[u8]) -> Result<(), Gone> {
+    for marked in marks.push(bytes) {
+        match marked {
+            Marked::Good(bytes) => end.tell_bytes(bytes).await?,
+            Marked::Bad(bytes) => end.tell(LineEvent::Faults(bytes)).await?,
+        }
+    }
+    Ok(())
 }
 
 fn run(device: Device) -> io::Result<Running> {

@@ -5,6 +5,7 @@
 
 mod device;
 mod end;
+mod marks;
 #[cfg(unix)]
 mod pty;
 mod rfc2217;
@@ -112,8 +113,8 @@ enum LineEvent {
     Settings(HostLine),
     /// Bytes came in.
     Received(Vec<u8>),
-    /// Characters that were no characters.
-    Faults(usize),
+    /// Characters that were no characters, as read.
+    Faults(Vec<u8>),
     /// What is not on the line yet is to be forgotten.
     Purged,
     /// The host is gone.
@@ -253,7 +254,7 @@ impl Lines {
                 line.outstanding = line.outstanding.saturating_sub(bytes.len());
                 Input::Received { port, bytes }
             }
-            LineEvent::Faults(count) => Input::LineFaults { port, count },
+            LineEvent::Faults(bytes) => Input::LineFaults { port, bytes },
             LineEvent::Purged => Input::LinePurged { port },
             LineEvent::Closed => {
                 if let Some(peer) = line.peer.take() {

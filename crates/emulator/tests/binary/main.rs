@@ -12,6 +12,7 @@ mod extensions;
 #[cfg(unix)]
 mod faults;
 mod headless;
+mod recordings;
 #[cfg(unix)]
 mod serial;
 mod serve;

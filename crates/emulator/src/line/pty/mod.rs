@@ -209,16 +209,8 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
     let mut look = interval(LOOK_AT_SETTINGS);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let port = end.port;
-    let (reading, writing) = match registered(&pty.master) {
-        Ok(ends) => ends,
-        Err(error) => {
-            warn!(
-                port = port.name(),
-                "{port}: the pseudo terminal cannot be watched: {error}"
-            );
-            tokio::time::sleep(LOOK).await;
-            return Ok(());
-        }
+    let Some((mut reading, mut writing)) = registered(port, &pty.master) else {
+        return Ok(());
     };
     loop {
         let settings = pty.settings();
@@ -259,8 +251,14 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
                         buffer.truncate(count);
                         end.tell_bytes(buffer).await?;
                     }
-                    // One host has closed it and another has opened it since.
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => return Ok(()),
+                    // One host has closed it and another has opened it since; whose bytes are whose cannot be told,
+                    // so they are one host.
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                        let Some(ends) = registered(port, &pty.master) else {
+                            return Ok(());
+                        };
+                        (reading, writing) = ends;
+                    }
                     Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                     // Every host has closed it.
                     Ok(_) => return Ok(()),
@@ -279,10 +277,20 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
 /// Two further descriptors of the terminal, to be waited for. The runtime has no type for terminals; the one for
 /// pipes reads, writes and waits for any descriptor. It keeps the end of one for good, and hosts come back: so
 /// each host has its own.
-fn registered(master: &OwnedFd) -> io::Result<(pipe::Receiver, pipe::Sender)> {
-    let reading = pipe::Receiver::from_owned_fd_unchecked(master.try_clone()?)?;
-    let writing = pipe::Sender::from_owned_fd_unchecked(master.try_clone()?)?;
-    Ok((reading, writing))
+fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sender)> {
+    let registered = || -> io::Result<(pipe::Receiver, pipe::Sender)> {
+        let reading = pipe::Receiver::from_owned_fd_unchecked(master.try_clone()?)?;
+        let writing = pipe::Sender::from_owned_fd_unchecked(master.try_clone()?)?;
+        Ok((reading, writing))
+    };
+    registered()
+        .map_err(|error| {
+            warn!(
+                port = port.name(),
+                "{port}: the pseudo terminal cannot be watched: {error}"
+            );
+        })
+        .ok()
 }
 
 /// Ready to be read, and how much of it.
