@@ -13,7 +13,7 @@ pub mod transcript;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
-use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+use ts3100_controller::{Config, Controller, Dialect, Event, Findings, Input, Output, Panel, Port, Time};
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
@@ -27,6 +27,8 @@ pub struct Robot {
     sent: BTreeMap<Port, Vec<u8>>,
     /// Everything else it has put out, in order.
     pub outputs: Vec<Output>,
+    /// What the host did that it had better not.
+    pub findings: Findings,
 }
 
 impl Robot {
@@ -51,6 +53,7 @@ impl Robot {
             now: Time::ZERO,
             sent: BTreeMap::new(),
             outputs: Vec::new(),
+            findings: Findings::default(),
         };
         robot.feed(Input::Tick);
         robot
@@ -90,6 +93,9 @@ impl Robot {
 
     fn feed(&mut self, input: Input) {
         for output in self.controller.feed(self.now, input) {
+            if let Output::Event(event) = &output {
+                self.findings.take(event);
+            }
             match output {
                 Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
                 other => self.outputs.push(other),

@@ -8,12 +8,14 @@
 )]
 
 mod courses;
+mod coverage;
 mod dialogue;
 mod docs;
 mod effects;
 mod exchange;
 mod extended;
 mod faults;
+mod findings;
 mod four_axes;
 mod guiding;
 mod house;

@@ -336,7 +336,7 @@ fn host_is_half_duplex() {
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Host), b"", "VR came while the robot sent");
     assert_eq!(dropped(&robot, "the robot was sending"), 5);
-    assert_eq!(findings(&robot, "half-duplex").len(), 1);
+    assert!(!findings(&robot, "half-duplex").is_empty());
     // The other reading.
     let mut robot = paced("9600 8 0 1", |options| {
         options.while_sending = ts3100_controller::options::WhileSending::Kept;

@@ -150,6 +150,14 @@ impl Controller {
     pub fn handle(&mut self, now: Time, input: Input) {
         self.advance_to(now);
         match input {
+            // Nobody is there to hear it.
+            Input::Connected { .. }
+            | Input::Received { .. }
+            | Input::Disconnected { .. }
+            | Input::Line { .. }
+            | Input::LineFaults { .. }
+            | Input::LinePurged { .. }
+                if !self.state.powered => {}
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Line { port, host } => self.line_opened(port, host),
@@ -157,8 +165,10 @@ impl Controller {
             Input::LineFaults { port, bytes } => self.line_faults(port, &bytes),
             Input::Received { port, bytes } => self.received(port, &bytes),
             Input::Disconnected { port } => self.peer_left(port),
+            Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
+            Input::Unread { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
-            Input::Fault(order) => self.fault_order(order),
+            Input::Deed(deed) => self.deed(deed),
         }
         self.settle();
     }
@@ -252,6 +262,11 @@ impl Controller {
         }
         self.now = self.now.max(now);
         self.hear_lines();
+    }
+
+    /// Outputs that were not fetched yet.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &Output> {
+        self.outputs.iter()
     }
 
     pub(crate) fn push_output(&mut self, output: Output) {

@@ -73,6 +73,13 @@ impl Drive {
         self.files.get(name).map(Vec::as_slice)
     }
 
+    /// The files in alphabetical order.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.files
+            .iter()
+            .map(|(name, content)| (name.as_str(), content.as_slice()))
+    }
+
     /// Whether the file is there.
     #[must_use]
     pub fn contains(&self, name: &str) -> bool {

@@ -1,14 +1,14 @@
 //! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
 //! scenario) is the edge's knowledge.
 
-use crate::faults::FaultOrder;
+use crate::deed::Deed;
 use crate::line::HostLine;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
 
 /// One thing that happened outside.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// Nothing but time: deadlines up to now are served.
     Tick,
@@ -52,10 +52,25 @@ pub enum Input {
         /// The port.
         port: Port,
     },
+    /// A second peer came to a port that has one (D3); told before anything comes of it.
+    SecondPeer {
+        /// The port.
+        port: Port,
+        /// The newcomer's address.
+        peer: String,
+        /// The newcomer takes the place of the first; otherwise it was turned away.
+        kept: bool,
+    },
+    /// The peer has left so much unread that its connection is about to be closed.
+    Unread {
+        /// The port.
+        port: Port,
+    },
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(Panel),
-    /// Faults are armed and disarmed.
-    Fault(FaultOrder),
+    /// Something done by one who holds the controller; a refusal is told by
+    /// [`Output::Undone`](crate::output::Output::Undone).
+    Deed(Deed),
 }
 
 /// Something done at the controller itself.

@@ -5,6 +5,7 @@
 use crate::Controller;
 use crate::faults::Point;
 use crate::faults::kind::{Effect, Prey};
+use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, LINE_SENDING};
 use crate::line::direction::{Arrival, at_once};
 use crate::line::uart::Fault;
@@ -14,7 +15,6 @@ use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::SerialLine;
 
@@ -111,7 +111,7 @@ impl Controller {
                 "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
                 rest.len()
             );
-            self.report(port, "line-overflow", message);
+            self.find(&rules::LINE_OVERFLOW, port, &[], message);
         }
     }
 
@@ -256,7 +256,7 @@ impl Controller {
             "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
              ETX first"
         );
-        self.report(port, "half-duplex", message);
+        self.find(&rules::HALF_DUPLEX, port, &[], message);
     }
 
     /// The host's port forgets what it has not put on the line.
@@ -277,7 +277,7 @@ impl Controller {
              cable is disturbed",
             crate::line::Words(robot)
         );
-        self.report(port, "line-garbled", message);
+        self.find(&rules::LINE_GARBLED, port, bytes, message);
         match self.config.options.bad_character {
             BadCharacter::Keep => self.arrived(port, self.now, bytes),
             BadCharacter::Drop => self.event(Event::Dropped {
@@ -352,20 +352,7 @@ impl Controller {
         }
         if let Some(message) = host.difference(port.name(), robot) {
             line.told = Some(host);
-            self.event(Event::Finding {
-                rule: "line-settings",
-                port: Some(port),
-                message,
-            });
-        }
-    }
-
-    /// Reports a rule the first time this peer breaks it.
-    fn report(&mut self, port: Port, rule: &'static str, message: String) {
-        if self.sessions.contains_key(&port) {
-            self.finding(port, rule, &message);
-        } else {
-            self.channel_finding(port, rule, message);
+            self.find(&rules::LINE_SETTINGS, port, &[], message);
         }
     }
 }

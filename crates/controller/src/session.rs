@@ -16,10 +16,10 @@
 //!                             +--other command; 10 s------------->+
 //! ```
 
+use crate::findings::Habits;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
-use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::file::{FlReceiver, FlSender};
@@ -80,8 +80,8 @@ pub struct Session {
     pub block: u32,
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
-    /// Rules of findings already reported to this peer.
-    pub reported: BTreeSet<&'static str>,
+    /// What is remembered of the host, for findings.
+    pub habits: Habits,
 }
 
 impl Session {
@@ -103,7 +103,7 @@ impl Session {
             asked: "",
             block: 0,
             last_status: None,
-            reported: BTreeSet::new(),
+            habits: Habits::default(),
         }
     }
 

@@ -40,6 +40,8 @@ impl Watchdog {
 /// State of the controller apart from program and arm.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
+    /// The power is on; nothing else happens while it is off.
+    pub powered: bool,
     /// Servo power.
     pub servo: bool,
     /// The emergency stop button is pressed.
@@ -77,6 +79,7 @@ impl State {
     #[must_use]
     pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> State {
         State {
+            powered: true,
             servo: false,
             emergency_stop: false,
             safety_open: false,

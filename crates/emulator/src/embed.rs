@@ -13,7 +13,10 @@
 
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
-use crate::hub::{Action, Hub, StartError};
+use crate::control::ControlSettings;
+use crate::evidence::{CoverageReport, Evidence};
+use crate::hub::request::Request;
+use crate::hub::{Hub, StartError};
 use crate::line::SerialEnd;
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
@@ -24,8 +27,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::deed::{Deed, Refusal};
 use ts3100_controller::faults::{Fault, FaultError, FaultOrder, FaultReport};
-use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::findings::Findings;
+use ts3100_controller::input::Panel;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -124,6 +129,13 @@ impl Builder {
         self
     }
 
+    /// Lines of the user files executed are recorded; see [`Emulator::evidence`].
+    #[must_use]
+    pub fn record_lines(mut self, on: bool) -> Builder {
+        self.settings.record_lines = on;
+        self
+    }
+
     /// Servo power at the start; off if not said.
     #[must_use]
     pub fn servo_on(mut self, on: bool) -> Builder {
@@ -154,6 +166,13 @@ impl Builder {
         self
     }
 
+    /// A control interface; none if not said. [`ControlSettings::free`] is one on a free port of the loopback.
+    #[must_use]
+    pub fn control(mut self, control: ControlSettings) -> Builder {
+        self.settings.control = Some(control);
+        self
+    }
+
     /// A file for a transcript of every port, as `--transcript` does.
     ///
     /// # Errors
@@ -173,19 +192,27 @@ impl Builder {
         let (feeder, watch) = watch();
         let settings = self.settings;
         let listen = settings.listen;
+        let controller = settings.controller.clone();
         let thread = std::thread::Builder::new()
             .name("ts3100".to_owned())
             .spawn(move || {
                 let started = single_threaded().and_then(|runtime| {
-                    let (hub, panel) = runtime.block_on(Hub::open(&settings))?;
-                    Ok((runtime, hub, panel))
+                    let (hub, requests, control) = runtime.block_on(async {
+                        let (mut hub, requests) = Hub::open(&settings).await?;
+                        let control = hub.open_control(&settings, &requests)?;
+                        Ok::<_, StartError>((hub, requests, control))
+                    })?;
+                    Ok((runtime, hub, requests, control))
                 });
                 match started {
-                    Ok((runtime, mut hub, panel)) => {
+                    Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
-                        let ports = hub.ports().clone();
+                        let (ports, evidence) = (hub.ports().clone(), hub.evidence());
                         let serial = hub.serial();
-                        if tell.send(Ok((ports, serial, panel))).is_ok() {
+                        if tell
+                            .send(Ok((ports, serial, control, requests, evidence)))
+                            .is_ok()
+                        {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -201,11 +228,14 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, panel))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
-                panel,
+                control,
+                requests,
+                evidence,
+                controller,
                 watch,
                 stop: Some(stop),
                 thread: Some(thread),
@@ -228,7 +258,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::hub::WAITING_ACTIONS`] actions waiting, or the emulator has ended.
+/// The panel has [`crate::hub::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
@@ -239,6 +269,9 @@ pub enum ArmError {
     /// It is none.
     #[error(transparent)]
     Fault(#[from] FaultError),
+    /// The controller refuses it.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// The emulator takes no more.
     #[error(transparent)]
     Panel(#[from] PanelError),
@@ -250,7 +283,10 @@ pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
     serial: BTreeMap<Port, SerialEnd>,
-    panel: mpsc::Sender<Action>,
+    control: Option<SocketAddr>,
+    requests: mpsc::Sender<Request>,
+    evidence: Evidence,
+    controller: Config,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -283,6 +319,12 @@ impl Emulator {
             .map(|number| SocketAddr::new(self.listen, *number))
     }
 
+    /// Where the control interface is; `None` if there is none.
+    #[must_use]
+    pub fn control(&self) -> Option<SocketAddr> {
+        self.control
+    }
+
     /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
     #[must_use]
     pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
@@ -295,7 +337,11 @@ impl Emulator {
     /// # Errors
     /// [`PanelError`].
     pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
-        self.input(Input::Panel(panel))
+        let (done, is_done) = std::sync::mpsc::channel();
+        self.requests
+            .try_send(Request::Panel { panel, done })
+            .map_err(|_| PanelError)?;
+        is_done.recv().map_err(|_| PanelError)
     }
 
     /// Arms a fault from now on; `spec` is as `--fault` takes it.
@@ -304,15 +350,15 @@ impl Emulator {
     /// What is wrong with the specification, or [`PanelError`].
     pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
         let fault = Box::new(spec.parse::<Fault>()?);
-        Ok(self.input(Input::Fault(FaultOrder::Arm(fault)))?)
+        self.order(Deed::Fault(FaultOrder::Arm(fault)))
     }
 
     /// Disarms a fault by its number.
     ///
     /// # Errors
-    /// [`PanelError`].
-    pub fn disarm(&self, id: u32) -> Result<(), PanelError> {
-        self.input(Input::Fault(FaultOrder::Disarm(id)))
+    /// No fault has it, or [`PanelError`].
+    pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
+        self.order(Deed::Fault(FaultOrder::Disarm(id)))
     }
 
     /// The faults, and what has become of them.
@@ -321,18 +367,38 @@ impl Emulator {
     /// [`PanelError`].
     pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
         let (done, told) = std::sync::mpsc::channel();
-        self.ask(Action::Faults { done })?;
+        let look = Request::Look(Box::new(move |sight| {
+            // Fails only when nobody waits for it.
+            let _ = done.send(sight.controller.faults().reports().cloned().collect());
+        }));
+        self.requests.try_send(look).map_err(|_| PanelError)?;
         told.recv().map_err(|_| PanelError)
     }
 
-    fn input(&self, input: Input) -> Result<(), PanelError> {
+    fn order(&self, deed: Deed) -> Result<(), ArmError> {
         let (done, is_done) = std::sync::mpsc::channel();
-        self.ask(Action::Input { input, done })?;
-        is_done.recv().map_err(|_| PanelError)
+        self.requests
+            .try_send(Request::Order { deed, done })
+            .map_err(|_| PanelError)?;
+        is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
 
-    fn ask(&self, action: Action) -> Result<(), PanelError> {
-        self.panel.try_send(action).map_err(|_| PanelError)
+    /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        self.evidence.findings()
+    }
+
+    /// Which cells of the permission tables the hosts have reached so far.
+    #[must_use]
+    pub fn coverage(&self) -> CoverageReport {
+        self.evidence.coverage(&self.controller)
+    }
+
+    /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
+    #[must_use]
+    pub fn evidence(&self) -> &Evidence {
+        &self.evidence
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

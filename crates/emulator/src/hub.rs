@@ -3,6 +3,9 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::control as interface;
+use crate::control::journal::Journal;
+use crate::evidence::Evidence;
 use crate::faults;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
@@ -15,38 +18,30 @@ use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::path::PathBuf;
 use std::pin::pin;
+use std::sync::Arc;
 use tokio::sync::mpsc;
-use tracing::{error, info};
+use tracing::info;
 use ts3100_controller::Controller;
-use ts3100_controller::faults::{FaultOrder, FaultReport};
-use ts3100_controller::input::{Input, Panel};
-use ts3100_controller::output::Output;
+use ts3100_controller::deed::Refusal;
+use ts3100_controller::faults::Fault;
+use ts3100_controller::findings::Rule;
+use ts3100_controller::input::Input;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
+
+pub mod condition;
+mod control;
+pub mod request;
+
+use request::{Pending, Request};
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
 const TURNS_BEFORE_A_JUMP: u32 = 3;
 
-/// Panel actions that may wait for the hub.
-pub const WAITING_ACTIONS: usize = 64;
-
-/// Something that is asked of the hub.
-#[derive(Debug)]
-pub enum Action {
-    /// Something happens to the controller: the panel is worked, a fault is armed.
-    Input {
-        /// What.
-        input: Input,
-        /// Told when it is done, with all that follows from it at once.
-        done: std::sync::mpsc::Sender<()>,
-    },
-    /// What has become of the faults.
-    Faults {
-        /// Told them.
-        done: std::sync::mpsc::Sender<Vec<FaultReport>>,
-    },
-}
+/// Requests that may wait for the hub; then those who ask wait.
+pub const WAITING_REQUESTS: usize = 64;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -73,6 +68,14 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The control interface.
+    #[error("the control interface cannot listen on {address}: {source}")]
+    Control {
+        /// Where.
+        address: std::net::SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// A serial line.
     #[error(transparent)]
     Line(#[from] LineError),
@@ -97,50 +100,63 @@ pub struct Hub {
     lines: Lines,
     store: Option<Store>,
     log: EventLog,
-    actions: mpsc::Receiver<Action>,
+    requests: mpsc::Receiver<Request>,
     watch: Option<Feeder>,
     tape: Tape,
+    journal: Option<Arc<Journal>>,
+    evidence: Evidence,
+    record_lines: bool,
     ports: BTreeMap<Port, u16>,
     demo: bool,
+    servo_on: bool,
+    /// Faults that are armed from the start.
+    faults: Vec<Fault>,
     /// Where the report at the end goes.
     report: Option<PathBuf>,
+    /// The controller as it was before the first input, for a reset.
+    initial: Controller,
+    waits: Vec<Pending>,
+    /// Why the deed that was just fed had no effect.
+    refusal: Option<Refusal>,
 }
 
 impl Hub {
-    /// Powers the controller on and opens its ports. The sender takes panel actions; when all senders are
+    /// Powers the controller on and opens its ports. The sender takes requests; when all senders are
     /// dropped, [`Hub::run`] goes on without them.
     ///
     /// # Errors
     /// See [`StartError`]; nothing is left open.
-    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
+    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Request>), StartError> {
         let powered = loading::power_on(settings)?;
         let tape = Tape::begin(settings, &powered)?;
-        let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
+        let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let mut hub = Hub {
+            initial: powered.controller.clone(),
             controller: powered.controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
             store: powered.store,
             log: EventLog::default(),
-            actions,
+            requests,
             watch: None,
             tape,
+            journal: None,
+            evidence: Evidence::default(),
+            record_lines: settings.record_lines,
             ports: BTreeMap::new(),
             demo: powered.demo,
+            servo_on: settings.servo_on,
+            faults: settings.faults.clone(),
             report: settings.report.clone(),
+            waits: Vec::new(),
+            refusal: None,
         };
+        hub.evidence.begin(&hub.controller);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
-        for fault in &settings.faults {
-            let order = FaultOrder::Arm(Box::new(fault.clone()));
-            hub.feed(Input::Fault(order)).await;
-        }
-        if settings.servo_on {
-            hub.feed(Input::Panel(Panel::Servo(true))).await;
-        } else {
-            hub.feed(Input::Tick).await;
-        }
+        hub.begin().await;
         Ok((hub, sender))
     }
 
@@ -148,6 +164,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// The record of this run.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.evidence.clone()
     }
 
     /// Where the serial lines are.
@@ -160,6 +182,29 @@ impl Hub {
     #[must_use]
     pub fn has_demo(&self) -> bool {
         self.demo
+    }
+
+    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
+    ///
+    /// # Errors
+    /// [`StartError::Control`].
+    pub fn open_control(
+        &mut self,
+        settings: &Settings,
+        requests: &mpsc::Sender<Request>,
+    ) -> Result<Option<std::net::SocketAddr>, StartError> {
+        let Some(control) = &settings.control else {
+            return Ok(None);
+        };
+        let server = interface::Server::bind(control).map_err(|source| StartError::Control {
+            address: control.address,
+            source,
+        })?;
+        let address = server.address();
+        let journal = Arc::new(Journal::default());
+        self.journal = Some(Arc::clone(&journal));
+        server.serve(requests.clone(), journal);
+        Ok(Some(address))
     }
 
     /// From now on what has been done is told to `feeder`.
@@ -177,25 +222,16 @@ impl Hub {
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
-        let mut actions_open = true;
+        let mut requests_open = true;
         loop {
-            let deadline = self.controller.poll_deadline();
-            let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+            let (wake, deadline) = self.next_wake();
             // In this order: `auto` may jump only when nothing else is there to be done.
             tokio::select! {
                 biased;
                 () = &mut stop => break,
-                action = self.actions.recv(), if actions_open => match action {
-                    Some(Action::Input { input, done }) => {
-                        self.clock.stir();
-                        self.feed(input).await;
-                        // Fails only when nobody waits for it.
-                        let _ = done.send(());
-                    }
-                    Some(Action::Faults { done }) => {
-                        let _ = done.send(self.controller.faults().reports().cloned().collect());
-                    }
-                    None => actions_open = false,
+                request = self.requests.recv(), if requests_open => match request {
+                    Some(request) => self.serve_request(request).await,
+                    None => requests_open = false,
                 },
                 message = self.links.next() => if let Some(message) = message {
                     self.clock.stir();
@@ -222,9 +258,12 @@ impl Hub {
 
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
+        self.feed_by(input, Party::Host).await;
+    }
+
+    /// As [`Hub::feed`]; who has caused it stands in transcripts.
+    async fn feed_by(&mut self, input: Input, mut by: Party) {
         let mut inputs = VecDeque::from([input]);
-        // What follows from the first input is the controller's own doing.
-        let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
             // However late the wall is: what was due before is recorded with the time at which it was due.
@@ -233,25 +272,53 @@ impl Hub {
                 self.step(at, Input::Tick, by, &mut inputs).await;
             }
             self.step(now, input, by, &mut inputs).await;
+            // What follows from the first input is the controller's own doing.
             by = Party::Robot;
         }
         // Not before: room for bytes that still wait here would be given away twice.
         self.lines.grant(&self.controller);
         self.tape.flush();
+        self.end_waits();
     }
 
     /// One input at its time, and what the controller puts out.
     async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        if let Input::Connected { port, .. } = &input {
+            self.log.new_peer(*port);
+        }
         self.tape.input(at, &input, by);
+        if let Some(journal) = &self.journal {
+            journal.input(at, &input);
+        }
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
+            if self.is_idle_judgement(&output) {
+                continue;
+            }
             self.tape.output(at, &output);
+            self.evidence.take(&output);
+            self.notice(&output);
+            // They are told for the record of lines alone, and there are very many.
+            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {
+                continue;
+            }
+            if let Some(journal) = &self.journal {
+                journal.output(at, &output);
+            }
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {
                 feeder.put(output);
             }
         }
+    }
+
+    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    fn is_idle_judgement(&self, output: &Output) -> bool {
+        let Output::Event(Event::Finding { rule, .. }) = output else {
+            return false;
+        };
+        !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
@@ -276,20 +343,22 @@ impl Hub {
                     self.log.not_removed(self.clock.now(), &name, &reason);
                 }
             }
+            Output::PowerOff => {
+                info!("power off; no port is open");
+                let gone = self.links.close().await;
+                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+                self.ports.clear();
+            }
             Output::PowerCycled => {
                 inputs.extend(self.lines.power_cycled(&self.controller));
                 let gone = self.links.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
-                match self.links.open(self.controller.network()) {
-                    Ok(ports) => {
-                        info!("power cycled; ports: {ports:?}");
-                        self.ports = ports;
-                    }
-                    Err(reason) => {
-                        error!("after the power cycle no port is open: {reason}");
-                        self.ports.clear();
-                    }
-                }
+                self.open_links();
+                info!("power on; ports: {:?}", self.ports);
+            }
+            Output::Undone(refusal) => {
+                info!(event = "undone", "{refusal}");
+                self.refusal = Some(refusal);
             }
             Output::Cut { port, how } => inputs.extend(self.links.end(port, how)),
             Output::Deaf { port } => self.links.deafen(port),

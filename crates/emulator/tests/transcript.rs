@@ -10,9 +10,9 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use ts3100_controller::{Config, Dialect};
-use ts3100_controller::{Panel, Port};
+use ts3100_controller::{Deed, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
 use ts3100_emulator::diff::{Tolerance, diff};
@@ -82,7 +82,9 @@ fn talk() -> [Vec<u8>; 3] {
             .unwrap()
             .contains("! connect IP1")
     };
+    let start = Instant::now();
     while !seen() {
+        assert!(start.elapsed() < LONG, "the connection is not in the file");
         std::thread::sleep(Duration::from_millis(1));
     }
     exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
@@ -133,7 +135,7 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
                 line,
                 bytes: b"\x02OK\r\x03".to_vec()
             },
-            What::Panel(Panel::EmergencyStop(true)),
+            What::Deed(Deed::Panel(Panel::EmergencyStop(true))),
         ]
     );
     assert!(recording.header.origin.starts_with("observed, ts3100 serve "));

@@ -64,7 +64,7 @@ impl World {
     /// Arms a fault as it is written.
     pub fn arm(&mut self, spec: &str) {
         let fault: Fault = spec.parse().unwrap_or_else(|error| panic!("{spec}: {error}"));
-        self.put(Input::Fault(FaultOrder::Arm(Box::new(fault))));
+        self.put(Input::from(FaultOrder::Arm(Box::new(fault))));
     }
 
     pub fn reports(&self) -> Vec<FaultReport> {

@@ -6,7 +6,7 @@
 //! use ts3100_controller::faults::{Fault, FaultOrder};
 //! let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
 //! let fault: Fault = "no-reply:command=SU,after=1".parse().unwrap();
-//! robot.feed(Time::ZERO, Input::Fault(FaultOrder::Arm(Box::new(fault))));
+//! robot.feed(Time::ZERO, Input::from(FaultOrder::Arm(Box::new(fault))));
 //! assert_eq!(robot.faults().reports().next().unwrap().fired, 0);
 //! ```
 
@@ -21,6 +21,7 @@ pub use kinds::KINDS;
 pub use spec::FaultError;
 
 use crate::Controller;
+use crate::deed::Refusal;
 use crate::limits::{FAULT_MOMENTS, MAX_FAULTS};
 use crate::output::Event;
 use crate::port::Port;
@@ -204,7 +205,7 @@ impl Faults {
         match self.reports.iter_mut().find(|report| report.fault.id == id) {
             Some(report) => *report = fresh,
             None if full => {
-                return Err(format!("at most {MAX_FAULTS} faults expected, one more found"));
+                return Err("one more".to_string());
             }
             None => self.reports.push(fresh),
         }
@@ -280,24 +281,21 @@ impl Controller {
         &self.faults
     }
 
-    pub(crate) fn fault_order(&mut self, order: FaultOrder) {
+    pub(crate) fn fault_order(&mut self, order: FaultOrder) -> Result<(), Refusal> {
         match order {
             FaultOrder::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
-                match self.faults.arm(*fault) {
-                    Ok(id) => self.event(Event::Fault {
-                        id,
-                        kind,
-                        port: None,
-                        message: format!("armed: {spec}"),
-                        fired: false,
-                    }),
-                    Err(reason) => self.event(Event::Finding {
-                        rule: "fault-refused",
-                        port: None,
-                        message: format!("{spec} is not armed: {reason}"),
-                    }),
-                }
+                let armed = self.faults.arm(*fault);
+                let id = armed.map_err(|found| {
+                    Refusal::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)
+                })?;
+                self.event(Event::Fault {
+                    id,
+                    kind,
+                    port: None,
+                    message: format!("armed: {spec}"),
+                    fired: false,
+                });
             }
             FaultOrder::Disarm(id) => {
                 let found = self
@@ -305,20 +303,17 @@ impl Controller {
                     .reports
                     .iter_mut()
                     .find(|report| report.fault.id == id);
-                match found {
-                    Some(report) => report.armed = false,
-                    None => self.event(Event::Finding {
-                        rule: "fault-refused",
-                        port: None,
-                        message: format!("no fault has the number {id}"),
-                    }),
-                }
+                let report = found.ok_or_else(|| {
+                    Refusal::missing("fault", "the number of one that was armed", id.to_string())
+                })?;
+                report.armed = false;
             }
             FaultOrder::Clear => {
                 self.faults.reports.clear();
                 self.faults.strikes.clear();
             }
         }
+        Ok(())
     }
 
     /// Gives the faults their occasion: what has become of the thing.

@@ -45,6 +45,8 @@ impl Controller {
     fn do_strike(&mut self, strike: Strike) {
         match strike {
             Strike::Panel(panel) => self.panel(panel),
+            // Without power there is nobody to raise it.
+            Strike::Alarm(_) if !self.state.powered => {}
             Strike::Alarm(code) => self.raise(code, "a fault on purpose".to_string()),
         }
     }

@@ -2,13 +2,14 @@
 
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
+use crate::evidence::Ending;
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::process::ExitCode;
-use tracing::{info, warn};
+use tracing::{error, info, warn};
 
 /// Exit code when the emulator could not start.
 const COULD_NOT_START: u8 = 2;
@@ -16,7 +17,7 @@ const COULD_NOT_START: u8 = 2;
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
     match serve(args) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => ExitCode::from(code),
         Err(error) => {
             eprintln!("ts3100: {error:#}");
             ExitCode::from(COULD_NOT_START)
@@ -24,9 +25,10 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
     }
 }
 
-fn serve(flags: ServeArgs) -> anyhow::Result<()> {
+fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
     if flags.set.iter().any(|pair| pair == "help") {
-        return list_options();
+        list_options()?;
+        return Ok(0);
     }
     let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
     log::start(args.verbose, args.log_format.unwrap_or_default());
@@ -40,13 +42,15 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
             seed, "legal variation by seed {seed}; --vary {seed} repeats it"
         );
     }
+    settings.reports.prepare()?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (hub, _panel) = Hub::open(&settings).await?;
+        let (mut hub, requests) = Hub::open(&settings).await?;
+        let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial())
+            let line = Ready::new(hub.ports(), &hub.serial(), control)
                 .varied(settings.controller.vary)
                 .line()?;
             let mut stdout = std::io::stdout().lock();
@@ -56,13 +60,37 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
         } else {
             eprint!(
                 "{}",
-                banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
+                banner(&settings, hub.ports(), &hub.serial(), control, hub.has_demo())
             );
         }
+        let evidence = hub.evidence();
         hub.run(stop).await;
+        let ending = settings
+            .reports
+            .finish(&evidence, &settings.controller, &settings.load)?;
+        say(&ending);
         info!("ended");
-        Ok(())
+        Ok(ending.exit_code())
     })
+}
+
+/// Why the exit code is not 0.
+fn say(ending: &Ending) {
+    for (rule, count) in &ending.denied {
+        let (id, title) = (rule.id, rule.title);
+        error!(
+            event = "denied",
+            rule = id,
+            count,
+            "denied finding {id}, {count} times: {title}"
+        );
+    }
+    if let Some((reached, least)) = ending.below {
+        error!(
+            event = "below-coverage",
+            reached, least, "coverage {reached:.1} %, at least {least} % expected"
+        );
+    }
 }
 
 /// `--set help`.

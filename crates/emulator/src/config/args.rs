@@ -2,10 +2,12 @@
 //! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
 //! what the default is, is decided after all layers are read.
 
+use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
 use super::seed::Seed;
 use super::serial::ListenAt;
 use crate::clock::TimeMode;
+use crate::control::ControlChoice;
 use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
@@ -17,7 +19,8 @@ use ts3100_controller::options;
 ///
 /// Every flag is also an environment variable (--port-offset is TS3100_PORT_OFFSET) and a key of the TOML
 /// file given by --config (port-offset = 10000). Flags win over environment, environment over file, file
-/// over defaults. Exit code: 0 ended by a signal, 2 could not start.
+/// over defaults. Exit code: 0 ended by a signal, 2 could not start or write a report, 3 a denied finding, 4 the
+/// coverage is below --min-coverage.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ServeArgs {
     /// Address to listen on [default: 127.0.0.1]
@@ -29,6 +32,20 @@ pub struct ServeArgs {
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
     #[arg(long, value_name = "WORD")]
     pub ports: Option<PortsWord>,
+    /// Control interface over HTTP: ADDRESS:PORT, a port of 127.0.0.1, or off [default: 3100 and the offset; a free
+    /// port with --ports auto]
+    #[arg(long, value_name = "WHERE")]
+    pub control: Option<ControlChoice>,
+    /// Bearer token of the control interface; needed when others than this machine can reach it. Others on this machine
+    /// see it in the list of processes: rather TS3100_CONTROL_TOKEN, or a file
+    #[arg(long, value_name = "TOKEN")]
+    pub control_token: Option<String>,
+    /// File with the token in its first line
+    #[arg(long, value_name = "FILE")]
+    pub control_token_file: Option<PathBuf>,
+    /// Names by which the control interface is called, besides localhost and the address dialled
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    pub control_host: Vec<String>,
     /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
     #[arg(long, value_name = "DIR")]
     pub serial_dir: Option<PathBuf>,
@@ -116,6 +133,9 @@ pub struct ServeArgs {
     /// Form of the log on stderr [default: text]
     #[arg(long, value_name = "FORMAT")]
     pub log_format: Option<LogFormat>,
+    /// Reports of the run.
+    #[command(flatten)]
+    pub evidence: EvidenceArgs,
 }
 
 impl ServeArgs {
@@ -127,6 +147,14 @@ impl ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
             ports: self.ports.or(below.ports),
+            control: self.control.or(below.control),
+            control_token: self.control_token.or(below.control_token),
+            control_token_file: self.control_token_file.or(below.control_token_file),
+            control_host: if self.control_host.is_empty() {
+                below.control_host
+            } else {
+                self.control_host
+            },
             serial_dir: self.serial_dir.or(below.serial_dir),
             host: self.host.or(below.host),
             host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
@@ -168,6 +196,7 @@ impl ServeArgs {
                 below.verbose
             },
             log_format: self.log_format.or(below.log_format),
+            evidence: self.evidence.over(below.evidence),
         }
     }
 }

@@ -3,6 +3,7 @@
 //! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
 
 pub mod args;
+mod evidence;
 mod layers;
 pub mod model;
 mod options;
@@ -10,12 +11,15 @@ mod seed;
 mod serial;
 
 pub use args::ServeArgs;
+pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 pub use seed::Seed;
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
+use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
+use crate::evidence::Reports;
 use crate::line::SerialEnd;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
@@ -65,10 +69,16 @@ pub struct Settings {
     pub faults: Vec<Fault>,
     /// Where the report at the end goes.
     pub report: Option<PathBuf>,
+    /// The control interface, if there is one.
+    pub control: Option<ControlSettings>,
     /// Where transcripts go.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
+    /// Lines of the user files executed are recorded, which makes programs slower.
+    pub record_lines: bool,
+    /// What is reported at the end.
+    pub reports: Reports,
 }
 
 impl Settings {
@@ -89,8 +99,11 @@ impl Settings {
             servo_on: false,
             faults: Vec::new(),
             report: None,
+            control: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
+            record_lines: false,
+            reports: Reports::default(),
         }
     }
 
@@ -155,17 +168,49 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
-            flags: controller_flags(args, &faults),
             faults,
             report: args.report.clone(),
+            control: control(args, ports)?,
             transcripts: args.transcript.clone(),
+            flags: controller_flags(args),
+            record_lines: args.evidence.lcov.is_some(),
+            reports: args.evidence.reports(),
             ..defaults
         })
     }
 }
 
+/// The control interface: on unless it is said to be off.
+fn control(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+    let free = ControlSettings::free();
+    let mut address = free.address;
+    match (args.control, ports) {
+        (Some(ControlChoice::Off), _) => return Ok(None),
+        (Some(ControlChoice::At(given)), _) => address = given,
+        (None, Ports::Auto) => {}
+        (None, Ports::Offset(offset)) => {
+            let port = PORT.checked_add(offset).ok_or(ControlError::Offset(offset))?;
+            address.set_port(port);
+        }
+    }
+    let token = match (&args.control_token, &args.control_token_file) {
+        (Some(token), _) => Some(token.clone()),
+        (None, Some(path)) => {
+            let text = layers::read_text(path)?;
+            Some(text.lines().next().unwrap_or_default().trim().to_owned())
+        }
+        (None, None) => None,
+    };
+    let settings = ControlSettings {
+        address,
+        token,
+        hosts: args.control_host.clone(),
+    };
+    Ok(Some(settings.check()?))
+}
+
 /// The flags that make the controller, as `key=value`.
-fn controller_flags(args: &ServeArgs, faults: &[Fault]) -> Vec<String> {
+fn controller_flags(args: &ServeArgs) -> Vec<String> {
     fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
         Some(value?.to_possible_value()?.get_name().to_owned())
     }
@@ -185,7 +230,6 @@ fn controller_flags(args: &ServeArgs, faults: &[Fault]) -> Vec<String> {
         .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
     flags
         .chain(args.set.iter().map(|pair| format!("set={pair}")))
-        .chain(faults.iter().map(|fault| format!("fault={fault}")))
         .collect()
 }
 

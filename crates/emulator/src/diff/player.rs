@@ -8,9 +8,8 @@ use crate::link::CLOSE_GRACE;
 use crate::loading;
 use crate::transcript::{Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
-use ts3100_controller::faults::FaultOrder;
 use ts3100_controller::output::{Cut, Event};
-use ts3100_controller::{Controller, Input, Output, Panel, Port, Time};
+use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
@@ -68,9 +67,6 @@ impl Player {
             produced: BTreeMap::new(),
             refused: BTreeMap::new(),
         };
-        for fault in &settings.faults {
-            player.feed(Input::Fault(FaultOrder::Arm(Box::new(fault.clone()))));
-        }
         if settings.servo_on {
             player.feed(Input::Panel(Panel::Servo(true)));
         }
@@ -133,7 +129,8 @@ impl Player {
             What::Connected { line, peer } => self.arrive(*line, peer),
             What::FromHost { line, bytes } => self.host_bytes(*line, bytes),
             What::Ended { line, .. } => self.leave(*line),
-            What::Panel(panel) => self.feed(Input::Panel(panel.clone())),
+            What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
+            What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
             What::FromRobot { .. } | What::Remark(_) => {}
         }
     }
@@ -148,6 +145,8 @@ impl Player {
             return self.end(line, Ending::Refused);
         }
         match (self.served.get(&port).copied(), self.second) {
+            // The same cable, seen anew after the power came on.
+            (Some(_), _) if port.ethernet_index().is_none() => self.serve(line, peer),
             (None, _) => self.serve(line, peer),
             (Some(_), SecondConnection::Refuse) => self.newcomers.push(Newcomer {
                 line,
@@ -245,8 +244,14 @@ impl Player {
             while let Some(output) = self.controller.poll_output() {
                 match output {
                     Output::Send { port, bytes } => self.sent(port, &bytes),
-                    Output::PowerCycled => {
-                        for (port, line) in std::mem::take(&mut self.served) {
+                    Output::PowerCycled | Output::PowerOff => {
+                        let served = std::mem::take(&mut self.served);
+                        for (port, line) in served {
+                            // The cable of a serial port stays in.
+                            if port.ethernet_index().is_none() {
+                                self.served.insert(port, line);
+                                continue;
+                            }
                             self.end(line, Ending::Closed);
                             inputs.push_back(Input::Disconnected { port });
                         }
@@ -272,8 +277,11 @@ impl Player {
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Deaf { .. } => {}
-                    Output::Stored { .. } | Output::Erased { .. } | Output::Pendant(_) | Output::Event(_) => {
-                    }
+                    Output::Stored { .. }
+                    | Output::Erased { .. }
+                    | Output::Pendant(_)
+                    | Output::Undone(_)
+                    | Output::Event(_) => {}
                 }
             }
         }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Cut;
-use ts3100_controller::{Event, Input, Output, Port, Time};
+use ts3100_controller::{Deed, Event, Input, Output, Port, Time};
 
 /// Turns inputs and outputs into what happened on the lines.
 #[derive(Debug, Clone, Default)]
@@ -23,10 +23,13 @@ impl Observer {
     /// An input of the controller; `by` is who has caused it.
     pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
         match input {
-            // A recording is played with both ends of a serial line set alike.
-            // What comes of a fault is told by the controller.
-            Input::Fault(_) => None,
-            Input::Tick | Input::Line { .. } | Input::LineFaults { .. } | Input::LinePurged { .. } => None,
+            // A recording is played with both ends of a serial line set alike, and by one host a channel.
+            Input::Tick
+            | Input::Line { .. }
+            | Input::LineFaults { .. }
+            | Input::LinePurged { .. }
+            | Input::SecondPeer { .. }
+            | Input::Unread { .. } => None,
             Input::Connected { port, peer } => {
                 self.connected.insert(*port);
                 Some(What::Connected {
@@ -49,7 +52,8 @@ impl Observer {
                     },
                 })
             }
-            Input::Panel(panel) => Some(What::Panel(panel.clone())),
+            Input::Panel(panel) => Some(What::Deed(Deed::Panel(panel.clone()))),
+            Input::Deed(deed) => Some(What::Deed(deed.clone())),
         }
     }
 
@@ -72,7 +76,7 @@ impl Observer {
                 kind,
                 port,
                 message,
-                ..
+                fired: true,
             }) => {
                 let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
                 Some(What::Remark(format!("{place}fault {id} {kind}: {message}")))

@@ -8,6 +8,8 @@
 )]
 
 mod client;
+mod ctl;
+mod evidence;
 mod extensions;
 #[cfg(unix)]
 mod faults;

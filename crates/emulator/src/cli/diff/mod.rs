@@ -74,9 +74,6 @@ struct RobotArgs {
     /// Permission tables, as for serve
     #[arg(long, value_name = "FILE")]
     permissions: Option<PathBuf>,
-    /// Breaks something on purpose, as for serve
-    #[arg(long, value_name = "SPEC")]
-    fault: Vec<String>,
     /// Seed of what the faults draw, as for serve
     #[arg(long, value_name = "N")]
     fault_seed: Option<u64>,
@@ -116,7 +113,6 @@ impl From<RobotArgs> for ServeArgs {
             key: robot.key,
             control_right: robot.control_right,
             permissions: robot.permissions,
-            fault: robot.fault,
             fault_seed: robot.fault_seed,
             vary: robot.vary,
             drive: robot.drive,
