@@ -64,8 +64,8 @@ pub const OUTBOX: usize = 65_536;
 pub const VARY_PIECES: u64 = 4;
 /// Longest pause between two of them, in ms.
 pub const VARY_GAP: u64 = 15;
-/// Latest answer under variation, in ms: well within what hosts in the field wait (hosts.md).
-pub const VARY_REPLY: u64 = 200;
+/// Latest answer under variation, in ms: a host that asks right behind the OK of a DO still finds RUN (`do.min_run`).
+pub const VARY_REPLY: u64 = 100;
 /// How much later the unsolicited SP comes at most under variation, in ms.
 pub const VARY_SP: u64 = 500;
 /// Most blanks between name and size in CA under variation.

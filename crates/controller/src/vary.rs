@@ -31,7 +31,7 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "reply-delay",
-        what: "A text leaves up to 200 ms after the command it answers",
+        what: "A text leaves up to 100 ms after the command it answers",
         source: "5.1, TRN-01, SER-06: no time is given for the answer; between characters it is 10 s",
     },
     Variation {
@@ -51,7 +51,8 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "directory-blanks",
-        what: "One to three blanks stand between name and size in CA, the same number in one answer",
+        what: "One to three blanks stand between name and size in CA, the same number in one answer; only with the \
+               option `extensions` off, since the vendor's library reads one",
         source: "5.3.3 FL (2), DIR-02: the figure is lost; name and size have columns of 12 and 5",
     },
     Variation {
@@ -145,9 +146,13 @@ impl Vary {
         lengths
     }
 
-    /// `directory-order` and `directory-blanks`: the entries as they are listed, and the blanks between.
-    pub fn directory(&mut self, entries: &mut [DirectoryEntry]) -> String {
+    /// `directory-order`.
+    pub fn order(&mut self, entries: &mut [DirectoryEntry]) {
         self.order.shuffle(entries);
+    }
+
+    /// `directory-blanks`: what stands between name and size.
+    pub fn directory_blanks(&mut self) -> String {
         let blanks = usize::try_from(self.blanks.between(1, VARY_BLANKS)).unwrap_or(1);
         " ".repeat(blanks)
     }

@@ -79,9 +79,13 @@ impl Controller {
     pub(super) fn op_directory(&mut self) -> Outcome {
         let mut entries = self.drive.directory();
         let blanks = match &mut self.vary {
-            Some(vary) => vary.directory(&mut entries),
-            None => " ".to_string(),
+            // The vendor's library, whose commands the extensions are, reads one blank.
+            Some(vary) if !self.config.options.extensions => vary.directory_blanks(),
+            _ => " ".to_string(),
         };
+        if let Some(vary) = &mut self.vary {
+            vary.order(&mut entries);
+        }
         Outcome::file(encode_directory_with(&entries, &blanks))
     }
 }
