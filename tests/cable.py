@@ -355,6 +355,7 @@ class Namespaces:
         self.holder = subprocess.Popen(["unshare", "-n", "sleep", "600"])
         time.sleep(0.3)
         self.ip("link", "set", "lo", "up")
+        self.ip("link", "set", "lo", "up", inside=True)
         for number, (robot, host) in enumerate((FIRST, SECOND)):
             ours, theirs = "host%d" % number, "robot%d" % number
             self.ip("link", "add", ours, "type", "veth", "peer", "name", theirs)
