@@ -96,6 +96,8 @@ HOME = (400.0, 0.0, 200.0)
 FAR = (400.0, 200.0, 50.0)
 RUNNING, RETRY, CONTINUE, RESET = 1, 2, 3, 0
 POLLS = 400
+# What the manual leaves open is another way each time (docs/FAULTS.md).
+VARIED = "TS3100_VARY" in os.environ
 
 
 def world(body):
@@ -163,7 +165,11 @@ def download(host):
     true("CA shows the parameter files", b"USER.PAR" in files and b"ETHERNET.PAR" in files, repr(files))
     blocks = []
     equal("UL returns the file byte for byte", PROGRAM, host.file(b"UL," + NAME, blocks))
-    equal("UL fills its texts to 253 data bytes", [253] * (len(blocks) - 1), [len(b) for b in blocks[:-1]])
+    lengths = [len(block) for block in blocks[:-1]]
+    if VARIED:
+        true("no text of UL has more than 253 data bytes", max(lengths) <= 253, lengths)
+    else:
+        equal("UL fills its texts to 253 data bytes", [253] * len(lengths), lengths)
     true("the last text of UL ends in EOF", blocks[-1].endswith(EOF), blocks[-1][-4:])
     host.text(b"UL," + NAME + CR)
     host.reply()

@@ -14,6 +14,7 @@ mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod faults;
 mod findings;
 mod four_axes;
 mod guiding;

@@ -44,6 +44,8 @@ alarms! {
         "Release the button, reset the alarm, turn servo power on.";
     SAFETY_STOP = L8 203 true "Safety switch open", "The safety switch (fence) was opened.",
         "Close it, reset the alarm, turn servo power on.";
+    SERVO_FAILURE = L8 204 true "Servo failure", "The servo of an axis has failed.",
+        "Reset the alarm and turn servo power on; if it comes again the servo amplifier is to be looked at.";
     INVALID_CHANNEL = L2 46 false "Invalid channel",
         "PRINT or INPUT on a channel without a peer, or INPUT received something that is no number.",
         "Connect the peer before the program reaches the statement; send figures, commas and CR only.";

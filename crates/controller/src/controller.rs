@@ -5,16 +5,19 @@ use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::drive::{Drive, DriveError};
 use crate::execution::{Course, Execution, Selected};
+use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
 use crate::line::Line;
 use crate::network::NetworkPlan;
 use crate::options::{Config, ControllerType};
+use crate::outbox::Outbox;
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::{State, Watchdog};
 use crate::time::Time;
+use crate::vary::Vary;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -77,6 +80,12 @@ pub struct Controller {
     pub(crate) network: NetworkPlan,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
+    /// What is broken on purpose.
+    pub(crate) faults: Faults,
+    /// What varies, if anything.
+    pub(crate) vary: Option<Vary>,
+    /// What leaves later.
+    pub(crate) outbox: Outbox,
     outputs: VecDeque<Output>,
 }
 
@@ -124,6 +133,9 @@ impl Controller {
             ethernet,
             user: UserParameters::factory(),
             traced: false,
+            faults: Faults::new(config.fault_seed),
+            vary: config.vary.map(Vary::new),
+            outbox: Outbox::default(),
             outputs: VecDeque::new(),
             config,
         };
@@ -175,6 +187,8 @@ impl Controller {
         });
         sessions
             .chain(self.line_deadline())
+            .chain(self.outbox.deadline())
+            .chain(self.faults.deadline())
             .chain(self.arm.ends_at())
             .chain(self.arrives_at())
             .chain(self.execution.deadline())
@@ -194,7 +208,9 @@ impl Controller {
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
         let mut sessions = self.sessions.values();
-        let owes = sessions.any(|session| session.awaits_host() && !self.line_is_busy(session.port));
+        let owes = sessions.any(|session| {
+            session.awaits_host() && !self.line_is_busy(session.port) && !self.outbox.is_busy(session.port)
+        });
         !owes && self.state.watchdog.is_none() && !self.is_jogging()
     }
 
@@ -237,6 +253,8 @@ impl Controller {
     fn advance_to(&mut self, now: Time) {
         while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
             self.now = self.now.max(due);
+            self.serve_strikes();
+            self.serve_outbox();
             self.serve_lines();
             self.expire_sessions();
             self.expire_watchdog();

@@ -5,7 +5,8 @@ use crate::Controller;
 use crate::alarm::ALARMS;
 use crate::controller::SelectError;
 use crate::drive::DriveError;
-use crate::input::Panel;
+use crate::faults::FaultOrder;
+use crate::input::{Input, Panel};
 use crate::output::Output;
 use crate::session::Outcome;
 use crate::signals::Signals;
@@ -104,6 +105,14 @@ pub enum Deed {
         /// Its name.
         name: String,
     },
+    /// Faults are armed and disarmed.
+    Fault(FaultOrder),
+}
+
+impl From<FaultOrder> for Input {
+    fn from(order: FaultOrder) -> Input {
+        Input::Deed(Deed::Fault(order))
+    }
 }
 
 /// Which way a line leads, seen from the controller.
@@ -139,7 +148,7 @@ pub enum RefusalKind {
 }
 
 impl Refusal {
-    fn missing(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
+    pub(crate) fn missing(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
         let (expected, found, place) = (expected.to_string(), found.into(), place.to_string());
         Refusal {
             kind: RefusalKind::Missing,
@@ -149,7 +158,7 @@ impl Refusal {
         }
     }
 
-    fn conflict(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
+    pub(crate) fn conflict(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
         Refusal {
             kind: RefusalKind::Conflict,
             ..Refusal::missing(place, expected, found)
@@ -220,6 +229,7 @@ impl Controller {
             Deed::PutFile { name, content } => self.put(&name, &content),
             Deed::EraseFile { name } => self.erase(&name),
             Deed::Select { name } => self.select_by_name(&name),
+            Deed::Fault(order) => self.fault_order(order),
         }
     }
 
@@ -373,7 +383,7 @@ impl Controller {
 /// What the outside does with its own hands works without power.
 fn needs_power(deed: &Deed) -> bool {
     match deed {
-        Deed::PowerOff | Deed::PowerOn | Deed::Force { .. } | Deed::Release { .. } => false,
+        Deed::PowerOff | Deed::PowerOn | Deed::Force { .. } | Deed::Release { .. } | Deed::Fault(_) => false,
         Deed::Pulse { side, .. } => *side == Side::Output,
         Deed::Panel(panel) => matches!(
             panel,

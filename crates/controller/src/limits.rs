@@ -52,5 +52,23 @@ pub const GUIDE_REACH: f64 = 2_000.0;
 pub const GUIDE_TURN: f64 = 170.0;
 /// How often the way of a guided motion is halved in search of the limit of the reach.
 pub const GUIDE_HALVINGS: u32 = 16;
+/// Faults that can be armed, those that have fired included.
+pub const MAX_FAULTS: usize = 256;
+/// Moments kept of each fault.
+pub const FAULT_MOMENTS: usize = 100;
+/// Deeds of faults that can wait for their time.
+pub const MAX_STRIKES: usize = 256;
+/// Most bytes that wait on a port because a fault or a variation delays them.
+pub const OUTBOX: usize = 65_536;
+/// Most writes in which a text leaves under variation.
+pub const VARY_PIECES: u64 = 4;
+/// Longest pause between two of them, in ms.
+pub const VARY_GAP: u64 = 15;
+/// Latest answer under variation, in ms: a host that asks right behind the OK of a DO still finds RUN (`do.min_run`).
+pub const VARY_REPLY: u64 = 100;
+/// How much later the unsolicited SP comes at most under variation, in ms.
+pub const VARY_SP: u64 = 500;
+/// Most blanks between name and size in CA under variation.
+pub const VARY_BLANKS: u64 = 3;
 /// Longest DELAY or pulse that is told apart from one without end, in seconds: a hundred years.
 pub const LONGEST_DELAY: f64 = 3_155_760_000.0;

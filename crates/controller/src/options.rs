@@ -236,6 +236,10 @@ pub struct Config {
     pub control_right: ControlRight,
     /// Date and time at [`crate::time::Time::ZERO`], for the error history.
     pub calendar: CalendarTime,
+    /// Seed of what the faults draw.
+    pub fault_seed: u64,
+    /// Seed of the legal variation; none: every text leaves at once, in one piece, in the usual order.
+    pub vary: Option<u64>,
 }
 
 impl Config {
@@ -257,6 +261,8 @@ impl Config {
                 minute: 0,
                 second: 0,
             },
+            fault_seed: 0,
+            vary: None,
         }
     }
 }

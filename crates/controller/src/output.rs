@@ -32,6 +32,20 @@ pub enum Output {
     },
     /// The power came on again: links are to be made anew by [`crate::Controller::network`].
     PowerCycled,
+    /// The connection of an Ethernet channel ends, on purpose. When it has ended the edge says so by
+    /// [`Input::Disconnected`](crate::Input::Disconnected), as for any lost peer.
+    Cut {
+        /// The port.
+        port: Port,
+        /// How.
+        how: Cut,
+    },
+    /// From now on nothing is read from the connection of an Ethernet channel and nothing written to it; it stays
+    /// open until [`Output::Cut`].
+    Deaf {
+        /// The port.
+        port: Port,
+    },
     /// The power went off: every link is to be closed until [`Output::PowerCycled`].
     PowerOff,
     /// A [`Deed`](crate::deed::Deed) had no effect.
@@ -40,6 +54,15 @@ pub enum Output {
     Pendant(String),
     /// Something worth a line in the log.
     Event(Event),
+}
+
+/// How a connection ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cut {
+    /// By a reset (RST): what is under way is lost.
+    Reset,
+    /// In order (FIN): the peer reads what was sent, and then the end.
+    Close,
 }
 
 /// How a command was answered.
@@ -115,6 +138,19 @@ pub enum Event {
         bytes: Vec<u8>,
         /// What happened.
         message: String,
+    },
+    /// A fault on purpose was armed, or has bitten.
+    Fault {
+        /// Its number.
+        id: u32,
+        /// Its kind.
+        kind: &'static str,
+        /// Where, if it has bitten.
+        port: Option<Port>,
+        /// What happened.
+        message: String,
+        /// It has bitten.
+        fired: bool,
     },
     /// An alarm was raised.
     Alarm {

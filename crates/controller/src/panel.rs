@@ -215,6 +215,10 @@ impl Controller {
             *buffer = Channel::default();
         }
         self.lines = fresh_lines();
+        for port in crate::port::Port::ALL {
+            self.outbox.clear(port);
+            self.faults.forget_peer(port);
+        }
         for session in self.sessions.values_mut() {
             session.reset(self.config.options.text, None);
         }

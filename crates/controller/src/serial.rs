@@ -3,9 +3,12 @@
 //! `line`'s, what the bytes mean is `talk`'s.
 
 use crate::Controller;
+use crate::faults::Point;
+use crate::faults::kind::{Effect, Prey};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, LINE_SENDING};
 use crate::line::direction::{Arrival, at_once};
+use crate::line::uart::Fault;
 use crate::line::{HostLine, Line};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::{Event, Output};
@@ -80,7 +83,7 @@ impl Controller {
             return self.arrived(port, now, bytes);
         };
         let Some(far) = line.far_end(robot) else {
-            return self.arrived(port, now, bytes);
+            return self.off_the_wire(port, bytes);
         };
         self.compare_settings(port, robot);
         if self.config.options.serial_pacing {
@@ -181,6 +184,7 @@ impl Controller {
         let half_duplex = self.is_half_duplex(port);
         let keeps = self.config.options.bad_character == BadCharacter::Keep;
         let mut heard = Heard::default();
+        let arrivals = self.garbled(port, arrivals);
         for arrival in arrivals {
             let overlaps = |line: &Line| line.was_sending(arrival.begin, arrival.end);
             if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
@@ -207,6 +211,39 @@ impl Controller {
         if let Some(at) = heard.at {
             self.arrived(port, at, &heard.bytes);
         }
+    }
+
+    /// The arrivals, one of them with a parity error where a fault is armed.
+    fn garbled(&mut self, port: Port, mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
+        if self.faults.is_empty() {
+            return arrivals;
+        }
+        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
+        if let Effect::Garbled(place) = self.bite(&characters(port, &bytes))
+            && let Some(arrival) = arrivals.get_mut(place)
+        {
+            arrival.fault = Some(Fault::Parity);
+        }
+        arrivals
+    }
+
+    /// Bytes off a real line, whose port has found no fault; where one is armed, a character is dropped all the same.
+    fn off_the_wire(&mut self, port: Port, bytes: &[u8]) {
+        let now = self.now;
+        let mut bytes = bytes.to_vec();
+        if let Effect::Garbled(place) = self.bite(&characters(port, &bytes)) {
+            let keeps = self.config.options.bad_character == BadCharacter::Keep;
+            if place < bytes.len() && !keeps {
+                bytes.remove(place);
+                let reason = Fault::Parity.words();
+                self.event(Event::Dropped {
+                    port,
+                    bytes: 1,
+                    reason,
+                });
+            }
+        }
+        self.arrived(port, now, &bytes);
     }
 
     fn lost_while_sending(&mut self, port: Port, bytes: usize) {
@@ -252,8 +289,8 @@ impl Controller {
     }
 
     /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
-    /// Returns when the last of them is out.
-    pub(crate) fn send_bytes(&mut self, port: Port, bytes: Vec<u8>) -> Time {
+    /// Returns when the last of them is out. Faults and variation come before this.
+    pub(crate) fn put_on_line(&mut self, port: Port, bytes: Vec<u8>) -> Time {
         let now = self.now;
         let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
             self.push_output(Output::Send { port, bytes });
@@ -317,5 +354,17 @@ impl Controller {
             line.told = Some(host);
             self.find(&rules::LINE_SETTINGS, port, &[], message);
         }
+    }
+}
+
+/// Characters off a line as a fault sees them.
+fn characters(port: Port, bytes: &[u8]) -> Prey<'_> {
+    Prey {
+        point: Point::Character,
+        port,
+        command: "",
+        block: 0,
+        bytes,
+        data: &[],
     }
 }

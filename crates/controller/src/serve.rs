@@ -26,7 +26,7 @@ impl Controller {
     pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {
         match request {
             Request::Move(motion) => self.start_motion(task, &motion),
-            Request::Print { channel, data } => self.print(task, channel, data),
+            Request::Print { channel, data } => self.print(task, channel, &data),
             Request::BufferReset { channel } => {
                 if let Some(buffer) = self.channel_mut(channel) {
                     buffer.clear();
@@ -167,10 +167,10 @@ impl Controller {
         (load.mass > self.arm.model().max_payload).then_some(load.mass)
     }
 
-    fn print(&mut self, task: &mut Task, channel: Channel, data: Vec<u8>) -> Step {
+    fn print(&mut self, task: &mut Task, channel: Channel, data: &[u8]) -> Step {
         let line = task.machine.line();
         let Some(port) = Port::of_channel(channel) else {
-            self.show_on_pendant(&data);
+            self.show_on_pendant(data);
             return self.answer(task, Answer::Done, false);
         };
         if let Some(until) = self.line_free_at(port, data.len()) {
@@ -180,7 +180,7 @@ impl Controller {
         let missing = self.missing_peer(port);
         if missing {
             let message = format!("line {line}: PRINT {port}: no peer is connected");
-            self.find(&rules::PRINT_WITHOUT_PEER, port, &data, message);
+            self.find(&rules::PRINT_WITHOUT_PEER, port, data, message);
         }
         if !missing && !data.is_empty() {
             self.send_bytes(port, data);

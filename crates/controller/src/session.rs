@@ -72,6 +72,12 @@ pub struct Session {
     pub replied_at: Option<Time>,
     /// An unsolicited SP waits for the open exchange to end.
     pub waiting_sp: bool,
+    /// Before this time it does not come.
+    pub sp_after: Time,
+    /// Letters of the command that is served or was served last; empty before the first.
+    pub asked: &'static str,
+    /// FL texts of its exchange that have passed, in either direction.
+    pub block: u32,
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
     /// What is remembered of the host, for findings.
@@ -93,6 +99,9 @@ impl Session {
             sent_at: None,
             replied_at: None,
             waiting_sp: false,
+            sp_after: Time::ZERO,
+            asked: "",
+            block: 0,
             last_status: None,
             habits: Habits::default(),
         }
@@ -130,6 +139,7 @@ impl Session {
     #[must_use]
     pub fn sp_due(&self) -> Option<Time> {
         let due = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
+        let due = due.max(self.sp_after);
         (self.waiting_sp && !self.awaits_host()).then_some(due)
     }
 

@@ -31,12 +31,16 @@ impl Controller {
         }
         self.report_status();
         if by == By::Other && self.config.options.unsolicited_sp {
+            let now = self.now;
             for session in self
                 .sessions
                 .values_mut()
                 .filter(|session| session.peer.is_some())
             {
                 session.waiting_sp = true;
+                if let Some(vary) = &mut self.vary {
+                    session.sp_after = now + vary.sp_delay();
+                }
             }
         }
     }
@@ -183,7 +187,7 @@ impl Controller {
             }
             if session.sp_due().is_some_and(|due| due <= now) {
                 session.waiting_sp = false;
-                self.send_text(port, &Reply::Sp.encode());
+                self.send_unasked(port, &Reply::Sp.encode());
             }
         }
     }

@@ -2,6 +2,8 @@
 //! does is decided in `ops`.
 
 use crate::Controller;
+use crate::faults::Point;
+use crate::faults::kind::{Effect, Parcel, Prey};
 use crate::findings::rules;
 use crate::limits::{HOST_DELAY, MAX_SEND};
 use crate::line::{Leaving, Line};
@@ -9,9 +11,12 @@ use crate::output::Event;
 use crate::port::Port;
 use crate::session::{Exchange, Outcome};
 use crate::time::Time;
+use crate::vary::Vary;
+use alloc::borrow::Cow;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use core::time::Duration;
 use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
 use ts3100_proto::message::Joined;
@@ -24,6 +29,8 @@ impl Controller {
             leaving.next = Some(peer);
             return;
         }
+        self.outbox.clear(port);
+        self.faults.forget_peer(port);
         let body = self.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(self.config.options.text, Some(peer));
@@ -57,6 +64,8 @@ impl Controller {
                 ..Line::default()
             };
         }
+        self.outbox.clear(port);
+        self.faults.forget_peer(port);
         if self.jogging == Some(port) {
             self.stop_jog();
         }
@@ -98,19 +107,38 @@ impl Controller {
 
     /// Bytes have come through, the last of them at `at`.
     pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
+        if self.faults.is_deaf(port) {
+            return;
+        }
+        let prey = Prey {
+            point: Point::Bytes,
+            port,
+            command: "",
+            block: 0,
+            bytes,
+            data: &[],
+        };
+        let came = match self.bite(&prey) {
+            Effect::Came(came) => Cow::Owned(came),
+            _ => Cow::Borrowed(bytes),
+        };
         if self.sessions.contains_key(&port) {
-            self.received_protocol(port, at, bytes);
+            self.received_protocol(port, at, &came);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             self.find(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
-            self.received_data(port, bytes);
+            let kept = self.surviving(port, &came);
+            self.received_data(port, &kept);
         }
     }
 
     /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
     fn received_data(&mut self, port: Port, bytes: &[u8]) {
         let mut rest = bytes;
+        if bytes.is_empty() {
+            return;
+        }
         self.judge_data(port, bytes);
         while !rest.is_empty() {
             let Some(channel) = self.channels.get_mut(&port) else {
@@ -207,7 +235,11 @@ impl Controller {
         };
         session.framing = framing;
         let surprised = session.habits.surprised;
-        let early = session.sent_at.map(|sent| now.since(sent));
+        // What has not left yet was not heard by anyone.
+        let early = session
+            .sent_at
+            .filter(|sent| *sent <= now)
+            .map(|sent| now.since(sent));
         if framing == Framing::Bare {
             let message = "a text without STX; it is answered without STX";
             self.find(&rules::NO_STX, port, &data, message);
@@ -224,6 +256,9 @@ impl Controller {
                 });
                 return;
             }
+        }
+        if fault.is_some() {
+            self.no_command(port);
         }
         match fault {
             Some(TextFault::OverLong { length }) => {
@@ -305,6 +340,14 @@ impl Controller {
     }
 
     fn block(&mut self, port: Port, data: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.block = session.block.saturating_add(1);
+        }
+        match self.bitten(port) {
+            Effect::Lost => return,
+            Effect::Refused(reason) => return self.refuse_text(port, "FL", &reason),
+            _ => {}
+        }
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
@@ -349,6 +392,7 @@ impl Controller {
         match (command, open) {
             (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
                 if let Some(text) = sender.next_text() {
+                    session.block = session.block.saturating_add(1);
                     session.exchange = Exchange::Sending { sender };
                     self.send_text(port, &text);
                 }
@@ -370,6 +414,7 @@ impl Controller {
                 self.serve_command(port, message, command);
             }
             (Err(error), _) => {
+                self.no_command(port);
                 let (rule, letters) = match &error {
                     CommandError::Unknown { letters } => (&rules::UNKNOWN_COMMAND, letters.clone()),
                     CommandError::Malformed { letters, .. } => {
@@ -385,14 +430,28 @@ impl Controller {
 
     fn serve_command(&mut self, port: Port, message: &[u8], command: Command) {
         let letters = command.letters();
+        if let Some(session) = self.sessions.get_mut(&port) {
+            (session.asked, session.block) = (letters, 0);
+        }
+        self.faults.free = None;
+        match self.bitten(port) {
+            Effect::Lost => return,
+            Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
+            _ => {}
+        }
         let outcome = self.command(port, command);
+        self.faults.free = None;
         self.judge_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
         match outcome {
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
             Outcome::File(mut sender) => {
+                if let (Some(vary), Some(length)) = (&mut self.vary, sender.to_be_cut()) {
+                    sender.cut(vary.cuts(length));
+                }
                 let Some(text) = sender.next_text() else { return };
                 if let Some(session) = self.sessions.get_mut(&port) {
+                    session.block = 1;
                     session.exchange = Exchange::Sending { sender };
                 }
                 self.send_text(port, &text);
@@ -410,6 +469,33 @@ impl Controller {
         }
     }
 
+    /// What has come is no command: its NG answers none.
+    fn no_command(&mut self, port: Port) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            (session.asked, session.block) = ("", 0);
+        }
+    }
+
+    /// What the faults make of the command that has come, or of the text of a download.
+    fn bitten(&mut self, port: Port) -> Effect {
+        let Some((asked, block)) = self
+            .sessions
+            .get(&port)
+            .map(|session| (session.asked, session.block))
+        else {
+            return Effect::Pass;
+        };
+        let prey = Prey {
+            point: Point::Command,
+            port,
+            command: asked,
+            block,
+            bytes: &[],
+            data: &[],
+        };
+        self.bite(&prey)
+    }
+
     /// NG: whatever exchange was open is over.
     fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
         if let Some(session) = self.sessions.get_mut(&port) {
@@ -424,8 +510,23 @@ impl Controller {
         self.send_text(port, &Reply::Ng.encode());
     }
 
-    /// Sends a text in the form of the host's last one.
+    /// Sends a text of the command that is being served.
     pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
+        let Some(session) = self.sessions.get(&port) else {
+            return;
+        };
+        let (asked, block) = (session.asked, session.block);
+        let delay = self.vary.as_mut().map(Vary::reply_delay);
+        self.send_as(port, data, (asked, block), delay.unwrap_or_default());
+    }
+
+    /// Sends a text that nobody has asked for: SP.
+    pub(crate) fn send_unasked(&mut self, port: Port, data: &[u8]) {
+        self.send_as(port, data, ("SP", 0), Duration::ZERO);
+    }
+
+    /// Sends a text in the form of the host's last one.
+    fn send_as(&mut self, port: Port, data: &[u8], (command, block): (&str, u32), delay: Duration) {
         let checksum = self.config.options.text.checksum;
         let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
             return;
@@ -438,7 +539,15 @@ impl Controller {
             framing,
             data: data.to_vec(),
         });
-        let sent = self.send_bytes(port, bytes);
+        let prey = Prey {
+            point: Point::Reply,
+            port,
+            command,
+            block,
+            bytes: &bytes,
+            data,
+        };
+        let sent = self.leave(&prey, delay);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
             session.habits.surprised = data == Reply::Sp.encode();
@@ -446,5 +555,33 @@ impl Controller {
                 session.replied_at = Some(sent);
             }
         }
+    }
+
+    /// Bytes of PRINT leave.
+    pub(crate) fn send_bytes(&mut self, port: Port, bytes: &[u8]) {
+        let prey = Prey {
+            point: Point::Print,
+            port,
+            command: "",
+            block: 0,
+            bytes,
+            data: bytes,
+        };
+        self.leave(&prey, Duration::ZERO);
+    }
+
+    /// Something leaves, as faults and variation make it. Returns when the last of it has left.
+    fn leave(&mut self, prey: &Prey<'_>, delay: Duration) -> Time {
+        let port = prey.port;
+        if self.faults.is_deaf(port) {
+            return self.now;
+        }
+        let parcels = match (self.bite(prey), &mut self.vary) {
+            (Effect::Lost, _) => return self.now,
+            (Effect::Sent(parcels), _) => parcels,
+            (_, Some(vary)) => vary.segments(delay, prey.bytes),
+            (_, None) => [Parcel::bytes(prey.bytes.to_vec())].into(),
+        };
+        self.post(port, parcels)
     }
 }

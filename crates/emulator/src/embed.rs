@@ -27,6 +27,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::deed::{Deed, Refusal};
+use ts3100_controller::faults::{Fault, FaultError, FaultOrder, FaultReport};
 use ts3100_controller::findings::Findings;
 use ts3100_controller::input::Panel;
 use ts3100_controller::options::{Config, Dialect};
@@ -141,6 +143,29 @@ impl Builder {
         self
     }
 
+    /// A fault that is armed from the start, as `--fault` takes it.
+    ///
+    /// # Errors
+    /// What is wrong with the specification.
+    pub fn fault(mut self, spec: &str) -> Result<Builder, FaultError> {
+        self.settings.faults.push(spec.parse()?);
+        Ok(self)
+    }
+
+    /// Seed of what the faults draw; 0 if not said.
+    #[must_use]
+    pub fn fault_seed(mut self, seed: u64) -> Builder {
+        self.settings.controller.fault_seed = seed;
+        self
+    }
+
+    /// Varies what the manual leaves open, from this seed; nothing varies if not said.
+    #[must_use]
+    pub fn vary(mut self, seed: u64) -> Builder {
+        self.settings.controller.vary = Some(seed);
+        self
+    }
+
     /// A control interface; none if not said. [`ControlSettings::free`] is one on a free port of the loopback.
     #[must_use]
     pub fn control(mut self, control: ControlSettings) -> Builder {
@@ -238,6 +263,20 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
 
+/// Why a fault was not armed.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ArmError {
+    /// It is none.
+    #[error(transparent)]
+    Fault(#[from] FaultError),
+    /// The controller refuses it.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// The emulator takes no more.
+    #[error(transparent)]
+    Panel(#[from] PanelError),
+}
+
 /// A running emulator; ended when dropped.
 #[derive(Debug)]
 pub struct Emulator {
@@ -303,6 +342,45 @@ impl Emulator {
             .try_send(Request::Panel { panel, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
+    }
+
+    /// Arms a fault from now on; `spec` is as `--fault` takes it.
+    ///
+    /// # Errors
+    /// What is wrong with the specification, or [`PanelError`].
+    pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
+        let fault = Box::new(spec.parse::<Fault>()?);
+        self.order(Deed::Fault(FaultOrder::Arm(fault)))
+    }
+
+    /// Disarms a fault by its number.
+    ///
+    /// # Errors
+    /// No fault has it, or [`PanelError`].
+    pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
+        self.order(Deed::Fault(FaultOrder::Disarm(id)))
+    }
+
+    /// The faults, and what has become of them.
+    ///
+    /// # Errors
+    /// [`PanelError`].
+    pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
+        let (done, told) = std::sync::mpsc::channel();
+        let look = Request::Look(Box::new(move |sight| {
+            // Fails only when nobody waits for it.
+            let _ = done.send(sight.controller.faults().reports().cloned().collect());
+        }));
+        self.requests.try_send(look).map_err(|_| PanelError)?;
+        told.recv().map_err(|_| PanelError)
+    }
+
+    fn order(&self, deed: Deed) -> Result<(), ArmError> {
+        let (done, is_done) = std::sync::mpsc::channel();
+        self.requests
+            .try_send(Request::Order { deed, done })
+            .map_err(|_| PanelError)?;
+        is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
 
     /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.

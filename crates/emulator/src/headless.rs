@@ -264,6 +264,8 @@ impl Run {
                 | Output::Stored { .. }
                 | Output::Erased { .. }
                 | Output::PowerCycled
+                | Output::Cut { .. }
+                | Output::Deaf { .. }
                 | Output::PowerOff
                 | Output::Undone(_) => {}
             }

@@ -6,6 +6,7 @@ use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
 use crate::evidence::Evidence;
+use crate::faults;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
@@ -15,12 +16,14 @@ use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
+use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::info;
 use ts3100_controller::Controller;
 use ts3100_controller::deed::Refusal;
+use ts3100_controller::faults::Fault;
 use ts3100_controller::findings::Rule;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
@@ -106,6 +109,10 @@ pub struct Hub {
     ports: BTreeMap<Port, u16>,
     demo: bool,
     servo_on: bool,
+    /// Faults that are armed from the start.
+    faults: Vec<Fault>,
+    /// Where the report at the end goes.
+    report: Option<PathBuf>,
     /// The controller as it was before the first input, for a reset.
     initial: Controller,
     waits: Vec<Pending>,
@@ -140,6 +147,8 @@ impl Hub {
             ports: BTreeMap::new(),
             demo: powered.demo,
             servo_on: settings.servo_on,
+            faults: settings.faults.clone(),
+            report: settings.report.clone(),
             waits: Vec::new(),
             refusal: None,
         };
@@ -203,9 +212,10 @@ impl Hub {
         self.watch = Some(feeder);
     }
 
-    /// Serves until `stop` is ready, then closes every port.
+    /// Serves until `stop` is ready, then says what became of the faults and closes every port.
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         self.serve(stop).await;
+        faults::tell(self.controller.faults(), self.report.as_deref());
         self.links.close().await;
         self.lines.close().await;
     }
@@ -350,6 +360,8 @@ impl Hub {
                 info!(event = "undone", "{refusal}");
                 self.refusal = Some(refusal);
             }
+            Output::Cut { port, how } => inputs.extend(self.links.end(port, how)),
+            Output::Deaf { port } => self.links.deafen(port),
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => self.log.write(self.clock.now(), &event),
         }

@@ -10,6 +10,7 @@ pub mod control;
 pub mod diff;
 pub mod embed;
 pub mod evidence;
+pub mod faults;
 pub mod headless;
 pub mod hub;
 pub mod line;

@@ -118,22 +118,17 @@ impl EventLog {
                     "{port}: {command} refused: {reason}"
                 );
             }
+            Event::Fault {
+                id,
+                kind,
+                port,
+                message,
+                fired,
+            } => fault(t, (*id, kind), port.map(Port::name), message, *fired),
             Event::Finding {
                 rule, port, message, ..
             } => self.finding(t, rule, port.map(Port::name), message),
-            Event::Answered {
-                port,
-                row,
-                mode,
-                verdict,
-                ..
-            } => {
-                let (port, mode) = (port.name(), mode.words());
-                debug!(
-                    event = "answered",
-                    t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
-                );
-            }
+            Event::Answered { .. } => answered(t, event),
             Event::Alarm { number, text } => {
                 warn!(event = "alarm", t, number, text, "alarm {number} {text}");
             }
@@ -194,6 +189,39 @@ impl EventLog {
                 t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
             );
         }
+    }
+}
+
+fn answered(t: &str, event: &Event) {
+    let Event::Answered {
+        port,
+        row,
+        mode,
+        verdict,
+        ..
+    } = event
+    else {
+        return;
+    };
+    let (port, mode) = (port.name(), mode.words());
+    debug!(
+        event = "answered",
+        t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
+    );
+}
+
+fn fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
+    let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+    if fired {
+        warn!(
+            event = "fault",
+            t, id, kind, port, text, "{place}fault {id} {kind}: {text}"
+        );
+    } else {
+        info!(
+            event = "fault-armed",
+            t, id, kind, text, "fault {id} {kind}: {text}"
+        );
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Ready {
     /// URL of the control interface; no key without one.
     #[serde(skip_serializing_if = "Option::is_none")]
     control: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vary: Option<u64>,
 }
 
 /// Where a program finds the serial lines: a path, or an address as pyserial takes it (`rfc2217://`, `socket://`). A
@@ -74,7 +76,14 @@ impl Ready {
                 com1: place(Port::Com1),
             },
             control: control.map(url),
+            vary: None,
         }
+    }
+
+    /// With the seed of the legal variation.
+    #[must_use]
+    pub fn varied(self, vary: Option<u64>) -> Ready {
+        Ready { vary, ..self }
     }
 
     /// The line, without its end.
@@ -134,6 +143,9 @@ pub fn banner(
         "  selected file: {file}; arm: {}; time: {}",
         settings.controller.model.name, settings.time
     );
+    if let Some(seed) = settings.controller.vary {
+        let _ = writeln!(text, "  legal variation by seed {seed}; --vary {seed} repeats it");
+    }
     if let Some(ip0) = ports.get(&Port::Ip0) {
         let host = format!("ts3100 host {}", SocketAddr::new(settings.listen, *ip0));
         let _ = writeln!(text, "Try in a second terminal:");
@@ -159,6 +171,13 @@ mod tests {
         assert_eq!(
             Ready::new(&all, &BTreeMap::new(), None).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
+        );
+        assert_eq!(
+            Ready::new(&BTreeMap::new(), &BTreeMap::new(), None)
+                .varied(Some(7))
+                .line()
+                .unwrap(),
+            r#"{"event":"ready","ports":{},"vary":7}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(

@@ -2,6 +2,7 @@
 //! (RAM-01, RAM-02, RAM-08). Where files are kept, and how large they may be, is the controller's.
 
 use crate::text::{CR, EOF, LF, MAX_DATA};
+use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use thiserror::Error;
 
@@ -127,6 +128,8 @@ pub struct FlSender {
     bytes: Vec<u8>,
     sent: usize,
     per_text: usize,
+    /// Data bytes of the next texts, where they are not `per_text`.
+    lengths: VecDeque<usize>,
 }
 
 impl FlSender {
@@ -150,15 +153,30 @@ impl FlSender {
             per_text: bytes.len(),
             bytes,
             sent: 0,
+            lengths: VecDeque::new(),
         }
     }
 
     /// The data section of the next text; none when all has been given out.
     pub fn next_text(&mut self) -> Option<Vec<u8>> {
         let rest = self.bytes.get(self.sent..).filter(|rest| !rest.is_empty())?;
-        let text = rest.get(..self.per_text).unwrap_or(rest).to_vec();
+        let wanted = self.lengths.pop_front().unwrap_or(self.per_text);
+        let wanted = wanted.clamp(1, self.per_text.max(1));
+        let text = rest.get(..wanted).unwrap_or(rest).to_vec();
         self.sent += text.len();
         Some(text)
+    }
+
+    /// Data bytes not given out yet, if the file travels in texts of 253; `None` for one that is a single text.
+    #[must_use]
+    pub fn to_be_cut(&self) -> Option<usize> {
+        (self.per_text == MAX_DATA).then(|| self.bytes.len().saturating_sub(self.sent))
+    }
+
+    /// Has the next texts carry so many data bytes each, at least 1 and at most 253; those behind them are full
+    /// again. Where files are cut is not said (FL-03).
+    pub fn cut(&mut self, lengths: impl IntoIterator<Item = usize>) {
+        self.lengths = lengths.into_iter().collect();
     }
 
     /// Whether all texts have been given out.

@@ -11,7 +11,7 @@ use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::status::ca::encode_directory;
+use ts3100_proto::status::ca::encode_directory_with;
 
 impl Controller {
     /// UL (CMD-UL-01 to CMD-UL-04).
@@ -34,7 +34,9 @@ impl Controller {
                 name.as_str()
             ));
         }
-        let receiver = FlReceiver::new(self.drive.room_for(&name), Drive::rule(&name));
+        let room = self.drive.room_for(&name);
+        let room = self.faults.free.map_or(room, |free| free.min(room));
+        let receiver = FlReceiver::new(room, Drive::rule(&name));
         Outcome::Receive(name, receiver)
     }
 
@@ -75,7 +77,16 @@ impl Controller {
 
     /// CA (CMD-CA-01, DIR-01 to DIR-04).
     pub(super) fn op_directory(&mut self) -> Outcome {
-        Outcome::file(encode_directory(&self.drive.directory()))
+        let mut entries = self.drive.directory();
+        let blanks = match &mut self.vary {
+            // The vendor's library, whose commands the extensions are, reads one blank.
+            Some(vary) if !self.config.options.extensions => vary.directory_blanks(),
+            _ => " ".to_string(),
+        };
+        if let Some(vary) = &mut self.vary {
+            vary.order(&mut entries);
+        }
+        Outcome::file(encode_directory_with(&entries, &blanks))
     }
 }
 

@@ -5,6 +5,7 @@ use crate::alarm::Alarm;
 use crate::options::{ControllerType, SfTexts};
 use crate::port::Port;
 use crate::session::Outcome;
+use crate::vary::Vary;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
@@ -127,9 +128,11 @@ impl Controller {
 
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self) -> Outcome {
-        Outcome::file(encode_history(
-            &self.alarms.history().map(Alarm::entry).collect::<Vec<_>>(),
-        ))
+        let mut entries: Vec<_> = self.alarms.history().map(Alarm::entry).collect();
+        if self.vary.as_ref().is_some_and(Vary::lists_oldest_first) {
+            entries.reverse();
+        }
+        Outcome::file(encode_history(&entries))
     }
 
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).

@@ -112,6 +112,11 @@ impl Controller {
         let program = compilation
             .program
             .ok_or("the file does not compile with that value")?;
+        if let Some(free) = self.faults.free.filter(|free| source.len() > *free) {
+            let size = source.len();
+            let name = selected.name.clone();
+            return Err(crate::DriveError::Full { name, size, free }.to_string());
+        }
         self.drive
             .store(&file, source.as_bytes())
             .map_err(|error| error.to_string())?;

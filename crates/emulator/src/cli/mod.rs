@@ -1,10 +1,11 @@
-//! The command line `ts3100 serve | host | check | fmt | run | tap | diff | coverage | ctl | completions`: reads it, runs
-//! one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | faults | tap | diff | coverage | ctl | completions`: reads
+//! it, runs one of them, says the exit code.
 
 mod check;
 mod coverage;
 mod ctl;
 mod diff;
+mod faults;
 mod format;
 mod host;
 mod report;
@@ -33,6 +34,7 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
+    Faults(faults::FaultsArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
     Ctl(Box<ctl::CtlArgs>),
@@ -53,6 +55,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Faults(args) => faults::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
         Command::Ctl(args) => ctl::run(&args),

@@ -36,6 +36,12 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         warn!("the environment variable {name} means nothing to ts3100 serve");
     }
     let settings = Settings::from_args(&args)?;
+    if let Some(seed) = settings.controller.vary {
+        info!(
+            event = "vary",
+            seed, "legal variation by seed {seed}; --vary {seed} repeats it"
+        );
+    }
     settings.reports.prepare()?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
@@ -44,7 +50,9 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         let (mut hub, requests) = Hub::open(&settings).await?;
         let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial(), control).line()?;
+            let line = Ready::new(hub.ports(), &hub.serial(), control)
+                .varied(settings.controller.vary)
+                .line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())

@@ -4,6 +4,7 @@
 
 use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
+use super::seed::Seed;
 use super::serial::ListenAt;
 use crate::clock::TimeMode;
 use crate::control::ControlChoice;
@@ -102,6 +103,21 @@ pub struct ServeArgs {
     /// Overrides one named option, for example text.stx=required
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
+    /// Breaks something on purpose: KIND:key=value,... (repeatable; `ts3100 faults list` names the kinds)
+    #[arg(long, value_name = "SPEC")]
+    pub fault: Vec<String>,
+    /// TOML file of faults, a table [[fault]] each
+    #[arg(long, value_name = "FILE")]
+    pub faults: Option<PathBuf>,
+    /// Seed of what the faults draw [default: 0]
+    #[arg(long, value_name = "N")]
+    pub fault_seed: Option<u64>,
+    /// Varies what the manual leaves open, from this seed: a number, random (drawn and printed), or off [default: off]
+    #[arg(long, value_name = "SEED")]
+    pub vary: Option<Seed>,
+    /// File for the report at the end, as JSON: the faults, and which of them never fired
+    #[arg(long, value_name = "FILE")]
+    pub report: Option<PathBuf>,
     /// Permission tables to use in place of the printed ones
     #[arg(long, value_name = "FILE")]
     pub permissions: Option<PathBuf>,
@@ -162,6 +178,11 @@ impl ServeArgs {
             controller: self.controller.or(below.controller),
             time: self.time.or(below.time),
             set: below.set.into_iter().chain(self.set).collect(),
+            fault: below.fault.into_iter().chain(self.fault).collect(),
+            faults: self.faults.or(below.faults),
+            fault_seed: self.fault_seed.or(below.fault_seed),
+            vary: self.vary.or(below.vary),
+            report: self.report.or(below.report),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
             transcript: if self.transcript.is_empty() {

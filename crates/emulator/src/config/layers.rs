@@ -96,6 +96,12 @@ pub enum ConfigError {
         /// The other.
         second: String,
     },
+    /// A fault on the command line.
+    #[error("--fault: {0}")]
+    Fault(#[from] ts3100_controller::faults::FaultError),
+    /// A file of faults.
+    #[error(transparent)]
+    FaultFile(#[from] crate::faults::FaultFileError),
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,
@@ -137,6 +143,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
+            "fault" => value.to_string_lossy().split(';').map(OsString::from).collect(),
             "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
             _ => vec![value.clone()],
         };
@@ -196,7 +203,7 @@ fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
             "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov"
-            | "control-token-file",
+            | "control-token-file" | "faults" | "report",
             Some(directory),
         ) => directory.join(value).into_os_string(),
         // A name is no path.

@@ -7,12 +7,14 @@ mod evidence;
 mod layers;
 pub mod model;
 mod options;
+mod seed;
 mod serial;
 
 pub use args::ServeArgs;
 pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+pub use seed::Seed;
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
@@ -23,6 +25,7 @@ use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
+use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, ControllerType};
 use ts3100_controller::port::Port;
@@ -62,6 +65,10 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// Faults that are armed from the start.
+    pub faults: Vec<Fault>,
+    /// Where the report at the end goes.
+    pub report: Option<PathBuf>,
     /// The control interface, if there is one.
     pub control: Option<ControlSettings>,
     /// Where transcripts go.
@@ -90,6 +97,8 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            faults: Vec::new(),
+            report: None,
             control: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
@@ -102,7 +111,7 @@ impl Settings {
     ///
     /// # Errors
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
-    /// INTERNAL on a TSL3100, two ways to one serial port.
+    /// INTERNAL on a TSL3100, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
         let mut links = LinkOptions::default();
@@ -129,6 +138,15 @@ impl Settings {
                     reason: error.to_string(),
                 })?;
         }
+        let mut faults = match &args.faults {
+            Some(path) => crate::faults::read(path)?,
+            None => Vec::new(),
+        };
+        for spec in &args.fault {
+            faults.push(spec.parse()?);
+        }
+        controller.fault_seed = args.fault_seed.unwrap_or(0);
+        controller.vary = args.vary.and_then(Seed::number);
         let time = args.time.unwrap_or_default();
         // A run whose time does not follow the wall repeats byte for byte, its dates included.
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
@@ -150,6 +168,8 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            faults,
+            report: args.report.clone(),
             control: control(args, ports)?,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
@@ -202,6 +222,8 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
         ("key", word(args.key)),
         ("control-right", word(args.control_right)),
         ("permissions", permissions),
+        ("vary", args.vary.map(|seed| seed.to_string())),
+        ("fault-seed", args.fault_seed.map(|seed| seed.to_string())),
     ];
     let flags = flags
         .into_iter()

@@ -18,7 +18,7 @@ pub struct Happening {
     /// Virtual time in seconds.
     pub t: f64,
     /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
-    /// `answered`, `refused`, `finding`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
+    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `cut`, `deaf`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
     /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `undone`, `reset`.
     pub event: &'static str,
     /// The port it concerns.
@@ -63,9 +63,12 @@ pub struct Happening {
     /// What happened.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
-    /// Number of an alarm.
+    /// Number of an alarm or of a fault on purpose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub number: Option<String>,
+    /// Kind of a fault on purpose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub kind: Option<&'static str>,
     /// Execution status in the manual's words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub status: Option<&'static str>,
@@ -175,6 +178,14 @@ impl Happening {
                 ..new("erased")
             },
             Output::PowerCycled => new("power-on"),
+            Output::Cut { port, .. } => Happening {
+                port: Some(port.name()),
+                ..new("cut")
+            },
+            Output::Deaf { port } => Happening {
+                port: Some(port.name()),
+                ..new("deaf")
+            },
             Output::PowerOff => new("power-off"),
             Output::Undone(refusal) => Happening {
                 reason: Some(refusal.to_string()),
@@ -211,6 +222,28 @@ impl Happening {
             ..Happening::new(*at, "finding")
         };
         Some(finding.with_bytes(bytes))
+    }
+
+    /// A fault that was armed, or has bitten.
+    fn of_fault(now: Time, event: &Event) -> Option<Happening> {
+        let Event::Fault {
+            id,
+            kind,
+            port,
+            message,
+            fired,
+        } = event
+        else {
+            return None;
+        };
+        let word = if *fired { "fault" } else { "fault-armed" };
+        Some(Happening {
+            port: port.map(ts3100_controller::Port::name),
+            number: Some(id.to_string()),
+            kind: Some(kind),
+            message: Some(message.clone()),
+            ..Happening::new(now, word)
+        })
     }
 
     fn of_event(now: Time, event: &Event) -> Happening {
@@ -255,6 +288,7 @@ impl Happening {
                 ..new("refused")
             },
             Event::Finding { .. } => Happening::of_finding(event).unwrap_or_else(|| new("finding")),
+            Event::Fault { .. } => Happening::of_fault(now, event).unwrap_or_else(|| new("fault")),
             Event::Alarm { number, text } => Happening {
                 number: Some(number.clone()),
                 text: Some(text.clone()),

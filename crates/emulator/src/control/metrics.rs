@@ -58,7 +58,12 @@ const FINDINGS: Family = Family {
     help: "Findings about hosts.",
     labels: &["rule"],
 };
-const FAMILIES: [&Family; 8] = [
+const FAULTS: Family = Family {
+    name: "ts3100_faults_total",
+    help: "Faults on purpose that bit, by kind.",
+    labels: &["kind"],
+};
+const FAMILIES: [&Family; 9] = [
     &REFUSALS,
     &BYTES,
     &TEXTS,
@@ -67,6 +72,7 @@ const FAMILIES: [&Family; 8] = [
     &CONNECTIONS,
     &ALARMS,
     &FINDINGS,
+    &FAULTS,
 ];
 
 /// The counters.
@@ -129,7 +135,11 @@ impl Metrics {
             Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
             Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
             Event::Alarm { number, .. } => self.count(&ALARMS, &[number], 1),
+            Event::Fault {
+                kind, fired: true, ..
+            } => self.count(&FAULTS, &[kind], 1),
             Event::AlarmsReset
+            | Event::Fault { fired: false, .. }
             | Event::Status { .. }
             | Event::Statement { .. }
             | Event::Servo(_)

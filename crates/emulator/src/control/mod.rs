@@ -7,6 +7,7 @@ mod channels;
 mod clock;
 pub mod event;
 mod events;
+mod faults;
 mod files;
 mod guard;
 mod handle;
@@ -68,6 +69,7 @@ fn calls() -> Table {
         parameters::add,
         clock::add,
         power::add,
+        faults::add,
         events::add,
         service::add,
     ];

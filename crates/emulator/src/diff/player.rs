@@ -8,7 +8,7 @@ use crate::link::CLOSE_GRACE;
 use crate::loading;
 use crate::transcript::{Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
-use ts3100_controller::output::Event;
+use ts3100_controller::output::{Cut, Event};
 use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
@@ -131,7 +131,7 @@ impl Player {
             What::Ended { line, .. } => self.leave(*line),
             What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
             What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
-            What::FromRobot { .. } => {}
+            What::FromRobot { .. } | What::Remark(_) => {}
         }
     }
 
@@ -256,6 +256,18 @@ impl Player {
                             inputs.push_back(Input::Disconnected { port });
                         }
                     }
+                    Output::Cut { port, how } => {
+                        if let Some(line) = self.served.remove(&port) {
+                            self.end(
+                                line,
+                                match how {
+                                    Cut::Reset => Ending::Reset,
+                                    Cut::Close => Ending::Closed,
+                                },
+                            );
+                        }
+                        inputs.push_back(Input::Disconnected { port });
+                    }
                     Output::Event(Event::Refused {
                         port,
                         command,
@@ -263,6 +275,8 @@ impl Player {
                     }) => {
                         self.refused.insert(port, format!("{command} refused: {reason}"));
                     }
+                    // Of a half-open line the controller hears and says nothing by itself.
+                    Output::Deaf { .. } => {}
                     Output::Stored { .. }
                     | Output::Erased { .. }
                     | Output::Pendant(_)

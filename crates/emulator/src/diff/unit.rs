@@ -174,6 +174,7 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                     events.push(place(Event::Ended(*line, *how)));
                 }
             }
+            What::Remark(_) => {}
             input => {
                 for (line, cutter) in &mut cutters {
                     events.extend(cutter.flush().map(|unit| answer(*line, unit)));
@@ -192,7 +193,7 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                     What::Ended { line, .. } => {
                         left_by_host.insert(*line);
                     }
-                    What::FromRobot { .. } | What::Deed(_) => {}
+                    What::FromRobot { .. } | What::Deed(_) | What::Remark(_) => {}
                 }
                 events.push(place(Event::Input(input.clone())));
             }

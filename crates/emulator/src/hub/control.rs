@@ -8,6 +8,7 @@ use crate::transcript::Party;
 use std::time::Duration;
 use tracing::{error, info};
 use ts3100_controller::deed::{Deed, Refusal, RefusalKind};
+use ts3100_controller::faults::FaultOrder;
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -24,6 +25,11 @@ impl Hub {
                 let _ = done.send(());
             }
             Request::Deed { deed, done } => {
+                self.clock.stir();
+                let result = self.deed(deed).await;
+                let _ = done.send(result);
+            }
+            Request::Order { deed, done } => {
                 self.clock.stir();
                 let result = self.deed(deed).await;
                 let _ = done.send(result);
@@ -164,6 +170,10 @@ impl Hub {
 
     /// The first input, behind the power coming on.
     pub(super) async fn begin(&mut self) {
+        for fault in self.faults.clone() {
+            let order = FaultOrder::Arm(Box::new(fault));
+            self.feed(Input::Deed(Deed::Fault(order))).await;
+        }
         if self.servo_on {
             self.feed(Input::Panel(Panel::Servo(true))).await;
         } else {

@@ -30,6 +30,13 @@ pub enum Request {
         /// Told when it is done, with all that follows from it at once, or refused.
         done: oneshot::Sender<Result<(), Refusal>>,
     },
+    /// The same, for one who waits in a thread of its own.
+    Order {
+        /// What.
+        deed: Deed,
+        /// As of [`Request::Deed`].
+        done: std::sync::mpsc::Sender<Result<(), Refusal>>,
+    },
     /// Something done at the edge.
     Edge {
         /// What.

@@ -50,6 +50,8 @@ pub(super) struct Connection {
     queue: mpsc::Sender<Vec<u8>>,
     reader: JoinHandle<()>,
     writer: JoinHandle<()>,
+    /// Nothing is written any more.
+    deaf: bool,
     /// Dropped with the connection.
     _gone: Option<oneshot::Sender<()>>,
 }
@@ -75,6 +77,7 @@ impl Connection {
             queue,
             reader,
             writer,
+            deaf: false,
             _gone: gone,
         }
     }
@@ -90,6 +93,9 @@ impl Connection {
     /// Queues one write. A full queue is no proof of a peer that does not read, since the controller may
     /// have much to say at once: the writing task gets its turn first.
     pub(super) async fn send(&self, mut bytes: Vec<u8>) -> Result<(), Overflow> {
+        if self.deaf {
+            return Ok(());
+        }
         for _ in 0..=WRITE_TURNS {
             match self.queue.try_send(bytes) {
                 // Closed: the writing task met an error, and the reading task is about to report the end.
@@ -111,6 +117,24 @@ impl Connection {
         self.reader.abort();
         self.writer.abort();
         close(&self.stream, Shutdown::Both);
+    }
+
+    /// Ends the connection by a reset: what is under way is lost.
+    pub(super) fn reset(self) {
+        self.reader.abort();
+        self.writer.abort();
+        // The reset leaves when the last of the three that hold the socket lets go of it, which is when the tasks
+        // are dropped.
+        if let Err(error) = SockRef::from(&*self.stream).set_linger(Some(Duration::ZERO)) {
+            debug!("no reset, an orderly end: {error}");
+        }
+    }
+
+    /// Nothing is read or written any more; the connection stays open.
+    pub(super) fn deafen(&mut self) {
+        self.reader.abort();
+        self.writer.abort();
+        self.deaf = true;
     }
 
     /// The peer has closed: what is queued is still sent, within limits.

@@ -20,6 +20,7 @@ use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tracing::{debug, info, warn};
 use ts3100_controller::input::Input;
+use ts3100_controller::output::Cut;
 use ts3100_controller::port::Port;
 use ts3100_controller::{ChannelPlan, NetworkPlan};
 use ts3100_proto::parameter::OpenMode;
@@ -226,6 +227,40 @@ impl Links {
         vec![Input::Unread { port }, Input::Disconnected { port }]
     }
 
+    /// Ends the connection of a channel on purpose. Says what that means for the controller.
+    pub fn end(&mut self, port: Port, how: Cut) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let Some(connection) = channel.connection.take() else {
+            return Vec::new();
+        };
+        info!(
+            port = port.name(),
+            "{port}: {} cut off on purpose",
+            connection.peer()
+        );
+        match how {
+            Cut::Reset => connection.reset(),
+            Cut::Close => connection.finish(),
+        }
+        self.next_peer(port)
+    }
+
+    /// From now on nothing is read from the connection of a channel and nothing written to it.
+    pub fn deafen(&mut self, port: Port) {
+        let connection = self
+            .channels
+            .get_mut(&port)
+            .and_then(|channel| channel.connection.as_mut());
+        if let Some(connection) = connection {
+            info!(
+                port = port.name(),
+                "{port}: {} is half-open on purpose",
+                connection.peer()
+            );
+            connection.deafen();
+        }
+    }
+
     fn wanted_port(&self, port: Port, own: u16) -> Result<u16, LinkError> {
         match self.ports {
             Ports::Offset(offset) => own.checked_add(offset).ok_or(LinkError::PortRange {
@@ -319,6 +354,12 @@ impl Links {
             info!(port = port.name(), "{port}: {} disconnected", connection.peer());
             connection.finish();
         }
+        self.next_peer(port)
+    }
+
+    /// The connection of a channel is over; who waits for it comes next.
+    fn next_peer(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
         let waiting = channel.waiting.pop_front();
         let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
         let mut inputs = vec![Input::Disconnected { port }];

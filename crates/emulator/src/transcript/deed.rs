@@ -3,6 +3,7 @@
 
 use super::{notation, panel};
 use std::time::Duration;
+use ts3100_controller::faults::{Fault, FaultError, FaultOrder};
 use ts3100_controller::{Deed, Side};
 use ts3100_proto::command::Number;
 
@@ -40,6 +41,12 @@ pub fn write(deed: &Deed) -> String {
         Deed::PutFile { name, content } => format!("put {name} {}", notation::write(content)),
         Deed::EraseFile { name } => format!("erase {name}"),
         Deed::Select { name } => format!("select {name}"),
+        Deed::Fault(FaultOrder::Arm(fault)) => match fault.id {
+            0 => format!("fault arm {fault}"),
+            id => format!("fault arm {id} {fault}"),
+        },
+        Deed::Fault(FaultOrder::Disarm(id)) => format!("fault disarm {id}"),
+        Deed::Fault(FaultOrder::Clear) => "fault clear".to_owned(),
     }
 }
 
@@ -102,7 +109,30 @@ pub fn read(words: &str) -> Result<Deed, String> {
         }
         ("erase", name) => Deed::EraseFile { name: one(name)? },
         ("select", name) => Deed::Select { name: one(name)? },
+        ("fault", rest) => Deed::Fault(read_fault(rest)?),
         _ => Deed::Panel(panel::read(words)?),
+    })
+}
+
+fn read_fault(rest: &str) -> Result<FaultOrder, String> {
+    let (verb, rest) = rest.split_once(' ').unwrap_or((rest, ""));
+    let number = |word: &str| {
+        word.parse::<u32>()
+            .map_err(|_| wrong("the number of a fault", word))
+    };
+    Ok(match verb {
+        "arm" => {
+            let (id, spec) = match rest.split_once(' ') {
+                Some((id, spec)) if id.bytes().all(|byte| byte.is_ascii_digit()) => (number(id)?, spec),
+                _ => (0, rest),
+            };
+            let mut fault: Fault = spec.parse().map_err(|error: FaultError| error.to_string())?;
+            fault.id = id;
+            FaultOrder::Arm(Box::new(fault))
+        }
+        "disarm" => FaultOrder::Disarm(number(rest)?),
+        "clear" if rest.is_empty() => FaultOrder::Clear,
+        _ => return Err(wrong("arm, disarm or clear", verb)),
     })
 }
 

@@ -58,6 +58,7 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
             json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
         }
         What::Deed(deed) => json!({"t_us": t, "event": "deed", "deed": deed::write(deed)}),
+        What::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
     };
     out.extend_from_slice(format!("{object}\n").as_bytes());
 }
@@ -209,6 +210,7 @@ fn read_record(object: &Object) -> Result<Record, String> {
         },
         "panel" => What::Deed(Deed::Panel(panel::read(text(object, "panel")?)?)),
         "deed" => What::Deed(deed::read(text(object, "deed")?)?),
+        "remark" => What::Remark(text(object, "remark")?.to_owned()),
         other => return Err(format!("{other:?} is no event of a transcript")),
     };
     Ok(Record { at, what })

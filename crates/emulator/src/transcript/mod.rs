@@ -129,6 +129,8 @@ pub enum What {
     },
     /// Something was done at the controller itself, or to it.
     Deed(Deed),
+    /// Something worth knowing that nobody plays again: a fault has bitten. One line.
+    Remark(String),
 }
 
 /// Something that happened, and when.

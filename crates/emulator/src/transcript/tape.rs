@@ -7,13 +7,16 @@ use crate::loading::Powered;
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
-use ts3100_controller::{Deed, Input, Output, Port, Time};
+use ts3100_controller::output::Cut;
+use ts3100_controller::{Deed, Event, Input, Output, Port, Time};
 
 /// Turns inputs and outputs into what happened on the lines.
 #[derive(Debug, Clone, Default)]
 pub struct Observer {
     /// Ports with a peer: to others nothing is sent, whatever the controller puts out.
     connected: BTreeSet<Port>,
+    /// Connections that are being reset on purpose.
+    reset: BTreeSet<Port>,
 }
 
 impl Observer {
@@ -43,7 +46,10 @@ impl Observer {
                 Some(What::Ended {
                     line: Line::first(*port),
                     by,
-                    how: Ending::Closed,
+                    how: match self.reset.remove(port) {
+                        true => Ending::Reset,
+                        false => Ending::Closed,
+                    },
                 })
             }
             Input::Panel(panel) => Some(What::Deed(Deed::Panel(panel.clone()))),
@@ -51,14 +57,30 @@ impl Observer {
         }
     }
 
-    /// An output of the controller, if a peer sees it.
-    #[must_use]
-    pub fn output(&self, output: &Output) -> Option<What> {
+    /// An output of the controller, if a peer sees it or it says why a peer sees what it sees.
+    pub fn output(&mut self, output: &Output) -> Option<What> {
         match output {
             Output::Send { port, bytes } if self.connected.contains(port) => Some(What::FromRobot {
                 line: Line::first(*port),
                 bytes: bytes.clone(),
             }),
+            Output::Cut {
+                port,
+                how: Cut::Reset,
+            } => {
+                self.reset.insert(*port);
+                None
+            }
+            Output::Event(Event::Fault {
+                id,
+                kind,
+                port,
+                message,
+                fired: true,
+            }) => {
+                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+                Some(What::Remark(format!("{place}fault {id} {kind}: {message}")))
+            }
             _ => None,
         }
     }

@@ -95,6 +95,7 @@ impl Writer {
                 format!("! {word} {line}{how}")
             }
             What::Deed(deed) => format!("! {}", deed::write(deed)),
+            What::Remark(words) => format!("# {words}"),
         };
         text.push('\n');
         out.extend_from_slice(text.as_bytes());

@@ -50,6 +50,12 @@ fn every_switch_has_its_words() {
     assert_eq!(answer(&serve, &["alarms"])["active"].as_array().unwrap().len(), 3);
     assert_eq!(answer(&serve, &["alarms", "reset"])["active"], json!([]));
     answer(&serve, &["alarms", "raise", "1-102", "by hand"]);
+    let armed = answer(&serve, &["faults", "arm", "ng:command=SO,after=1"]);
+    assert_eq!(armed["faults"][0]["spec"], "ng:command=SO,after=1");
+    assert_eq!(answer(&serve, &["faults", "disarm", "1"])["armed"], false);
+    assert_eq!(answer(&serve, &["faults"])["never_fired"], json!([1]));
+    assert_eq!(answer(&serve, &["faults", "clear"])["faults"], json!([]));
+    assert_eq!(answer(&serve, &["faults", "kinds"])[0]["kind"], "no-reply");
     assert_eq!(answer(&serve, &["alarms", "table", "1-102"])["level"], 1);
 }
 

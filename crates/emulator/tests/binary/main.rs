@@ -11,6 +11,8 @@ mod client;
 mod ctl;
 mod evidence;
 mod extensions;
+#[cfg(unix)]
+mod faults;
 mod headless;
 mod recordings;
 #[cfg(unix)]

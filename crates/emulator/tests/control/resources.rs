@@ -430,3 +430,49 @@ fn events_are_told_in_order_and_the_missed_are_counted() {
         "{stream}"
     );
 }
+
+#[test]
+fn a_fault_is_armed_bites_and_is_reported() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    let armed = robot.post("/faults", r#"{"kind":"ng","on":{"command":"FD"},"times":2}"#);
+    assert_eq!(armed["never_fired"], json!([1]));
+    assert_eq!(armed["faults"][0]["spec"], "ng:command=FD,times=2");
+    robot.post(
+        "/faults",
+        r#"{"kind":"late-reply","id":9,"on":{"channel":"IP1"},"probability":0.5,"parameters":{"delay":"2s"}}"#,
+    );
+    assert_eq!(robot.get("/faults/9")["parameters"], json!({"delay": "2000"}));
+    assert_eq!(robot.get("/faults/9")["probability"], 0.5);
+    assert_eq!(host.command("FD"), "NG");
+    let bitten = robot.get("/faults/1");
+    assert_eq!((&bitten["fired"], &bitten["armed"]), (&json!(1), &json!(true)));
+    assert_eq!(robot.ok("DELETE", "/faults/1", "")["armed"], false);
+    assert_eq!(host.command("FD"), "OK");
+    let metrics = robot.call_text("GET", "/metrics", "").1;
+    assert!(
+        metrics.contains("ts3100_faults_total{kind=\"ng\"} 1"),
+        "{metrics}"
+    );
+    for (body, place) in [
+        (r#"{"kind":"nothing"}"#, "kind"),
+        (r#"{"kind":"ng","on":{"command":"XX"}}"#, "command"),
+        (r#"{"kind":"ng","parameters":{"delay":1}}"#, "parameters"),
+        (r#"{"kind":"late-reply","parameters":{"delay":600001}}"#, "delay"),
+        (r#"{"kind":"ng","probability":2}"#, "probability"),
+    ] {
+        let (status, answer) = robot.call("POST", "/faults", body);
+        assert_eq!((status, &answer["where"]), (422, &json!(place)), "{answer}");
+    }
+    robot.refused(422, "POST", "/faults", r#"{"kind":"ng","when":1}"#);
+    robot.refused(404, "GET", "/faults/77", "");
+    robot.refused(404, "DELETE", "/faults/x", "");
+    let kinds = robot.get("/faults/kinds");
+    for kind in kinds.as_array().unwrap() {
+        robot.post("/faults", &json!({"kind": kind["kind"]}).to_string());
+    }
+    robot.post("/reset", "");
+    assert_eq!(robot.get("/faults")["faults"], json!([]));
+    robot.post("/faults", r#"{"kind":"ng"}"#);
+    assert_eq!(robot.ok("DELETE", "/faults", "")["faults"], json!([]));
+}

@@ -179,3 +179,19 @@ fn user_files_hold_printable_ascii_only() {
         })
     );
 }
+
+// clause: FL-02 FL-03
+#[test]
+fn a_file_can_be_cut_anywhere_and_is_the_same_file() {
+    let content: Vec<u8> = b"0123456789\n".repeat(80);
+    let mut sender = FlSender::new(content.clone());
+    assert_eq!(sender.to_be_cut(), Some(content.len() + 4));
+    sender.cut([5, 0, 999, 100]);
+    let texts: Vec<Vec<u8>> = core::iter::from_fn(|| sender.next_text()).collect();
+    let lengths: Vec<usize> = texts.iter().map(Vec::len).collect();
+    assert_eq!(lengths, [5, 1, 253, 100, 253, 253, 19]);
+    let mut receiver = FlReceiver::new(1_000, FileRule::User);
+    let last = texts.iter().map(|text| receiver.push(text)).last();
+    assert_eq!(last, Some(Received::Complete(content)));
+    assert_eq!(FlSender::single(b"SF".to_vec(), b"\x1a").to_be_cut(), None);
+}

@@ -21,6 +21,12 @@ pub struct DirectoryEntry {
 /// The content of the file: `NAME SIZE` or `NAME SIZE ATTRIBUTE` and CR for each entry (DIR-02).
 #[must_use]
 pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
+    encode_directory_with(entries, " ")
+}
+
+/// As [`encode_directory`], with these blanks between the fields: the figure that would show them is lost (DIR-02).
+#[must_use]
+pub fn encode_directory_with(entries: &[DirectoryEntry], blanks: &str) -> Vec<u8> {
     let mut out = String::new();
     for DirectoryEntry {
         name,
@@ -29,8 +35,8 @@ pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
     } in entries
     {
         out += &match attribute {
-            Some(attribute) => format!("{name} {size} {attribute}\r"),
-            None => format!("{name} {size}\r"),
+            Some(attribute) => format!("{name}{blanks}{size}{blanks}{attribute}\r"),
+            None => format!("{name}{blanks}{size}\r"),
         };
     }
     out.into_bytes()
@@ -39,13 +45,22 @@ pub fn encode_directory(entries: &[DirectoryEntry]) -> Vec<u8> {
 /// Reads a content.
 ///
 /// # Errors
-/// A record that is not a name, a number and at most one attribute, separated by one blank.
+/// A record that is not a name, a number and at most one attribute, separated by blanks: how many stand there is in
+/// the figure that is lost (DIR-02).
 pub fn decode_directory(content: &[u8]) -> Result<Vec<DirectoryEntry>, BodyError> {
     Field::whole("CA", content).records().map(decode_entry).collect()
 }
 
 fn decode_entry(record: Field<'_>) -> Result<DirectoryEntry, BodyError> {
     let mut words = record.split(b' ');
+    let last = record.split(b' ').last();
+    if let Some(end) = last.filter(|last| last.bytes().is_empty()) {
+        return Err(end.error("the end of the record, or a field behind the blank"));
+    }
+    let mut words = words
+        .next()
+        .into_iter()
+        .chain(words.filter(|word| !word.bytes().is_empty()));
     let (Some(name), Some(size)) = (words.next().filter(|name| !name.bytes().is_empty()), words.next())
     else {
         return Err(record.error("a file name, a blank and a size"));
@@ -53,7 +68,6 @@ fn decode_entry(record: Field<'_>) -> Result<DirectoryEntry, BodyError> {
     let name = name.text("a file name in ASCII")?.to_string();
     let size = size.number("a size in bytes")?;
     let attribute = match words.next() {
-        Some(word) if word.bytes().is_empty() => return Err(word.error("an attribute after the blank")),
         Some(word) => Some(word.text("an attribute in ASCII")?.to_string()),
         None => None,
     };
@@ -93,13 +107,23 @@ mod tests {
         assert_eq!(decode_directory(&encode_directory(&[])), Ok(Vec::new()));
     }
 
+    // clause: DIR-02
+    #[test]
+    fn any_number_of_blanks_separates_fields() {
+        let entries = [entry("ABC", 12, Some("R")), entry("D", 3, None)];
+        for blanks in [" ", "  ", "      "] {
+            let content = encode_directory_with(&entries, blanks);
+            assert_eq!(decode_directory(&content).unwrap(), entries);
+        }
+        assert_eq!(encode_directory_with(&entries, "  "), b"ABC  12  R\rD  3\r");
+    }
+
     #[test]
     fn what_is_no_directory_is_refused() {
         for bad in [
             "A",
             "A ",
             " 1",
-            "A  1",
             "A x",
             "A -1",
             "A 1 ",

@@ -112,6 +112,11 @@ pub enum Command {
     Power { action: Option<Power> },
     /// Everything as when the emulator was started
     Reset,
+    /// Faults on purpose: list, arm, disarm, clear, the kinds there are
+    Faults {
+        #[command(subcommand)]
+        action: Option<Faults>,
+    },
     /// What happens, as it happens
     Events(Events),
     /// What hosts did that the manual advises against
@@ -242,6 +247,24 @@ pub enum Alarms {
     Reset,
     /// Every alarm there can be, or one
     Table { number: Option<String> },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Faults {
+    /// Those that were armed, and what has become of them
+    List,
+    /// Arm one
+    Arm {
+        /// KIND:key=value,... as serve --fault takes it
+        #[arg(value_parser = clap::value_parser!(ts3100_controller::faults::Fault))]
+        spec: ts3100_controller::faults::Fault,
+    },
+    /// Disarm one; it stays in the report
+    Disarm { number: u32 },
+    /// Forget them all
+    Clear,
+    /// The kinds with their parameters
+    Kinds,
 }
 
 #[derive(Debug, Subcommand)]

@@ -1,14 +1,16 @@
 //! From the words of a command line to one call of the control interface.
 
 use super::args::{
-    Alarms, Battery, Channel, Clock, Command, Events, Fence, File, Limits, Line, Method, OnOff, Power, Press,
-    StartStop, Until,
+    Alarms, Battery, Channel, Clock, Command, Events, Faults, Fence, File, Limits, Line, Method, OnOff,
+    Power, Press, StartStop, Until,
 };
 use crate::client::encoded;
+use crate::faults::fault_json;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{self, Read as _};
 use std::path::Path;
+use ts3100_controller::faults::Fault;
 
 /// Largest file of this computer that is sent, in bytes: the drive takes less.
 const MAX_FILE: u64 = 128 * 1024;
@@ -110,6 +112,7 @@ impl Call {
             Command::Pendant { keys: None } => get("/pendant"),
             Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescaped(keys)})),
             Command::Alarms { action } => alarms(action.as_ref()),
+            Command::Faults { action } => faults(action.as_ref()),
             Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
             Command::Output { line, action } => line_call("output", *line, action.as_ref())?,
             Command::Variable { name, value, restore } => {
@@ -190,6 +193,27 @@ fn alarms(action: Option<&Alarms>) -> Call {
         Some(Alarms::Table { number: None }) => get("/alarms/table"),
         Some(Alarms::Table { number: Some(number) }) => get(format!("/alarms/table/{}", encoded(number))),
     }
+}
+
+fn faults(action: Option<&Faults>) -> Call {
+    match action {
+        None | Some(Faults::List) => get("/faults"),
+        Some(Faults::Arm { spec }) => post("/faults", request(spec)),
+        Some(Faults::Disarm { number }) => delete(format!("/faults/{number}")),
+        Some(Faults::Clear) => delete("/faults"),
+        Some(Faults::Kinds) => get("/faults/kinds"),
+    }
+}
+
+/// A fault as the body that arms it.
+fn request(fault: &Fault) -> Value {
+    let mut body = fault_json(fault);
+    if fault.id == 0
+        && let Some(keys) = body.as_object_mut()
+    {
+        keys.remove("id");
+    }
+    body
 }
 
 fn line_call(side: &str, line: Option<u16>, action: Option<&Line>) -> Result<Call, String> {

@@ -74,6 +74,12 @@ struct RobotArgs {
     /// Permission tables, as for serve
     #[arg(long, value_name = "FILE")]
     permissions: Option<PathBuf>,
+    /// Seed of what the faults draw, as for serve
+    #[arg(long, value_name = "N")]
+    fault_seed: Option<u64>,
+    /// Legal variation, as for serve
+    #[arg(long, value_name = "SEED")]
+    vary: Option<config::Seed>,
     /// Directory with the files of the RAM drive; nothing is written there
     #[arg(long, value_name = "DIR")]
     drive: Option<PathBuf>,
@@ -107,6 +113,8 @@ impl From<RobotArgs> for ServeArgs {
             key: robot.key,
             control_right: robot.control_right,
             permissions: robot.permissions,
+            fault_seed: robot.fault_seed,
+            vary: robot.vary,
             drive: robot.drive,
             load: robot.load,
             select: robot.select,

@@ -130,6 +130,10 @@ impl Writer {
                 let words = deed::write(deed);
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
+            What::Remark(words) => {
+                let words = format!("# {words}");
+                packet(out, PANEL, at, words.as_bytes(), Direction::Outbound, "");
+            }
         }
     }
 

@@ -1,0 +1,49 @@
+//! Reset mid-text: the connection breaks while a text is on its way.
+
+use super::super::kind::{Bitten, Effect, Kind, Leaving, Parameter, Parcel, Takes};
+use super::OUT;
+use crate::limits::MAX_SEND;
+use crate::output::Cut;
+use core::time::Duration;
+
+/// Time for the bytes sent last to reach the host before the reset overtakes them.
+const BEFORE_THE_CUT: Duration = Duration::from_millis(20);
+
+/// The kind.
+pub const KIND: Kind = Kind {
+    name: "reset-mid-text",
+    what: "A part of the text leaves, then the connection ends; on a serial line the rest is lost and the line stays.",
+    remedy: "Connect again, forget the unfinished text, ask for the status, and do again what is not done.",
+    parameters: &[
+        Parameter {
+            name: "bytes",
+            takes: Takes::Number {
+                unit: "bytes",
+                least: 0,
+                most: MAX_SEND as u64,
+            },
+            default: None,
+            what: "how many leave before; half of them if not said",
+        },
+        Parameter {
+            name: "how",
+            takes: Takes::Word(&["reset", "close"]),
+            default: Some("reset"),
+            what: "reset: RST; close: an orderly end (FIN)",
+        },
+    ],
+    points: OUT,
+    act: |_, values, prey| {
+        let half = prey.bytes.len() / 2;
+        let count = values.bytes("bytes").unwrap_or(half).min(prey.bytes.len());
+        let part = prey.bytes.get(..count).unwrap_or_default().to_vec();
+        let how = match values.word("how") {
+            "close" => Cut::Close,
+            _ => Cut::Reset,
+        };
+        let words = alloc::format!("the connection ends behind {count} bytes of {}", prey.words());
+        let cut = Parcel::after(BEFORE_THE_CUT, Leaving::Cut(how));
+        Bitten::new(Effect::Sent([Parcel::bytes(part), cut].into()), words)
+    },
+    ..Kind::PLAIN
+};

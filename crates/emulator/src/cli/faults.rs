@@ -1,0 +1,87 @@
+//! `ts3100 faults list`: the kinds of faults and the legal variations; `ts3100 faults check`: whether specifications
+//! and files say what they mean.
+
+use crate::faults;
+use clap::{Args, Subcommand};
+use serde_json::json;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use ts3100_controller::faults::Fault;
+
+/// Exit code when something is no fault.
+const WRONG: u8 = 1;
+
+/// Lists and checks faults on purpose.
+#[derive(Debug, Args)]
+pub(super) struct FaultsArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    /// The kinds with their parameters, and the legal variations
+    List {
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+    /// Reads faults and prints them as they would be armed; exit code 1 when one is wrong
+    Check {
+        /// KIND:key=value,...
+        #[arg(value_name = "SPEC")]
+        specs: Vec<String>,
+        /// TOML files of faults
+        #[arg(long, value_name = "FILE")]
+        faults: Vec<PathBuf>,
+        /// As JSON
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Runs it.
+pub(super) fn run(args: &FaultsArgs) -> ExitCode {
+    match &args.what {
+        What::List { json: true } => println!("{:#}", faults::kinds_json()),
+        What::List { json: false } => print!("{}", faults::kinds_text()),
+        What::Check { specs, faults, json } => return check(specs, faults, *json),
+    }
+    ExitCode::SUCCESS
+}
+
+fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
+    let mut found: Vec<Fault> = Vec::new();
+    let mut wrong = false;
+    for path in files {
+        match faults::read(path) {
+            Ok(faults) => found.extend(faults),
+            Err(error) => {
+                eprintln!("ts3100: {error}");
+                wrong = true;
+            }
+        }
+    }
+    for spec in specs {
+        match spec.parse() {
+            Ok(fault) => found.push(fault),
+            Err(error) => {
+                eprintln!("ts3100: {spec}: {error}");
+                wrong = true;
+            }
+        }
+    }
+    if as_json {
+        let faults: Vec<_> = found.iter().map(faults::fault_json).collect();
+        println!("{:#}", json!({ "version": 1, "faults": faults }));
+    } else {
+        for fault in &found {
+            println!("{fault}");
+        }
+    }
+    if wrong {
+        ExitCode::from(WRONG)
+    } else {
+        ExitCode::SUCCESS
+    }
+}

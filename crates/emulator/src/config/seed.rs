@@ -1,0 +1,77 @@
+//! `--vary`: a seed, one that is drawn, or none. What varies is the controller's business.
+
+use std::fmt;
+use std::hash::{BuildHasher, RandomState};
+use std::str::FromStr;
+
+/// Largest seed that is drawn: short enough to be typed again.
+const LARGEST_DRAWN: u64 = 999_999;
+
+/// What was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seed {
+    /// Nothing varies.
+    Off,
+    /// This one.
+    Number(u64),
+    /// One that was drawn when the word was read.
+    Drawn(u64),
+}
+
+impl Seed {
+    /// The seed, if something varies.
+    #[must_use]
+    pub fn number(self) -> Option<u64> {
+        match self {
+            Seed::Off => None,
+            Seed::Number(seed) | Seed::Drawn(seed) => Some(seed),
+        }
+    }
+}
+
+impl FromStr for Seed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Seed, String> {
+        match text {
+            "off" => Ok(Seed::Off),
+            // The system's own randomness, by way of the keys of a hash.
+            "random" => Ok(Seed::Drawn(
+                RandomState::new().hash_one(text) % (LARGEST_DRAWN + 1),
+            )),
+            number => number
+                .parse()
+                .map(Seed::Number)
+                .map_err(|_| format!("expected a whole number, random or off, found `{text}`")),
+        }
+    }
+}
+
+impl fmt::Display for Seed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Seed::Off => f.write_str("off"),
+            Seed::Number(seed) | Seed::Drawn(seed) => write!(f, "{seed}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_seed_is_a_number_a_word_or_an_error() {
+        assert_eq!("12".parse(), Ok(Seed::Number(12)));
+        assert_eq!("off".parse::<Seed>().unwrap().number(), None);
+        let drawn: Vec<u64> = (0..8)
+            .filter_map(|_| "random".parse::<Seed>().unwrap().number())
+            .collect();
+        assert!(drawn.iter().all(|seed| *seed <= LARGEST_DRAWN));
+        assert!(drawn.iter().any(|seed| *seed != drawn[0]), "{drawn:?}");
+        assert_eq!(
+            "-1".parse::<Seed>(),
+            Err("expected a whole number, random or off, found `-1`".to_owned())
+        );
+    }
+}

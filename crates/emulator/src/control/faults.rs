@@ -1,0 +1,318 @@
+//! `/faults`: what is broken on purpose: list with what became of each, arm, disarm, clear, and the kinds there are.
+
+use super::body::{Body, InPath, NoBody};
+use super::event::seconds;
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use ts3100_controller::Port;
+use ts3100_controller::deed::Deed;
+use ts3100_controller::faults::{
+    Fault, FaultError, FaultOrder, FaultReport, KINDS, Kind, Parameter, Point, Takes,
+};
+use utoipa::ToSchema;
+
+/// Most parameters of one request: no kind has as many.
+const MAX_PARAMETERS: usize = 16;
+
+/// What a fault waits for; what is not said does not matter.
+#[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct On {
+    /// Letters of a command: the command, the texts of its exchange, its answers.
+    #[schema(example = "SU")]
+    command: Option<String>,
+    /// The port.
+    #[schema(example = "IP0")]
+    channel: Option<String>,
+    /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
+    #[schema(maximum = 1_000_000)]
+    block: Option<u32>,
+}
+
+/// A value of a parameter: a number, or words as `--fault` takes them.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(untagged)]
+pub enum Given {
+    /// A whole number.
+    Number(u64),
+    /// Words: `2s`, `teaching`, `OK<CR>`.
+    Words(String),
+}
+
+/// A fault to be armed.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Arm {
+    /// One of `/faults/kinds`.
+    #[schema(example = "no-reply")]
+    kind: String,
+    /// Its number; the next free one if not said. A fault of the same number is replaced.
+    #[schema(minimum = 1, maximum = 1_000_000)]
+    id: Option<u32>,
+    /// What it waits for; some kinds wait for a command of their own if nothing is said.
+    #[serde(default)]
+    on: On,
+    /// How many occasions pass before the first it can take.
+    #[schema(maximum = 1_000_000)]
+    after: Option<u32>,
+    /// How often it bites at most; 0: always; 1 if not said.
+    #[schema(maximum = 1_000_000)]
+    times: Option<u32>,
+    /// How probably it takes an occasion; 1 if not said.
+    #[schema(minimum = 0, maximum = 1)]
+    probability: Option<f64>,
+    /// The parameters of the kind.
+    #[serde(default)]
+    parameters: BTreeMap<String, Given>,
+}
+
+/// A fault and what has become of it.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct FaultDoc {
+    /// Its number.
+    id: u32,
+    /// Its kind.
+    kind: &'static str,
+    /// As `--fault` takes it.
+    spec: String,
+    /// What it waits for.
+    on: On,
+    /// How many occasions pass before the first it can take.
+    after: u32,
+    /// How often it bites at most; 0: always.
+    times: u32,
+    /// How probably it takes an occasion.
+    probability: f64,
+    /// The parameters of the kind, the defaults among them.
+    parameters: BTreeMap<String, String>,
+    /// It can still bite.
+    armed: bool,
+    /// Occasions it saw while it was armed.
+    seen: u32,
+    /// How often it bit.
+    fired: u32,
+    /// When, the first hundred times, in seconds of virtual time.
+    at: Vec<f64>,
+}
+
+/// All faults since the start or the last DELETE.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct FaultsDoc {
+    /// In the order of their numbers.
+    faults: Vec<FaultDoc>,
+    /// Numbers of those that have not bitten.
+    never_fired: Vec<u32>,
+}
+
+/// A parameter of a kind.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ParameterDoc {
+    /// Its key.
+    name: &'static str,
+    /// What it takes, in words.
+    takes: String,
+    /// Its value when nothing is said; absent: drawn, or as `what` says.
+    default: Option<&'static str>,
+    /// What it is.
+    what: &'static str,
+}
+
+/// A kind of fault.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct KindDoc {
+    /// Its name.
+    kind: &'static str,
+    /// What it does.
+    what: &'static str,
+    /// What a host that lives with it does.
+    remedy: &'static str,
+    /// Where it bites.
+    bites: Vec<&'static str>,
+    /// The command it waits for when nothing is said.
+    command: Option<&'static str>,
+    /// The block it waits for when nothing is said.
+    block: Option<u32>,
+    /// Its parameters.
+    parameters: Vec<ParameterDoc>,
+}
+
+impl FaultDoc {
+    fn of(report: &FaultReport) -> FaultDoc {
+        let Fault { id, kind, on, .. } = &report.fault;
+        let parameters = report.fault.parameters().into_iter();
+        FaultDoc {
+            id: *id,
+            kind: kind.name,
+            spec: report.fault.to_string(),
+            on: On {
+                command: on.command.clone(),
+                channel: on.channel.map(|port| Port::name(port).to_owned()),
+                block: on.block,
+            },
+            after: report.fault.after,
+            times: report.fault.times,
+            probability: report.fault.chance(),
+            parameters: parameters.map(|(name, value)| (name.to_owned(), value)).collect(),
+            armed: report.armed,
+            seen: report.seen,
+            fired: report.fired,
+            at: report.at.iter().map(|at| seconds(*at)).collect(),
+        }
+    }
+}
+
+impl FaultsDoc {
+    fn of(sight: &Sight<'_>) -> FaultsDoc {
+        let faults = sight.controller.faults();
+        FaultsDoc {
+            faults: faults.reports().map(FaultDoc::of).collect(),
+            never_fired: faults.never_fired().map(|report| report.fault.id).collect(),
+        }
+    }
+}
+
+impl KindDoc {
+    fn of(kind: &&'static Kind) -> KindDoc {
+        let parameter = |parameter: &Parameter| ParameterDoc {
+            name: parameter.name,
+            takes: Takes::words(&parameter.takes),
+            default: parameter.default,
+            what: parameter.what,
+        };
+        KindDoc {
+            kind: kind.name,
+            what: kind.what,
+            remedy: kind.remedy,
+            bites: kind.points.iter().copied().map(Point::words).collect(),
+            command: kind.command,
+            block: kind.block,
+            parameters: kind.parameters.iter().map(parameter).collect(),
+        }
+    }
+}
+
+impl Arm {
+    fn fault(self) -> Result<Fault, Problem> {
+        let wrong = |place: &str, expected: String, found: String| {
+            Problem::at(StatusCode::UNPROCESSABLE_ENTITY, place, expected, found)
+        };
+        if self.parameters.len() > MAX_PARAMETERS {
+            let found = self.parameters.len().to_string();
+            return Err(wrong("parameters", format!("at most {MAX_PARAMETERS}"), found));
+        }
+        fn pair(key: &str, value: Option<impl Display>) -> Option<(String, String)> {
+            Some((key.to_owned(), value?.to_string()))
+        }
+        let common = [
+            pair("id", self.id),
+            pair("command", self.on.command),
+            pair("channel", self.on.channel),
+            pair("block", self.on.block),
+            pair("after", self.after),
+            pair("times", self.times),
+            pair("probability", self.probability),
+        ];
+        let own = self.parameters.into_iter().map(|(name, value)| match value {
+            Given::Number(number) => (name, number.to_string()),
+            Given::Words(words) => (name, words),
+        });
+        let pairs: Vec<(String, String)> = common.into_iter().flatten().chain(own).collect();
+        Fault::from_pairs(&self.kind, &pairs).map_err(|error| match error {
+            FaultError::Kind { found, known } => wrong("kind", known, found),
+            FaultError::Key { key, known, .. } => wrong("parameters", known, key),
+            FaultError::Twice { key, .. } => wrong("parameters", format!("{key} once"), "twice".to_owned()),
+            FaultError::Value {
+                key, expected, found, ..
+            } => wrong(&key, expected, found),
+            FaultError::Form { found } => wrong("body", "a fault".to_owned(), found),
+        })
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group(
+            "faults",
+            "What is broken on purpose: armed, bitten, never fired; docs/FAULTS.md explains the kinds.",
+        )
+        .call::<__path_get_faults, _, _>(get_faults)
+        .call::<__path_arm_fault, _, _>(arm_fault)
+        .call::<__path_clear_faults, _, _>(clear_faults)
+        .call::<__path_get_fault_kinds, _, _>(get_fault_kinds)
+        .call::<__path_get_fault, _, _>(get_fault)
+        .call::<__path_disarm_fault, _, _>(disarm_fault)
+}
+
+/// The faults and what has become of them
+#[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultsDoc)))]
+async fn get_faults(State(hub): State<Handle>) -> Result<Json<FaultsDoc>, Problem> {
+    Ok(Json(hub.look(FaultsDoc::of).await?))
+}
+
+/// Arm a fault
+///
+/// From now on. The same number again replaces it, its counters at zero.
+#[utoipa::path(post, path = "/faults", request_body = Arm, responses((status = 200, body = FaultsDoc)))]
+async fn arm_fault(state: State<Handle>, Body(body): Body<Arm>) -> Result<Json<FaultsDoc>, Problem> {
+    let fault = Box::new(body.fault()?);
+    state.deed(Deed::Fault(FaultOrder::Arm(fault))).await?;
+    get_faults(state).await
+}
+
+/// Forget all faults: none bites any more, and the report is empty
+#[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultsDoc)))]
+async fn clear_faults(state: State<Handle>, _: NoBody) -> Result<Json<FaultsDoc>, Problem> {
+    state.deed(Deed::Fault(FaultOrder::Clear)).await?;
+    get_faults(state).await
+}
+
+/// The kinds there are, with their parameters
+#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, body = Vec<KindDoc>)))]
+async fn get_fault_kinds() -> Json<Vec<KindDoc>> {
+    Json(KINDS.iter().map(KindDoc::of).collect())
+}
+
+async fn fault(hub: &Handle, number: String) -> Result<Json<FaultDoc>, Problem> {
+    let wanted = number.parse::<u32>().ok();
+    let look = move |sight: &Sight<'_>| {
+        let mut reports = sight.controller.faults().reports();
+        let found = reports.find(|report| Some(report.fault.id) == wanted);
+        found.map(FaultDoc::of)
+    };
+    let found = hub.look(look).await?;
+    found
+        .map(Json)
+        .ok_or_else(|| Problem::missing("number", "the number of a fault of /faults", number))
+}
+
+/// One fault
+#[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultDoc)),
+    params(("number" = String, Path, description = "Its number, as /faults has it")))]
+async fn get_fault(
+    State(hub): State<Handle>,
+    InPath(number): InPath<String>,
+) -> Result<Json<FaultDoc>, Problem> {
+    fault(&hub, number).await
+}
+
+/// Disarm a fault: it does not bite any more and stays in the report
+#[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultDoc)),
+    params(("number" = String, Path, description = "Its number, as /faults has it")))]
+async fn disarm_fault(
+    State(hub): State<Handle>,
+    InPath(number): InPath<String>,
+    _: NoBody,
+) -> Result<Json<FaultDoc>, Problem> {
+    let Json(known) = fault(&hub, number.clone()).await?;
+    hub.deed(Deed::Fault(FaultOrder::Disarm(known.id))).await?;
+    fault(&hub, number).await
+}

@@ -1,0 +1,219 @@
+//! Files of faults: TOML, a table `[[fault]]` each, with the keys of a specification.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+use ts3100_controller::faults::{Fault, FaultError};
+
+/// Largest file in bytes.
+const MAX_FILE: u64 = 1024 * 1024;
+
+/// Why a file has no faults to arm.
+#[derive(Debug, thiserror::Error)]
+pub enum FaultFileError {
+    /// It cannot be read.
+    #[error("cannot read {}: {source}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// It is no TOML.
+    #[error("{}: {reason}", path.display())]
+    Toml {
+        /// Which file.
+        path: PathBuf,
+        /// What the TOML parser said, with line and column.
+        reason: String,
+    },
+    /// Something other than tables `[[fault]]`.
+    #[error("{}:{line}: {expected} expected, {found} found", path.display())]
+    Form {
+        /// Which file.
+        path: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// What should stand there.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+    },
+    /// A table is no fault.
+    #[error("{}:{line}: {reason}", path.display())]
+    Fault {
+        /// Which file.
+        path: PathBuf,
+        /// Line of the key that is wrong, or of its table, from 1.
+        line: usize,
+        /// What was expected and found.
+        reason: FaultError,
+    },
+}
+
+/// The faults of a file.
+///
+/// # Errors
+/// See [`FaultFileError`].
+pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
+    let text = || -> io::Result<String> {
+        if std::fs::metadata(path)?.len() > MAX_FILE {
+            return Err(io::Error::other(format!("larger than {MAX_FILE} bytes")));
+        }
+        std::fs::read_to_string(path)
+    };
+    let text = text().map_err(|source| FaultFileError::File {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    parse(path, &text)
+}
+
+/// The faults of a text; `path` stands in the messages.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(path: &Path, text: &str) -> Result<Vec<Fault>, FaultFileError> {
+    let table = DeTable::parse(text).map_err(|error| FaultFileError::Toml {
+        path: path.to_path_buf(),
+        reason: error.to_string(),
+    })?;
+    let file = File { path, text };
+    let mut faults = Vec::new();
+    for (key, value) in table.get_ref() {
+        if key.get_ref() != "fault" {
+            return Err(file.form(key.span().start, "[[fault]]", format!("`{}`", key.get_ref())));
+        }
+        let DeValue::Array(tables) = value.get_ref() else {
+            return Err(file.form(
+                value.span().start,
+                "[[fault]]",
+                value.get_ref().type_str().to_owned(),
+            ));
+        };
+        for table in tables {
+            faults.push(file.fault(table)?);
+        }
+    }
+    Ok(faults)
+}
+
+struct File<'a> {
+    path: &'a Path,
+    text: &'a str,
+}
+
+impl File<'_> {
+    fn line(&self, at: usize) -> usize {
+        let before = self.text.get(..at).unwrap_or(self.text);
+        before.matches('\n').count() + 1
+    }
+
+    fn form(&self, at: usize, expected: &'static str, found: String) -> FaultFileError {
+        FaultFileError::Form {
+            path: self.path.to_path_buf(),
+            line: self.line(at),
+            expected,
+            found,
+        }
+    }
+
+    fn fault(&self, table: &Spanned<DeValue<'_>>) -> Result<Fault, FaultFileError> {
+        let at = table.span().start;
+        let DeValue::Table(keys) = table.get_ref() else {
+            return Err(self.form(at, "a table", table.get_ref().type_str().to_owned()));
+        };
+        let (mut kind, mut pairs, mut places) = (None, Vec::new(), Vec::new());
+        for (key, value) in keys {
+            let text = match value.get_ref() {
+                DeValue::String(text) => text.to_string(),
+                DeValue::Integer(number) => number.to_string(),
+                DeValue::Float(number) => number.to_string(),
+                other => {
+                    let found = other.type_str().to_owned();
+                    return Err(self.form(value.span().start, "a text or a number", found));
+                }
+            };
+            if key.get_ref() == "kind" {
+                kind = Some(text);
+            } else {
+                pairs.push((key.get_ref().to_string(), text));
+                places.push(key.span().start);
+            }
+        }
+        let Some(kind) = kind else {
+            return Err(self.form(at, "kind", "a fault without one".to_owned()));
+        };
+        Fault::from_pairs(&kind, &pairs).map_err(|reason| {
+            let key = match &reason {
+                FaultError::Key { key, .. }
+                | FaultError::Value { key, .. }
+                | FaultError::Twice { key, .. } => pairs.iter().position(|(name, _)| name == key),
+                FaultError::Kind { .. } | FaultError::Form { .. } => None,
+            };
+            let at = key.and_then(|key| places.get(key)).copied().unwrap_or(at);
+            FaultFileError::Fault {
+                path: self.path.to_path_buf(),
+                line: self.line(at),
+                reason,
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<Vec<String>, String> {
+        parse(Path::new("faults.toml"), text)
+            .map(|faults| faults.iter().map(ToString::to_string).collect())
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_file_has_the_keys_of_a_specification() {
+        let text = "# two of them\n[[fault]]\nkind = \"ng\"\ncommand = \"SU\"\nafter = 2\n\n[[fault]]\n\
+                    kind = \"late-reply\"\ndelay = \"1.5s\"\nprobability = 0.5\n";
+        let expected = ["ng:command=SU,after=2", "late-reply:probability=0.5,delay=1500"];
+        assert_eq!(read_text(text), Ok(expected.map(str::to_owned).to_vec()));
+        assert_eq!(read_text(""), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn a_mistake_is_named_with_its_line() {
+        for (text, says) in [
+            (
+                "[[fault]]\nkind = \"ngg\"\n",
+                "faults.toml:1: kind of fault expected, `ngg` found",
+            ),
+            (
+                "[[fault]]\nkind = \"ng\"\nwhen = 1\n",
+                "faults.toml:3: ng: unknown key `when`",
+            ),
+            (
+                "\n[[fault]]\nkind = \"ng\"\n\nafter = -1\n",
+                "faults.toml:5: ng: after: a whole number from 0",
+            ),
+            (
+                "[[fault]]\nafter = 1\n",
+                "faults.toml:1: kind expected, a fault without one found",
+            ),
+            (
+                "[[faults]]\nkind = \"ng\"\n",
+                "faults.toml:1: [[fault]] expected, `faults` found",
+            ),
+            ("fault = 3\n", "faults.toml:1: [[fault]] expected, integer found"),
+            (
+                "[[fault]]\nkind = \"ng\"\nafter = [1]\n",
+                "faults.toml:3: a text or a number expected, array found",
+            ),
+            ("[[fault]\n", "faults.toml: TOML parse error at line 1"),
+        ] {
+            let error = read_text(text).unwrap_err();
+            assert!(error.starts_with(says), "{text}: {error}");
+        }
+        assert!(read(Path::new("/nowhere/faults.toml")).is_err());
+    }
+}

@@ -1,0 +1,223 @@
+//! Faults at the edge: read from the command line and from files, listed for people and programs, and reported at
+//! the end. What a fault does is the controller's business.
+
+mod file;
+
+pub use file::{FaultFileError, read};
+
+use serde_json::{Value, json};
+use std::path::Path;
+use tracing::{error, info, warn};
+use ts3100_controller::faults::{Fault, FaultReport, Faults, KINDS, Kind, Takes};
+use ts3100_controller::port::Port;
+use ts3100_controller::vary::VARIATIONS;
+
+/// A fault as JSON: what `POST /faults` takes and what reports have.
+#[must_use]
+pub fn fault_json(fault: &Fault) -> Value {
+    json!({
+        "id": fault.id,
+        "kind": fault.kind.name,
+        "on": {
+            "command": fault.on.command,
+            "channel": fault.on.channel.map(Port::name),
+            "block": fault.on.block,
+        },
+        "after": fault.after,
+        "times": fault.times,
+        "probability": fault.chance(),
+        "parameters": fault.parameters(),
+    })
+}
+
+/// What has become of a fault, as JSON; times in seconds of virtual time.
+#[must_use]
+pub fn report_json(report: &FaultReport) -> Value {
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "microseconds of some centuries fit into 53 bits"
+    )]
+    let at: Vec<f64> = report.at.iter().map(|at| at.as_micros() as f64 / 1e6).collect();
+    json!({
+        "fault": fault_json(&report.fault),
+        "spec": report.fault.to_string(),
+        "armed": report.armed,
+        "seen": report.seen,
+        "fired": report.fired,
+        "at": at,
+    })
+}
+
+/// All faults of a run: how many, how many never fired, and each.
+#[must_use]
+pub fn reports_json(faults: &Faults) -> Value {
+    json!({
+        "armed": faults.reports().filter(|report| report.armed).count(),
+        "fired": faults.reports().filter(|report| report.fired > 0).count(),
+        "never_fired": faults.never_fired().map(|report| report.fault.id).collect::<Vec<_>>(),
+        "faults": faults.reports().map(report_json).collect::<Vec<_>>(),
+    })
+}
+
+/// Every kind and every variation, as JSON.
+#[must_use]
+pub fn kinds_json() -> Value {
+    let kind = |kind: &&Kind| {
+        json!({
+            "kind": kind.name,
+            "what": kind.what,
+            "remedy": kind.remedy,
+            "bites": kind.points.iter().map(|point| point.words()).collect::<Vec<_>>(),
+            "command": kind.command,
+            "block": kind.block,
+            "parameters": kind.parameters.iter().map(|parameter| json!({
+                "name": parameter.name,
+                "takes": parameter.takes.words(),
+                "default": parameter.default,
+                "what": parameter.what,
+            })).collect::<Vec<_>>(),
+        })
+    };
+    let variations = VARIATIONS.iter().map(
+        |variation| json!({ "name": variation.name, "what": variation.what, "source": variation.source }),
+    );
+    json!({
+        "version": 1,
+        "kinds": KINDS.iter().map(kind).collect::<Vec<_>>(),
+        "variations": variations.collect::<Vec<_>>(),
+    })
+}
+
+/// Every kind and every variation, for people.
+#[must_use]
+pub fn kinds_text() -> String {
+    let mut text = String::from(
+        "Kinds of faults (--fault KIND:key=value,...; each also takes command, channel, block, after, times, probability):\n",
+    );
+    for kind in KINDS {
+        text += &format!("\n{}\n  {}\n  The host: {}\n", kind.name, kind.what, kind.remedy);
+        let points: Vec<&str> = kind.points.iter().map(|point| point.words()).collect();
+        text += &format!("  Bites: {}{}\n", points.join("; "), waits_for(kind));
+        for parameter in kind.parameters {
+            let default = parameter.default.map(|default| format!(" [default: {default}]"));
+            text += &format!(
+                "  {}={}  {}{}\n",
+                parameter.name,
+                placeholder(parameter.takes),
+                parameter.what,
+                default.unwrap_or_default()
+            );
+        }
+    }
+    text += "\nLegal variation (--vary SEED):\n";
+    for variation in VARIATIONS {
+        text += &format!(
+            "\n{}\n  {}\n  {}\n",
+            variation.name, variation.what, variation.source
+        );
+    }
+    text
+}
+
+fn waits_for(kind: &Kind) -> String {
+    let block = kind
+        .block
+        .map(|block| format!(" block={block}"))
+        .unwrap_or_default();
+    kind.command
+        .map(|command| format!(" [default: command={command}{block}]"))
+        .unwrap_or_default()
+}
+
+fn placeholder(takes: Takes) -> String {
+    match takes {
+        Takes::Number { unit, least, most } => format!("{least}..{most} {unit}"),
+        Takes::Word(words) => words.join("|"),
+        Takes::Text { .. } => "TEXT".to_owned(),
+        Takes::Alarm => "LEVEL-CODE".to_owned(),
+    }
+}
+
+/// The end of a run: each fault has its line in the log, one that never fired as a warning; the report goes into
+/// `file`, if there is one.
+pub fn tell(faults: &Faults, file: Option<&Path>) {
+    for report in faults.reports() {
+        let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
+        let line = report.line();
+        if fired == 0 {
+            warn!(
+                event = "fault-never-fired",
+                id,
+                kind,
+                seen = report.seen,
+                "{line}"
+            );
+        } else {
+            info!(event = "fault-report", id, kind, fired, "{line}");
+        }
+    }
+    let Some(path) = file else { return };
+    let report = json!({ "version": 1, "faults": reports_json(faults) });
+    if let Err(reason) = std::fs::write(path, format!("{report:#}\n")) {
+        error!("the report is not written: {}: {reason}", path.display());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn manual() -> String {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FAULTS.md");
+        std::fs::read_to_string(path).unwrap()
+    }
+
+    #[test]
+    fn every_kind_and_every_variation_is_listed_and_documented() {
+        let (text, json, manual) = (kinds_text(), kinds_json(), manual());
+        assert_eq!(json["kinds"].as_array().map(Vec::len), Some(KINDS.len()));
+        for kind in KINDS {
+            assert!(text.contains(&format!("\n{}\n", kind.name)), "{}", kind.name);
+            assert!(manual.contains(&format!("### {}\n", kind.name)), "{}", kind.name);
+            let example = format!("--fault '{}", kind.name);
+            let examples = manual.lines().filter(|line| line.contains(&example));
+            let specs = examples.filter_map(|line| line.split("--fault '").nth(1)?.split('\'').next());
+            let specs: Vec<&str> = specs.collect();
+            assert!(!specs.is_empty(), "{}: no example", kind.name);
+            for spec in specs {
+                let fault: Result<Fault, _> = spec.parse();
+                assert_eq!(fault.map(|fault| fault.kind.name), Ok(kind.name), "{spec}");
+            }
+            for parameter in kind.parameters {
+                let row = format!("`{}`", parameter.name);
+                assert!(manual.contains(&row), "{} {}", kind.name, parameter.name);
+            }
+        }
+        for variation in VARIATIONS {
+            assert!(text.contains(variation.name));
+            assert!(
+                manual.contains(&format!("| `{}` |", variation.name)),
+                "{}",
+                variation.name
+            );
+        }
+    }
+
+    #[test]
+    fn a_fault_is_the_same_in_json() {
+        let fault: Fault = "ng:command=DL,block=2,after=1,times=0,probability=0.5"
+            .parse()
+            .unwrap();
+        assert_eq!(
+            fault_json(&fault),
+            json!({
+                "id": 0, "kind": "ng",
+                "on": { "command": "DL", "channel": null, "block": 2 },
+                "after": 1, "times": 0, "probability": 0.5, "parameters": {},
+            })
+        );
+        let late: Fault = "late-reply:channel=ip1,delay=2s".parse().unwrap();
+        assert_eq!(fault_json(&late)["parameters"]["delay"], "2000");
+        assert_eq!(fault_json(&late)["on"]["channel"], "IP1");
+    }
+}

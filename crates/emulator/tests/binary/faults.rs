@@ -1,0 +1,101 @@
+//! Faults and legal variation from the command line: flags, files, the report, the list.
+
+use crate::support::{Serve, TempDir, run, stderr, stdout};
+use serde_json::Value;
+
+#[test]
+fn faults_of_flags_and_files_bite_and_those_that_never_did_are_reported() {
+    let directory = TempDir::new();
+    let file = directory.file(
+        "faults.toml",
+        "[[fault]]\nkind = \"ng\"\ncommand = \"SO\"\n\n[[fault]]\nkind = \"no-reply\"\ncommand = \"ER\"\n",
+    );
+    let report = directory.path().join("report.json");
+    let report = report.to_str().unwrap();
+    let serve = Serve::start(&[
+        "--faults",
+        &file,
+        "--fault",
+        "late-reply:command=BR,delay=1",
+        "--report",
+        report,
+    ]);
+    let refused = serve.host(&["so"]);
+    assert!(!refused.status.success());
+    assert!(serve.host(&["so"]).status.success());
+    assert!(serve.host(&["br"]).status.success());
+    let log = stderr(&serve.signal("TERM"));
+    for line in [
+        "IP0: fault 1 ng: SO is refused",
+        "IP0: fault 3 late-reply: the answer to BR leaves 1 ms late",
+        "WARN fault 2 `no-reply:command=ER,lost=reply` never fired: it saw no occasion",
+    ] {
+        assert!(log.contains(line), "{line}:\n{log}");
+    }
+    let report: Value = serde_json::from_str(&std::fs::read_to_string(report).unwrap()).unwrap();
+    assert_eq!(report["faults"]["never_fired"], serde_json::json!([2]));
+    assert_eq!(report["faults"]["faults"][0]["fired"], 1);
+    assert_eq!(report["faults"]["faults"][0]["fault"]["on"]["command"], "SO");
+}
+
+#[test]
+fn what_is_no_fault_ends_it_before_it_is_ready() {
+    let directory = TempDir::new();
+    let file = directory.file("faults.toml", "[[fault]]\nkind = \"ng\"\nafter = \"soon\"\n");
+    for (words, says) in [
+        (
+            ["--fault", "nothing"],
+            "--fault: kind of fault expected, `nothing` found",
+        ),
+        (
+            ["--faults", &file],
+            "faults.toml:3: ng: after: a whole number from 0 to 1000000 expected, `soon` found",
+        ),
+        (["--faults", "/nowhere.toml"], "cannot read /nowhere.toml"),
+        (
+            ["--vary", "luck"],
+            "expected a whole number, random or off, found `luck`",
+        ),
+    ] {
+        let output = run(&["serve", "--ports", "auto", words[0], words[1]]);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert!(stderr(&output).contains(says), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_seed_is_printed_and_a_drawn_one_too() {
+    let serve = Serve::start(&["--vary", "41"]);
+    assert!(serve.host(&["su"]).status.success());
+    let log = stderr(&serve.signal("TERM"));
+    assert!(
+        log.contains("legal variation by seed 41; --vary 41 repeats it"),
+        "{log}"
+    );
+    let log = stderr(&Serve::start(&["--vary", "random"]).signal("TERM"));
+    let seed = log
+        .split("--vary ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    assert!(seed.is_some_and(|seed| seed.parse::<u64>().is_ok()), "{log}");
+    let log = stderr(&Serve::start(&["--vary", "off"]).signal("TERM"));
+    assert!(!log.contains("variation"), "{log}");
+}
+
+#[test]
+fn kinds_are_listed_and_specifications_checked() {
+    let list = run(&["faults", "list"]);
+    assert!(stdout(&list).contains("\nhalf-open\n"), "{}", stdout(&list));
+    let list: Value = serde_json::from_str(&stdout(&run(&["faults", "list", "--json"]))).unwrap();
+    assert_eq!(list["kinds"].as_array().map(Vec::len), Some(20));
+    let good = run(&["faults", "check", "ng:command=so", "power-loss"]);
+    assert_eq!(
+        stdout(&good),
+        "ng:command=SO\npower-loss:command=DL,block=1,delay=0\n"
+    );
+    let bad = run(&["faults", "check", "--json", "ng:command=XX", "ng"]);
+    assert_eq!(bad.status.code(), Some(1));
+    assert!(stderr(&bad).contains("the letters of a command"));
+    let good: Value = serde_json::from_str(&stdout(&bad)).unwrap();
+    assert_eq!(good["faults"][0]["kind"], "ng");
+}

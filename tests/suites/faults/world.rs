@@ -1,0 +1,185 @@
+//! A controller under virtual time, and what its hosts see of it: segments, ends of connections, the clock. What is
+//! lost, late or cut is so because of a fault; this file only carries it.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::time::Duration;
+use ts3100_controller::faults::{Fault, FaultOrder, FaultReport};
+use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+
+/// Inputs and deadlines of one test before the controller is taken to hang.
+const MOST_STEPS: u32 = 200_000;
+
+/// Why a read gave nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoBytes {
+    /// The time was over.
+    Late,
+    /// There is no connection.
+    Gone,
+}
+
+/// A controller with hosts.
+#[derive(Debug)]
+pub struct World {
+    pub controller: Controller,
+    pub now: Time,
+    /// What was sent and not read yet, segment by segment.
+    segments: BTreeMap<Port, VecDeque<Vec<u8>>>,
+    connected: BTreeSet<Port>,
+    deaf: BTreeSet<Port>,
+    /// The log: what the faults did.
+    pub fired: Vec<(u32, &'static str, String)>,
+    /// When and how bytes left, for comparisons.
+    pub sent: Vec<(Time, Port, Vec<u8>)>,
+    steps: u32,
+}
+
+impl World {
+    /// The field dialect with these files, the first of them selected, servo on.
+    pub fn new(config: Config, files: &[(&str, &str)]) -> World {
+        let stored = files
+            .iter()
+            .map(|(name, text)| ((*name).to_string(), text.as_bytes().to_vec()));
+        let mut world = World {
+            controller: Controller::new(config, stored.collect()).unwrap(),
+            now: Time::ZERO,
+            segments: BTreeMap::new(),
+            connected: BTreeSet::new(),
+            deaf: BTreeSet::new(),
+            fired: Vec::new(),
+            sent: Vec::new(),
+            steps: 0,
+        };
+        if let Some((name, _)) = files.first() {
+            world.controller.select(Time::ZERO, name).unwrap();
+        }
+        world.put(Input::Panel(Panel::Servo(true)));
+        world
+    }
+
+    pub fn field(files: &[(&str, &str)]) -> World {
+        World::new(Config::new(Dialect::Field), files)
+    }
+
+    /// Arms a fault as it is written.
+    pub fn arm(&mut self, spec: &str) {
+        let fault: Fault = spec.parse().unwrap_or_else(|error| panic!("{spec}: {error}"));
+        self.put(Input::from(FaultOrder::Arm(Box::new(fault))));
+    }
+
+    pub fn reports(&self) -> Vec<FaultReport> {
+        self.controller.faults().reports().cloned().collect()
+    }
+
+    pub fn put(&mut self, input: Input) {
+        self.steps += 1;
+        assert!(self.steps < MOST_STEPS, "the controller does not get on");
+        let mut inputs = VecDeque::from([input]);
+        while let Some(input) = inputs.pop_front() {
+            for output in self.controller.feed(self.now, input) {
+                self.perform(output, &mut inputs);
+            }
+        }
+    }
+
+    fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
+        match output {
+            Output::Send { port, bytes } => {
+                self.sent.push((self.now, port, bytes.clone()));
+                if self.connected.contains(&port) && !self.deaf.contains(&port) {
+                    self.segments.entry(port).or_default().push_back(bytes);
+                }
+            }
+            Output::Cut { port, .. } => {
+                self.lose(port);
+                inputs.push_back(Input::Disconnected { port });
+            }
+            Output::Deaf { port } => {
+                self.deaf.insert(port);
+            }
+            Output::PowerCycled => {
+                for port in std::mem::take(&mut self.connected) {
+                    self.segments.remove(&port);
+                    inputs.push_back(Input::Disconnected { port });
+                }
+            }
+            Output::Event(Event::Fault {
+                id,
+                kind,
+                message,
+                fired: true,
+                ..
+            }) => self.fired.push((id, kind, message)),
+            _ => {}
+        }
+    }
+
+    fn lose(&mut self, port: Port) {
+        self.connected.remove(&port);
+        self.deaf.remove(&port);
+    }
+
+    /// Connects, unless the robot still believes that somebody is there (`channel.second = refuse`).
+    pub fn connect(&mut self, port: Port) -> bool {
+        if self.connected.contains(&port) {
+            return false;
+        }
+        self.segments.remove(&port);
+        self.connected.insert(port);
+        self.put(Input::Connected {
+            port,
+            peer: "host".to_string(),
+        });
+        true
+    }
+
+    /// The host hangs up. A robot that is deaf does not notice.
+    pub fn hang_up(&mut self, port: Port) {
+        self.segments.remove(&port);
+        if self.connected.contains(&port) && !self.deaf.contains(&port) {
+            self.lose(port);
+            self.put(Input::Disconnected { port });
+        }
+    }
+
+    pub fn write(&mut self, port: Port, bytes: &[u8]) -> Result<(), NoBytes> {
+        if !self.connected.contains(&port) {
+            return Err(NoBytes::Gone);
+        }
+        if !self.deaf.contains(&port) {
+            let bytes = bytes.to_vec();
+            self.put(Input::Received { port, bytes });
+        }
+        Ok(())
+    }
+
+    /// The next segment, if it comes within this time.
+    pub fn read(&mut self, port: Port, limit: Duration) -> Result<Vec<u8>, NoBytes> {
+        let end = self.now + limit;
+        loop {
+            if let Some(segment) = self.segments.get_mut(&port).and_then(VecDeque::pop_front) {
+                return Ok(segment);
+            }
+            if !self.connected.contains(&port) {
+                return Err(NoBytes::Gone);
+            }
+            if !self.step(end) {
+                return Err(NoBytes::Late);
+            }
+        }
+    }
+
+    /// Time passes.
+    pub fn pass(&mut self, duration: Duration) {
+        let end = self.now + duration;
+        while self.step(end) {}
+    }
+
+    /// To the next deadline, or to the end: false.
+    fn step(&mut self, end: Time) -> bool {
+        let due = self.controller.poll_deadline().filter(|due| *due <= end);
+        self.now = due.unwrap_or(end).max(self.now);
+        self.put(Input::Tick);
+        due.is_some()
+    }
+}

@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+"""The hosts of tests/hosts under legal variation: each gets its work done under every seed. And one that does not: it
+takes what one read gives for one text, gets by without variation, and fails under every seed.
+
+    python3 tests/variation.py --serve target/release/ts3100 [--seeds 20] [--jobs 2]"""
+
+import argparse
+import concurrent.futures
+import os
+import socket
+import subprocess
+import sys
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, HERE)
+from wire import ADVISED_PAUSE, Emulator, Failed, ok  # noqa: E402
+
+# rough_weather looks at times, which are what varies. scara_client is a program of the field that takes five bytes of
+# one receive for OK: it leans on luck, and is run to show it.
+HOSTS = [("whole_job.py",), ("hosts/pick_dialogue.py",), ("hosts/library_client.py",),
+         ("hosts/production.py", "--cycles", "20", "--hours", "0.05")]
+LUCKY = ("hosts/scara_client.py",)
+LIMIT = 300
+
+
+def careful(binary, host, seed):
+    """One host under one seed: what it printed when it failed, or None."""
+    environment = dict(os.environ, TS3100_VARY=str(seed))
+    command = [sys.executable, os.path.join(HERE, host[0]), "--serve", binary, *host[1:]]
+    ended = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=LIMIT)
+    return ended.stdout.decode("utf-8", "replace") if ended.returncode else None
+
+
+def careless(binary, seed):
+    """Twenty times SU by a host that leans on luck; what it stumbled over, or None."""
+    emulator = Emulator(binary, *(("--vary", str(seed)) if seed is not None else ()))
+    try:
+        line = socket.create_connection(emulator.address("ip0"), timeout=2.0)
+        for number in range(20):
+            time.sleep(ADVISED_PAUSE)
+            line.sendall(b"\x02SU\r\x03")
+            text = line.recv(4096)
+            if not (text.startswith(b"\x02FL,MODE:") and text.endswith(b"\x1a\x03")):
+                return "SU number %d: %r" % (number + 1, text)
+            time.sleep(ADVISED_PAUSE)
+            line.sendall(b"\x02OK\r\x03")
+        return None
+    except OSError as error:
+        return str(error)
+    finally:
+        emulator.kill()
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Hosts under legal variation.")
+    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser.add_argument("--seeds", type=int, default=20, help="how many (default 20)")
+    parser.add_argument("--first", type=int, default=1, help="the first of them (default 1)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="hosts at a time (default: processors)")
+    arguments = parser.parse_args()
+    binary = os.path.abspath(arguments.serve)
+    seeds = range(arguments.first, arguments.first + arguments.seeds)
+    failures = 0
+    with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
+        runs = [(host, seed, pool.submit(careful, binary, host, seed)) for seed in seeds for host in HOSTS]
+        for host, seed, run in runs:
+            failed = run.result()
+            if failed:
+                failures += 1
+                print("FAIL %s with --vary %d\n%s" % (host[0], seed, failed[-3000:]), flush=True)
+    if not failures:
+        ok("%d hosts get their work done under %d seeds" % (len(HOSTS), len(seeds)))
+    try:
+        luck = careless(binary, None)
+        if luck:
+            raise Failed("a host that takes a read for a text gets by without variation\n     found    " + luck)
+        gets_by = [seed for seed in seeds if careful(binary, LUCKY, seed) is None]
+        if gets_by:
+            raise Failed("scara_client fails under every seed\n     found    it gets by under %s" % gets_by)
+        ok("scara_client, which takes five bytes of one receive for OK, fails under every seed")
+        lucky = [seed for seed in seeds if careless(binary, seed) is None]
+        if lucky:
+            raise Failed("it fails under every seed\n     found    it gets by under %s" % lucky)
+        ok("a host that takes a read for a text gets by without variation and fails under every seed")
+    except Failed as error:
+        failures += 1
+        print("FAIL %s" % error, flush=True)
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
