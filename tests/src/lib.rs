@@ -9,6 +9,7 @@
 pub mod clauses;
 pub mod kinematics;
 pub mod notation;
+pub mod paper;
 pub mod transcript;
 
 use std::collections::BTreeMap;
@@ -27,6 +28,8 @@ pub struct Robot {
     sent: BTreeMap<Port, Vec<u8>>,
     /// Everything else it has put out, in order.
     pub outputs: Vec<Output>,
+    /// After everything that happens it is written down and read back.
+    on_paper: paper::Paper,
 }
 
 impl Robot {
@@ -51,9 +54,22 @@ impl Robot {
             now: Time::ZERO,
             sent: BTreeMap::new(),
             outputs: Vec::new(),
+            on_paper: paper::wanted(),
         };
         robot.feed(Input::Tick);
         robot
+    }
+
+    /// A controller that has lived already.
+    #[must_use]
+    pub fn of(controller: Controller) -> Robot {
+        Robot {
+            now: controller.now(),
+            controller,
+            sent: BTreeMap::new(),
+            outputs: Vec::new(),
+            on_paper: paper::wanted(),
+        }
     }
 
     /// A field-dialect controller with a host on IP0, a peer on IP1, servo on, and this program selected.
@@ -94,6 +110,9 @@ impl Robot {
                 Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
                 other => self.outputs.push(other),
             }
+        }
+        if self.on_paper.is_due() {
+            self.controller = paper::again(&self.controller);
         }
     }
 

@@ -22,11 +22,17 @@ pub enum Datum {
 
 /// The receive side of a channel.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Channel {
     /// The peer, while there is one.
     pub peer: Option<String>,
     /// Rules of findings already reported to this peer.
-    pub reported: BTreeSet<&'static str>,
+    pub reported: BTreeSet<String>,
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
     ring: VecDeque<u8>,
     /// A comma was the last byte read: a CR right behind it ends the record without a further value.
     after_comma: bool,

@@ -77,7 +77,7 @@ pub struct Controller {
     pub(crate) network: NetworkPlan,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
-    outputs: VecDeque<Output>,
+    pub(crate) outputs: VecDeque<Output>,
 }
 
 impl Controller {

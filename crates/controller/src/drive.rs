@@ -52,7 +52,13 @@ pub enum DriveError {
 
 /// The files.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Drive {
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::files"))]
     files: BTreeMap<String, Vec<u8>>,
     capacity: usize,
 }
@@ -71,6 +77,12 @@ impl Drive {
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&[u8]> {
         self.files.get(name).map(Vec::as_slice)
+    }
+
+    /// All files, by name.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        let files = self.files.iter();
+        files.map(|(name, content)| (name.as_str(), content.as_slice()))
     }
 
     /// Whether the file is there.

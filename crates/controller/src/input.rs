@@ -89,6 +89,7 @@ pub enum Panel {
 
 /// Position of the key switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum KeySwitch {
     /// Teaching (test run).
     Teaching,
@@ -101,6 +102,7 @@ pub enum KeySwitch {
 
 /// Who commands the robot in EXT mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ControlRight {
     /// The external operation signals.
     Sig,

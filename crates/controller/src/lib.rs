@@ -48,6 +48,8 @@ mod serve;
 mod session;
 mod sig;
 mod signals;
+#[cfg(feature = "serde")]
+mod snapshot;
 mod state;
 mod stop;
 mod talk;
@@ -65,4 +67,6 @@ pub use options::{Config, ControllerType, Dialect, Options};
 pub use output::{Event, Output};
 pub use parameters::ParameterError;
 pub use port::Port;
+#[cfg(feature = "serde")]
+pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHead};
 pub use time::Time;

@@ -30,6 +30,7 @@ use ts3100_proto::text::{Framing, TextDecoder, TextOptions};
 
 /// The exchange that is open on a port.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Exchange {
     /// None: the port waits for a command.
     Idle,
@@ -51,6 +52,11 @@ pub enum Exchange {
 
 /// State of one protocol port.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Session {
     /// The port.
     pub port: Port,
@@ -75,7 +81,7 @@ pub struct Session {
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
     /// Rules of findings already reported to this peer.
-    pub reported: BTreeSet<&'static str>,
+    pub reported: BTreeSet<String>,
 }
 
 impl Session {
@@ -144,6 +150,18 @@ impl Session {
     #[must_use]
     pub fn receives(&self, file: &FileName) -> bool {
         matches!(&self.exchange, Exchange::Receiving { name, .. } if name == file)
+    }
+
+    /// Whether a run with these options can lead to this state of the conversation.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self, options: TextOptions) -> bool {
+        let exchange = match &self.exchange {
+            Exchange::Idle => true,
+            Exchange::Sending { sender } => sender.is_sound(),
+            Exchange::Receiving { receiver, .. } => receiver.is_sound(),
+        };
+        exchange && self.joiner.is_sound() && self.decoder.is_sound(options)
     }
 
     /// Takes in bytes, the last of which came at `at`.

@@ -393,7 +393,7 @@ impl Controller {
         let first = self
             .channels
             .get_mut(&port)
-            .is_some_and(|channel| channel.reported.insert(rule));
+            .is_some_and(|channel| channel.reported.insert(rule.to_string()));
         if first {
             self.event(Event::Finding {
                 rule,
@@ -408,7 +408,7 @@ impl Controller {
         let first = self
             .sessions
             .get_mut(&port)
-            .is_none_or(|session| session.reported.insert(rule));
+            .is_none_or(|session| session.reported.insert(rule.to_string()));
         if first {
             self.event(Event::Finding {
                 rule,

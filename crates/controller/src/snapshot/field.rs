@@ -1,0 +1,54 @@
+//! Single fields of a snapshot whose form on paper is not that of memory: the files of the RAM drive as text, an alarm
+//! as its number.
+
+use crate::alarm::{ALARMS, AlarmCode};
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The content of a file.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+struct Content(#[serde(with = "ts3100_proto::paper")] Vec<u8>);
+
+/// The files of the RAM drive.
+pub mod files {
+    use super::{BTreeMap, Content, Deserialize, Deserializer, Serializer, String, Vec};
+
+    pub fn serialize<S: Serializer>(files: &BTreeMap<String, Vec<u8>>, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(
+            files
+                .iter()
+                .map(|(name, content)| (name, Content(content.clone()))),
+        )
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Vec<u8>>, D::Error> {
+        let files = BTreeMap::<String, Content>::deserialize(from)?;
+        Ok(files
+            .into_iter()
+            .map(|(name, Content(content))| (name, content))
+            .collect())
+    }
+}
+
+impl Serialize for AlarmCode {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&self.number())
+    }
+}
+
+impl<'de> Deserialize<'de> for AlarmCode {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<AlarmCode, D::Error> {
+        let number = String::deserialize(from)?;
+        let row = ALARMS.iter().find(|row| row.number() == number).copied();
+        row.ok_or_else(|| {
+            D::Error::custom(format!(
+                "expected the number of an alarm of the table, found `{number}`"
+            ))
+        })
+    }
+}
