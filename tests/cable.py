@@ -19,7 +19,8 @@ import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from wire import CR, EOF, ETX, STX, Emulator, Failed, Host, Line, options  # noqa: E402
+from transport import Settings, Terminal  # noqa: E402
+from wire import CR, ETX, STX, Emulator, Failed, Host, Line, options  # noqa: E402
 
 # The cable that is cut, and one on which the next host comes.
 FIRST = ("10.31.0.1", "10.31.0.2")
@@ -31,9 +32,9 @@ NEW = b"PROGRAM KEPT\n" + b"REMARK This version must never arrive in part.\n" * 
 PROGRAM = b"""PROGRAM CABLE
 N = 0
 M = 0
-PRINT IP1, "READY", CR
-INPUT IP1, N, M
-PRINT IP1, "GOT", N, M, CR
+PRINT CHANNEL, "READY", CR
+INPUT CHANNEL, N, M
+PRINT CHANNEL, "GOT", N, M, CR
 END
 PROGRAM NEVER
 END
@@ -132,7 +133,7 @@ class WaitingInput:
     name, levels, mid_text = "waiting INPUT", (1, 2), b"S"
 
     def arrange(self, host, robot):
-        begin(host, b"CABLE", PROGRAM)
+        begin(host, b"CABLE", PROGRAM.replace(b"CHANNEL", robot.channel))
         check("the program asks", robot.until(CR) == b"READY\r", "nothing")
         robot.raw(b"11,")
 
@@ -197,6 +198,7 @@ class RunningMotionUnwatched:
         check("the program has gone on or has ended", body[2] in (0, RUNNING), body[2])
 
 
+SERIAL_STATES = (Idle, OpenUpload, OpenDownload, WaitingInputUnwatched, RunningMotionUnwatched)
 STATES = (Idle, OpenUpload, OpenDownload, WaitingInput, WaitingInputUnwatched, RunningMotion, RunningMotionUnwatched)
 
 
@@ -222,20 +224,6 @@ def reset(line):
     line.close()
 
 
-def next_host(address, wait):
-    """A host that tries until it is served."""
-    limit = time.monotonic() + wait
-    while True:
-        try:
-            host = Host(address, True)
-            host.status()
-            return host
-        except (Failed, OSError) as error:
-            if time.monotonic() > limit:
-                raise Failed("the next host is served within %.0f s\n     found    %s" % (wait, error))
-            time.sleep(0.1)
-
-
 class Case:
     """One state, one emulator, one kind of cut."""
 
@@ -243,10 +231,19 @@ class Case:
         self.state, self.cut, self.at = state(), cut, at
         self.folder = tempfile.mkdtemp(prefix="ts3100-cable-")
         prepare_drive(binary, self.folder, state.levels)
-        self.emulator = Emulator(binary, "--drive", self.folder, "--listen", "0.0.0.0", prefix=prefix, at=at[0])
-        self.host = Host(self.emulator.address("ip0"), True)
-        self.robot = Line(self.emulator.address("ip1"))
+        self.emulator = Emulator(binary, "--drive", self.folder, *self.flags(), prefix=prefix, at=at[0])
+        self.host, self.robot = self.connect()
         self.state.arrange(self.host, self.robot)
+
+    def flags(self):
+        """What serve needs for it."""
+        return ("--listen", "0.0.0.0")
+
+    def connect(self):
+        """A host, and one for the program."""
+        robot = Line(self.emulator.address("ip1"))
+        robot.channel = b"IP1"
+        return Host(self.emulator.address("ip0"), True), robot
 
     def title(self):
         return "%s, %s" % (self.state.name, self.cut)
@@ -261,15 +258,47 @@ class Case:
     def aftermath(self, wait):
         """The next host on the other address."""
         self.emulator.at = self.at[1]
-        host = next_host(self.emulator.address("ip0"), wait)
-        robot = Line(self.emulator.address("ip1"))
+        host, robot = self.next_hosts(wait)
         self.state.verify(host, robot)
         host.close()
         robot.close()
 
+    def next_hosts(self, wait):
+        """The hosts that come when the cable is whole again."""
+        limit = time.monotonic() + wait
+        while True:
+            try:
+                host, robot = self.connect()
+                host.status()
+                return host, robot
+            except (Failed, OSError) as error:
+                if time.monotonic() > limit:
+                    raise Failed("the next host is served within %.0f s\n     found    %s" % (wait, error))
+                time.sleep(0.1)
+
     def end(self):
         self.emulator.kill()
-        shutil.rmtree(self.folder)
+        for folder in (self.folder, self.folder + ".lines"):
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+class SerialCase(Case):
+    """The same on HOST and COM1, of which [E10] knows nothing."""
+
+    def flags(self):
+        return ("--serial-dir", self.folder + ".lines", "--control-right", "rs232c")
+
+    def connect(self):
+        host, robot = (Terminal(os.path.join(self.folder + ".lines", port), Settings()) for port in ("host", "com1"))
+        robot = Line(robot)
+        robot.channel = b"COM1"
+        return Host(host, True), robot
+
+    def sever(self):
+        """The terminals are closed in mid-text."""
+        self.host.raw(STX + self.state.mid_text)
+        self.host.close()
+        self.robot.close()
 
 
 def each(cases, step):
@@ -279,8 +308,8 @@ def each(cases, step):
     def one(case):
         try:
             step(case)
-        except (Failed, OSError, ValueError) as error:
-            failures.append("%s: %s" % (case.title(), error))
+        except Exception as error:  # In a thread: whatever it is, it is a failure of this case.
+            failures.append("%s: %s: %s" % (case.title(), type(error).__name__, error))
     threads = [threading.Thread(target=one, args=(case,)) for case in cases]
     for thread in threads:
         thread.start()
@@ -289,11 +318,10 @@ def each(cases, step):
     return failures
 
 
-def run_cases(kind, cases, sever, wait):
+def run_cases(cases, sever, wait):
     """Cut all, look at what follows; the number of failures."""
     try:
-        sever()
-        failures = each(cases, lambda case: case.aftermath(wait))
+        failures = sever() or each(cases, lambda case: case.aftermath(wait))
         for failure in failures:
             print("FAIL %s" % failure)
         if not failures:
@@ -308,7 +336,13 @@ def run_cases(kind, cases, sever, wait):
 def resets(binary):
     """A reset in mid-text."""
     cases = [Case(binary, state, "reset in mid-text") for state in STATES]
-    return run_cases("reset", cases, lambda: each(cases, Case.sever), 2.0)
+    return run_cases(cases, lambda: each(cases, lambda case: case.sever()), 2.0)
+
+
+def closed_terminals(binary):
+    """A serial line that is closed in mid-text."""
+    cases = [SerialCase(binary, state, "terminal closed in mid-text") for state in SERIAL_STATES]
+    return run_cases(cases, lambda: each(cases, lambda case: case.sever()), 2.0)
 
 
 class Namespaces:
@@ -353,7 +387,7 @@ def vanished(binary):
     try:
         cases = [Case(binary, state, "vanished without FIN", networks.prefix(), (FIRST[0], SECOND[0]))
                  for state in STATES]
-        return run_cases("vanished", cases, lambda: networks.ip("link", "set", "host0", "down"), FOUND)
+        return run_cases(cases, lambda: networks.ip("link", "set", "host0", "down"), FOUND)
     finally:
         networks.close()
 
@@ -368,7 +402,7 @@ def main():
         os.execvp("unshare", ["unshare", "-Ur", sys.executable, *sys.argv])
     started = time.monotonic()
     try:
-        failures = resets(arguments.serve) + vanished(arguments.serve)
+        failures = sum(part(arguments.serve) for part in (resets, closed_terminals, vanished))
     except (Failed, OSError, subprocess.CalledProcessError) as error:
         print("FAIL %s" % error)
         return 1

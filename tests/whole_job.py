@@ -60,6 +60,8 @@ PRINT IP1, "SHORT", A, B, CR
 GOTO FINISH
 CLEAN:
 INPUT IP1, A
+REMARK On a slow line the rest of the record is still on its way.
+DELAY 0.1
 PRINT IP1, "BUFFRESET"
 PRINT IP1, "CLEANED", CR
 INPUT IP1, B
@@ -541,7 +543,7 @@ class Cell:
         """A serial line of either kind."""
         if kind == "terminal":
             return Terminal(os.path.join(self.folder + ".lines", port), settings)
-        return Remote(split(emulator.ready["serial"][port]["rfc2217"]), settings)
+        return Remote(split(emulator.ready["serial"][port].partition("//")[2]), settings)
 
     def remove(self):
         """The folders it made."""

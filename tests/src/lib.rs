@@ -8,9 +8,10 @@
 
 pub mod clauses;
 pub mod kinematics;
-pub mod notation;
 pub mod paper;
 pub mod transcript;
+
+pub use ts3100_emulator::transcript::notation;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

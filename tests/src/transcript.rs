@@ -12,18 +12,22 @@
 //! >> IP0 02 53 55                 the host sends these bytes
 //! < IP0 OK<CR>                    the next thing sent is this text; on a channel: these bytes
 //! << IP0 02 53 55                 the next bytes sent are these
+//! >: IP0 SU<CR><ETX>              the host sends these bytes
+//! <: IP0 OK<CR><ETX>              the next bytes sent are these
 //! < IP0 nothing                   nothing more was sent
 //! @+250ms                         time passes
 //! ! emergency-stop on             something is done at the controller; also `! connect IP1`
 //! # a remark
 //! ```
+//! Recordings of an emulator (`ts3100_emulator::transcript::text`) are read too, as far as they need no flags.
 //! IP0 is connected from the start. What is sent on a port has to be read before the next line that sends
 //! there, and nothing may be left over at the end.
 
 use crate::notation::{self, Piece};
 use crate::{Robot, frame, unframe};
 use std::time::Duration;
-use ts3100_controller::{ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_controller::{Dialect, Panel, Port};
+use ts3100_emulator::transcript::{panel, text};
 
 /// One line of a transcript that does something.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,7 +55,7 @@ pub struct Transcript {
     pub clauses: Vec<String>,
     dialect: Dialect,
     servo: bool,
-    files: Vec<(String, String)>,
+    files: Vec<(String, Vec<u8>)>,
     select: Option<String>,
     steps: Vec<(usize, Step)>,
 }
@@ -101,8 +105,12 @@ impl Transcript {
     fn line(&mut self, number: usize, line: &str) -> Result<(), String> {
         if let Some(program) = line.strip_prefix('|') {
             let (_, content) = self.files.last_mut().ok_or("no `file NAME` before it")?;
-            content.push_str(program.strip_prefix(' ').unwrap_or(program));
-            content.push('\n');
+            if let Some(raw) = program.strip_prefix(':') {
+                content.extend(notation::bytes(raw.strip_prefix(' ').unwrap_or(raw))?);
+            } else {
+                content.extend_from_slice(program.strip_prefix(' ').unwrap_or(program).as_bytes());
+                content.push(b'\n');
+            }
             return Ok(());
         }
         if line.trim().is_empty() || line.starts_with('#') {
@@ -115,7 +123,7 @@ impl Transcript {
             "dialect:" if rest == "manual" => self.dialect = Dialect::Manual,
             "dialect:" if rest == "field" => self.dialect = Dialect::Field,
             "servo:" => self.servo = on(rest)?,
-            "file" => self.files.push((rest.to_string(), String::new())),
+            "file" => self.files.push((rest.to_string(), Vec::new())),
             "select" => self.select = Some(rest.to_string()),
             _ => {
                 let step = step(word, rest)?;
@@ -128,7 +136,7 @@ impl Transcript {
     fn robot(&self) -> Result<Robot, String> {
         let mut robot = Robot::new(self.dialect);
         for (name, content) in &self.files {
-            let stored = robot.controller.put_file(name, content.as_bytes());
+            let stored = robot.controller.put_file(name, content);
             stored.map_err(|error| format!("file {name}: {error}"))?;
         }
         if let Some(name) = &self.select {
@@ -265,12 +273,7 @@ fn segments(bytes: &[u8], cut: Cut) -> Vec<&[u8]> {
 
 fn step(word: &str, rest: &str) -> Result<Step, String> {
     if let Some(time) = word.strip_prefix("@+") {
-        let millis = match (time.strip_suffix("ms"), time.strip_suffix('s')) {
-            (Some(millis), _) => millis.parse().map_err(|_| "milliseconds expected")?,
-            (None, Some(seconds)) => seconds.parse::<u64>().map_err(|_| "seconds expected")? * 1_000,
-            (None, None) => return Err("ms or s expected behind @+".to_string()),
-        };
-        return Ok(Step::Pass(Duration::from_millis(millis)));
+        return text::duration(time).map(Step::Pass);
     }
     if word == "!" {
         return action(rest);
@@ -280,12 +283,13 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
     let protocol = port.protocol().is_some();
     match word {
         ">" if protocol => Ok(Step::Send(port, frame(&notation::bytes(data)?))),
-        ">" => Ok(Step::Send(port, notation::bytes(data)?)),
-        ">>" => Ok(Step::Send(port, hexadecimal(data)?)),
-        "<<" => Ok(Step::Expect(
-            port,
-            hexadecimal(data)?.into_iter().map(Piece::Byte).collect(),
-        )),
+        ">" | ">:" => Ok(Step::Send(port, notation::bytes(data)?)),
+        ">>" => Ok(Step::Send(port, text::hexadecimal(data)?)),
+        "<<" => {
+            let bytes = text::hexadecimal(data)?;
+            Ok(Step::Expect(port, bytes.into_iter().map(Piece::Byte).collect()))
+        }
+        "<:" => Ok(Step::Expect(port, notation::read(data)?)),
         "<" if data == "nothing" => Ok(Step::Expect(port, Vec::new())),
         "<" => {
             let mut pieces = notation::read(data)?;
@@ -299,33 +303,14 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
     }
 }
 
-fn action(text: &str) -> Result<Step, String> {
-    let words: Vec<&str> = text.split(' ').collect();
-    let panel = match words.as_slice() {
-        ["connect", name] => return Ok(Step::Connect(port(name)?)),
-        ["disconnect", name] => return Ok(Step::Disconnect(port(name)?)),
-        ["emergency-stop", state] => Panel::EmergencyStop(on(state)?),
-        ["servo", state] => Panel::Servo(on(state)?),
-        ["machine-lock", state] => Panel::MachineLock(on(state)?),
-        ["input", line, state] => Panel::InputLine {
-            line: line.parse().map_err(|_| "a line number expected")?,
-            on: on(state)?,
-        },
-        ["key", "teaching"] => Panel::Key(KeySwitch::Teaching),
-        ["key", "internal"] => Panel::Key(KeySwitch::Internal),
-        ["key", "ext"] => Panel::Key(KeySwitch::Ext),
-        ["control-right", "sig"] => Panel::ControlRight(ControlRight::Sig),
-        ["control-right", "rs232c"] => Panel::ControlRight(ControlRight::Rs232c),
-        ["control-right", "ether"] => Panel::ControlRight(ControlRight::Ether),
-        ["keys", figures] => Panel::Keys(notation::bytes(figures)?.into_iter().map(char::from).collect()),
-        ["start"] => Panel::Start,
-        ["stop"] => Panel::Stop,
-        ["feed-hold"] => Panel::FeedHold,
-        ["alarm-reset"] => Panel::AlarmReset,
-        ["power-cycle"] => Panel::PowerCycle,
-        _ => return Err("no such action".to_string()),
-    };
-    Ok(Step::Panel(panel))
+fn action(words: &str) -> Result<Step, String> {
+    let all: Vec<&str> = words.split(' ').collect();
+    match all.as_slice() {
+        // The peer's address, which a recording has, is nothing to the controller.
+        ["connect", name] | ["connect", name, _] => Ok(Step::Connect(port(name)?)),
+        ["disconnect", name] => Ok(Step::Disconnect(port(name)?)),
+        _ => panel::read(words).map(Step::Panel),
+    }
 }
 
 fn port(name: &str) -> Result<Port, String> {
@@ -339,9 +324,4 @@ fn on(word: &str) -> Result<bool, String> {
         "off" => Ok(false),
         _ => Err(format!("on or off expected, {word} found")),
     }
-}
-
-fn hexadecimal(text: &str) -> Result<Vec<u8>, String> {
-    let byte = |word: &str| u8::from_str_radix(word, 16).map_err(|_| format!("{word} is no byte"));
-    text.split_whitespace().map(byte).collect()
 }

@@ -24,6 +24,7 @@ mod permissions;
 mod programs;
 mod proofs;
 mod purity;
+mod recordings;
 mod serial;
 mod settings;
 mod signals;

@@ -385,6 +385,8 @@ fn an_unsolicited_sp_waits_until_the_line_is_free() {
 fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     let mut robot = usual();
     robot.send(Port::Host, b"SO\r");
+    // Half of the text has come, half is on its way.
+    robot.advance_ms(3);
     robot.disconnect(Port::Host);
     robot.advance_ms(100);
     let servo = Output::Event(Event::Servo(true));
@@ -399,6 +401,62 @@ fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     robot.connect(Port::Host);
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Host), b"");
+    robot.send(Port::Host, b"SU\r");
+    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+}
+
+#[test]
+fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
+    let mut robot = usual();
+    robot.send(Port::Host, b"SO\r");
+    robot.advance_ms(3);
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    robot.advance_ms(100);
+    assert_eq!(robot.controller.peer_of(Port::Host).as_deref(), Some("suite"));
+    assert!(robot.outputs.contains(&Output::Event(Event::Servo(true))));
+    assert_eq!(
+        robot.received(Port::Host),
+        b"",
+        "the answer was for the former host"
+    );
+    robot.send(Port::Host, b"SU\r");
+    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+    robot.send(Port::Host, b"OK\r");
+    // Its bytes may stand right behind the former's, and its port may be set otherwise.
+    robot.advance_ms(100);
+    robot.send(Port::Host, b"SF\r");
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    opened(&mut robot, Port::Host, settings(9_600, 8, Parity::None, 1));
+    robot.send(Port::Host, b"VR\r");
+    assert!(hear(&mut robot).starts_with(b"\x02FL,TS3100"));
+    assert!(
+        findings(&robot, "command-in-exchange").is_empty(),
+        "SF is forgotten"
+    );
+    // One that has gone again by then leaves its bytes as well.
+    robot.send(Port::Host, b"OK\r");
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    robot.send(Port::Host, b"SP\r");
+    robot.disconnect(Port::Host);
+    robot.advance_ms(100);
+    assert_eq!(robot.controller.peer_of(Port::Host), None);
+    assert_eq!(robot.received(Port::Host), b"");
+}
+
+#[test]
+fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
+    let mut robot = usual();
+    robot.raw(Port::Host, &[frame(b"SO\r"), frame(b"XX\r")].concat());
+    robot.disconnect(Port::Host);
+    robot.connect(Port::Host);
+    robot.advance_ms(3);
+    robot.put(Input::LinePurged { port: Port::Host });
+    robot.advance_ms(100);
+    assert!(!robot.outputs.contains(&Output::Event(Event::Servo(true))));
+    robot.advance_ms(11_000);
     robot.send(Port::Host, b"SU\r");
     assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
 }
@@ -450,7 +508,7 @@ fn a_real_cable_does_its_own_physics() {
     assert!(robot.received(Port::Host).starts_with(b"\x02FL,"));
     robot.put(Input::LineFaults {
         port: Port::Host,
-        count: 3,
+        bytes: b"SU\r".to_vec(),
     });
     let told = findings(&robot, "line-garbled");
     assert!(
@@ -458,6 +516,14 @@ fn a_real_cable_does_its_own_physics() {
         "{told:?}"
     );
     assert_eq!(dropped(&robot, "parity or framing error"), 3);
+    let mut robot = paced("9600 8 0 1", |options| {
+        options.bad_character = ts3100_controller::options::BadCharacter::Keep;
+    });
+    robot.put(Input::LineFaults {
+        port: Port::Host,
+        bytes: frame(b"CA\r"),
+    });
+    assert!(hear(&mut robot).starts_with(b"\x02FL,"));
 }
 
 #[test]

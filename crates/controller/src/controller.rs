@@ -141,7 +141,8 @@ impl Controller {
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Line { port, host } => self.line_opened(port, host),
-            Input::LineFaults { port, count } => self.line_faults(port, count),
+            Input::LinePurged { port } => self.purge_line(port),
+            Input::LineFaults { port, bytes } => self.line_faults(port, &bytes),
             Input::Received { port, bytes } => self.received(port, &bytes),
             Input::Disconnected { port } => self.peer_left(port),
             Input::Panel(panel) => self.panel(panel),

@@ -33,12 +33,18 @@ pub enum Input {
         /// What is known.
         host: HostLine,
     },
-    /// A real serial port has found characters with a parity or framing error.
+    /// The host has its port forget what is not on the line yet.
+    LinePurged {
+        /// The port.
+        port: Port,
+    },
+    /// Characters with a parity or framing error that the line itself brought: a real port has found them, or the
+    /// host holds the line low (break, a character of zeros).
     LineFaults {
         /// The port.
         port: Port,
-        /// How many.
-        count: usize,
+        /// Them, as read.
+        bytes: Vec<u8>,
     },
     /// The peer is gone.
     Disconnected {

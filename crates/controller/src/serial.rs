@@ -134,21 +134,41 @@ impl Controller {
             let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
-            let arrivals = line.inbound.take(now, robot);
-            if !arrivals.is_empty() {
+            let Some(leaving) = &mut line.leaving else {
+                let arrivals = line.inbound.take(now, robot);
                 self.heard(port, arrivals);
-            }
-            let gone = self
-                .lines
-                .get(&port)
-                .is_some_and(|line| line.leaving && !line.inbound.is_busy());
+                continue;
+            };
+            let before = line.inbound.queued();
+            let arrivals = line.inbound.take_first(leaving.left, now, robot);
+            leaving.left -= before - line.inbound.queued();
+            // Purged bytes never pass.
+            let gone = leaving.left == 0 || line.inbound.queued() == 0;
+            self.heard(port, arrivals);
             if gone {
-                self.disconnected(port);
+                self.succeed(port);
             }
         }
     }
 
+    /// All that a former peer sent has passed: it is gone, and the next one is there.
+    fn succeed(&mut self, port: Port) {
+        let Some(line) = self.lines.get_mut(&port) else {
+            return;
+        };
+        let (host, leaving) = (line.host, line.leaving.take());
+        self.disconnected(port);
+        if let Some(next) = leaving.and_then(|leaving| leaving.next) {
+            self.connected(port, next);
+            self.line_opened(port, host);
+            self.hear_lines();
+        }
+    }
+
     fn heard(&mut self, port: Port, arrivals: Vec<Arrival>) {
+        if arrivals.is_empty() {
+            return;
+        }
         let half_duplex = self.is_half_duplex(port);
         let keeps = self.config.options.bad_character == BadCharacter::Keep;
         let mut heard = Heard::default();
@@ -193,22 +213,33 @@ impl Controller {
         self.report(port, "half-duplex", message);
     }
 
-    /// A real port found characters with a parity or framing error; its driver has dropped or marked them.
-    pub(crate) fn line_faults(&mut self, port: Port, count: usize) {
+    /// The host's port forgets what it has not put on the line.
+    pub(crate) fn purge_line(&mut self, port: Port) {
+        let now = self.now;
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.inbound.purge(now);
+        }
+    }
+
+    /// Characters came with a parity or framing error that the line itself brought.
+    pub(crate) fn line_faults(&mut self, port: Port, bytes: &[u8]) {
         let Some(robot) = self.serial_line(port) else {
             return;
         };
-        self.event(Event::Dropped {
-            port,
-            bytes: count,
-            reason: "parity or framing error",
-        });
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
             crate::line::Words(robot)
         );
         self.report(port, "line-garbled", message);
+        match self.config.options.bad_character {
+            BadCharacter::Keep => self.arrived(port, self.now, bytes),
+            BadCharacter::Drop => self.event(Event::Dropped {
+                port,
+                bytes: bytes.len(),
+                reason: "parity or framing error",
+            }),
+        }
     }
 
     /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
@@ -223,6 +254,10 @@ impl Controller {
             self.push_output(Output::Send { port, bytes });
             return now;
         };
+        if line.leaving.is_some() {
+            // Whoever asked is not there any more, and the next one did not.
+            return now;
+        }
         self.compare_settings(port, robot);
         if !self.config.options.serial_pacing {
             let read = at_once(&bytes, robot, far);

@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::limits::{HOST_DELAY, MAX_SEND};
-use crate::line::Line;
+use crate::line::{Leaving, Line};
 use crate::output::Event;
 use crate::port::Port;
 use crate::session::{Exchange, Outcome};
@@ -19,8 +19,9 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault, encode_text};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
-        if self.lines.get(&port).is_some_and(|line| line.leaving) {
-            self.disconnected(port);
+        if let Some(leaving) = self.lines.get_mut(&port).and_then(|line| line.leaving.as_mut()) {
+            leaving.next = Some(peer);
+            return;
         }
         let body = self.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
@@ -34,7 +35,12 @@ impl Controller {
     /// The peer is gone: at once, or behind what it has put on a serial line.
     pub(crate) fn peer_left(&mut self, port: Port) {
         match self.lines.get_mut(&port) {
-            Some(line) if line.inbound.is_busy() => line.leaving = true,
+            Some(line) if line.inbound.queued() > 0 => {
+                line.leaving = Some(Leaving {
+                    left: line.inbound.queued(),
+                    next: None,
+                });
+            }
             _ => self.disconnected(port),
         }
     }

@@ -14,6 +14,8 @@
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::hub::{Action, Hub, StartError};
+use crate::line::SerialEnd;
+use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
@@ -52,6 +54,7 @@ impl Builder {
             key,
             value,
         )?;
+        self.settings.flags.push(format!("set={key}={value}"));
         Ok(self)
     }
 
@@ -73,6 +76,13 @@ impl Builder {
     #[must_use]
     pub fn ports(mut self, ports: Ports) -> Builder {
         self.settings.ports = ports;
+        self
+    }
+
+    /// How the serial port HOST or COM1 is reached; not at all if not said.
+    #[must_use]
+    pub fn serial(mut self, port: Port, end: SerialEnd) -> Builder {
+        self.settings.serial.insert(port, end);
         self
     }
 
@@ -120,6 +130,15 @@ impl Builder {
         self
     }
 
+    /// A file for a transcript of every port, as `--transcript` does.
+    ///
+    /// # Errors
+    /// A name that does not end in `.txt`, `.jsonl` or `.pcapng`.
+    pub fn transcript(mut self, path: &str) -> Result<Builder, FormatError> {
+        self.settings.transcripts.push(path.parse()?);
+        Ok(self)
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -141,7 +160,8 @@ impl Builder {
                     Ok((runtime, mut hub, panel)) => {
                         hub.watched_by(feeder);
                         let ports = hub.ports().clone();
-                        if tell.send(Ok((ports, panel))).is_ok() {
+                        let serial = hub.serial();
+                        if tell.send(Ok((ports, serial, panel))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -157,9 +177,10 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, panel))) => Ok(Emulator {
+            Ok(Ok((ports, serial, panel))) => Ok(Emulator {
                 listen,
                 ports,
+                serial,
                 panel,
                 watch,
                 stop: Some(stop),
@@ -193,6 +214,7 @@ pub struct PanelError;
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
+    serial: BTreeMap<Port, SerialEnd>,
     panel: mpsc::Sender<Action>,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
@@ -224,6 +246,12 @@ impl Emulator {
         self.ports
             .get(&port)
             .map(|number| SocketAddr::new(self.listen, *number))
+    }
+
+    /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
+    #[must_use]
+    pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
+        self.serial.get(&port)
     }
 
     /// Does something at the panel. When this returns it has been done, and all that follows from it at

@@ -3,10 +3,12 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
-use crate::loading::{self, LoadError, Loaded};
+use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::store::Store;
+use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
@@ -17,6 +19,7 @@ use ts3100_controller::Controller;
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
@@ -59,6 +62,12 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// A serial line.
+    #[error(transparent)]
+    Line(#[from] LineError),
+    /// A transcript.
+    #[error(transparent)]
+    Transcript(#[from] RecorderError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -74,10 +83,12 @@ pub struct Hub {
     controller: Controller,
     clock: Clock,
     links: Links,
+    lines: Lines,
     store: Option<Store>,
     log: EventLog,
     actions: mpsc::Receiver<Action>,
     watch: Option<Feeder>,
+    tape: Tape,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -89,44 +100,24 @@ impl Hub {
     /// # Errors
     /// See [`StartError`]; nothing is left open.
     pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
-        let Loaded {
-            store,
-            present,
-            put,
-            demo,
-        } = loading::load(settings)?;
-        let controller =
-            Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
-                name: "a file".to_owned(),
-                reason: error.to_string(),
-            })?;
+        let powered = loading::power_on(settings)?;
+        let tape = Tape::begin(settings, &powered)?;
         let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
         let mut hub = Hub {
-            controller,
+            controller: powered.controller,
             clock: Clock::start(settings.time),
             links: Links::new(settings.listen, settings.ports, settings.links),
-            store,
+            lines: Lines::new(settings.serial.clone(), settings.links),
+            store: powered.store,
             log: EventLog::default(),
             actions,
             watch: None,
+            tape,
             ports: BTreeMap::new(),
-            demo,
+            demo: powered.demo,
         };
-        for (name, content) in put {
-            let stored = hub.controller.put_file(&name, &content);
-            stored.map_err(|error| StartError::Store {
-                name,
-                reason: error.to_string(),
-            })?;
-        }
-        if let Some(name) = &settings.select {
-            let selected = hub.controller.select(hub.clock.now(), name);
-            selected.map_err(|error| StartError::Select {
-                name: name.clone(),
-                reason: error.to_string(),
-            })?;
-        }
         hub.ports = hub.links.open(hub.controller.network())?;
+        hub.lines.open(&hub.controller)?;
         if settings.servo_on {
             hub.feed(Input::Panel(Panel::Servo(true))).await;
         } else {
@@ -139,6 +130,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// Where the serial lines are.
+    #[must_use]
+    pub fn serial(&self) -> BTreeMap<Port, SerialEnd> {
+        self.lines.places()
     }
 
     /// Whether the example program is on the drive.
@@ -156,6 +153,7 @@ impl Hub {
     pub async fn run(mut self, stop: impl Future<Output = ()>) {
         self.serve(stop).await;
         self.links.close().await;
+        self.lines.close().await;
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -183,6 +181,13 @@ impl Hub {
                         self.feed(input).await;
                     }
                 },
+                message = self.lines.next() => {
+                    self.clock.stir();
+                    let input = message.and_then(|message| self.lines.take(message));
+                    if let Some(input) = input {
+                        self.feed(input).await;
+                    }
+                }
                 () = sleep(wake) => {
                     if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
                         self.clock.jump(deadline);
@@ -196,24 +201,45 @@ impl Hub {
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
         let mut inputs = VecDeque::from([input]);
+        // What follows from the first input is the controller's own doing.
+        let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            self.controller.handle(now, input);
-            while let Some(output) = self.controller.poll_output() {
-                let watched = self.watch.as_ref().map(|_| output.clone());
-                self.perform(output, &mut inputs).await;
-                if let (Some(feeder), Some(output)) = (&self.watch, watched) {
-                    feeder.put(output);
-                }
+            // However late the wall is: what was due before is recorded with the time at which it was due.
+            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
+                let at = due.max(self.controller.now());
+                self.step(at, Input::Tick, by, &mut inputs).await;
+            }
+            self.step(now, input, by, &mut inputs).await;
+            by = Party::Robot;
+        }
+        self.tape.flush();
+    }
+
+    /// One input at its time, and what the controller puts out.
+    async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        self.tape.input(at, &input, by);
+        self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            self.tape.output(at, &output);
+            let watched = self.watch.as_ref().map(|_| output.clone());
+            self.perform(output, inputs).await;
+            if let (Some(feeder), Some(output)) = (&self.watch, watched) {
+                feeder.put(output);
             }
         }
+        self.lines.grant(&self.controller);
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
             Output::Send { port, bytes } => {
                 self.clock.stir();
-                inputs.extend(self.links.send(port, bytes).await);
+                if self.lines.has(port) {
+                    self.lines.send(port, bytes);
+                } else {
+                    inputs.extend(self.links.send(port, bytes).await);
+                }
             }
             Output::Stored { name, content } => {
                 // Before the answer that follows it leaves: what the host believes stored is stored.
@@ -228,6 +254,7 @@ impl Hub {
                 }
             }
             Output::PowerCycled => {
+                inputs.extend(self.lines.power_cycled(&self.controller));
                 let gone = self.links.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
                 match self.links.open(self.controller.network()) {

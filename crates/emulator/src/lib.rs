@@ -5,14 +5,18 @@
 pub mod cli;
 pub mod clock;
 pub mod config;
+pub mod diff;
 pub mod embed;
 pub mod headless;
 pub mod hub;
+pub mod line;
 pub mod link;
 pub mod loading;
 pub mod log;
 pub mod ready;
 pub mod store;
+pub mod tap;
 #[cfg(test)]
 mod testing;
+pub mod transcript;
 pub mod watch;

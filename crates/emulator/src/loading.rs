@@ -2,10 +2,11 @@
 //! or the example program. Files of a PC become files of the drive here: their name and their line ends.
 
 use crate::config::Settings;
+use crate::hub::StartError;
 use crate::store::{Store, StoreError, StoredFiles};
 use std::io;
 use std::path::{Path, PathBuf};
-use ts3100_controller::limits;
+use ts3100_controller::{Controller, Time, limits};
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
 
@@ -49,6 +50,57 @@ pub struct Loaded {
     pub put: StoredFiles,
     /// The example program is among them.
     pub demo: bool,
+}
+
+/// A controller whose power has just come on, with its files.
+pub struct Powered {
+    /// It.
+    pub controller: Controller,
+    /// The open backing directory.
+    pub store: Option<Store>,
+    /// All files given, those of the directory included.
+    pub files: StoredFiles,
+    /// The example program is among them.
+    pub demo: bool,
+}
+
+/// Powers a controller on, puts the files on its drive and selects one, as these settings say.
+///
+/// # Errors
+/// [`StartError::Load`], [`StartError::Store`] or [`StartError::Select`].
+pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
+    let Loaded {
+        store,
+        present,
+        put,
+        demo,
+    } = load(settings)?;
+    let files = present.iter().chain(&put).cloned().collect();
+    let mut controller =
+        Controller::new(settings.controller.clone(), present).map_err(|error| StartError::Store {
+            name: "a file".to_owned(),
+            reason: error.to_string(),
+        })?;
+    for (name, content) in put {
+        let stored = controller.put_file(&name, &content);
+        stored.map_err(|error| StartError::Store {
+            name,
+            reason: error.to_string(),
+        })?;
+    }
+    if let Some(name) = &settings.select {
+        let selected = controller.select(Time::ZERO, name);
+        selected.map_err(|error| StartError::Select {
+            name: name.clone(),
+            reason: error.to_string(),
+        })?;
+    }
+    Ok(Powered {
+        controller,
+        store,
+        files,
+        demo,
+    })
 }
 
 /// Collects the files for these settings.

@@ -2,6 +2,7 @@
 //! stderr for people.
 
 use crate::config::Settings;
+use crate::line::SerialEnd;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,6 +14,24 @@ use ts3100_controller::port::Port;
 pub struct Ready {
     event: &'static str,
     ports: ReadyPorts,
+    #[serde(skip_serializing_if = "ReadySerial::is_empty")]
+    serial: ReadySerial,
+}
+
+/// Where a program finds the serial lines: a path, or an address as pyserial takes it (`rfc2217://`, `socket://`). A
+/// port without a line has no key.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+struct ReadySerial {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    host: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    com1: Option<String>,
+}
+
+impl ReadySerial {
+    fn is_empty(&self) -> bool {
+        self.host.is_none() && self.com1.is_none()
+    }
 }
 
 /// The port each server channel accepts on; a channel that is no server has no key.
@@ -29,9 +48,10 @@ struct ReadyPorts {
 }
 
 impl Ready {
-    /// Of the ports in use.
+    /// Of the ports in use and the serial lines.
     #[must_use]
-    pub fn new(ports: &BTreeMap<Port, u16>) -> Ready {
+    pub fn new(ports: &BTreeMap<Port, u16>, serial: &BTreeMap<Port, SerialEnd>) -> Ready {
+        let place = |port| serial.get(&port).map(ToString::to_string);
         let of = |port| ports.get(&port).copied();
         let ports = ReadyPorts {
             ip0: of(Port::Ip0),
@@ -42,6 +62,10 @@ impl Ready {
         Ready {
             event: "ready",
             ports,
+            serial: ReadySerial {
+                host: place(Port::Host),
+                com1: place(Port::Com1),
+            },
         }
     }
 
@@ -56,7 +80,12 @@ impl Ready {
 
 /// What a person who has just started `serve` wants to know.
 #[must_use]
-pub fn banner(settings: &Settings, ports: &BTreeMap<Port, u16>, demo: bool) -> String {
+pub fn banner(
+    settings: &Settings,
+    ports: &BTreeMap<Port, u16>,
+    serial: &BTreeMap<Port, SerialEnd>,
+    demo: bool,
+) -> String {
     let mut text = String::from("ts3100 is ready.\n");
     for (port, number) in ports {
         let purpose = match port {
@@ -68,6 +97,14 @@ pub fn banner(settings: &Settings, ports: &BTreeMap<Port, u16>, demo: bool) -> S
         let address = SocketAddr::new(settings.listen, *number);
         // Writing to a String cannot fail.
         let _ = writeln!(text, "  {port}  {address:<22} {purpose}");
+    }
+    for (port, place) in serial {
+        let place = place.to_string();
+        let purpose = match port {
+            Port::Host => "commands of the host (simple protocol)",
+            _ => "PRINT and INPUT of the SCOL program",
+        };
+        let _ = writeln!(text, "  {port:<4} {place:<22} {purpose}");
     }
     let file = settings.select.as_deref().unwrap_or("none");
     let _ = writeln!(
@@ -98,13 +135,21 @@ mod tests {
     fn the_line_is_the_documented_one() {
         let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
         assert_eq!(
-            Ready::new(&all).line().unwrap(),
+            Ready::new(&all, &BTreeMap::new()).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(
-            Ready::new(&one).line().unwrap(),
+            Ready::new(&one, &BTreeMap::new()).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":40001}}"#
+        );
+        let serial = BTreeMap::from([
+            (Port::Host, SerialEnd::Pty("/run/robot/host".into())),
+            (Port::Com1, SerialEnd::Rfc2217("127.0.0.1:2217".parse().unwrap())),
+        ]);
+        assert_eq!(
+            Ready::new(&one, &serial).line().unwrap(),
+            r#"{"event":"ready","ports":{"ip0":40001},"serial":{"host":"/run/robot/host","com1":"rfc2217://127.0.0.1:2217"}}"#
         );
     }
 }

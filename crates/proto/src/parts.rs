@@ -227,6 +227,7 @@ impl Parts {
             let whole = rest.get(..length).unwrap_or_default();
             match key {
                 "eu" if number > 1 => self.entry(number - 1, line, range),
+                "ac" | "ah" => self.alarm(key, number, whole, range),
                 "eu" => self.add("eu.count", "number of entries", range, shown(whole)),
                 _ => self.add(
                     &format!("{key}.{name}"),
@@ -238,6 +239,29 @@ impl Parts {
             at += length;
         }
         self.rest(&format!("{key}.rest"), content, at, from);
+    }
+
+    /// A record of AC or AH: number, message and date of an alarm; the count stands before the first.
+    fn alarm(&mut self, key: &str, number: usize, record: &[u8], range: Range<usize>) {
+        let names: &[&str] = if number == 1 {
+            &["count", "alarm", "message", "date"]
+        } else {
+            &["alarm", "message", "date"]
+        };
+        let mut at = range.start;
+        let commas = record.iter().filter(|byte| **byte == b',').count();
+        for (index, item) in record.split_inclusive(|byte| *byte == b',').enumerate() {
+            let name = names.get(index).copied().unwrap_or("surplus");
+            // Without alarms there is a count and nothing else.
+            let name = if commas == 0 && number == 1 { "count" } else { name };
+            let part = match name {
+                "count" => format!("{key}.count"),
+                _ => format!("{key}.{number}.{name}"),
+            };
+            let end = at + item.len();
+            self.add(&part, &format!("alarm {number}, {name}"), at..end, shown(item));
+            at = end;
+        }
     }
 
     /// An entry of EU: its alarm and its date.
@@ -299,7 +323,11 @@ mod tests {
 
     #[test]
     fn parts_cover_the_text_without_overlap() {
-        let contents: [(&str, Vec<u8>); 8] = [
+        let contents: [(&str, Vec<u8>); 9] = [
+            (
+                "AC",
+                b"2,2-046,OUT OF REACH,14-02-06 00:00:01\r8-201,STOP,14-02-06 00:00:00\r".to_vec(),
+            ),
             ("SF", SystemStatus::default().encode(SfLayout::Eight)),
             (
                 "SU",
@@ -359,6 +387,10 @@ mod tests {
             found.contains(&("eu.1.alarm".to_string(), "`002-046`".to_string())),
             "{found:?}"
         );
+        let ac = file(b"1,2-046,OUT,14-02-06 00:00:01\r", &[EOF], Framing::Stx);
+        let found: Vec<String> = values("AC", &ac).into_iter().map(|(key, _)| key).collect();
+        let keys = ["text.stx", "ac.count", "ac.1.alarm", "ac.1.message", "ac.1.date"];
+        assert_eq!(found[..5], keys);
         let ca = file(b"TEST 19\r", &[EOF], Framing::Stx);
         assert!(values("CA", &ca).contains(&("ca.TEST".to_string(), "`TEST 19\\r`".to_string())));
         assert_eq!(

@@ -137,9 +137,19 @@ impl Direction {
 
     /// What has passed by `now`, as a receiver of these settings reads it.
     pub fn take(&mut self, now: Time, own: SerialLine) -> Vec<Arrival> {
+        self.take_first(usize::MAX, now, own)
+    }
+
+    /// The same of the first so many bytes queued.
+    pub fn take_first(&mut self, most: usize, now: Time, own: SerialLine) -> Vec<Arrival> {
         let mut arrivals = Vec::new();
         let mut read = Vec::new();
+        let mut left = most;
         while let Some(burst) = self.bursts.front_mut() {
+            if left == 0 {
+                return arrivals;
+            }
+            left -= 1;
             let sender = burst.sender;
             let begin = self.clock.now();
             let mut clock = self.clock;
@@ -180,6 +190,17 @@ impl Direction {
         bursts.iter().all(|burst| !burst.bytes.is_empty())
             && self.queued == bursts.iter().map(|burst| burst.bytes.len()).sum::<usize>()
             && self.receiver.as_ref().is_none_or(Receiver::is_sound)
+    }
+
+    /// Bytes of which no character has begun are forgotten.
+    pub fn purge(&mut self, now: Time) {
+        let Some(first) = self.bursts.front_mut() else {
+            return;
+        };
+        let begun = usize::from(self.clock.now() < now);
+        first.bytes.truncate(begun);
+        self.queued = begun;
+        self.bursts.truncate(begun);
     }
 
     /// What was queued never passes.

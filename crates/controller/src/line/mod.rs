@@ -183,7 +183,21 @@ pub struct Line {
     /// From when to when the robot sends, or sent last.
     pub sending: Option<(Time, Time)>,
     /// The peer is gone, but what it sent is still on the line.
-    pub leaving: bool,
+    pub leaving: Option<Leaving>,
+}
+
+/// A peer that is gone.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Leaving {
+    /// Bytes of it that have not passed; those behind them are the next one's.
+    pub left: usize,
+    /// The next one, if it is there.
+    pub next: Option<String>,
 }
 
 impl Line {

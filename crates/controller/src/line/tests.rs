@@ -113,6 +113,21 @@ fn each_byte_has_the_settings_it_was_handed_over_with() {
 }
 
 #[test]
+fn a_character_that_has_begun_cannot_be_purged() {
+    let mut direction = Direction::default();
+    direction.push(Time::ZERO, b"abc", plain());
+    direction.purge(Time::from_micros(10));
+    assert_eq!(direction.queued(), 1);
+    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'a');
+    let later = Time::from_millis(10);
+    direction.push(later, b"abc", plain());
+    direction.purge(later);
+    assert_eq!((direction.queued(), direction.deadline(plain())), (0, None));
+    direction.push(later, b"d", plain());
+    assert_eq!(drain(&mut direction, plain()).0[0].byte, b'd');
+}
+
+#[test]
 fn paced_or_at_once_the_same_is_read() {
     let text = b"\x02SU\r\x03\x02EC,OVRD=50\r\x03";
     for sender in [
@@ -133,6 +148,25 @@ fn paced_or_at_once_the_same_is_read() {
             .collect();
         assert_eq!(paced, at_once, "{sender:?}");
     }
+}
+
+#[test]
+fn a_pause_shorter_than_the_receivers_character_ends_it() {
+    // The receiver expects a parity: its stop bit is read in the pause, half a bit behind the sender's end.
+    let own = line(9_600, 8, Parity::Even, 1);
+    let mut direction = Direction::default();
+    let (_, end) = direction.push(Time::ZERO, b"\r", plain());
+    let mut arrivals = direction.take(end, own);
+    direction.push(end + Duration::from_micros(80), b"\r", plain());
+    arrivals.extend(drain(&mut direction, own).0);
+    let read: Vec<_> = arrivals
+        .iter()
+        .map(|arrival| (arrival.byte, arrival.fault))
+        .collect();
+    assert_eq!(read, [(b'\r', None), (b'\r', None)]);
+    // Without the pause the next start bit stands there.
+    let run_on = at_once(b"\r\r", plain(), own);
+    assert_eq!(run_on[0].fault, Some(uart::Fault::Framing));
 }
 
 #[test]

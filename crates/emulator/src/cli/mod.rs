@@ -1,11 +1,13 @@
-//! The command line `ts3100 serve | host | check | fmt | run`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | host | check | fmt | run | tap | diff`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod diff;
 mod format;
 mod host;
 mod report;
 mod run;
 mod serve;
+mod tap;
 
 use crate::config::ServeArgs;
 use clap::{Parser, Subcommand};
@@ -26,6 +28,8 @@ enum Command {
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
     Run(run::RunArgs),
+    Tap(tap::TapArgs),
+    Diff(Box<diff::DiffArgs>),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -37,5 +41,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),
         Command::Run(args) => run::run(&args),
+        Command::Tap(args) => tap::run(&args),
+        Command::Diff(args) => diff::run(&args),
     }
 }

@@ -40,13 +40,16 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
         let stop = stop_signal().context("cannot listen for signals")?;
         let (hub, _panel) = Hub::open(&settings).await?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports()).line()?;
+            let line = Ready::new(hub.ports(), &hub.serial()).line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
                 .context("cannot write to stdout")?;
         } else {
-            eprint!("{}", banner(&settings, hub.ports(), hub.has_demo()));
+            eprint!(
+                "{}",
+                banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
+            );
         }
         hub.run(stop).await;
         info!("ended");
@@ -64,7 +67,7 @@ fn list_options() -> anyhow::Result<()> {
 }
 
 #[cfg(unix)]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+pub(super) fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
@@ -77,7 +80,7 @@ fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
 }
 
 #[cfg(not(unix))]
-fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
+pub(super) fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     Ok(async {
         if tokio::signal::ctrl_c().await.is_err() {
             std::future::pending::<()>().await;

@@ -3,7 +3,9 @@
 //! what the default is, is decided after all layers are read.
 
 use super::model::ModelChoice;
+use super::serial::ListenAt;
 use crate::clock::TimeMode;
+use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
@@ -26,6 +28,27 @@ pub struct ServeArgs {
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
     #[arg(long, value_name = "WORD")]
     pub ports: Option<PortsWord>,
+    /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
+    #[arg(long, value_name = "DIR")]
+    pub serial_dir: Option<PathBuf>,
+    /// HOST is this real port, for example /dev/ttyUSB0 or COM3
+    #[arg(long, value_name = "PORT")]
+    pub host: Option<PathBuf>,
+    /// HOST is served by RFC 2217 here: ADDRESS:PORT, or a port (0: a free one)
+    #[arg(long, value_name = "ADDR")]
+    pub host_rfc2217: Option<ListenAt>,
+    /// HOST is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub host_tcp: Option<ListenAt>,
+    /// COM1 is this real port
+    #[arg(long, value_name = "PORT")]
+    pub com1: Option<PathBuf>,
+    /// COM1 is served by RFC 2217 here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_rfc2217: Option<ListenAt>,
+    /// COM1 is served as bare bytes over TCP here
+    #[arg(long, value_name = "ADDR")]
+    pub com1_tcp: Option<ListenAt>,
     /// Print one line of JSON on stdout once every port accepts
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub ready_json: Option<bool>,
@@ -68,6 +91,9 @@ pub struct ServeArgs {
     /// TOML file with the same keys; named options under [options]
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
+    /// File for a transcript of every port: .txt, .jsonl or .pcapng (Wireshark); may be given several times
+    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+    pub transcript: Vec<TranscriptFile>,
     /// Log every text; twice: every byte
     #[arg(long, short, action = clap::ArgAction::Count)]
     pub verbose: u8,
@@ -85,6 +111,13 @@ impl ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
             ports: self.ports.or(below.ports),
+            serial_dir: self.serial_dir.or(below.serial_dir),
+            host: self.host.or(below.host),
+            host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),
+            host_tcp: self.host_tcp.or(below.host_tcp),
+            com1: self.com1.or(below.com1),
+            com1_rfc2217: self.com1_rfc2217.or(below.com1_rfc2217),
+            com1_tcp: self.com1_tcp.or(below.com1_tcp),
             ready_json: self.ready_json.or(below.ready_json),
             drive: self.drive.or(below.drive),
             load: if self.load.is_empty() {
@@ -103,6 +136,11 @@ impl ServeArgs {
             set: below.set.into_iter().chain(self.set).collect(),
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
+            transcript: if self.transcript.is_empty() {
+                below.transcript
+            } else {
+                self.transcript
+            },
             verbose: if self.verbose > 0 {
                 self.verbose
             } else {

@@ -80,6 +80,16 @@ pub enum ConfigError {
         /// What is wrong, and in which table.
         reason: String,
     },
+    /// Two ways to one serial port.
+    #[error("{port} can be reached in one way only: choose {first} or {second}")]
+    SerialTwice {
+        /// The port.
+        port: ts3100_controller::Port,
+        /// One flag.
+        first: String,
+        /// The other.
+        second: String,
+    },
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,
@@ -115,7 +125,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         let values = match key.as_str() {
-            "load" => std::env::split_paths(value)
+            "load" | "transcript" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
             "set" => value.to_string_lossy().split(',').map(OsString::from).collect(),
@@ -175,7 +185,9 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 /// Paths in the file are seen from the file.
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
-        ("drive" | "load" | "permissions", Some(directory)) => directory.join(value).into_os_string(),
+        ("drive" | "load" | "permissions" | "serial-dir" | "transcript", Some(directory)) => {
+            directory.join(value).into_os_string()
+        }
         // A name is no path.
         ("model", Some(directory)) if matches!(value.parse(), Ok(ModelChoice::File(_))) => {
             directory.join(value).into_os_string()

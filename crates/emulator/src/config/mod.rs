@@ -6,16 +6,22 @@ pub mod args;
 mod layers;
 pub mod model;
 mod options;
+mod serial;
 
 pub use args::ServeArgs;
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
+use crate::line::SerialEnd;
+use crate::transcript::TranscriptFile;
+use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, ControllerType};
+use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 
 /// Which TCP ports the channels get.
@@ -34,6 +40,8 @@ pub struct Settings {
     pub listen: IpAddr,
     /// Their ports.
     pub ports: Ports,
+    /// How the serial ports HOST and COM1 are reached; one that is not here has no line to the outside.
+    pub serial: BTreeMap<Port, SerialEnd>,
     /// The controller.
     pub controller: Config,
     /// The links.
@@ -50,6 +58,10 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// Where transcripts go.
+    pub transcripts: Vec<TranscriptFile>,
+    /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
+    pub flags: Vec<String>,
 }
 
 impl Settings {
@@ -59,6 +71,7 @@ impl Settings {
         Settings {
             listen: IpAddr::V4(Ipv4Addr::LOCALHOST),
             ports: Ports::Offset(0),
+            serial: BTreeMap::new(),
             controller,
             links: LinkOptions::default(),
             time: TimeMode::default(),
@@ -67,6 +80,8 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            transcripts: Vec::new(),
+            flags: Vec::new(),
         }
     }
 
@@ -74,7 +89,7 @@ impl Settings {
     ///
     /// # Errors
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
-    /// INTERNAL on a TSL3100.
+    /// INTERNAL on a TSL3100, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
         let mut links = LinkOptions::default();
@@ -111,18 +126,44 @@ impl Settings {
             Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
         let defaults = Settings::new(controller);
+        let listen = args.listen.unwrap_or(defaults.listen);
         Ok(Settings {
-            listen: args.listen.unwrap_or(defaults.listen),
+            listen,
             ports,
+            serial: serial::ends(args, listen)?,
             links,
             time,
             drive: args.drive.clone(),
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            transcripts: args.transcript.clone(),
+            flags: controller_flags(args),
             ..defaults
         })
     }
+}
+
+/// The flags that make the controller, as `key=value`.
+fn controller_flags(args: &ServeArgs) -> Vec<String> {
+    fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
+        Some(value?.to_possible_value()?.get_name().to_owned())
+    }
+    let permissions = args.permissions.as_ref().map(|path| path.display().to_string());
+    let flags = [
+        ("dialect", word(args.dialect)),
+        ("model", args.model.as_ref().map(ToString::to_string)),
+        ("controller", word(args.controller)),
+        ("key", word(args.key)),
+        ("control-right", word(args.control_right)),
+        ("permissions", permissions),
+    ];
+    let flags = flags
+        .into_iter()
+        .filter_map(|(key, value)| Some(format!("{key}={}", value?)));
+    flags
+        .chain(args.set.iter().map(|pair| format!("set={pair}")))
+        .collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 use super::layers::{self, ConfigError};
 use serde::Deserialize;
+use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeometry, SixAxisGeometry};
@@ -35,6 +36,15 @@ pub enum ModelChoice {
     Shipped(&'static str),
     /// A TOML file.
     File(PathBuf),
+}
+
+impl fmt::Display for ModelChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ModelChoice::Shipped(name) => f.write_str(name),
+            ModelChoice::File(path) => path.display().fmt(f),
+        }
+    }
 }
 
 impl FromStr for ModelChoice {

@@ -137,7 +137,7 @@ impl Connection {
 }
 
 /// Sets what every connection has: no delay, and keepalive so that a vanished peer is found.
-pub(super) fn prepare(port: Port, stream: &TcpStream) {
+pub(crate) fn prepare(port: Port, stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_IDLE);
     #[cfg(unix)]

@@ -66,7 +66,7 @@ pub enum LinkError {
 }
 
 /// A listening socket and the port it has; port 0 asks for a free one.
-pub(super) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
+pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
     let listen = || -> io::Result<(TcpListener, u16)> {
         let socket = if address.is_ipv4() {
             TcpSocket::new_v4()?

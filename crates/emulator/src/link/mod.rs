@@ -6,7 +6,9 @@ mod connection;
 mod dial;
 mod listen;
 
+pub(crate) use connection::prepare;
 pub use listen::LinkError;
+pub(crate) use listen::bind;
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
@@ -66,7 +68,7 @@ pub enum LinkMessage {
 
 /// How long a newcomer waits on a channel that has a peer before it is refused: the close of a host that is
 /// back at once may be on its way still, behind the new connection, when the machine is busy.
-const CLOSE_GRACE: Duration = Duration::from_millis(50);
+pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
 
 /// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
 const WAITING_NEWCOMERS: usize = 4;

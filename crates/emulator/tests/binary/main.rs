@@ -10,6 +10,9 @@
 mod client;
 mod extensions;
 mod headless;
+mod recordings;
+#[cfg(unix)]
+mod serial;
 mod serve;
 mod support;
 mod tools;

@@ -93,6 +93,8 @@ pub fn stderr(output: &Output) -> String {
 pub struct Serve {
     child: Option<Child>,
     pub ports: Vec<Option<u16>>,
+    /// The key `serial` of the ready line.
+    pub serial: serde_json::Value,
 }
 
 impl Serve {
@@ -128,6 +130,7 @@ impl Serve {
         Serve {
             child: Some(child),
             ports: ports.to_vec(),
+            serial: ready["serial"].clone(),
         }
     }
 

@@ -1,0 +1,166 @@
+//! `ts3100 diff`: reads the command line and the recording, and makes the controller of both; the comparing is
+//! [`crate::diff`]'s, the showing `show`'s.
+
+mod show;
+
+use crate::config::{self, Environment, ServeArgs, Settings, args};
+use crate::diff::{Ignore, Tolerance, diff};
+use crate::transcript::{Header, Recording, text};
+use anyhow::{Context as _, anyhow};
+use clap::{Args, Parser};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+/// Exit code when there are differences.
+const DIFFERENT: u8 = 1;
+/// Exit code when nothing could be compared.
+const UNUSABLE: u8 = 2;
+
+/// Plays the host's side of a recording (`serve --transcript`, `tap`) to the emulator in virtual time, and lists every
+/// difference between the robot's answers recorded and the emulator's, in bytes and time.
+///
+/// The controller is made of the flags given here, and where they are silent of what the recording says about its own:
+/// flags, files, the file selected, the date. Environment variables do not count. The host's waits are kept relative to
+/// the answers. Exit code: 0 no difference, 1 differences, 2 wrong usage or a recording that cannot be read.
+#[derive(Debug, Args)]
+pub(super) struct DiffArgs {
+    /// The recording: .txt or .jsonl
+    #[arg(value_name = "TRANSCRIPT")]
+    recording: PathBuf,
+    /// How much earlier or later an answer may come (us, ms, s)
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::duration)]
+    time_tolerance: Duration,
+    /// How much coordinates of SF may differ, in mm and degrees
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
+    value_tolerance: f64,
+    /// How long behind its time an answer of the emulator is waited for, in virtual time (us, ms, s)
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = text::duration)]
+    patience: Duration,
+    /// What is not compared: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
+    #[arg(long, value_name = "WORDS", value_delimiter = ',')]
+    ignore: Vec<String>,
+    /// One JSON document on stdout in place of text
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    robot: RobotArgs,
+}
+
+/// The flags of `serve` that make the controller.
+#[derive(Debug, Clone, Args)]
+struct RobotArgs {
+    /// TOML file, as for serve
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Overrides one named option, as for serve
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Preset of the named options, as for serve
+    #[arg(long, value_name = "DIALECT")]
+    dialect: Option<args::Dialect>,
+    /// Arm, as for serve
+    #[arg(long, value_name = "MODEL")]
+    model: Option<config::model::ModelChoice>,
+    /// Controller type, as for serve
+    #[arg(long, value_name = "TYPE")]
+    controller: Option<args::Controller>,
+    /// Key switch, as for serve
+    #[arg(long, value_name = "POSITION")]
+    key: Option<args::Key>,
+    /// Who commands the robot in EXT, as for serve
+    #[arg(long, value_name = "WHO")]
+    control_right: Option<args::ControlRight>,
+    /// Permission tables, as for serve
+    #[arg(long, value_name = "FILE")]
+    permissions: Option<PathBuf>,
+    /// Directory with the files of the RAM drive; nothing is written there
+    #[arg(long, value_name = "DIR")]
+    drive: Option<PathBuf>,
+    /// Files to put on the RAM drive in place of those of the recording
+    #[arg(long, value_name = "FILE", num_args = 1..)]
+    load: Vec<PathBuf>,
+    /// File of the RAM drive to select
+    #[arg(long, value_name = "NAME")]
+    select: Option<String>,
+    /// Servo power on at the start
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    servo_on: Option<bool>,
+}
+
+/// The flags that a recording names.
+#[derive(Debug, Parser)]
+#[command(no_binary_name = true)]
+struct Recorded {
+    #[command(flatten)]
+    args: RobotArgs,
+}
+
+impl From<RobotArgs> for ServeArgs {
+    fn from(robot: RobotArgs) -> ServeArgs {
+        ServeArgs {
+            config: robot.config,
+            set: robot.set,
+            dialect: robot.dialect,
+            model: robot.model,
+            controller: robot.controller,
+            key: robot.key,
+            control_right: robot.control_right,
+            permissions: robot.permissions,
+            drive: robot.drive,
+            load: robot.load,
+            select: robot.select,
+            servo_on: robot.servo_on,
+            ..ServeArgs::default()
+        }
+    }
+}
+
+/// Compares and says the exit code.
+pub(super) fn run(args: &DiffArgs) -> ExitCode {
+    match compare(args) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(DIFFERENT),
+        Err(error) => {
+            eprintln!("ts3100: {error:#}");
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}
+
+fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
+    let mut ignore = Ignore::default();
+    ignore.add(&args.ignore).context("--ignore")?;
+    if args.value_tolerance < 0.0 || !args.value_tolerance.is_finite() {
+        return Err(anyhow!("--value-tolerance: expected a number of at least 0"));
+    }
+    let recording = Recording::read(&args.recording)?;
+    let settings = settings(&args.robot, &recording.header)?;
+    let tolerance = Tolerance {
+        time: args.time_tolerance,
+        value: args.value_tolerance,
+        patience: args.patience,
+        ignore,
+    };
+    let report = diff(&recording, &settings, &tolerance)?;
+    show::show(&args.recording, &report, args.json)?;
+    Ok(report.differences.is_empty())
+}
+
+/// The flags given, over those of a configuration file, over those of the recording.
+fn settings(given: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
+    let words = header.flags.iter().map(|flag| format!("--{flag}"));
+    let recorded = Recorded::try_parse_from(words)
+        .map_err(|error| anyhow!("a flag of the recording: {}", error.to_string().trim_end()))?;
+    let (given, _) = config::read(given.clone().into(), &Environment::new())?;
+    let merged = given.over(recorded.args.into());
+    let mut settings = Settings::from_args(&merged)?;
+    // Two replays of one recording are the same: the date is the recording's, not today's.
+    let fresh = ts3100_controller::Config::new(ts3100_controller::Dialect::default());
+    settings.controller.calendar = header.calendar.unwrap_or(fresh.calendar);
+    if settings.load.is_empty() && settings.drive.is_none() {
+        settings.files.clone_from(&header.files);
+        settings.select = settings.select.or_else(|| header.select.clone());
+    }
+    Ok(settings)
+}

@@ -1,0 +1,263 @@
+//! What `ts3100 diff` prints: each difference with its place, for people or as JSON.
+
+use crate::diff::{Difference, Kind, PartDifference, Report};
+use crate::log::Readable;
+use crate::transcript::Ending;
+use serde_json::{Value, json};
+use std::io::{self, Write};
+use std::path::Path;
+use std::time::Duration;
+
+/// Longest answer that is shown whole, in bytes.
+const MAX_SHOWN: usize = 200;
+
+/// Prints a report.
+///
+/// # Errors
+/// stdout.
+pub(super) fn show(path: &Path, report: &Report, as_json: bool) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    let written = if as_json {
+        writeln!(stdout, "{:#}", document(path, report))
+    } else {
+        stdout.write_all(text(path, report).as_bytes())
+    };
+    match written.and_then(|()| stdout.flush()) {
+        // Whoever reads has seen enough.
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        written => written,
+    }
+}
+
+/// How many of each kind.
+#[derive(Default)]
+struct Counts {
+    bytes: usize,
+    time: usize,
+    missing: usize,
+    surplus: usize,
+    ended: usize,
+}
+
+impl Counts {
+    fn of(report: &Report) -> Counts {
+        let mut counts = Counts::default();
+        for difference in &report.differences {
+            *match difference.kind {
+                Kind::Bytes { .. } => &mut counts.bytes,
+                Kind::Time { .. } => &mut counts.time,
+                Kind::Missing { .. } => &mut counts.missing,
+                Kind::Surplus { .. } => &mut counts.surplus,
+                Kind::Ended { .. } => &mut counts.ended,
+            } += 1;
+        }
+        counts
+    }
+}
+
+fn text(path: &Path, report: &Report) -> String {
+    let mut out = String::new();
+    for difference in &report.differences {
+        out += &format!(
+            "{}:{}: {}\n",
+            path.display(),
+            difference.file_line,
+            described(difference)
+        );
+    }
+    let Counts {
+        bytes,
+        time,
+        missing,
+        surplus,
+        ended,
+    } = Counts::of(report);
+    out += &format!(
+        "{} inputs played, {} answers compared: {bytes} differ in bytes, {time} in time, {missing} missing, {surplus} \
+         surplus, {ended} connections end otherwise",
+        report.inputs, report.answers
+    );
+    if report.ignored > 0 {
+        out += &format!("; {} differences ignored", report.ignored);
+    }
+    if report.more > 0 {
+        out += &format!("; {} further differences not shown", report.more);
+    }
+    out.push('\n');
+    out
+}
+
+fn described(difference: &Difference) -> String {
+    let Difference {
+        at, line, question, ..
+    } = difference;
+    let asked = if question.is_empty() {
+        String::new()
+    } else {
+        format!(", {}", quoted(question))
+    };
+    let place = format!("{line} at {at} s{asked}");
+    match &difference.kind {
+        Kind::Bytes { parts, reason, .. } => {
+            let count = if parts.len() == 1 {
+                "1 part differs".to_owned()
+            } else {
+                format!("{} parts differ", parts.len())
+            };
+            let mut out = format!("{place}: {count}");
+            for part in parts {
+                out += &format!("\n    {}", part_line(part));
+            }
+            out + &because(reason.as_deref())
+        }
+        Kind::Time {
+            recorded,
+            recorded_after,
+            emulated_after,
+        } => format!(
+            "{place}: {} came after {}, the emulator's after {}",
+            shortened(recorded),
+            millis(*recorded_after),
+            millis(*emulated_after)
+        ),
+        Kind::Missing { recorded } => format!("{place}: the emulator does not send {}", shortened(recorded)),
+        Kind::Surplus { emulated, reason } => {
+            format!(
+                "{place}: the emulator sends {} besides{}",
+                shortened(emulated),
+                because(reason.as_deref())
+            )
+        }
+        Kind::Ended { recorded, emulated } => {
+            let how = |ending: &Option<Ending>| match ending {
+                None => "keeps the connection",
+                Some(Ending::Closed) => "closes the connection",
+                Some(Ending::Reset) => "resets the connection",
+                Some(Ending::Refused) => "refuses the connection",
+            };
+            format!(
+                "{place}: the controller recorded {}, the emulator {}",
+                how(recorded),
+                how(emulated)
+            )
+        }
+    }
+}
+
+fn part_line(part: &PartDifference) -> String {
+    let PartDifference {
+        key,
+        name,
+        range,
+        recorded,
+        emulated,
+    } = part;
+    let bytes = match range.len() {
+        0 => format!("at byte {}", range.start),
+        1 => format!("byte {}", range.start),
+        _ => format!("bytes {}-{}", range.start, range.end - 1),
+    };
+    let value = |value: &Option<String>| value.clone().unwrap_or_else(|| "absent".to_owned());
+    format!(
+        "{name} [{key}], {bytes}: recorded {}, emulator {}",
+        value(recorded),
+        value(emulated)
+    )
+}
+
+fn because(reason: Option<&str>) -> String {
+    reason
+        .map(|reason| format!("\n    the emulator says: {reason}"))
+        .unwrap_or_default()
+}
+
+fn quoted(question: &str) -> String {
+    let short: String = question.chars().take(MAX_SHOWN).collect();
+    format!("after `{short}`")
+}
+
+fn shortened(bytes: &[u8]) -> String {
+    let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
+    let more = if cut.len() < bytes.len() { "..." } else { "" };
+    format!("{}{more}", Readable(cut))
+}
+
+fn millis(duration: Duration) -> String {
+    format!("{}.{:03} ms", duration.as_millis(), duration.as_micros() % 1_000)
+}
+
+fn document(path: &Path, report: &Report) -> Value {
+    let counts = Counts::of(report);
+    json!({
+        "transcript": path.display().to_string(),
+        "equal": report.differences.is_empty(),
+        "inputs": report.inputs,
+        "answers": report.answers,
+        "bytes": counts.bytes,
+        "time": counts.time,
+        "missing": counts.missing,
+        "surplus": counts.surplus,
+        "ended": counts.ended,
+        "ignored": report.ignored,
+        "not_shown": report.more,
+        "differences": report.differences.iter().map(difference).collect::<Vec<_>>(),
+    })
+}
+
+fn difference(difference: &Difference) -> Value {
+    let shown = |bytes: &[u8]| Readable(bytes).to_string();
+    let mut value = match &difference.kind {
+        Kind::Bytes {
+            recorded,
+            emulated,
+            parts,
+            reason,
+        } => json!({
+            "kind": "bytes",
+            "recorded": shown(recorded),
+            "emulated": shown(emulated),
+            "reason": reason,
+            "parts": parts.iter().map(part).collect::<Vec<_>>(),
+        }),
+        Kind::Time {
+            recorded,
+            recorded_after,
+            emulated_after,
+        } => json!({
+            "kind": "time",
+            "recorded": shown(recorded),
+            "recorded_after_us": u64::try_from(recorded_after.as_micros()).unwrap_or(u64::MAX),
+            "emulated_after_us": u64::try_from(emulated_after.as_micros()).unwrap_or(u64::MAX),
+        }),
+        Kind::Missing { recorded } => json!({"kind": "missing", "recorded": shown(recorded)}),
+        Kind::Surplus { emulated, reason } => {
+            json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
+        }
+        Kind::Ended { recorded, emulated } => {
+            let how = |ending: &Option<Ending>| {
+                ending.map(|ending| match ending {
+                    Ending::Closed => "closed",
+                    Ending::Reset => "reset",
+                    Ending::Refused => "refused",
+                })
+            };
+            json!({"kind": "ended", "recorded": how(recorded), "emulated": how(emulated)})
+        }
+    };
+    value["file_line"] = Value::from(difference.file_line);
+    value["t_us"] = Value::from(difference.at.as_micros());
+    value["line"] = Value::from(difference.line.to_string());
+    value["question"] = Value::from(difference.question.as_str());
+    value
+}
+
+fn part(part: &PartDifference) -> Value {
+    json!({
+        "key": part.key,
+        "name": part.name,
+        "first": part.range.start,
+        "end": part.range.end,
+        "recorded": part.recorded,
+        "emulated": part.emulated,
+    })
+}

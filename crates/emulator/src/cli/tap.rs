@@ -1,0 +1,263 @@
+//! `ts3100 tap`: reads the command line and runs a [`Tap`] until a signal.
+
+use super::serve::stop_signal;
+use crate::config::args::{LogFormat, PortsWord};
+use crate::embed::single_threaded;
+use crate::log;
+use crate::ready::Ready;
+use crate::tap::{Route, Tap, TapSettings};
+use crate::transcript::TranscriptFile;
+use anyhow::{Context as _, anyhow};
+use clap::Args;
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs};
+use std::process::ExitCode;
+use std::str::FromStr;
+use std::time::Duration;
+use tracing::info;
+use ts3100_controller::Port;
+
+/// Exit code when the tap could not start.
+const COULD_NOT_START: u8 = 2;
+/// Port of IP0 of a controller as delivered; the other channels follow (ETH-05).
+const FIRST_PORT: u16 = 1_000;
+/// Longest wait for a connection that can be asked for, in seconds.
+const MAX_WAIT: f64 = 3_600.0;
+
+/// Sits between hosts and a real controller, passes every byte as it is, and writes down both directions with their
+/// times.
+///
+/// It sends nothing of its own: it dials the controller when a host comes, and closes and resets as the two sides do.
+/// What it records, `ts3100 diff` plays to the emulator. Exit code: 0 ended by a signal, 2 could not start.
+#[derive(Debug, Args)]
+pub(super) struct TapArgs {
+    /// The real controller: name or address, and the port of its IP0 if that is not 1000; the others follow
+    #[arg(value_name = "REAL_ADDR")]
+    real: String,
+    /// Transcript to write: .txt, .jsonl or .pcapng (Wireshark); may be given several times [default: text on stdout]
+    #[arg(long, value_name = "FILE", action = clap::ArgAction::Append)]
+    transcript: Vec<TranscriptFile>,
+    /// Address to listen on
+    #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    listen: IpAddr,
+    /// Added to 1000-1003 for the ports of the tap itself
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    port_offset: u16,
+    /// Ports of the tap itself: 1000-1003 plus the offset, or free ones chosen by the system
+    #[arg(long, value_name = "WORD", default_value = "parameter")]
+    ports: PortsWord,
+    /// Channels to tap; ip1=2001 where the port of the real one does not follow that of its IP0
+    #[arg(
+        long,
+        value_name = "CHANNEL[=PORT]",
+        value_delimiter = ',',
+        default_value = "ip0,ip1,ip2,ip3"
+    )]
+    channels: Vec<Wanted>,
+    /// Longest wait for the real controller to take a connection, in seconds
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    connect_timeout: f64,
+    /// Print one line of JSON on stdout once every port accepts; needs --transcript
+    #[arg(long, requires = "transcript")]
+    ready_json: bool,
+    /// Log every byte
+    #[arg(long, short, action = clap::ArgAction::Count)]
+    verbose: u8,
+    /// Form of the log on stderr
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    log_format: LogFormat,
+}
+
+/// A channel and its port at the real controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Wanted {
+    port: Port,
+    index: u16,
+    /// If it was given.
+    real: Option<u16>,
+}
+
+impl FromStr for Wanted {
+    type Err = String;
+
+    fn from_str(word: &str) -> Result<Wanted, String> {
+        let (name, number) = word
+            .split_once('=')
+            .map_or((word, None), |(name, number)| (name, Some(number)));
+        let channels = (0_u16..).zip(Port::ETHERNET);
+        let mut known = channels.filter(|(_, port)| port.name().eq_ignore_ascii_case(name));
+        let (index, port) = known
+            .next()
+            .ok_or_else(|| format!("expected ip0, ip1, ip2 or ip3, found `{name}`"))?;
+        let real = match number {
+            None => None,
+            Some(number) => match number.parse() {
+                Ok(number) if number > 0 => Some(number),
+                _ => return Err(format!("expected a port from 1 to 65535, found `{number}`")),
+            },
+        };
+        Ok(Wanted { port, index, real })
+    }
+}
+
+/// Runs until a signal.
+pub(super) fn run(args: &TapArgs) -> ExitCode {
+    match tap(args) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ts3100: {error:#}");
+            ExitCode::from(COULD_NOT_START)
+        }
+    }
+}
+
+/// Address of the real controller and port of its IP0.
+fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
+    let has_port = text.contains(':') && text.parse::<IpAddr>().is_err();
+    let found = if has_port {
+        text.to_socket_addrs()
+    } else {
+        (text, FIRST_PORT).to_socket_addrs()
+    };
+    found
+        .with_context(|| format!("{text}: expected NAME, ADDRESS, NAME:PORT or ADDRESS:PORT"))?
+        .next()
+        .ok_or_else(|| anyhow!("{text}: no address found"))
+}
+
+fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
+    let real = real_address(&args.real)?;
+    let mut routes: Vec<Route> = Vec::new();
+    for wanted in &args.channels {
+        let own = match args.ports {
+            PortsWord::Auto => 0,
+            PortsWord::Parameter => (FIRST_PORT + wanted.index)
+                .checked_add(args.port_offset)
+                .ok_or_else(|| anyhow!("--port-offset {}: the ports exceed 65535", args.port_offset))?,
+        };
+        if routes.iter().any(|route| route.port == wanted.port) {
+            return Err(anyhow!("--channels: {} is given twice", wanted.port));
+        }
+        let route = Route {
+            port: wanted.port,
+            listen: SocketAddr::new(args.listen, own),
+            real: match wanted.real {
+                Some(port) => SocketAddr::new(real.ip(), port),
+                None => SocketAddr::new(
+                    real.ip(),
+                    real.port()
+                        .checked_add(wanted.index)
+                        .ok_or_else(|| anyhow!("{}: the port of {} exceeds 65535", args.real, wanted.port))?,
+                ),
+            },
+        };
+        if own != 0 && route.listen == route.real {
+            return Err(anyhow!(
+                "{}: the tap would dial itself at {}; give --port-offset or --listen",
+                wanted.port,
+                route.real
+            ));
+        }
+        routes.push(route);
+    }
+    if !(args.connect_timeout > 0.0 && args.connect_timeout <= MAX_WAIT) {
+        return Err(anyhow!(
+            "--connect-timeout: expected seconds, more than 0 and at most {MAX_WAIT}"
+        ));
+    }
+    Ok(TapSettings {
+        routes,
+        transcripts: args.transcript.clone(),
+        connect_timeout: Duration::from_secs_f64(args.connect_timeout),
+    })
+}
+
+fn tap(args: &TapArgs) -> anyhow::Result<()> {
+    log::start(args.verbose, args.log_format);
+    let settings = settings(args)?;
+    single_threaded()?.block_on(async {
+        // Before the ready line: a signal that follows it must not find the default action.
+        let stop = stop_signal().context("cannot listen for signals")?;
+        let tap = Tap::open(&settings)?;
+        for route in &settings.routes {
+            let port = tap.ports().get(&route.port).copied().unwrap_or_default();
+            info!(
+                "{}: {}:{port} leads to {}",
+                route.port,
+                route.listen.ip(),
+                route.real
+            );
+        }
+        if args.ready_json {
+            let line = Ready::new(tap.ports(), &BTreeMap::new()).line()?;
+            let mut stdout = std::io::stdout().lock();
+            writeln!(stdout, "{line}")
+                .and_then(|()| stdout.flush())
+                .context("cannot write to stdout")?;
+        }
+        tap.run(stop).await;
+        info!("ended");
+        Ok(())
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Debug, Parser)]
+    struct Line {
+        #[command(flatten)]
+        args: TapArgs,
+    }
+
+    fn routes(words: &str) -> Result<Vec<(Port, u16, u16)>, String> {
+        let words = ["tap", "--transcript", "x.txt"]
+            .into_iter()
+            .chain(words.split_whitespace());
+        let line = Line::try_parse_from(words).map_err(|error| error.to_string())?;
+        let settings = settings(&line.args).map_err(|error| error.to_string())?;
+        let route = |route: &Route| (route.port, route.listen.port(), route.real.port());
+        Ok(settings.routes.iter().map(route).collect())
+    }
+
+    #[test]
+    fn all_channels_at_the_ports_of_the_controller_are_tapped_unless_said_otherwise() {
+        assert_eq!(
+            routes("192.0.2.1").unwrap(),
+            [
+                (Port::Ip0, 1_000, 1_000),
+                (Port::Ip1, 1_001, 1_001),
+                (Port::Ip2, 1_002, 1_002),
+                (Port::Ip3, 1_003, 1_003),
+            ]
+        );
+        assert_eq!(
+            routes("127.0.0.1 --port-offset 10000 --channels ip1,IP0=4000").unwrap(),
+            [(Port::Ip1, 11_001, 1_001), (Port::Ip0, 11_000, 4_000)]
+        );
+        assert_eq!(
+            routes("127.0.0.1 --ports auto --channels ip3").unwrap(),
+            [(Port::Ip3, 0, 1_003)]
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_tapped_is_refused() {
+        for (words, expected) in [
+            ("127.0.0.1", "dial itself"),
+            ("192.0.2.1 --channels ip4", "ip0, ip1, ip2 or ip3"),
+            ("192.0.2.1 --channels ip0=0", "a port from 1"),
+            ("192.0.2.1 --channels ip0,ip0=5", "twice"),
+            ("192.0.2.1 --port-offset 65000", "exceed"),
+            ("192.0.2.1 --connect-timeout 0", "more than 0"),
+            ("192.0.2.1:x", "NAME:PORT"),
+            ("192.0.2.1:65535", "exceeds"),
+        ] {
+            let error = routes(words).unwrap_err();
+            assert!(error.contains(expected), "{words}: {error}");
+        }
+    }
+}

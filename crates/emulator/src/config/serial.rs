@@ -1,0 +1,149 @@
+//! Where the serial ports HOST and COM1 are to be found: the flags of both ports brought together, one way for
+//! each port. How each way works is [`crate::line`]'s.
+
+use super::ConfigError;
+use super::args::ServeArgs;
+use crate::line::SerialEnd;
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use std::str::FromStr;
+use ts3100_controller::Port;
+
+/// Names of the links in the directory of `--serial-dir`.
+const LINKS: [(Port, &str); 2] = [(Port::Host, "host"), (Port::Com1, "com1")];
+
+/// `ADDRESS:PORT`, or a port alone on the address of `--listen`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ListenAt {
+    /// Both.
+    Address(SocketAddr),
+    /// The port; 0 for a free one.
+    Port(u16),
+}
+
+/// Why a word is no such thing.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "expected ADDRESS:PORT (for example 0.0.0.0:2217) or a port (2217, :2217; 0 for a free one), found `{0}`"
+)]
+pub struct ListenAtError(String);
+
+impl FromStr for ListenAt {
+    type Err = ListenAtError;
+
+    fn from_str(word: &str) -> Result<ListenAt, ListenAtError> {
+        let port = word.strip_prefix(':').unwrap_or(word);
+        if let Ok(port) = port.parse() {
+            return Ok(ListenAt::Port(port));
+        }
+        word.parse()
+            .map(ListenAt::Address)
+            .map_err(|_| ListenAtError(word.to_owned()))
+    }
+}
+
+impl ListenAt {
+    fn on(self, listen: IpAddr) -> SocketAddr {
+        match self {
+            ListenAt::Address(address) => address,
+            ListenAt::Port(port) => SocketAddr::new(listen, port),
+        }
+    }
+}
+
+/// The ends of the serial lines that the flags ask for.
+pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, SerialEnd>, ConfigError> {
+    let flags = |port: Port| match port {
+        Port::Com1 => (&args.com1, args.com1_rfc2217, args.com1_tcp),
+        _ => (&args.host, args.host_rfc2217, args.host_tcp),
+    };
+    let mut ends = BTreeMap::new();
+    for (port, link) in LINKS {
+        let (device, rfc2217, tcp) = flags(port);
+        let directory = args.serial_dir.as_ref();
+        let wanted = [
+            (
+                "--serial-dir".to_owned(),
+                directory.map(|directory| SerialEnd::Pty(directory.join(link))),
+            ),
+            (format!("--{link}"), device.clone().map(SerialEnd::Device)),
+            (
+                format!("--{link}-rfc2217"),
+                rfc2217.map(|at| SerialEnd::Rfc2217(at.on(listen))),
+            ),
+            (
+                format!("--{link}-tcp"),
+                tcp.map(|at| SerialEnd::Tcp(at.on(listen))),
+            ),
+        ];
+        let mut wanted = wanted.into_iter().filter_map(|(flag, end)| Some((flag, end?)));
+        let Some((first, end)) = wanted.next() else {
+            continue;
+        };
+        if let Some((second, _)) = wanted.next() {
+            return Err(ConfigError::SerialTwice { port, first, second });
+        }
+        ends.insert(port, end);
+    }
+    Ok(ends)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ask(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEnd>, String> {
+        ends(args, "127.0.0.1".parse().unwrap()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn addresses_are_read_with_and_without_their_host() {
+        let address = |word: &str| {
+            word.parse::<ListenAt>()
+                .map(|at| at.on("10.0.0.1".parse().unwrap()))
+        };
+        for (word, expected) in [
+            ("2217", "10.0.0.1:2217"),
+            (":0", "10.0.0.1:0"),
+            ("0.0.0.0:2217", "0.0.0.0:2217"),
+            ("[::1]:5", "[::1]:5"),
+        ] {
+            assert_eq!(address(word).unwrap(), expected.parse().unwrap(), "{word}");
+        }
+        for word in ["", ":", "localhost", "70000", "1.2.3.4", "a:b"] {
+            assert!(address(word).unwrap_err().to_string().contains(word), "{word}");
+        }
+    }
+
+    #[test]
+    fn each_port_has_one_way() {
+        let directory = ServeArgs {
+            serial_dir: Some("/run/robot".into()),
+            ..ServeArgs::default()
+        };
+        let both = ask(&directory).unwrap();
+        assert_eq!(both[&Port::Host], SerialEnd::Pty("/run/robot/host".into()));
+        assert_eq!(both[&Port::Com1], SerialEnd::Pty("/run/robot/com1".into()));
+        let mixed = ServeArgs {
+            host_rfc2217: Some(ListenAt::Port(0)),
+            com1: Some("/dev/ttyUSB0".into()),
+            ..ServeArgs::default()
+        };
+        let mixed = ask(&mixed).unwrap();
+        assert_eq!(
+            mixed[&Port::Host],
+            SerialEnd::Rfc2217("127.0.0.1:0".parse().unwrap())
+        );
+        assert_eq!(mixed[&Port::Com1], SerialEnd::Device("/dev/ttyUSB0".into()));
+        assert!(ask(&ServeArgs::default()).unwrap().is_empty());
+        let twice = ServeArgs {
+            com1_tcp: Some(ListenAt::Port(1)),
+            ..directory
+        };
+        let error = ask(&twice).unwrap_err();
+        assert!(
+            error.contains("COM1") && error.contains("--serial-dir") && error.contains("--com1-tcp"),
+            "{error}"
+        );
+    }
+}

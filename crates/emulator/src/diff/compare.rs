@@ -1,0 +1,115 @@
+//! One answer beside another: which parts differ, what they say, which of them do not count.
+
+use super::Tolerance;
+use std::ops::Range;
+use ts3100_proto::parts::{Part, parts};
+use ts3100_proto::reply::Reply;
+use ts3100_proto::text::{ETX, STX};
+
+/// A part of an answer that differs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PartDifference {
+    /// Its key, as `--ignore` takes it: `sf.servo`, `su.status`.
+    pub key: String,
+    /// For people.
+    pub name: String,
+    /// Its bytes in the answer recorded, or where they would stand.
+    pub range: Range<usize>,
+    /// What the recording says; none if the part is not there.
+    pub recorded: Option<String>,
+    /// What the emulator says; none if the part is not there.
+    pub emulated: Option<String>,
+}
+
+/// The parts that differ, and how many differ that do not count.
+pub(super) fn compare(
+    letters: &str,
+    recorded: &[u8],
+    emulated: &[u8],
+    tolerance: &Tolerance,
+) -> (Vec<PartDifference>, usize) {
+    if recorded == emulated {
+        return (Vec::new(), 0);
+    }
+    if kind(recorded) != kind(emulated) {
+        return (vec![whole("reply", recorded, emulated)], 0);
+    }
+    let (old, mut new) = (parts(letters, recorded), parts(letters, emulated));
+    let mut differing = Vec::new();
+    let mut end = 0;
+    for part in old {
+        end = part.range.end;
+        let place = new.iter().position(|other| other.key == part.key);
+        let other = place.map(|place| new.remove(place));
+        let theirs = other.as_ref().and_then(|other| emulated.get(other.range.clone()));
+        if theirs != recorded.get(part.range.clone()) {
+            differing.push(beside(part, other));
+        }
+    }
+    differing.extend(new.into_iter().map(|part| PartDifference {
+        key: part.key,
+        name: part.name,
+        range: end..end,
+        recorded: None,
+        emulated: Some(part.value),
+    }));
+    let all = differing.len();
+    differing.retain(|part| !tolerance.ignore.covers(&part.key) && !is_near(part, tolerance.value));
+    let ignored = all - differing.len();
+    if all == 0 {
+        // Bytes between the parts.
+        differing.push(whole("text", recorded, emulated));
+    }
+    (differing, ignored)
+}
+
+fn beside(part: Part, other: Option<Part>) -> PartDifference {
+    PartDifference {
+        key: part.key,
+        name: part.name,
+        range: part.range,
+        recorded: Some(part.value),
+        emulated: other.map(|other| other.value),
+    }
+}
+
+fn whole(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
+    let shown = |bytes: &[u8]| Some(crate::log::Readable(bytes).to_string());
+    PartDifference {
+        key: key.to_owned(),
+        name: key.to_owned(),
+        range: 0..recorded.len(),
+        recorded: shown(recorded),
+        emulated: shown(emulated),
+    }
+}
+
+/// OK, NG, SP, a file, or something else.
+fn kind(wire: &[u8]) -> u8 {
+    match reply(wire) {
+        Some(Reply::Ok) => 0,
+        Some(Reply::Ng) => 1,
+        Some(Reply::Sp) => 2,
+        Some(Reply::Fl(_)) => 3,
+        None => 4,
+    }
+}
+
+/// What a text says, if it is one.
+pub(super) fn reply(wire: &[u8]) -> Option<Reply> {
+    let end = wire.iter().rposition(|byte| *byte == ETX)?;
+    let data = wire.get(..end)?;
+    Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()
+}
+
+/// Coordinates that are the same within what was asked for.
+fn is_near(part: &PartDifference, value: f64) -> bool {
+    let is_coordinate = ["sf.joint.", "sf.world.", "sf.work."]
+        .iter()
+        .any(|group| part.key.starts_with(group));
+    let number = |text: &Option<String>| text.as_ref()?.parse::<f64>().ok();
+    match (number(&part.recorded), number(&part.emulated)) {
+        (Some(recorded), Some(emulated)) if is_coordinate => (recorded - emulated).abs() <= value,
+        _ => false,
+    }
+}

@@ -1,0 +1,159 @@
+//! What is not compared (`--ignore`): groups with a name for what must differ between two controllers, and keys of
+//! single parts.
+
+use std::str::FromStr;
+use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+
+/// Groups: name and keys. `*` stands for one word of a key; a key stands for all that begin with it.
+const GROUPS: [(&str, &[&str]); 4] = [
+    (
+        "clock",
+        &[
+            "sf.power-on-time",
+            "sf.run-time",
+            "eu.*.date",
+            "ac.*.date",
+            "ah.*.date",
+        ],
+    ),
+    ("versions", &["vr"]),
+    ("positions", &["sf.joint", "sf.world", "sf.work", "pr"]),
+    ("lines", &["sf.input", "sf.output", "io"]),
+];
+/// When answers come.
+const TIME: &str = "time";
+/// The unsolicited SP: whether and when it comes.
+const SP: &str = "sp";
+/// Words a key may begin with that are no command.
+const OTHERS: [&str; 3] = ["text", "reply", "file"];
+
+/// What is not compared.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Ignore {
+    patterns: Vec<String>,
+    /// When answers come.
+    pub time: bool,
+    /// Whether SP comes unsolicited.
+    pub sp: bool,
+}
+
+/// A word that is no group and no key.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {expected}, or a key such as sf.servo, su.status or eu.*.date, found `{found}`")]
+pub struct IgnoreError {
+    /// The groups.
+    expected: String,
+    /// The word.
+    found: String,
+}
+
+impl Ignore {
+    /// Adds groups and keys.
+    ///
+    /// # Errors
+    /// The first word that is neither.
+    pub fn add(&mut self, words: &[String]) -> Result<(), IgnoreError> {
+        for word in words {
+            let key = word.parse::<Key>()?;
+            match key {
+                Key::Time => self.time = true,
+                Key::Sp => self.sp = true,
+                Key::Patterns(patterns) => self.patterns.extend(patterns),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a part does not count.
+    #[must_use]
+    pub fn covers(&self, key: &str) -> bool {
+        let covers = |pattern: &String| {
+            let mut words = key.split('.');
+            pattern
+                .split('.')
+                .all(|wanted| words.next().is_some_and(|word| wanted == "*" || wanted == word))
+        };
+        self.patterns.iter().any(covers)
+    }
+}
+
+enum Key {
+    Time,
+    Sp,
+    Patterns(Vec<String>),
+}
+
+impl FromStr for Key {
+    type Err = IgnoreError;
+
+    fn from_str(word: &str) -> Result<Key, IgnoreError> {
+        if word == TIME {
+            return Ok(Key::Time);
+        }
+        if word == SP {
+            return Ok(Key::Sp);
+        }
+        if let Some((_, keys)) = GROUPS.iter().find(|(name, _)| *name == word) {
+            return Ok(Key::Patterns(keys.iter().map(ToString::to_string).collect()));
+        }
+        let first = word.split('.').next().unwrap_or_default();
+        let letters = COMMANDS.iter().chain(EXTENSIONS).map(|row| row.letters);
+        let mut known = letters
+            .map(str::to_ascii_lowercase)
+            .chain(OTHERS.map(str::to_owned));
+        if known.any(|known| known == first) && !word.split('.').any(str::is_empty) {
+            return Ok(Key::Patterns(vec![word.to_owned()]));
+        }
+        let groups = GROUPS.iter().map(|(name, _)| *name);
+        let groups: Vec<&str> = groups.chain([TIME, SP]).collect();
+        Err(IgnoreError {
+            expected: groups.join(", "),
+            found: word.to_owned(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ignoring(words: &[&str]) -> Result<Ignore, IgnoreError> {
+        let words: Vec<String> = words.iter().map(ToString::to_string).collect();
+        let mut ignore = Ignore::default();
+        ignore.add(&words)?;
+        Ok(ignore)
+    }
+
+    #[test]
+    fn groups_and_keys_cover_what_begins_with_them() {
+        let ignore = ignoring(&["clock", "positions", "su.ovrd"]).unwrap();
+        for key in ["sf.power-on-time", "eu.12.date", "sf.joint.3", "su.ovrd", "pr.1"] {
+            assert!(ignore.covers(key), "{key}");
+        }
+        for key in [
+            "sf.servo",
+            "eu.12.alarm",
+            "eu.count",
+            "su.status",
+            "sf.jointed",
+            "vr.1",
+            "reply",
+        ] {
+            assert!(!ignore.covers(key), "{key}");
+        }
+        assert!(!Ignore::default().covers("sf.servo"));
+        assert!(ignoring(&["time"]).unwrap().time);
+        assert!(ignoring(&["sp"]).unwrap().sp);
+    }
+
+    #[test]
+    fn a_word_that_means_nothing_is_refused() {
+        for word in ["", "everything", "xx.servo", "sf.", ".sf", "SF"] {
+            let error = ignoring(&[word]).unwrap_err().to_string();
+            assert!(
+                error.contains("clock, versions, positions, lines, time, sp"),
+                "{error}"
+            );
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! A controller in virtual time with the lines of a recording: what the links and the hub of an emulator do, without
+//! sockets (decision D3: one peer a channel). It keeps what the controller sends until somebody compares it.
+
+use super::unit::{Cutter, Unit};
+use crate::config::{SecondConnection, Settings};
+use crate::hub::StartError;
+use crate::link::CLOSE_GRACE;
+use crate::loading;
+use crate::transcript::{Ending, Line, What};
+use std::collections::{BTreeMap, VecDeque};
+use ts3100_controller::output::Event;
+use ts3100_controller::{Controller, Input, Output, Panel, Port, Time};
+use ts3100_proto::parameter::OpenMode;
+use ts3100_proto::text::TextOptions;
+
+/// Bytes that a newcomer's peer may send before it is served.
+const MAX_EARLY: usize = 65_536;
+
+/// Something the controller has done on a line.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Produced {
+    /// An answer, and why it refuses, if it does.
+    Answer(Unit, Option<String>),
+    /// It has ended the connection.
+    Ended(Ending, Time),
+}
+
+/// A newcomer that waits for its predecessor to end.
+#[derive(Debug, Clone)]
+struct Newcomer {
+    line: Line,
+    since: Time,
+    peer: String,
+    bytes: Vec<u8>,
+}
+
+/// A controller and its lines.
+#[derive(Debug, Clone)]
+pub(super) struct Player {
+    controller: Controller,
+    text: TextOptions,
+    second: SecondConnection,
+    now: Time,
+    /// The peer each port serves.
+    served: BTreeMap<Port, Line>,
+    newcomers: Vec<Newcomer>,
+    cutters: BTreeMap<Line, Cutter>,
+    produced: BTreeMap<Line, VecDeque<Produced>>,
+    /// Why the last command of a port was refused.
+    refused: BTreeMap<Port, String>,
+}
+
+impl Player {
+    /// As `serve` starts.
+    pub(super) fn power_on(settings: &Settings) -> Result<Player, StartError> {
+        let mut controller = loading::power_on(settings)?.controller;
+        // What starting has put out is for the disk and the log.
+        while controller.poll_output().is_some() {}
+        let mut player = Player {
+            controller,
+            text: settings.controller.options.text,
+            second: settings.links.second,
+            now: Time::ZERO,
+            served: BTreeMap::new(),
+            newcomers: Vec::new(),
+            cutters: BTreeMap::new(),
+            produced: BTreeMap::new(),
+            refused: BTreeMap::new(),
+        };
+        if settings.servo_on {
+            player.feed(Input::Panel(Panel::Servo(true)));
+        }
+        Ok(player)
+    }
+
+    pub(super) fn now(&self) -> Time {
+        self.now
+    }
+
+    /// When something happens by itself.
+    pub(super) fn deadline(&self) -> Option<Time> {
+        let newcomers = self.newcomers.iter().map(|newcomer| newcomer.since + CLOSE_GRACE);
+        newcomers.chain(self.controller.poll_deadline()).min()
+    }
+
+    /// Lets time pass, each deadline at its own time.
+    pub(super) fn advance_to(&mut self, to: Time) {
+        while let Some(due) = self.deadline().filter(|due| *due <= to) {
+            self.now = self.now.max(due);
+            self.turn_away();
+            self.feed(Input::Tick);
+        }
+        self.now = self.now.max(to);
+    }
+
+    /// The next thing the controller has done on a line.
+    pub(super) fn first(&self, line: Line) -> Option<&Produced> {
+        self.produced.get(&line)?.front()
+    }
+
+    /// The one behind it.
+    pub(super) fn second(&self, line: Line) -> Option<&Produced> {
+        self.produced.get(&line)?.get(1)
+    }
+
+    /// Takes the next thing the controller has done on a line.
+    pub(super) fn take(&mut self, line: Line) -> Option<Produced> {
+        self.produced.get_mut(&line)?.pop_front()
+    }
+
+    /// Lines on which something is left.
+    pub(super) fn left(&self) -> Vec<Line> {
+        let left = self.produced.iter().filter(|(_, produced)| !produced.is_empty());
+        left.map(|(line, _)| *line).collect()
+    }
+
+    /// What has no end on a line is an answer as it is.
+    pub(super) fn flush(&mut self, line: Line) {
+        if let Some(unit) = self.cutters.get_mut(&line).and_then(Cutter::flush) {
+            self.answer(line, unit);
+        }
+    }
+
+    /// Plays what the host or somebody at the panel does.
+    pub(super) fn play(&mut self, what: &What) {
+        let lines: Vec<Line> = self.cutters.keys().copied().collect();
+        lines.into_iter().for_each(|line| self.flush(line));
+        match what {
+            What::Connected { line, peer } => self.arrive(*line, peer),
+            What::FromHost { line, bytes } => self.host_bytes(*line, bytes),
+            What::Ended { line, .. } => self.leave(*line),
+            What::Panel(panel) => self.feed(Input::Panel(panel.clone())),
+            What::FromRobot { .. } => {}
+        }
+    }
+
+    fn arrive(&mut self, line: Line, peer: &str) {
+        let port = line.port;
+        self.cutters.insert(line, Cutter::new(line, self.text));
+        let channel = port
+            .ethernet_index()
+            .and_then(|index| self.controller.network().channels.get(index));
+        if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
+            return self.end(line, Ending::Refused);
+        }
+        match (self.served.get(&port).copied(), self.second) {
+            (None, _) => self.serve(line, peer),
+            (Some(_), SecondConnection::Refuse) => self.newcomers.push(Newcomer {
+                line,
+                since: self.now,
+                peer: peer.to_owned(),
+                bytes: Vec::new(),
+            }),
+            (Some(old), SecondConnection::Replace) => {
+                // The peer that comes under the number of one that was never seen to leave is the same line.
+                if old != line {
+                    self.end(old, Ending::Closed);
+                }
+                self.feed(Input::Disconnected { port });
+                self.serve(line, peer);
+            }
+        }
+    }
+
+    fn serve(&mut self, line: Line, peer: &str) {
+        let port = line.port;
+        self.served.insert(port, line);
+        let peer = peer.to_owned();
+        self.feed(Input::Connected { port, peer });
+    }
+
+    fn host_bytes(&mut self, line: Line, bytes: &[u8]) {
+        let port = line.port;
+        if let Some(newcomer) = self.newcomers.iter_mut().find(|newcomer| newcomer.line == line) {
+            let room = MAX_EARLY.saturating_sub(newcomer.bytes.len());
+            newcomer.bytes.extend(bytes.iter().take(room));
+            return;
+        }
+        if !self.served.contains_key(&port) && !self.cutters.contains_key(&line) {
+            // A recording may begin behind the connection.
+            self.arrive(line, "");
+        }
+        if self.served.get(&port) == Some(&line) {
+            if let Some(cutter) = self.cutters.get_mut(&line) {
+                cutter.host(bytes);
+            }
+            self.refused.remove(&port);
+            let bytes = bytes.to_vec();
+            self.feed(Input::Received { port, bytes });
+        }
+    }
+
+    fn leave(&mut self, line: Line) {
+        self.newcomers.retain(|newcomer| newcomer.line != line);
+        let port = line.port;
+        if self.served.get(&port) != Some(&line) {
+            return;
+        }
+        self.served.remove(&port);
+        self.feed(Input::Disconnected { port });
+        let next = self
+            .newcomers
+            .iter()
+            .position(|newcomer| newcomer.line.port == port);
+        if let Some(next) = next {
+            let Newcomer {
+                line, peer, bytes, ..
+            } = self.newcomers.remove(next);
+            self.serve(line, &peer);
+            if !bytes.is_empty() {
+                self.host_bytes(line, &bytes);
+            }
+        }
+    }
+
+    /// Newcomers that have waited long enough are refused.
+    fn turn_away(&mut self) {
+        let now = self.now;
+        let (late, waiting) = std::mem::take(&mut self.newcomers)
+            .into_iter()
+            .partition(|newcomer: &Newcomer| newcomer.since + CLOSE_GRACE <= now);
+        self.newcomers = waiting;
+        for newcomer in late {
+            self.end(newcomer.line, Ending::Closed);
+        }
+    }
+
+    fn end(&mut self, line: Line, how: Ending) {
+        self.flush(line);
+        let now = self.now;
+        self.produced
+            .entry(line)
+            .or_default()
+            .push_back(Produced::Ended(how, now));
+    }
+
+    fn feed(&mut self, input: Input) {
+        let mut inputs = VecDeque::from([input]);
+        while let Some(input) = inputs.pop_front() {
+            self.controller.handle(self.now, input);
+            while let Some(output) = self.controller.poll_output() {
+                match output {
+                    Output::Send { port, bytes } => self.sent(port, &bytes),
+                    Output::PowerCycled => {
+                        for (port, line) in std::mem::take(&mut self.served) {
+                            self.end(line, Ending::Closed);
+                            inputs.push_back(Input::Disconnected { port });
+                        }
+                    }
+                    Output::Event(Event::Refused {
+                        port,
+                        command,
+                        reason,
+                    }) => {
+                        self.refused.insert(port, format!("{command} refused: {reason}"));
+                    }
+                    Output::Stored { .. } | Output::Erased { .. } | Output::Pendant(_) | Output::Event(_) => {
+                    }
+                }
+            }
+        }
+    }
+
+    fn sent(&mut self, port: Port, bytes: &[u8]) {
+        let Some(line) = self.served.get(&port).copied() else {
+            return;
+        };
+        let now = self.now;
+        let units = self
+            .cutters
+            .get_mut(&line)
+            .map(|cutter| cutter.robot(now, 0, bytes));
+        for unit in units.unwrap_or_default() {
+            self.answer(line, unit);
+        }
+    }
+
+    fn answer(&mut self, line: Line, unit: Unit) {
+        let reason = self.refused.remove(&line.port);
+        self.produced
+            .entry(line)
+            .or_default()
+            .push_back(Produced::Answer(unit, reason));
+    }
+}

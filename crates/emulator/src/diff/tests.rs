@@ -1,0 +1,576 @@
+//! Tests of the comparison: a recording of our own is the same, a doctored one differs in what was doctored, and the
+//! host's waits follow the answers.
+
+use super::*;
+use crate::config::SecondConnection;
+use crate::transcript::{Observer, Party, Record, What};
+use std::collections::BTreeMap;
+use ts3100_controller::options::{Config, Dialect};
+use ts3100_controller::{Controller, Input, Output, Panel, Port};
+
+const PICK: &str = "PROGRAM PICK\nN = 0\nASK:\nPRINT IP1, \"REQ\", CR\nINPUT IP1, N\nDELAY 2\n\
+    PRINT IP1, \"DONE\", N, CR\nGOTO ASK\nEND\n";
+const SECOND: Duration = Duration::from_secs(1);
+
+fn with(program: &str) -> Settings {
+    Settings {
+        files: vec![("PICK".to_owned(), program.as_bytes().to_vec())],
+        select: Some("PICK".to_owned()),
+        ..Settings::new(Config::new(Dialect::Field))
+    }
+}
+
+/// A controller that is recorded: it stands for a real one.
+struct Real {
+    controller: Controller,
+    observer: Observer,
+    now: Time,
+    /// How long each answer takes, which a host waits for.
+    delay: Duration,
+    /// What the delays add up to.
+    late: Duration,
+    recording: Recording,
+}
+
+impl Real {
+    fn new(settings: &Settings) -> Real {
+        let mut controller = crate::loading::power_on(settings).unwrap().controller;
+        while controller.poll_output().is_some() {}
+        Real {
+            controller,
+            observer: Observer::default(),
+            now: Time::ZERO,
+            delay: Duration::ZERO,
+            late: Duration::ZERO,
+            recording: Recording::default(),
+        }
+    }
+
+    fn note(&mut self, what: Option<What>) {
+        if let Some(what) = what {
+            if matches!(what, What::FromRobot { .. }) {
+                self.late += self.delay;
+            }
+            let at = self.now + self.late;
+            self.recording.records.push(Record { at, what });
+            self.recording.lines.push(self.recording.records.len());
+        }
+    }
+
+    fn feed(&mut self, input: Input, by: Party) {
+        let what = self.observer.input(&input, by);
+        self.note(what);
+        self.controller.handle(self.now, input);
+        while let Some(output) = self.controller.poll_output() {
+            let what = self.observer.output(&output);
+            self.note(what);
+            if output == Output::PowerCycled {
+                for port in [Port::Ip0, Port::Ip1] {
+                    self.feed(Input::Disconnected { port }, Party::Robot);
+                }
+            }
+        }
+    }
+
+    fn pass(&mut self, duration: Duration) {
+        let to = self.now + duration;
+        while let Some(due) = self.controller.poll_deadline().filter(|due| *due <= to) {
+            self.now = due;
+            self.feed(Input::Tick, Party::Robot);
+        }
+        self.now = to;
+    }
+
+    fn connect(&mut self, port: Port) {
+        let peer = "192.0.2.2:5000".to_owned();
+        self.feed(Input::Connected { port, peer }, Party::Host);
+    }
+
+    fn send(&mut self, port: Port, bytes: &[u8]) {
+        let bytes = bytes.to_vec();
+        self.feed(Input::Received { port, bytes }, Party::Host);
+        self.pass(Duration::from_millis(60));
+    }
+
+    fn texts(&mut self, messages: &[&str]) {
+        for message in messages {
+            self.send(Port::Ip0, format!("\x02{message}\r\x03").as_bytes());
+        }
+    }
+
+    fn panel(&mut self, panel: Panel) {
+        self.feed(Input::Panel(panel), Party::Host);
+    }
+}
+
+/// A day with a bit of everything, recorded with answers that take `delay`.
+fn day(settings: &Settings, delay: Duration) -> Recording {
+    let mut real = Real::new(settings);
+    real.delay = delay;
+    real.connect(Port::Ip0);
+    real.connect(Port::Ip1);
+    real.texts(&[
+        "SU", "OK", "SF", "OK", "VR", "OK", "CA", "OK", "SO", "SL,NOPE", "RN",
+    ]);
+    real.send(Port::Ip1, b"7\r");
+    for _ in 0..20 {
+        real.texts(&["SU", "OK", "SF", "OK"]);
+    }
+    real.pass(SECOND);
+    real.send(Port::Ip1, b"8\r\n");
+    real.panel(Panel::EmergencyStop(true));
+    real.pass(SECOND);
+    real.panel(Panel::EmergencyStop(false));
+    real.texts(&["EU", "OK", "UL,PICK", "OK", "DL,NEW"]);
+    real.send(Port::Ip0, b"\x02FL,PROGRAM NEW\nEND\n\x1A\x03");
+    real.send(Port::Ip0, b"SO\r\x03SU\r\x03");
+    real.send(Port::Ip0, b"OK\r\x03");
+    real.panel(Panel::PowerCycle);
+    real.pass(SECOND);
+    real.connect(Port::Ip0);
+    real.texts(&["CA", "OK"]);
+    real.feed(Input::Disconnected { port: Port::Ip0 }, Party::Host);
+    real.recording
+}
+
+fn compared(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Report {
+    diff(recording, settings, tolerance).unwrap()
+}
+
+fn none(report: &Report) {
+    assert_eq!(report.differences, [], "{report:?}");
+}
+
+fn ignoring(words: &[&str]) -> Tolerance {
+    let words: Vec<String> = words.iter().map(ToString::to_string).collect();
+    let mut tolerance = Tolerance::default();
+    tolerance.ignore.add(&words).unwrap();
+    tolerance
+}
+
+/// The answers of a recording to one command, as places.
+fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
+    let mut asked = false;
+    let mut found = Vec::new();
+    for (index, record) in recording.records.iter().enumerate() {
+        match &record.what {
+            What::FromHost { bytes, .. } => asked = bytes.starts_with(&[b"\x02", command].concat()),
+            What::FromRobot { line, .. } if asked && line.port == Port::Ip0 => found.push(index),
+            _ => {}
+        }
+    }
+    found
+}
+
+fn bytes_mut(recording: &mut Recording, index: usize) -> &mut Vec<u8> {
+    match &mut recording.records[index].what {
+        What::FromRobot { bytes, .. } | What::FromHost { bytes, .. } => bytes,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Replaces in an answer of the recording, and gives the only difference.
+fn doctored(command: &str, from: &str, to: &str) -> Difference {
+    let settings = with(PICK);
+    let mut recording = day(&settings, Duration::ZERO);
+    let index = answers_to(&recording, command.as_bytes())[0];
+    let bytes = bytes_mut(&mut recording, index);
+    let text: String = bytes.iter().copied().map(char::from).collect();
+    assert!(text.contains(from), "{text:?}");
+    *bytes = text
+        .replacen(from, to, 1)
+        .chars()
+        .map(|char| char as u8)
+        .collect();
+    let report = compared(&recording, &settings, &Tolerance::default());
+    assert_eq!(report.differences.len(), 1, "{report:?}");
+    assert_eq!(report.differences[0].file_line, index + 1);
+    report.differences[0].clone()
+}
+
+fn only_part(difference: &Difference) -> (String, String, String) {
+    match &difference.kind {
+        Kind::Bytes { parts, .. } if parts.len() == 1 => (
+            parts[0].key.clone(),
+            parts[0].recorded.clone().unwrap(),
+            parts[0].emulated.clone().unwrap(),
+        ),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_recording_of_our_own_has_no_difference() {
+    let settings = with(PICK);
+    let recording = day(&settings, Duration::ZERO);
+    let report = compared(&recording, &settings, &Tolerance::default());
+    none(&report);
+    assert!(report.answers > 50 && report.inputs > 100, "{report:?}");
+}
+
+#[test]
+fn delays_of_answers_do_not_add_up() {
+    let settings = with(PICK);
+    let recording = day(&settings, Duration::from_millis(40));
+    let tolerance = ignoring(&["sf.execution-line", "sf.analysis-line"]);
+    let report = compared(&recording, &settings, &tolerance);
+    none(&report);
+    let strict = Tolerance {
+        time: Duration::from_millis(30),
+        ..ignoring(&["sf.execution-line", "sf.analysis-line"])
+    };
+    let report = compared(&recording, &settings, &strict);
+    assert!(report.differences.len() > 50);
+    for difference in &report.differences {
+        assert!(matches!(difference.kind, Kind::Time { .. }), "{difference:?}");
+    }
+}
+
+#[test]
+fn doctored_bytes_are_told_with_their_meaning_and_nothing_else_is() {
+    let difference = doctored("SU", "OVRD:100%", "OVRD:099%");
+    assert_eq!(
+        (difference.line, difference.question.as_str()),
+        (Line::first(Port::Ip0), "SU")
+    );
+    let expected = ["su.ovrd", "`OVRD:099%`", "`OVRD:100%`"].map(str::to_owned);
+    assert_eq!(only_part(&difference), expected.clone().into());
+    let expected = ["sf.servo", "1 (on)", "0 (off)"].map(str::to_owned);
+    assert_eq!(only_part(&doctored("SF", "FL,\0", "FL,\x01")), expected.into());
+    let key = |difference: &Difference| only_part(difference).0;
+    assert_eq!(key(&doctored("CA", "PICK 1", "PICK 2")), "ca.PICK");
+    assert_eq!(key(&doctored("VR", "2014", "2013")), "vr.1");
+    assert_eq!(key(&doctored("EU", " 14-02-06", " 15-02-06")), "eu.1.date");
+    assert_eq!(key(&doctored("UL", "DELAY 2", "DELAY 3")), "ul.6");
+    assert_eq!(key(&doctored("SO", "OK", "NG")), "reply");
+    assert_eq!(key(&doctored("SO", "\r", "\n")), "reply");
+    let refused = doctored("SL", "NG", "OK");
+    let Kind::Bytes { reason, .. } = &refused.kind else {
+        panic!("{refused:?}");
+    };
+    let reason = reason.as_deref().unwrap();
+    assert!(
+        reason.starts_with("SL refused: ") && reason.contains("NOPE"),
+        "{reason}"
+    );
+}
+
+#[test]
+fn every_byte_doctored_is_found() {
+    let settings = with(PICK);
+    let recording = day(&settings, Duration::ZERO);
+    let mut tried = 0;
+    for command in ["SU", "SF", "EU", "SO"] {
+        let index = answers_to(&recording, command.as_bytes())[0];
+        let length = bytes_mut(&mut recording.clone(), index).len();
+        for at in (0..length).step_by(7) {
+            let mut doctored = recording.clone();
+            bytes_mut(&mut doctored, index)[at] ^= 0x10;
+            let report = compared(&doctored, &settings, &Tolerance::default());
+            let places: Vec<usize> = report.differences.iter().map(|found| found.file_line).collect();
+            assert!(places.contains(&(index + 1)), "{command} byte {at}: {report:?}");
+            tried += 1;
+        }
+    }
+    assert!(tried > 50);
+}
+
+#[test]
+fn what_must_differ_can_be_left_out() {
+    let settings = with(PICK);
+    let mut recording = day(&settings, Duration::ZERO);
+    let sf = answers_to(&recording, b"SF")[0];
+    // STX and `FL,` stand in front of offset 0: power ON time, joint 1, joint 2.
+    bytes_mut(&mut recording, sf)[4 + 47] = 9;
+    bytes_mut(&mut recording, sf)[4 + 116..4 + 120].copy_from_slice(&0.5_f32.to_be_bytes());
+    let eu = answers_to(&recording, b"EU")[0];
+    let text = String::from_utf8(bytes_mut(&mut recording, eu).clone()).unwrap();
+    *bytes_mut(&mut recording, eu) = text.replace("14-02-06", "26-11-21").into_bytes();
+    let vr = answers_to(&recording, b"VR")[0];
+    bytes_mut(&mut recording, vr)[5] = b'X';
+    let count = |words: &[&str]| {
+        compared(&recording, &settings, &ignoring(words))
+            .differences
+            .len()
+    };
+    assert_eq!(count(&[]), 3);
+    assert_eq!(count(&["clock"]), 2);
+    assert_eq!(count(&["clock", "versions"]), 1);
+    let report = compared(
+        &recording,
+        &settings,
+        &ignoring(&["clock", "versions", "positions"]),
+    );
+    none(&report);
+    assert!(report.ignored >= 4, "{report:?}");
+    for (value, expected) in [(0.4, 1), (0.5, 0)] {
+        let tolerance = Tolerance {
+            value,
+            ..ignoring(&["clock", "versions"])
+        };
+        assert_eq!(
+            compared(&recording, &settings, &tolerance).differences.len(),
+            expected
+        );
+    }
+}
+
+#[test]
+fn a_slower_robot_shifts_what_follows_and_is_told_once() {
+    let slow = with(&PICK.replace("DELAY 2", "DELAY 5"));
+    let mut real = Real::new(&slow);
+    real.connect(Port::Ip0);
+    real.connect(Port::Ip1);
+    real.texts(&["SO", "RN"]);
+    for _ in 0..3 {
+        real.send(Port::Ip1, b"7\r");
+        real.pass(SECOND * 5);
+    }
+    real.texts(&["SU", "OK"]);
+    let report = compared(&real.recording, &with(PICK), &Tolerance::default());
+    assert_eq!(report.differences.len(), 3, "{report:?}");
+    for difference in &report.differences {
+        let Kind::Time {
+            recorded,
+            recorded_after,
+            emulated_after,
+        } = &difference.kind
+        else {
+            panic!("{difference:?}");
+        };
+        assert!(recorded.starts_with(b"DONE"));
+        assert_eq!((recorded_after.as_secs(), emulated_after.as_secs()), (5, 2));
+    }
+    none(&compared(&real.recording, &with(PICK), &ignoring(&["time"])));
+    // The other way round: the emulator is waited for, and the host does not run ahead of it.
+    let mut real = Real::new(&with(PICK));
+    real.connect(Port::Ip0);
+    real.connect(Port::Ip1);
+    real.texts(&["SO", "RN"]);
+    for _ in 0..3 {
+        real.send(Port::Ip1, b"7\r");
+        real.pass(SECOND * 2);
+    }
+    let report = compared(&real.recording, &slow, &Tolerance::default());
+    assert_eq!(report.differences.len(), 3, "{report:?}");
+    let impatient = Tolerance {
+        patience: SECOND,
+        ..Tolerance::default()
+    };
+    let report = compared(&real.recording, &slow, &impatient);
+    assert!(
+        matches!(report.differences[0].kind, Kind::Missing { .. }),
+        "{report:?}"
+    );
+}
+
+#[test]
+fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
+    let settings = with(PICK);
+    let clean = day(&settings, Duration::ZERO);
+    let at = answers_to(&clean, b"CA")[0];
+    let mut fewer = clean.clone();
+    fewer.records.remove(at);
+    fewer.lines.remove(at);
+    let report = compared(&fewer, &settings, &Tolerance::default());
+    assert_eq!(report.differences.len(), 1, "{report:?}");
+    let Kind::Surplus { emulated, .. } = &report.differences[0].kind else {
+        panic!("{report:?}");
+    };
+    assert!(emulated.starts_with(b"\x02FL,ETHERNET.PAR"));
+    let mut more = clean.clone();
+    let mut sp = clean.records[at].clone();
+    sp.what = What::FromRobot {
+        line: Line::first(Port::Ip0),
+        bytes: b"\x02SP\r\x03".to_vec(),
+    };
+    more.records.insert(at, sp);
+    more.lines.insert(at, 4_711);
+    let report = compared(&more, &settings, &Tolerance::default());
+    let [
+        Difference {
+            file_line: 4_711,
+            kind: Kind::Missing { recorded },
+            ..
+        },
+    ] = report.differences.as_slice()
+    else {
+        panic!("{report:?}");
+    };
+    assert_eq!(recorded, b"\x02SP\r\x03");
+    none(&compared(&more, &settings, &ignoring(&["sp"])));
+}
+
+#[test]
+fn a_program_that_prints_more_or_less_is_told() {
+    let prints = |words: &[&str]| {
+        let lines: Vec<String> = words
+            .iter()
+            .map(|word| format!("PRINT IP1, \"{word}\", CR\n"))
+            .collect();
+        with(&format!("PROGRAM PICK\n{}END\n", lines.concat()))
+    };
+    let recorded = |settings: &Settings| {
+        let mut real = Real::new(settings);
+        real.connect(Port::Ip0);
+        real.connect(Port::Ip1);
+        real.texts(&["SO", "RN"]);
+        real.recording
+    };
+    let kinds = |report: &Report| -> Vec<&'static str> {
+        let kind = |difference: &Difference| match difference.kind {
+            Kind::Missing { .. } => "missing",
+            Kind::Surplus { .. } => "surplus",
+            Kind::Bytes { .. } => "bytes",
+            _ => "other",
+        };
+        report.differences.iter().map(kind).collect()
+    };
+    let three = recorded(&prints(&["A", "B", "C"]));
+    let of = |words: &[&str]| kinds(&compared(&three, &prints(words), &Tolerance::default()));
+    assert!(of(&["A", "B", "C"]).is_empty());
+    assert_eq!(of(&["A", "C"]), ["missing"]);
+    assert_eq!(of(&["A", "X", "B", "C"]), ["surplus"]);
+    assert_eq!(of(&["A", "X", "C"]), ["bytes"]);
+}
+
+#[test]
+fn how_the_wire_cut_the_answers_does_not_matter() {
+    let settings = with(PICK);
+    let clean = day(&settings, Duration::ZERO);
+    let mut split = Recording::default();
+    for (record, line) in clean.records.iter().zip(&clean.lines) {
+        match &record.what {
+            What::FromRobot { line: on, bytes } => {
+                for piece in bytes.chunks(3) {
+                    let what = What::FromRobot {
+                        line: *on,
+                        bytes: piece.to_vec(),
+                    };
+                    split.records.push(Record { at: record.at, what });
+                    split.lines.push(*line);
+                }
+            }
+            _ => {
+                split.records.push(record.clone());
+                split.lines.push(*line);
+            }
+        }
+    }
+    none(&compared(&split, &settings, &Tolerance::default()));
+}
+
+#[test]
+fn a_second_host_is_compared_too() {
+    let settings = with(PICK);
+    let first = Line::first(Port::Ip0);
+    let second = Line {
+        port: Port::Ip0,
+        peer: 2,
+    };
+    let come = |line| What::Connected {
+        line,
+        peer: String::new(),
+    };
+    let ended = |line, by| What::Ended {
+        line,
+        by,
+        how: Ending::Closed,
+    };
+    let host = |line, bytes: &[u8]| What::FromHost {
+        line,
+        bytes: bytes.to_vec(),
+    };
+    let robot = |line, bytes: &[u8]| What::FromRobot {
+        line,
+        bytes: bytes.to_vec(),
+    };
+    let recording = |whats: Vec<What>| {
+        let lines = (1..=whats.len()).collect();
+        let records = (1..).zip(whats).map(|(at, what)| Record {
+            at: Time::from_millis(at),
+            what,
+        });
+        Recording {
+            records: records.collect(),
+            lines,
+            ..Recording::default()
+        }
+    };
+    let refused = recording(vec![
+        come(first),
+        come(second),
+        host(second, b"\x02SO\r\x03"),
+        ended(second, Party::Robot),
+        host(first, b"\x02SO\r\x03"),
+        robot(first, b"\x02OK\r\x03"),
+    ]);
+    none(&compared(&refused, &settings, &Tolerance::default()));
+    let replaced = recording(vec![
+        come(first),
+        come(second),
+        ended(first, Party::Robot),
+        host(second, b"\x02SO\r\x03"),
+        robot(second, b"\x02OK\r\x03"),
+    ]);
+    let mut replacing = settings.clone();
+    replacing.links.second = SecondConnection::Replace;
+    none(&compared(&replaced, &replacing, &Tolerance::default()));
+    let report = compared(&replaced, &settings, &Tolerance::default());
+    let ends = report
+        .differences
+        .iter()
+        .filter(|found| matches!(found.kind, Kind::Ended { .. }));
+    assert!(ends.count() >= 1, "{report:?}");
+    // One that comes while the other is about to leave is served.
+    let handed_over = recording(vec![
+        come(first),
+        come(second),
+        host(second, b"\x02SO\r\x03"),
+        ended(first, Party::Host),
+        robot(second, b"\x02OK\r\x03"),
+    ]);
+    none(&compared(&handed_over, &settings, &Tolerance::default()));
+}
+
+#[test]
+fn recordings_of_anything_at_all_are_survived() {
+    let settings = with(PICK);
+    let clean = day(&settings, Duration::ZERO);
+    let counts: BTreeMap<usize, usize> = (0..40)
+        .map(|seed| {
+            let mut recording = clean.clone();
+            // A simple generator: which records go, double, or change places.
+            let mut state = 0x9E37_79B9_u64.wrapping_mul(seed as u64 + 1);
+            for _ in 0..20 {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let count = recording.records.len() as u64;
+                let index = usize::try_from((state >> 33) % count).unwrap();
+                match state >> 62 {
+                    0 => {
+                        recording.records.remove(index);
+                        recording.lines.remove(index);
+                    }
+                    1 => recording.records.insert(index, recording.records[index].clone()),
+                    _ => {
+                        let other = usize::try_from((state >> 20) % count).unwrap();
+                        let what = recording.records[index].what.clone();
+                        recording.records[index].what = recording.records[other].what.clone();
+                        recording.records[other].what = what;
+                    }
+                }
+                recording.lines = (1..=recording.records.len()).collect();
+            }
+            (
+                seed,
+                compared(&recording, &settings, &Tolerance::default())
+                    .differences
+                    .len(),
+            )
+        })
+        .collect();
+    assert!(
+        counts.values().filter(|count| **count > 0).count() > 30,
+        "{counts:?}"
+    );
+}

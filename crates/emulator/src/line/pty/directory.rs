@@ -1,0 +1,108 @@
+//! The names of pseudo terminals: a directory that belongs to one daemon at a time, and symbolic links that are
+//! replaced whole.
+
+use super::super::{LineError, io_error};
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use ts3100_controller::Port;
+
+/// Hidden file whose lock says that a daemon has its serial lines here. It stays when the daemon ends; the lock does
+/// not, whatever the end was.
+const LOCK: &str = ".ts3100-serial.lock";
+
+/// The directories of one daemon, for nobody else until this is dropped.
+#[derive(Debug, Default)]
+pub(in super::super) struct Locks(BTreeMap<PathBuf, File>);
+
+impl Locks {
+    /// Locks the directory in which `link` is to stand; it is made if it is missing.
+    pub(in super::super) fn take(&mut self, port: Port, link: &Path) -> Result<(), LineError> {
+        let directory = directory_of(link);
+        fs::create_dir_all(directory).map_err(io_error(port, "make the directory", directory.display()))?;
+        let directory = directory
+            .canonicalize()
+            .map_err(io_error(port, "find", directory.display()))?;
+        if self.0.contains_key(&directory) {
+            return Ok(());
+        }
+        let path = directory.join(LOCK);
+        let file = File::options()
+            .create(true)
+            .truncate(false)
+            .write(true)
+            .open(&path);
+        let file = file.map_err(io_error(port, "open", path.display()))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => return Err(LineError::InUse { path: directory }),
+            Err(TryLockError::Error(error)) => return Err(io_error(port, "lock", path.display())(error)),
+        }
+        self.0.insert(directory, file);
+        Ok(())
+    }
+}
+
+/// A symbolic link to a terminal, removed on drop unless it is somebody else's by then.
+#[derive(Debug)]
+pub(super) struct Link {
+    path: PathBuf,
+    target: PathBuf,
+}
+
+impl Link {
+    /// Puts a link in place of whatever link an ended daemon left there.
+    pub(super) fn put(port: Port, path: &Path, target: &Path) -> Result<Link, LineError> {
+        match fs::symlink_metadata(path) {
+            Ok(found) if !found.file_type().is_symlink() => {
+                let path = path.to_path_buf();
+                return Err(LineError::Occupied { port, path });
+            }
+            _ => {}
+        }
+        let mut link = Link {
+            path: path.to_path_buf(),
+            target: PathBuf::new(),
+        };
+        link.point_to(target)
+            .map_err(io_error(port, "make the link", path.display()))?;
+        Ok(link)
+    }
+
+    /// Where it stands.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Has it point elsewhere, with no moment at which there is no link.
+    pub(super) fn point_to(&mut self, target: &Path) -> io::Result<()> {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let unfinished = directory_of(&self.path).join(format!(".{name}.unfinished"));
+        match fs::remove_file(&unfinished) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        symlink(target, &unfinished)?;
+        fs::rename(&unfinished, &self.path)?;
+        self.target = target.to_path_buf();
+        Ok(())
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if fs::read_link(&self.path).is_ok_and(|target| target == self.target) {
+            // Fails when somebody was faster, which comes to the same.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
+}
+
+fn directory_of(link: &Path) -> &Path {
+    match link.parent() {
+        Some(directory) if !directory.as_os_str().is_empty() => directory,
+        _ => Path::new("."),
+    }
+}

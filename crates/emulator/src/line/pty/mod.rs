@@ -1,0 +1,300 @@
+//! A pseudo terminal under a stable name. It lives as long as the daemon, however often hosts open and close it;
+//! its settings are read back, as far as the system shows them, so that a host with wrong ones is found out.
+//!
+//! Linux keeps of a pseudo terminal's settings the speed, the stop bits and which parity is meant (odd or not), but
+//! neither the character length nor whether there is a parity at all: those count as matching.
+
+mod directory;
+
+use super::end::{Command, End, Gone, Outgoing};
+use super::{LineError, LineEvent, io_error};
+use directory::Link;
+pub(super) use directory::Locks;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{
+    ControlModes, InputModes, OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr,
+};
+use std::ffi::OsStr;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{Interest, Ready};
+use tokio::net::unix::pipe;
+use tokio::sync::Semaphore;
+use tokio::time::{MissedTickBehavior, interval};
+use tracing::{debug, warn};
+use ts3100_controller::{HostSettings, Port};
+use ts3100_proto::parameter::{Parity, SerialLine};
+
+/// How often it is looked whether a host has opened the terminal: the system does not tell.
+const LOOK: Duration = Duration::from_millis(10);
+/// How often the settings of an open one are looked at, besides before every byte.
+const LOOK_AT_SETTINGS: Duration = Duration::from_millis(20);
+
+/// A pseudo terminal and its name.
+pub(super) struct Pty {
+    port: Port,
+    master: OwnedFd,
+    /// The system's name for the end of the host.
+    slave: PathBuf,
+    link: Link,
+    robot: SerialLine,
+}
+
+impl Pty {
+    /// Makes one and puts a link to it at `path`, whose directory is locked; what an ended daemon left there is
+    /// replaced.
+    pub(super) fn open(port: Port, path: &Path, robot: SerialLine) -> Result<Pty, LineError> {
+        let (master, slave) = make().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
+        let link = Link::put(port, path, &slave)?;
+        let pty = Pty {
+            port,
+            master,
+            slave,
+            link,
+            robot,
+        };
+        pty.reset()
+            .map_err(io_error(port, "set up the pseudo terminal", pty.slave.display()))?;
+        Ok(pty)
+    }
+
+    /// Sets the host's end as the robot's line is set, raw, and forgets what the last host did not read.
+    fn reset(&self) -> io::Result<()> {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let slave = rustix::fs::open(&self.slave, flags, Mode::empty())?;
+        let mut termios = tcgetattr(&slave)?;
+        set(&mut termios, self.robot)?;
+        tcsetattr(&slave, OptionalActions::Now, &termios)?;
+        tcflush(&slave, QueueSelector::IFlush)?;
+        Ok(())
+    }
+
+    /// Ready for the next host. One that took the terminal for itself alone (TIOCEXCL) has left it so: then
+    /// there is a new one under the same name.
+    fn renew(&mut self) {
+        if self.is_open() {
+            return;
+        }
+        let renewed = match self.reset() {
+            Ok(()) => Ok(()),
+            Err(_) => self.replace(),
+        };
+        if let Err(error) = renewed {
+            warn!(
+                port = self.port.name(),
+                "{}: no new pseudo terminal: {error}", self.port
+            );
+        }
+    }
+
+    fn replace(&mut self) -> io::Result<()> {
+        let (master, slave) = make()?;
+        self.link.point_to(&slave)?;
+        (self.master, self.slave) = (master, slave);
+        self.reset()
+    }
+
+    /// Whether a host has it open, or has left bytes in it.
+    fn is_open(&self) -> bool {
+        let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
+        let looked = poll(&mut fds, Some(&Timespec::default()));
+        let found = fds.first().map_or(PollFlags::empty(), PollFd::revents);
+        looked.is_ok() && (!found.contains(PollFlags::HUP) || found.contains(PollFlags::IN))
+    }
+
+    fn settings(&self) -> HostSettings {
+        let read = tcgetattr(&self.master);
+        read.map_or_else(|_| HostSettings::default(), |termios| shown(&termios, self.robot))
+    }
+}
+
+/// A new pseudo terminal: our end, and the name of the host's.
+fn make() -> io::Result<(OwnedFd, PathBuf)> {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    let flags = rustix::fs::fcntl_getfl(&master)?;
+    rustix::fs::fcntl_setfl(&master, flags | OFlags::NONBLOCK)?;
+    let name = ptsname(&master, Vec::new())?;
+    Ok((master, PathBuf::from(OsStr::from_bytes(name.to_bytes()))))
+}
+
+fn set(termios: &mut Termios, line: SerialLine) -> io::Result<()> {
+    termios.make_raw();
+    termios.input_modes -= InputModes::INPCK;
+    termios.set_speed(line.speed)?;
+    let modes = &mut termios.control_modes;
+    *modes -= ControlModes::CSIZE | ControlModes::PARENB | ControlModes::PARODD | ControlModes::CSTOPB;
+    *modes |= ControlModes::CREAD | ControlModes::CLOCAL;
+    *modes |= match line.length {
+        7 => ControlModes::CS7,
+        _ => ControlModes::CS8,
+    };
+    *modes |= match line.parity {
+        Parity::None => ControlModes::empty(),
+        Parity::Odd => ControlModes::PARENB | ControlModes::PARODD,
+        Parity::Even => ControlModes::PARENB,
+    };
+    if line.stop == 2 {
+        *modes |= ControlModes::CSTOPB;
+    }
+    Ok(())
+}
+
+/// What a pseudo terminal shows of the settings a host gave it.
+fn shown(termios: &Termios, robot: SerialLine) -> HostSettings {
+    let modes = termios.control_modes;
+    let parity = match (modes.contains(ControlModes::PARODD), robot.parity) {
+        (true, _) => Some(Parity::Odd),
+        // Even, or none at all: not odd in any case.
+        (false, Parity::Odd) => Some(Parity::None),
+        (false, Parity::None | Parity::Even) => None,
+    };
+    HostSettings {
+        speed: Some(termios.output_speed()),
+        length: None,
+        parity,
+        stop: Some(1 + u8::from(modes.contains(ControlModes::CSTOPB))),
+    }
+}
+
+/// Carries bytes until the hub is gone.
+pub(super) async fn serve(mut pty: Pty, mut end: End) {
+    // The only error is that the hub is gone.
+    while let Ok(()) = serve_one(&mut pty, &mut end).await {}
+}
+
+async fn serve_one(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    wait_for_host(pty, end).await?;
+    let peer = pty.link.path().display().to_string();
+    end.tell(LineEvent::Opened { peer }).await?;
+    let carried = carry(pty, end).await;
+    carried?;
+    // At once: the next host may be about to set the terminal.
+    pty.renew();
+    end.tell(LineEvent::Closed).await
+}
+
+async fn wait_for_host(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    let mut look = interval(LOOK);
+    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                // Nobody is there to hear it.
+                Command::Send(_) => {}
+                Command::Robot(robot) => {
+                    pty.robot = robot;
+                    pty.renew();
+                }
+            },
+            _ = look.tick() => if pty.is_open() {
+                return Ok(());
+            },
+        }
+    }
+}
+
+/// Carries bytes while a host is there.
+async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    let mut outgoing = Outgoing::default();
+    let mut told = None;
+    let mut look = interval(LOOK_AT_SETTINGS);
+    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let port = end.port;
+    let Some((mut reading, mut writing)) = registered(port, &pty.master) else {
+        return Ok(());
+    };
+    loop {
+        let settings = pty.settings();
+        if told != Some(settings) {
+            told = Some(settings);
+            end.tell_settings(settings).await?;
+        }
+        let credit = Arc::clone(&end.credit);
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                Command::Send(bytes) => outgoing.push(port, &bytes),
+                Command::Robot(robot) => {
+                    pty.robot = robot;
+                    told = None;
+                }
+            },
+            ready = writing.writable(), if !outgoing.is_empty() => {
+                match ready.and_then(|()| writing.try_write(outgoing.next())) {
+                    Ok(count) => outgoing.written(port, count),
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                    Err(error) => {
+                        debug!(port = port.name(), "{port}: writing ended: {error}");
+                        outgoing.clear();
+                    }
+                }
+            },
+            (ready, most) = readable(&reading, &credit) => {
+                // How the port is set when the bytes are there is how they were sent.
+                let settings = pty.settings();
+                let mut buffer = vec![0; most];
+                let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_read_closed());
+                match ready.and_then(|_| reading.try_read(&mut buffer)) {
+                    Ok(count) if count > 0 => {
+                        if told != Some(settings) {
+                            told = Some(settings);
+                            end.tell_settings(settings).await?;
+                        }
+                        buffer.truncate(count);
+                        end.tell_bytes(buffer).await?;
+                    }
+                    // One host has closed it and another has opened it since; whose bytes are whose cannot be told,
+                    // so they are one host.
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                        let Some(ends) = registered(port, &pty.master) else {
+                            return Ok(());
+                        };
+                        (reading, writing) = ends;
+                    }
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                    // Every host has closed it.
+                    Ok(_) => return Ok(()),
+                    Err(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(()),
+                    Err(error) => {
+                        debug!(port = port.name(), "{port}: reading ended: {error}");
+                        return Ok(());
+                    }
+                }
+            },
+            _ = look.tick() => {}
+        }
+    }
+}
+
+/// Two further descriptors of the terminal, to be waited for. The runtime has no type for terminals; the one for
+/// pipes reads, writes and waits for any descriptor. It keeps the end of one for good, and hosts come back: so
+/// each host has its own.
+fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sender)> {
+    let registered = || -> io::Result<(pipe::Receiver, pipe::Sender)> {
+        let reading = pipe::Receiver::from_owned_fd_unchecked(master.try_clone()?)?;
+        let writing = pipe::Sender::from_owned_fd_unchecked(master.try_clone()?)?;
+        Ok((reading, writing))
+    };
+    registered()
+        .map_err(|error| {
+            warn!(
+                port = port.name(),
+                "{port}: the pseudo terminal cannot be watched: {error}"
+            );
+        })
+        .ok()
+}
+
+/// Ready to be read, and how much of it.
+async fn readable(reading: &pipe::Receiver, credit: &Semaphore) -> (io::Result<Ready>, usize) {
+    let most = End::allowed(credit).await;
+    (reading.ready(Interest::READABLE).await, most)
+}

@@ -1,0 +1,244 @@
+//! A tap: it listens where hosts expect the controller, dials the real one for each host that comes, and passes
+//! bytes both ways as they are while it writes them down with their times. It sends nothing of its own. Carrying one
+//! connection is [`relay`]'s, the forms of a transcript are [`crate::transcript`]'s.
+
+mod relay;
+
+use crate::clock::calendar_now;
+use crate::link::{LinkError, bind};
+use crate::log::Readable;
+use crate::transcript::{
+    Ending, Header, Line, MAX_PEERS, Party, Record, Recorder, RecorderError, TranscriptFile, What,
+    without_port,
+};
+use std::collections::{BTreeMap, BTreeSet};
+use std::future::Future;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use tokio::net::{TcpListener, TcpStream};
+use tracing::{debug, info, warn};
+use ts3100_controller::{Port, Time};
+
+/// Hosts that may be carried at once on one channel; the controller has the last word on how many it serves.
+pub const MAX_HOSTS: usize = 16;
+/// Pause after an accept that failed, so that the log stays readable.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// A channel to be tapped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Route {
+    /// Which.
+    pub port: Port,
+    /// Where hosts come; port 0 is a free one.
+    pub listen: SocketAddr,
+    /// The real controller.
+    pub real: SocketAddr,
+}
+
+/// What a tap does.
+#[derive(Debug, Clone)]
+pub struct TapSettings {
+    /// The channels.
+    pub routes: Vec<Route>,
+    /// Where the transcripts go; to stdout as text when there is none.
+    pub transcripts: Vec<TranscriptFile>,
+    /// Longest wait for a connection to the real controller.
+    pub connect_timeout: Duration,
+}
+
+/// Why a tap cannot start.
+#[derive(Debug, thiserror::Error)]
+pub enum TapError {
+    /// A port of its own.
+    #[error(transparent)]
+    Link(#[from] LinkError),
+    /// A transcript.
+    #[error(transparent)]
+    Recorder(#[from] RecorderError),
+}
+
+/// A tap that listens.
+pub struct Tap {
+    listeners: Vec<(Route, TcpListener)>,
+    ports: BTreeMap<Port, u16>,
+    notes: Notes,
+    connect_timeout: Duration,
+}
+
+impl Tap {
+    /// Binds all ports and begins the transcripts.
+    ///
+    /// # Errors
+    /// See [`TapError`]; nothing is left open.
+    pub fn open(settings: &TapSettings) -> Result<Tap, TapError> {
+        let mut listeners = Vec::new();
+        let mut ports = BTreeMap::new();
+        for route in &settings.routes {
+            let (listener, port) = bind(route.port, route.listen)?;
+            ports.insert(route.port, port);
+            listeners.push((*route, listener));
+        }
+        let real: BTreeSet<IpAddr> = settings.routes.iter().map(|route| route.real.ip()).collect();
+        let real: Vec<String> = real.iter().map(ToString::to_string).collect();
+        let header = Header {
+            origin: format!(
+                "observed, ts3100 tap {} in front of {}",
+                env!("CARGO_PKG_VERSION"),
+                real.join(" ")
+            ),
+            calendar: Some(calendar_now()),
+            ..Header::default()
+        };
+        let base = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let recorder = if settings.transcripts.is_empty() {
+            Recorder::on_stdout(&header)?
+        } else {
+            Recorder::begin(&settings.transcripts, &header, base)?
+        };
+        Ok(Tap {
+            listeners,
+            ports,
+            notes: Notes(Arc::new(Mutex::new(Book {
+                recorder,
+                started: Instant::now(),
+                last: Time::ZERO,
+                present: BTreeSet::new(),
+            }))),
+            connect_timeout: settings.connect_timeout,
+        })
+    }
+
+    /// The port each channel is tapped on.
+    #[must_use]
+    pub fn ports(&self) -> &BTreeMap<Port, u16> {
+        &self.ports
+    }
+
+    /// Carries hosts until `stop` is ready; then every connection is closed.
+    pub async fn run(self, stop: impl Future<Output = ()>) {
+        let mut tasks = Vec::new();
+        for (route, listener) in self.listeners {
+            let accepting = accept(route, listener, self.notes.clone(), self.connect_timeout);
+            tasks.push(tokio::spawn(accepting));
+        }
+        stop.await;
+        for task in tasks {
+            task.abort();
+        }
+    }
+}
+
+async fn accept(route: Route, listener: TcpListener, notes: Notes, connect_timeout: Duration) {
+    let port = route.port;
+    let mut hosts = tokio::task::JoinSet::new();
+    loop {
+        // Those that have ended are not kept.
+        while hosts.try_join_next().is_some() {}
+        let (stream, peer) = match listener.accept().await {
+            Ok(accepted) => accepted,
+            Err(error) => {
+                warn!(
+                    port = port.name(),
+                    "{port}: a connection was not accepted: {error}"
+                );
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+                continue;
+            }
+        };
+        let room = hosts.len() < MAX_HOSTS;
+        let Some(line) = room.then(|| notes.come(port)).flatten() else {
+            warn!(
+                port = port.name(),
+                "{port}: {peer} turned away, {MAX_HOSTS} hosts are there"
+            );
+            relay::reset(&stream);
+            continue;
+        };
+        hosts.spawn(carry(route, line, (stream, peer), notes.clone(), connect_timeout));
+    }
+}
+
+/// One host from its coming to its end.
+async fn carry(
+    route: Route,
+    line: Line,
+    (host, peer): (TcpStream, SocketAddr),
+    notes: Notes,
+    limit: Duration,
+) {
+    let real = route.real;
+    info!(event = "tap-connect", %line, "{line}: {peer} connected, dialling {real}");
+    notes.note(What::Connected {
+        line,
+        peer: without_port(&peer.to_string()),
+    });
+    match tokio::time::timeout(limit, TcpStream::connect(real)).await {
+        Ok(Ok(robot)) => relay::relay(line, &host, &robot, &notes).await,
+        failed => {
+            let reason = match failed {
+                Ok(Err(error)) => error.to_string(),
+                _ => format!("no answer within {limit:?}"),
+            };
+            warn!(event = "tap-refused", %line, "{line}: {real} was not reached: {reason}; {peer} is reset");
+            notes.note(What::Ended {
+                line,
+                by: Party::Robot,
+                how: Ending::Refused,
+            });
+            relay::reset(&host);
+        }
+    }
+    notes.leave(line);
+}
+
+/// The transcripts of a tap and who is there.
+#[derive(Clone)]
+struct Notes(Arc<Mutex<Book>>);
+
+struct Book {
+    recorder: Recorder,
+    started: Instant,
+    /// Time of the last record: times never run back.
+    last: Time,
+    present: BTreeSet<Line>,
+}
+
+impl Notes {
+    /// The book is whole between any two statements, so a panic elsewhere does not matter.
+    fn book(&self) -> MutexGuard<'_, Book> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The lowest number that no host of the channel has.
+    fn come(&self, port: Port) -> Option<Line> {
+        let mut book = self.book();
+        let line = (1..=MAX_PEERS)
+            .map(|peer| Line { port, peer })
+            .find(|line| !book.present.contains(line))?;
+        book.present.insert(line);
+        Some(line)
+    }
+
+    fn leave(&self, line: Line) {
+        self.book().present.remove(&line);
+    }
+
+    /// Writes it down, in the file when this returns.
+    fn note(&self, what: What) {
+        match &what {
+            What::FromHost { line, bytes } => debug!(event = "tap", %line, "{line} < {}", Readable(bytes)),
+            What::FromRobot { line, bytes } => debug!(event = "tap", %line, "{line} > {}", Readable(bytes)),
+            What::Connected { .. } | What::Ended { .. } | What::Panel(_) => {}
+        }
+        let mut book = self.book();
+        let micros = u64::try_from(book.started.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let at = Time::from_micros(micros).max(book.last);
+        book.last = at;
+        book.recorder.record(&Record { at, what });
+        book.recorder.flush();
+    }
+}
+
+#[cfg(test)]
+mod tests;

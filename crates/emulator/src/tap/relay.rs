@@ -1,0 +1,129 @@
+//! One connection of a tap: what one side sends goes to the other as it is, and so do its ends: a close of one half,
+//! a reset. Bytes are written down before they are passed on.
+
+use super::Notes;
+use crate::transcript::{Ending, Line, Party, What};
+use socket2::SockRef;
+use std::io;
+use std::net::Shutdown;
+use std::pin::pin;
+use std::time::Duration;
+use tokio::io::Interest;
+use tokio::net::TcpStream;
+use tracing::{debug, info};
+
+/// Bytes read at once; no more of one direction is ever held.
+const READ_BUFFER: usize = 4_096;
+
+/// Who has reset the connection.
+struct Broken(Party);
+
+/// Carries both directions until both sides have ended, or one has reset the connection.
+pub(super) async fn relay(line: Line, host: &TcpStream, robot: &TcpStream, notes: &Notes) {
+    for stream in [host, robot] {
+        // A text that waits for the next one would change the times.
+        if let Err(error) = stream.set_nodelay(true) {
+            debug!("{line}: no delay not set: {error}");
+        }
+    }
+    if let Err(Broken(by)) = carry(line, host, robot, notes).await {
+        let word = name(by);
+        info!(event = "tap-reset", %line, "{line}: the {word} has reset the connection");
+        notes.note(What::Ended {
+            line,
+            by,
+            how: Ending::Reset,
+        });
+        reset(host);
+        reset(robot);
+    }
+}
+
+async fn carry(line: Line, host: &TcpStream, robot: &TcpStream, notes: &Notes) -> Result<(), Broken> {
+    let mut to_robot = pin!(pass(line, Party::Host, host, robot, notes));
+    let mut to_host = pin!(pass(line, Party::Robot, robot, host, notes));
+    let first = tokio::select! {
+        done = &mut to_robot => done.map(|()| Party::Host)?,
+        done = &mut to_host => done.map(|()| Party::Robot)?,
+    };
+    // Nobody reads from a side that has closed its half; that it resets the rest has to be seen otherwise.
+    match first {
+        Party::Host => tokio::select! {
+            biased;
+            done = &mut to_host => done,
+            () = failed(host) => Err(Broken(Party::Host)),
+        },
+        Party::Robot => tokio::select! {
+            biased;
+            done = &mut to_robot => done,
+            () = failed(robot) => Err(Broken(Party::Robot)),
+        },
+    }
+}
+
+/// One direction until its sender has closed it.
+async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &Notes) -> Result<(), Broken> {
+    let other = match by {
+        Party::Host => Party::Robot,
+        Party::Robot => Party::Host,
+    };
+    let mut buffer = [0; READ_BUFFER];
+    loop {
+        from.readable().await.map_err(|_| Broken(by))?;
+        match from.try_read(&mut buffer) {
+            Ok(0) => break,
+            Ok(length) => {
+                let bytes = buffer.get(..length).unwrap_or_default();
+                let sent = bytes.to_vec();
+                notes.note(match by {
+                    Party::Host => What::FromHost { line, bytes: sent },
+                    Party::Robot => What::FromRobot { line, bytes: sent },
+                });
+                write_all(to, bytes).await.map_err(|_| Broken(other))?;
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(_) => return Err(Broken(by)),
+        }
+    }
+    info!(event = "tap-closed", %line, "{line}: the {} has closed", name(by));
+    notes.note(What::Ended {
+        line,
+        by,
+        how: Ending::Closed,
+    });
+    // Fails when the other side was faster; its own end is seen by the other direction.
+    let _ = SockRef::from(to).shutdown(Shutdown::Write);
+    Ok(())
+}
+
+async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
+    while !bytes.is_empty() {
+        stream.writable().await?;
+        match stream.try_write(bytes) {
+            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
+            Ok(written) => bytes = bytes.get(written..).unwrap_or_default(),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}
+
+/// Ready when the connection has failed.
+async fn failed(stream: &TcpStream) {
+    // An error of the waiting itself comes to the same.
+    let _ = stream.ready(Interest::ERROR).await;
+}
+
+/// Has the connection end by a reset when it is dropped.
+pub(super) fn reset(stream: &TcpStream) {
+    // Fails when the connection is gone, which comes to the same.
+    let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));
+}
+
+const fn name(party: Party) -> &'static str {
+    match party {
+        Party::Host => "host",
+        Party::Robot => "controller",
+    }
+}

@@ -1,0 +1,315 @@
+//! Tests of the tap between plain sockets: bytes and ends pass as they are, nothing else does.
+
+use super::*;
+use crate::embed::single_threaded;
+use crate::transcript::{Format, Recording};
+use socket2::SockRef;
+use std::io::{ErrorKind, Read, Write};
+use std::net::{Shutdown, TcpListener as Listener, TcpStream as Stream};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::thread::JoinHandle;
+use tokio::sync::oneshot;
+
+const LONG: Duration = Duration::from_secs(30);
+/// Long enough for something that should not come.
+const SHORT: Duration = Duration::from_millis(50);
+
+/// A tap of IP0 in a thread of its own.
+struct Tapped {
+    address: SocketAddr,
+    path: PathBuf,
+    stop: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Tapped {
+    fn before(real: SocketAddr) -> Tapped {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("ts3100-tap-{}-{count}.txt", std::process::id()));
+        let settings = TapSettings {
+            routes: vec![Route {
+                port: Port::Ip0,
+                listen: "127.0.0.1:0".parse().unwrap(),
+                real,
+            }],
+            transcripts: vec![TranscriptFile {
+                path: path.clone(),
+                format: Format::Text,
+            }],
+            connect_timeout: LONG,
+        };
+        let (stop, stopped) = oneshot::channel::<()>();
+        let (tell, told) = std::sync::mpsc::channel();
+        let thread = std::thread::spawn(move || {
+            single_threaded().unwrap().block_on(async {
+                let tap = Tap::open(&settings).unwrap();
+                tell.send(tap.ports()[&Port::Ip0]).unwrap();
+                tap.run(async {
+                    let _ = stopped.await;
+                })
+                .await;
+            });
+        });
+        Tapped {
+            address: SocketAddr::new("127.0.0.1".parse().unwrap(), told.recv().unwrap()),
+            path,
+            stop: Some(stop),
+            thread: Some(thread),
+        }
+    }
+
+    fn dial(&self) -> Stream {
+        let stream = Stream::connect(self.address).unwrap();
+        stream.set_read_timeout(Some(LONG)).unwrap();
+        stream
+    }
+
+    fn whats(&self) -> Vec<What> {
+        let recording = Recording::read(&self.path).unwrap();
+        recording.records.into_iter().map(|record| record.what).collect()
+    }
+
+    /// Waits until so many things are written down.
+    fn noted(&self, count: usize) -> Vec<What> {
+        let start = Instant::now();
+        loop {
+            let whats = self.whats();
+            if whats.len() >= count {
+                return whats;
+            }
+            assert!(start.elapsed() < LONG, "{count} records awaited, {whats:?} found");
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
+
+impl Drop for Tapped {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+fn real() -> (Listener, SocketAddr) {
+    let listener = Listener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap();
+    (listener, address)
+}
+
+fn accept(listener: &Listener) -> Stream {
+    let (stream, _) = listener.accept().unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    stream
+}
+
+fn read(stream: &mut Stream, count: usize) -> Vec<u8> {
+    let mut bytes = vec![0; count];
+    stream.read_exact(&mut bytes).unwrap();
+    bytes
+}
+
+fn cut(stream: Stream) {
+    SockRef::from(&stream).set_linger(Some(Duration::ZERO)).unwrap();
+    drop(stream);
+}
+
+fn is_reset(stream: &mut Stream) -> bool {
+    matches!(stream.read(&mut [0; 8]), Err(error) if error.kind() == ErrorKind::ConnectionReset)
+}
+
+const LINE: Line = Line::first(Port::Ip0);
+
+fn ended(by: Party, how: Ending) -> What {
+    What::Ended { line: LINE, by, how }
+}
+
+fn connected(peer: u16) -> What {
+    What::Connected {
+        line: Line { peer, ..LINE },
+        peer: "127.0.0.1".to_owned(),
+    }
+}
+
+#[test]
+fn bytes_pass_unchanged_and_a_half_close_stays_one() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let mut host = tap.dial();
+    let mut robot = accept(&listener);
+    let every: Vec<u8> = (0..=255).collect();
+    host.write_all(&every).unwrap();
+    assert_eq!(read(&mut robot, 256), every);
+    robot.write_all(&every).unwrap();
+    assert_eq!(read(&mut host, 256), every);
+    host.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(
+        robot.read(&mut [0; 8]).unwrap(),
+        0,
+        "the close of the host arrives"
+    );
+    robot.write_all(b"late").unwrap();
+    assert_eq!(read(&mut host, 4), b"late", "what comes behind it is passed on");
+    drop(robot);
+    assert_eq!(host.read(&mut [0; 8]).unwrap(), 0);
+    let host_bytes = What::FromHost {
+        line: LINE,
+        bytes: every.clone(),
+    };
+    let robot_bytes = |bytes: &[u8]| What::FromRobot {
+        line: LINE,
+        bytes: bytes.to_vec(),
+    };
+    assert_eq!(
+        tap.noted(6),
+        [
+            connected(1),
+            host_bytes,
+            robot_bytes(&every),
+            ended(Party::Host, Ending::Closed),
+            robot_bytes(b"late"),
+            ended(Party::Robot, Ending::Closed),
+        ]
+    );
+}
+
+#[test]
+fn a_stream_larger_than_every_buffer_passes_while_nobody_reads_for_a_while() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let mut host = tap.dial();
+    let mut robot = accept(&listener);
+    let sent: Vec<u8> = (0..4_000_000_u32).map(|number| (number % 251) as u8).collect();
+    let copy = sent.clone();
+    let writing = std::thread::spawn(move || {
+        host.write_all(&copy).unwrap();
+        host
+    });
+    std::thread::sleep(SHORT);
+    assert!(read(&mut robot, sent.len()) == sent);
+    let mut host = writing.join().unwrap();
+    robot.write_all(b"done").unwrap();
+    assert_eq!(read(&mut host, 4), b"done");
+}
+
+#[test]
+fn the_tap_says_nothing_of_its_own() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    listener.set_nonblocking(true).unwrap();
+    std::thread::sleep(SHORT);
+    assert!(listener.accept().is_err(), "no connection before a host comes");
+    listener.set_nonblocking(false).unwrap();
+    let mut host = tap.dial();
+    let mut robot = accept(&listener);
+    for stream in [&mut host, &mut robot] {
+        stream.set_read_timeout(Some(SHORT)).unwrap();
+        let error = stream.read(&mut [0; 8]).unwrap_err();
+        assert!(
+            matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn a_reset_of_either_side_arrives_as_a_reset() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let meet = || {
+        let (mut host, mut robot) = (tap.dial(), accept(&listener));
+        host.write_all(b"x").unwrap();
+        read(&mut robot, 1);
+        (host, robot)
+    };
+    let (host, mut robot) = meet();
+    cut(host);
+    assert!(is_reset(&mut robot));
+    assert_eq!(tap.noted(3)[2], ended(Party::Host, Ending::Reset));
+    let (mut host, robot) = meet();
+    cut(robot);
+    assert!(is_reset(&mut host));
+    assert_eq!(tap.noted(6)[5], ended(Party::Robot, Ending::Reset));
+}
+
+#[test]
+fn a_host_that_closes_its_half_and_then_resets_the_rest_is_seen() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let host = tap.dial();
+    let mut robot = accept(&listener);
+    host.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(robot.read(&mut [0; 8]).unwrap(), 0);
+    cut(host);
+    let whats = tap.noted(3);
+    assert_eq!(
+        whats[1..],
+        [
+            ended(Party::Host, Ending::Closed),
+            ended(Party::Host, Ending::Reset)
+        ]
+    );
+}
+
+#[test]
+fn a_controller_that_is_not_there_is_said_and_the_next_host_is_carried() {
+    let (listener, address) = real();
+    drop(listener);
+    let tap = Tapped::before(address);
+    let mut host = tap.dial();
+    assert!(is_reset(&mut host));
+    assert_eq!(tap.noted(2), [connected(1), ended(Party::Robot, Ending::Refused)]);
+    let listener = Listener::bind(address).unwrap();
+    let mut host = tap.dial();
+    let mut robot = accept(&listener);
+    host.write_all(b"SO").unwrap();
+    assert_eq!(read(&mut robot, 2), b"SO");
+}
+
+#[test]
+fn hosts_at_once_are_told_apart_and_the_controller_decides_who_stays() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let _first = tap.dial();
+    let _robot = accept(&listener);
+    let mut second = tap.dial();
+    drop(accept(&listener));
+    assert_eq!(second.read(&mut [0; 8]).unwrap(), 0);
+    let whats = tap.noted(3);
+    assert_eq!(whats[..2], [connected(1), connected(2)]);
+    let line = Line { peer: 2, ..LINE };
+    assert_eq!(
+        whats[2],
+        What::Ended {
+            line,
+            by: Party::Robot,
+            how: Ending::Closed
+        }
+    );
+}
+
+#[test]
+fn more_hosts_than_there_is_room_for_are_turned_away() {
+    let (listener, address) = real();
+    let tap = Tapped::before(address);
+    let mut there = Vec::new();
+    for _ in 0..MAX_HOSTS {
+        there.push((tap.dial(), accept(&listener)));
+    }
+    assert!(is_reset(&mut tap.dial()));
+    assert_eq!(tap.noted(MAX_HOSTS).len(), MAX_HOSTS);
+    there.clear();
+    let start = Instant::now();
+    // Room is there again as soon as the ends are seen.
+    while is_reset(&mut {
+        let host = tap.dial();
+        host.set_read_timeout(Some(SHORT)).unwrap();
+        host
+    }) {
+        assert!(start.elapsed() < LONG);
+    }
+}

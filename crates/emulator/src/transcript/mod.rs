@@ -1,0 +1,294 @@
+//! Transcripts: what went over each port and what was done at the panel, in order and with times, and the forms
+//! it is kept in: text to be read and replayed, JSON lines for programs, pcapng for Wireshark. Who was listening
+//! (the hub of a running emulator, a tap in front of a real controller) is not known here.
+
+pub mod json;
+pub mod notation;
+pub mod panel;
+pub mod pcapng;
+mod recorder;
+mod tape;
+pub mod text;
+
+pub use recorder::{MAX_BYTES, Recorder, RecorderError};
+pub use tape::{Observer, Tape};
+
+use core::fmt;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use ts3100_controller::{Panel, Port, Time};
+use ts3100_proto::calendar::CalendarTime;
+
+/// Largest transcript that is read, in bytes.
+pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
+/// Most peers of one port that are told apart.
+pub const MAX_PEERS: u16 = 999;
+
+/// A peer of a port: the first, or one that came while others were there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Line {
+    /// The port.
+    pub port: Port,
+    /// From 1, at most [`MAX_PEERS`].
+    pub peer: u16,
+}
+
+impl Line {
+    /// The first peer of a port.
+    #[must_use]
+    pub const fn first(port: Port) -> Line {
+        Line { port, peer: 1 }
+    }
+
+    /// `IP0`, or `IP0#2` for the second of two that are there at once.
+    ///
+    /// # Errors
+    /// What is no port or no number of a peer.
+    pub fn parse(word: &str) -> Result<Line, String> {
+        let (name, peer) = match word.split_once('#') {
+            Some((name, number)) => {
+                let peer = number
+                    .parse()
+                    .ok()
+                    .filter(|number| (1..=MAX_PEERS).contains(number));
+                (
+                    name,
+                    peer.ok_or_else(|| format!("1 to {MAX_PEERS} expected behind #, found {number}"))?,
+                )
+            }
+            None => (word, 1),
+        };
+        let port = Port::ALL.into_iter().find(|port| port.name() == name);
+        let port = port.ok_or_else(|| format!("a port expected, for example IP0, found {name}"))?;
+        Ok(Line { port, peer })
+    }
+}
+
+impl fmt::Display for Line {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.peer {
+            1 => self.port.fmt(f),
+            peer => write!(f, "{}#{peer}", self.port),
+        }
+    }
+}
+
+/// One of the two ends of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Party {
+    /// The host.
+    Host,
+    /// The controller.
+    Robot,
+}
+
+/// How a connection ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ending {
+    /// By a close in order.
+    Closed,
+    /// By a reset.
+    Reset,
+    /// There was none: the controller could not be reached.
+    Refused,
+}
+
+/// What happened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum What {
+    /// A peer came.
+    Connected {
+        /// Where.
+        line: Line,
+        /// Its address without the port number, which is another one each time.
+        peer: String,
+    },
+    /// Bytes of the host, as they were cut.
+    FromHost {
+        /// Where.
+        line: Line,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// Bytes of the controller, as they were cut.
+    FromRobot {
+        /// Where.
+        line: Line,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// One of the two ended a connection, or its half of one.
+    Ended {
+        /// Where.
+        line: Line,
+        /// Which of them.
+        by: Party,
+        /// How.
+        how: Ending,
+    },
+    /// Something was done at the controller itself.
+    Panel(Panel),
+}
+
+/// Something that happened, and when.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Record {
+    /// Since the start of the recording; virtual time where it is an emulator's.
+    pub at: Time,
+    /// What.
+    pub what: What,
+}
+
+/// What there was before the first record.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Header {
+    /// `observed`, and by what.
+    pub origin: String,
+    /// Date and time at the start, when they are known and not those of a fresh controller.
+    pub calendar: Option<CalendarTime>,
+    /// Flags of `serve` that make the controller, for example `dialect=manual` or `set=text.stx=required`.
+    pub flags: Vec<String>,
+    /// Files on the RAM drive.
+    pub files: Vec<(String, Vec<u8>)>,
+    /// The file selected.
+    pub select: Option<String>,
+}
+
+/// A transcript as read.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Recording {
+    /// What there was before.
+    pub header: Header,
+    /// What happened, in order.
+    pub records: Vec<Record>,
+    /// For each record the line of the file it stands in.
+    pub lines: Vec<usize>,
+}
+
+/// A transcript that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file.
+    #[error("cannot read {}: {source}", path.display())]
+    File {
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// What stands in it.
+    #[error("{}:{line}: {reason}", path.display())]
+    Line {
+        /// Which file.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// What was expected and found.
+        reason: String,
+    },
+    /// A capture.
+    #[error("{}: expected a transcript as text (.txt) or JSON lines (.jsonl), found a capture for Wireshark", .0.display())]
+    Capture(PathBuf),
+}
+
+/// The form of a transcript.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Text.
+    Text,
+    /// JSON lines.
+    Json,
+    /// pcapng.
+    Pcapng,
+}
+
+impl Format {
+    /// By the ending of a file's name; none is text.
+    #[must_use]
+    pub fn of(path: &Path) -> Option<Format> {
+        match path
+            .extension()
+            .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
+        {
+            None => Some(Format::Text),
+            Some(ending) => match ending.as_str() {
+                "txt" => Some(Format::Text),
+                "jsonl" => Some(Format::Json),
+                "pcapng" => Some(Format::Pcapng),
+                _ => None,
+            },
+        }
+    }
+}
+
+/// A file a transcript is to be written to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct TranscriptFile {
+    /// Where.
+    pub path: PathBuf,
+    /// In which form.
+    pub format: Format,
+}
+
+/// A name whose ending is none of ours.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected a name that ends in .txt, .jsonl or .pcapng, found `{0}`")]
+pub struct FormatError(String);
+
+impl FromStr for TranscriptFile {
+    type Err = FormatError;
+
+    fn from_str(word: &str) -> Result<TranscriptFile, FormatError> {
+        let path = PathBuf::from(word);
+        match Format::of(&path) {
+            Some(format) if !word.is_empty() => Ok(TranscriptFile { path, format }),
+            _ => Err(FormatError(word.to_owned())),
+        }
+    }
+}
+
+impl Recording {
+    /// Reads a transcript that was kept as text or JSON lines.
+    ///
+    /// # Errors
+    /// See [`ReadError`].
+    pub fn read(path: &Path) -> Result<Recording, ReadError> {
+        let whole = || -> std::io::Result<String> {
+            if std::fs::metadata(path)?.len() > MAX_TRANSCRIPT {
+                return Err(std::io::Error::other(format!(
+                    "larger than {MAX_TRANSCRIPT} bytes"
+                )));
+            }
+            std::fs::read_to_string(path)
+        };
+        if Format::of(path) == Some(Format::Pcapng) {
+            return Err(ReadError::Capture(path.to_path_buf()));
+        }
+        let content = whole().map_err(|source| ReadError::File {
+            path: path.to_path_buf(),
+            source,
+        })?;
+        let read = if Format::of(path) == Some(Format::Json) {
+            json::read(&content)
+        } else {
+            text::read(&content)
+        };
+        read.map_err(|(line, reason)| ReadError::Line {
+            path: path.to_path_buf(),
+            line,
+            reason,
+        })
+    }
+}
+
+/// The address without the number of its port.
+#[must_use]
+pub fn without_port(peer: &str) -> String {
+    match peer.parse::<std::net::SocketAddr>() {
+        Ok(address) => address.ip().to_string(),
+        Err(_) => peer.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests;

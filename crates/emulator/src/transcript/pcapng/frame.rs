@@ -1,0 +1,155 @@
+//! Synthetic Ethernet, IPv4 and TCP around the bytes of a connection: sequence numbers and checksums as a real
+//! capture has them. The addresses are those set aside for documentation, the ports of the controller the
+//! manual's.
+
+use super::super::Party;
+use ts3100_controller::Port;
+
+/// TCP flags.
+pub(super) const FIN: u8 = 0x01;
+pub(super) const SYN: u8 = 0x02;
+pub(super) const RST: u8 = 0x04;
+pub(super) const PSH: u8 = 0x08;
+pub(super) const ACK: u8 = 0x10;
+/// Data bytes of a segment.
+pub(super) const MSS: usize = 1_460;
+
+/// The controller: 192.0.2.1.
+const ROBOT: [u8; 4] = [192, 0, 2, 1];
+/// Every host: 192.0.2.2.
+const HOST: [u8; 4] = [192, 0, 2, 2];
+const ROBOT_MAC: [u8; 6] = [2, 0, 0, 0, 0, 1];
+const HOST_MAC: [u8; 6] = [2, 0, 0, 0, 0, 2];
+/// Port of IP0; the others follow (ETH-05).
+const FIRST_PORT: u16 = 1_000;
+/// Ports of hosts begin here, one for each connection, and begin anew behind the last.
+const FIRST_HOST_PORT: u16 = 49_152;
+const HOST_PORTS: u16 = u16::MAX - FIRST_HOST_PORT;
+/// Sequence number of a SYN of either side.
+const FIRST_SEQUENCE: u32 = 1_000;
+const IPV4_TYPE: u16 = 0x0800;
+const TCP: u8 = 6;
+const IP_HEADER: usize = 20;
+const TCP_HEADER: usize = 20;
+const HOPS: u8 = 64;
+const WINDOW: u16 = u16::MAX;
+const DO_NOT_FRAGMENT: u16 = 0x4000;
+
+/// A connection as its segments see it.
+#[derive(Debug, Clone)]
+pub(super) struct Flow {
+    robot_port: u16,
+    host_port: u16,
+    /// Next sequence number of each side.
+    robot: u32,
+    host: u32,
+}
+
+impl Flow {
+    /// A connection to a channel, the `number`th of the transcript.
+    pub(super) fn new(port: Port, number: u16) -> Flow {
+        let channel = port.ethernet_index().and_then(|index| u16::try_from(index).ok());
+        Flow {
+            robot_port: FIRST_PORT + channel.unwrap_or(0),
+            host_port: FIRST_HOST_PORT + number % HOST_PORTS,
+            robot: FIRST_SEQUENCE,
+            host: FIRST_SEQUENCE,
+        }
+    }
+
+    /// The next frame of one side. `data` has at most [`MSS`] bytes.
+    pub(super) fn frame(&mut self, by: Party, flags: u8, data: &[u8], identification: u16) -> Vec<u8> {
+        let length = u32::try_from(data.len()).unwrap_or(0);
+        let advance = length + u32::from(flags & (SYN | FIN) != 0);
+        let (sequence, acknowledged) = match by {
+            Party::Host => (self.host, self.robot),
+            Party::Robot => (self.robot, self.host),
+        };
+        let acknowledged = if flags & ACK == 0 { 0 } else { acknowledged };
+        let segment = self.segment(by, flags, sequence, acknowledged, data);
+        match by {
+            Party::Host => self.host = self.host.wrapping_add(advance),
+            Party::Robot => self.robot = self.robot.wrapping_add(advance),
+        }
+        let (to, from) = match by {
+            Party::Host => (ROBOT_MAC, HOST_MAC),
+            Party::Robot => (HOST_MAC, ROBOT_MAC),
+        };
+        let mut frame = Vec::with_capacity(14 + IP_HEADER + segment.len());
+        frame.extend(to);
+        frame.extend(from);
+        frame.extend(IPV4_TYPE.to_be_bytes());
+        frame.extend(packet_header(by, segment.len(), identification));
+        frame.extend(segment);
+        frame
+    }
+
+    fn segment(&self, by: Party, flags: u8, sequence: u32, acknowledged: u32, data: &[u8]) -> Vec<u8> {
+        let (from, to) = match by {
+            Party::Host => (self.host_port, self.robot_port),
+            Party::Robot => (self.robot_port, self.host_port),
+        };
+        let mut segment = Vec::with_capacity(TCP_HEADER + data.len());
+        segment.extend(from.to_be_bytes());
+        segment.extend(to.to_be_bytes());
+        segment.extend(sequence.to_be_bytes());
+        segment.extend(acknowledged.to_be_bytes());
+        // Five words of header, no options.
+        segment.extend([5 << 4, flags]);
+        segment.extend(WINDOW.to_be_bytes());
+        segment.extend([0; 4]);
+        segment.extend_from_slice(data);
+        let (source, destination) = addresses(by);
+        let length = u16::try_from(segment.len()).unwrap_or(u16::MAX);
+        let pseudo = [
+            source.as_slice(),
+            &destination,
+            &[0, TCP],
+            &length.to_be_bytes(),
+            &segment,
+        ]
+        .concat();
+        put(&mut segment, 16, checksum(&pseudo));
+        segment
+    }
+}
+
+fn addresses(by: Party) -> ([u8; 4], [u8; 4]) {
+    match by {
+        Party::Host => (HOST, ROBOT),
+        Party::Robot => (ROBOT, HOST),
+    }
+}
+
+fn packet_header(by: Party, length: usize, identification: u16) -> Vec<u8> {
+    let total = u16::try_from(IP_HEADER + length).unwrap_or(u16::MAX);
+    let (source, destination) = addresses(by);
+    let mut header = vec![0x45, 0];
+    header.extend(total.to_be_bytes());
+    header.extend(identification.to_be_bytes());
+    header.extend(DO_NOT_FRAGMENT.to_be_bytes());
+    header.extend([HOPS, TCP, 0, 0]);
+    header.extend(source);
+    header.extend(destination);
+    let sum = checksum(&header);
+    put(&mut header, 10, sum);
+    header
+}
+
+fn put(bytes: &mut [u8], at: usize, word: u16) {
+    if let Some(place) = bytes.get_mut(at..at + 2) {
+        place.copy_from_slice(&word.to_be_bytes());
+    }
+}
+
+/// The sum of the Internet protocols (RFC 1071).
+pub(super) fn checksum(bytes: &[u8]) -> u16 {
+    let (pairs, odd) = bytes.as_chunks::<2>();
+    let words = pairs.iter().map(|pair| u32::from(u16::from_be_bytes(*pair)));
+    let last = odd.first().map_or(0, |byte| u32::from(*byte) << 8);
+    let mut sum = words.sum::<u32>() + last;
+    while sum > 0xFFFF {
+        sum = (sum & 0xFFFF) + (sum >> 16);
+    }
+    !u16::try_from(sum).unwrap_or(0)
+}

@@ -1,0 +1,166 @@
+//! Writing transcripts to files while something runs. Everything recorded has left the process when
+//! [`Recorder::flush`] returns, so a killed process leaves a whole transcript behind. A disk that fails ends the
+//! transcript, never what is recorded.
+
+use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::time::Duration;
+use tracing::error;
+
+/// Largest transcript that is written, in bytes; it ends there.
+pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;
+
+/// A transcript that cannot be begun.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write the transcript {}: {source}", path.display())]
+pub struct RecorderError {
+    /// Where.
+    path: PathBuf,
+    /// What the system said.
+    source: io::Error,
+}
+
+#[derive(Debug)]
+enum Writer {
+    Text(text::Writer),
+    Json,
+    Pcapng(Box<pcapng::Writer>),
+}
+
+struct Output {
+    path: PathBuf,
+    file: Box<dyn Write + Send>,
+    writer: Writer,
+    /// Not written yet: what came since the last flush.
+    waiting: Vec<u8>,
+    written: u64,
+}
+
+impl Output {
+    fn begin(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
+        let writer = match target.format {
+            Format::Text => Writer::Text(text::Writer::default()),
+            Format::Json => Writer::Json,
+            Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
+        };
+        let file = Box::new(File::create(&target.path)?);
+        Output::over(target.path.clone(), file, writer, header)
+    }
+
+    fn over(
+        path: PathBuf,
+        file: Box<dyn Write + Send>,
+        writer: Writer,
+        header: &Header,
+    ) -> io::Result<Output> {
+        let mut output = Output {
+            path,
+            file,
+            writer,
+            waiting: Vec::new(),
+            written: 0,
+        };
+        match &mut output.writer {
+            Writer::Text(writer) => writer.header(header, &mut output.waiting),
+            Writer::Json => json::write_header(header, &mut output.waiting),
+            Writer::Pcapng(writer) => writer.header(header, &mut output.waiting),
+        }
+        output.flush()?;
+        Ok(output)
+    }
+
+    fn record(&mut self, record: &Record) {
+        match &mut self.writer {
+            Writer::Text(writer) => writer.record(record, &mut self.waiting),
+            Writer::Json => json::write_record(record, &mut self.waiting),
+            Writer::Pcapng(writer) => writer.record(record, &mut self.waiting),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        let length = self.waiting.len() as u64;
+        if self.written + length > MAX_BYTES {
+            return Err(io::Error::other(format!("it has {MAX_BYTES} bytes, the most")));
+        }
+        let done = self
+            .file
+            .write_all(&self.waiting)
+            .and_then(|()| self.file.flush());
+        self.waiting.clear();
+        self.written += length;
+        done
+    }
+}
+
+/// The files of the transcripts of one run.
+#[derive(Default)]
+pub struct Recorder {
+    outputs: Vec<Output>,
+}
+
+impl Recorder {
+    /// Begins a transcript in each of these files, which are made anew. `base` is the time of the first moment
+    /// since 1970 in a capture.
+    ///
+    /// # Errors
+    /// The first file that cannot be written.
+    pub fn begin(
+        targets: &[TranscriptFile],
+        header: &Header,
+        base: Duration,
+    ) -> Result<Recorder, RecorderError> {
+        let begin = |target: &TranscriptFile| {
+            Output::begin(target, header, base).map_err(|source| RecorderError {
+                path: target.path.clone(),
+                source,
+            })
+        };
+        let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
+        Ok(Recorder { outputs })
+    }
+
+    /// A transcript as text on stdout.
+    ///
+    /// # Errors
+    /// stdout cannot be written.
+    pub fn on_stdout(header: &Header) -> Result<Recorder, RecorderError> {
+        let path = PathBuf::from("stdout");
+        let writer = Writer::Text(text::Writer::default());
+        let output = Output::over(path.clone(), Box::new(io::stdout()), writer, header);
+        let output = output.map_err(|source| RecorderError { path, source })?;
+        Ok(Recorder {
+            outputs: vec![output],
+        })
+    }
+
+    /// Whether anything is written at all.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        !self.outputs.is_empty()
+    }
+
+    /// Takes a record; it is in the files after [`Recorder::flush`].
+    pub fn record(&mut self, record: &Record) {
+        self.outputs.iter_mut().for_each(|output| output.record(record));
+    }
+
+    /// Writes what was recorded. A file that cannot be written is given up with a line in the log.
+    pub fn flush(&mut self) {
+        self.outputs.retain_mut(|output| {
+            if output.waiting.is_empty() {
+                return true;
+            }
+            let done = output.flush();
+            if let Err(reason) = &done {
+                let path = output.path.display().to_string();
+                error!(
+                    event = "transcript-ended",
+                    path, "the transcript {path} ends here: {reason}"
+                );
+            }
+            done.is_ok()
+        });
+    }
+}

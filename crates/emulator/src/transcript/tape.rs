@@ -1,0 +1,114 @@
+//! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
+//! down. No sockets here, so embedded, stepped and replayed controllers give the same.
+
+use super::{Ending, Header, Line, Party, Record, Recorder, RecorderError, What, without_port};
+use crate::config::Settings;
+use crate::loading::Powered;
+use std::collections::BTreeSet;
+use std::time::Duration;
+use ts3100_controller::options::{Config, Dialect};
+use ts3100_controller::{Input, Output, Port, Time};
+
+/// Turns inputs and outputs into what happened on the lines.
+#[derive(Debug, Clone, Default)]
+pub struct Observer {
+    /// Ports with a peer: to others nothing is sent, whatever the controller puts out.
+    connected: BTreeSet<Port>,
+}
+
+impl Observer {
+    /// An input of the controller; `by` is who has caused it.
+    pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
+        match input {
+            // A recording is played with both ends of a serial line set alike.
+            Input::Tick | Input::Line { .. } | Input::LineFaults { .. } | Input::LinePurged { .. } => None,
+            Input::Connected { port, peer } => {
+                self.connected.insert(*port);
+                Some(What::Connected {
+                    line: Line::first(*port),
+                    peer: without_port(peer),
+                })
+            }
+            Input::Received { port, bytes } => Some(What::FromHost {
+                line: Line::first(*port),
+                bytes: bytes.clone(),
+            }),
+            Input::Disconnected { port } => {
+                self.connected.remove(port);
+                Some(What::Ended {
+                    line: Line::first(*port),
+                    by,
+                    how: Ending::Closed,
+                })
+            }
+            Input::Panel(panel) => Some(What::Panel(panel.clone())),
+        }
+    }
+
+    /// An output of the controller, if a peer sees it.
+    #[must_use]
+    pub fn output(&self, output: &Output) -> Option<What> {
+        match output {
+            Output::Send { port, bytes } if self.connected.contains(port) => Some(What::FromRobot {
+                line: Line::first(*port),
+                bytes: bytes.clone(),
+            }),
+            _ => None,
+        }
+    }
+}
+
+/// The transcripts of a running controller.
+#[derive(Default)]
+pub struct Tape {
+    recorder: Recorder,
+    observer: Observer,
+}
+
+impl Tape {
+    /// Begins the transcripts that the settings ask for.
+    ///
+    /// # Errors
+    /// The first file that cannot be written.
+    pub fn begin(settings: &Settings, powered: &Powered) -> Result<Tape, RecorderError> {
+        let calendar = settings.controller.calendar;
+        let header = Header {
+            origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
+            calendar: Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar),
+            flags: settings.flags.clone(),
+            files: powered.files.clone(),
+            select: settings.select.clone(),
+        };
+        Ok(Tape {
+            recorder: Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?,
+            observer: Observer::default(),
+        })
+    }
+
+    /// An input is about to be handled.
+    pub fn input(&mut self, at: Time, input: &Input, by: Party) {
+        if self.recorder.is_on() {
+            let what = self.observer.input(input, by);
+            self.record(at, what);
+        }
+    }
+
+    /// An output is about to be carried out.
+    pub fn output(&mut self, at: Time, output: &Output) {
+        if self.recorder.is_on() {
+            let what = self.observer.output(output);
+            self.record(at, what);
+        }
+    }
+
+    /// All of it leaves the process.
+    pub fn flush(&mut self) {
+        self.recorder.flush();
+    }
+
+    fn record(&mut self, at: Time, what: Option<What>) {
+        if let Some(what) = what {
+            self.recorder.record(&Record { at, what });
+        }
+    }
+}

@@ -1,0 +1,251 @@
+//! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
+
+use super::*;
+use ts3100_proto::calendar::CalendarTime;
+
+fn sample_header() -> Header {
+    Header {
+        origin: "observed, a test".to_owned(),
+        calendar: Some(CalendarTime {
+            year: 2026,
+            month: 11,
+            day: 21,
+            hour: 10,
+            minute: 0,
+            second: 59,
+        }),
+        flags: vec!["dialect=manual".to_owned(), "set=text.stx=required".to_owned()],
+        files: vec![
+            ("A".to_owned(), b"PROGRAM A\n\n  X = 1 \nEND\n".to_vec()),
+            ("B".to_owned(), b"PROGRAM B\rEND\r".to_vec()),
+            ("C".to_owned(), b"one\ntab\there\nlast without end ".to_vec()),
+            ("D".to_owned(), Vec::new()),
+        ],
+        select: Some("A".to_owned()),
+    }
+}
+
+/// A recording with everything a transcript can hold.
+pub(super) fn sample() -> (Header, Vec<Record>) {
+    let ip0 = Line::first(Port::Ip0);
+    let second = Line {
+        port: Port::Ip0,
+        peer: 2,
+    };
+    let ip1 = Line::first(Port::Ip1);
+    let every: Vec<u8> = (0..=255).collect();
+    let host = |line, bytes: &[u8]| What::FromHost {
+        line,
+        bytes: bytes.to_vec(),
+    };
+    let robot = |line, bytes: &[u8]| What::FromRobot {
+        line,
+        bytes: bytes.to_vec(),
+    };
+    let ended = |line, by, how| What::Ended { line, by, how };
+    let whats = [
+        What::Panel(Panel::Servo(true)),
+        What::Connected {
+            line: ip0,
+            peer: "192.0.2.7".to_owned(),
+        },
+        host(ip0, b"\x02SO\r\x03"),
+        robot(ip0, b"\x02OK\r\x03"),
+        host(ip0, b"\x02SO\r\x03\x02SU\r\x03"),
+        host(ip0, b"SO\r\x03"),
+        host(ip0, b"\x02"),
+        robot(ip0, b"\x02FL,\x02\x03\x00\xFF\x1A\x03"),
+        host(ip0, &every),
+        What::Connected {
+            line: ip1,
+            peer: String::new(),
+        },
+        robot(ip1, b"nothing"),
+        robot(ip1, b"REQ \r"),
+        robot(ip1, b"blank "),
+        host(ip1, b"7,<8>\r\n"),
+        What::Connected {
+            line: second,
+            peer: "::1".to_owned(),
+        },
+        ended(second, Party::Robot, Ending::Refused),
+        ended(ip1, Party::Host, Ending::Reset),
+        ended(ip0, Party::Host, Ending::Closed),
+        ended(ip0, Party::Robot, Ending::Closed),
+    ];
+    let mut at = Time::ZERO;
+    let pauses = [0_u64, 1, 999, 1_000, 1_000_000, 250_000, 1_234_567];
+    let records = whats
+        .into_iter()
+        .zip(pauses.into_iter().cycle())
+        .map(|(what, pause)| {
+            at = at + std::time::Duration::from_micros(pause);
+            Record { at, what }
+        });
+    (sample_header(), records.collect())
+}
+
+fn as_text(header: &Header, records: &[Record]) -> String {
+    let (mut writer, mut out) = (text::Writer::default(), Vec::new());
+    writer.header(header, &mut out);
+    records.iter().for_each(|record| writer.record(record, &mut out));
+    String::from_utf8(out).unwrap()
+}
+
+fn as_json(header: &Header, records: &[Record]) -> String {
+    let mut out = Vec::new();
+    json::write_header(header, &mut out);
+    records
+        .iter()
+        .for_each(|record| json::write_record(record, &mut out));
+    String::from_utf8(out).unwrap()
+}
+
+#[test]
+fn text_and_json_read_back_what_was_recorded() {
+    let (header, records) = sample();
+    for read in [
+        text::read(&as_text(&header, &records)),
+        json::read(&as_json(&header, &records)),
+    ] {
+        let read = read.unwrap();
+        assert_eq!(read.header, header);
+        assert_eq!(read.records, records);
+        assert_eq!(read.lines.len(), records.len());
+    }
+}
+
+#[test]
+fn a_text_is_in_the_notation_of_the_hand_written_ones() {
+    let (header, records) = sample();
+    let text = as_text(&header, &records);
+    let expected = "origin: observed, a test
+clauses: none
+calendar: 2026-11-21 10:00:59
+flag: dialect=manual
+flag: set=text.stx=required
+file A
+| PROGRAM A
+|
+|   X = 1 
+| END
+file B
+|: PROGRAM B<CR>END<CR>
+file C
+| one
+|: tab<09>here<LF>
+|: last without end<20>
+file D
+select A
+! servo on
+@+1us
+! connect IP0 192.0.2.7
+@+999us
+> IP0 SO<CR>
+@+1ms
+< IP0 OK<CR>
+@+1s
+>: IP0 <STX>SO<CR><ETX><STX>SU<CR><ETX>
+@+250ms
+>: IP0 SO<CR><ETX>
+@+1234567us
+>: IP0 <STX>
+< IP0 FL,<STX><ETX><00><FF><EOF>
+";
+    assert!(text.starts_with(expected), "{text}");
+    for line in [
+        "<: IP1 nothing\n",
+        "< IP1 REQ <CR>\n",
+        "< IP1 blank<20>\n",
+        "> IP1 7,<3C>8><CR><LF>\n",
+        "! connect IP1\n",
+        "! connect IP0#2 ::1\n",
+        "! closed IP0#2 refused\n",
+        "! disconnect IP1 reset\n",
+        "! disconnect IP0\n",
+        "! closed IP0\n",
+    ] {
+        assert!(text.contains(line), "{line} in {text}");
+    }
+}
+
+#[test]
+fn what_does_not_hold_is_refused_with_its_line() {
+    for line in [
+        "> IP9 SO",
+        "> IP0#0 SO",
+        "> IP0#x SO",
+        "? IP0 SO",
+        "> IP0 <XYZ>",
+        "< IP0 <*3>",
+        "< IP0 nothing",
+        "@+5",
+        "@+xms",
+        "@+99999999999999999s",
+        "! dance",
+        "! closed IP0 maybe",
+        ">> IP0 2g",
+        "| x",
+        "calendar: today",
+        "calendar: 2026-13-01 00:00:00",
+        "servo: maybe",
+    ] {
+        let (number, reason) = text::read(&format!("origin: assumed\n\n{line}\n")).unwrap_err();
+        assert_eq!(number, 3, "{line}: {reason}");
+    }
+    assert!(text::read("clauses: none\n").unwrap_err().1.contains("origin"));
+    let start = as_json(&sample().0, &[]);
+    for line in [
+        "",
+        "[]",
+        "{}",
+        r#"{"t_us":-1,"event":"panel","panel":"start"}"#,
+        r#"{"t_us":1,"event":"dance"}"#,
+        r#"{"t_us":1,"event":"from-host","line":"IP0","hex":"2g"}"#,
+        r#"{"t_us":1,"event":"from-host","line":"IP9","hex":"20"}"#,
+        r#"{"t_us":1,"event":"ended","line":"IP0","by":"nobody","how":"closed"}"#,
+        r#"{"t_us":1,"event":"ended","line":"IP0","by":"host","how":"somehow"}"#,
+    ] {
+        let (number, reason) = json::read(&format!("{start}{line}\n")).unwrap_err();
+        assert_eq!(number, 2, "{line}: {reason}");
+    }
+    let back = format!(
+        "{start}{}\n{}\n",
+        r#"{"t_us":5,"event":"panel","panel":"start"}"#, r#"{"t_us":4,"event":"panel","panel":"start"}"#
+    );
+    assert!(json::read(&back).unwrap_err().1.contains("or later"));
+    assert!(json::read("").is_err());
+    assert!(json::read(r#"{"format":"other","version":1,"origin":"x"}"#).is_err());
+}
+
+#[test]
+fn a_name_tells_the_form() {
+    let format = |name: &str| name.parse::<TranscriptFile>().map(|file| file.format);
+    assert_eq!(format("a.txt"), Ok(Format::Text));
+    assert_eq!(format("dir.x/a"), Ok(Format::Text));
+    assert_eq!(format("a.JSONL"), Ok(Format::Json));
+    assert_eq!(format("a.b.pcapng"), Ok(Format::Pcapng));
+    for name in ["a.pcap", "a.json", ""] {
+        assert!(format(name).unwrap_err().to_string().contains(".jsonl"), "{name}");
+    }
+    assert_eq!(without_port("127.0.0.1:4711"), "127.0.0.1");
+    assert_eq!(without_port("[::1]:4711"), "::1");
+    assert_eq!(without_port("a test"), "a test");
+}
+
+#[test]
+fn a_transcript_that_cannot_be_written_is_said_and_given_up() {
+    let missing: TranscriptFile = "/nowhere-at-all/x.txt".parse().unwrap();
+    let error = Recorder::begin(&[missing], &Header::default(), std::time::Duration::ZERO)
+        .err()
+        .unwrap();
+    assert!(error.to_string().contains("/nowhere-at-all/x.txt"), "{error}");
+    #[cfg(target_os = "linux")]
+    {
+        let full = TranscriptFile {
+            path: PathBuf::from("/dev/full"),
+            format: Format::Json,
+        };
+        assert!(Recorder::begin(&[full], &Header::default(), std::time::Duration::ZERO).is_err());
+    }
+}

@@ -1,0 +1,277 @@
+//! `serve --transcript`, `tap` and `diff` as commands: what one records, another plays; a killed process leaves a
+//! whole transcript.
+
+use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Stdio};
+use std::time::Duration;
+
+const PICK: &str =
+    "PROGRAM PICK\nX = 0\nPRINT IP1, \"REQ\", CR\nINPUT IP1, X\nPRINT IP1, \"AT\", X, CR\nEND\n";
+
+/// A host's errand: status, a refused selection, a program with its dialogue.
+fn errand(mut host: TcpStream, mut program: TcpStream) {
+    host.write_all(b"\x02SU\r\x03").unwrap();
+    read_until(&mut host, 0x03);
+    exchange(&mut host, b"\x02OK\r\x03\x02SL,NOPE\r\x03", b"\x02NG\r\x03");
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    exchange(&mut host, b"\x02SL,PICK\r\x03", b"\x02OK\r\x03");
+    exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
+    exchange(&mut program, b"", b"REQ\r");
+    exchange(&mut program, b"7\r", b"AT           7\r");
+    exchange(&mut host, b"", b"SP\r\x03");
+}
+
+/// A tap in front of an emulator, killed on drop.
+struct Tap {
+    child: Child,
+    ports: Vec<u16>,
+}
+
+impl Tap {
+    fn before(serve: &Serve, transcripts: &[&str]) -> Tap {
+        let ports = |channel: usize| serve.ports[channel].unwrap();
+        let channels = format!("ip0={},ip1={}", ports(0), ports(1));
+        let mut words = vec![
+            "tap",
+            "127.0.0.1",
+            "--ports",
+            "auto",
+            "--ready-json",
+            "--channels",
+            &channels,
+        ];
+        for transcript in transcripts {
+            words.extend(["--transcript", transcript]);
+        }
+        let mut child = ts3100(&words)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let mut line = String::new();
+        BufReader::new(child.stdout.take().unwrap())
+            .read_line(&mut line)
+            .unwrap();
+        let ready: serde_json::Value = serde_json::from_str(&line).unwrap();
+        let port = |name: &str| u16::try_from(ready["ports"][name].as_u64().unwrap()).unwrap();
+        Tap {
+            child,
+            ports: vec![port("ip0"), port("ip1")],
+        }
+    }
+
+    fn dial(&self, channel: usize) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.ports[channel])).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        stream
+    }
+}
+
+impl Drop for Tap {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+#[test]
+fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
+    let directory = TempDir::new();
+    let pick = directory.file("pick.scol", PICK);
+    let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
+    let mut words = vec!["--load", &pick];
+    for name in &names {
+        words.extend(["--transcript", name]);
+    }
+    let serve = Serve::start(&words);
+    errand(serve.dial(0), serve.dial(1));
+    serve.signal("KILL");
+    for name in &names[..2] {
+        let output = run(&["diff", name]);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{}{}",
+            stdout(&output),
+            stderr(&output)
+        );
+        assert!(
+            stdout(&output).contains("8 answers compared: 0 differ in bytes"),
+            "{}",
+            stdout(&output)
+        );
+    }
+    let capture = run(&["diff", &names[2]]);
+    assert_eq!(capture.status.code(), Some(2));
+    assert!(
+        stderr(&capture).contains("found a capture"),
+        "{}",
+        stderr(&capture)
+    );
+    assert!(std::fs::metadata(&names[2]).unwrap().len() > 2_000);
+    let text = std::fs::read_to_string(&names[0]).unwrap();
+    assert!(text.contains("file PICK\n| PROGRAM PICK\n"), "{text}");
+    // One letter doctored: exactly that is told, and where.
+    let doctored = directory.file("b.txt", text.replace("OVRD:100%", "OVRD:90%"));
+    let output = run(&["diff", &doctored]);
+    assert_eq!(output.status.code(), Some(1));
+    let line = 1 + text.lines().position(|line| line.contains("OVRD")).unwrap();
+    let said = stdout(&output);
+    assert!(said.starts_with(&format!("{doctored}:{line}: IP0 at ")), "{said}");
+    assert!(
+        said.contains("SU OVRD [su.ovrd], bytes 40-47: recorded `OVRD:90%`, emulator `OVRD:100%`"),
+        "{said}"
+    );
+    assert_eq!(
+        run(&["diff", &doctored, "--ignore", "su.ovrd"]).status.code(),
+        Some(0)
+    );
+    let output = run(&["diff", &doctored, "--json"]);
+    let report: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(
+        (report["bytes"].as_u64(), report["equal"].as_bool()),
+        (Some(1), Some(false))
+    );
+    assert_eq!(report["differences"][0]["parts"][0]["key"], "su.ovrd");
+    assert_eq!(report["differences"][0]["file_line"].as_u64(), Some(line as u64));
+}
+
+#[test]
+fn what_a_tap_records_is_played_to_the_emulator() {
+    let directory = TempDir::new();
+    let pick = directory.file("pick.scol", PICK);
+    let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
+    let serve = Serve::start(&["--load", &pick]);
+    let tap = Tap::before(&serve, &[&names[0], &names[1], &names[2]]);
+    errand(tap.dial(0), tap.dial(1));
+    drop(tap);
+    let recorded = std::fs::read_to_string(&names[0]).unwrap();
+    assert!(
+        recorded.starts_with("origin: observed, ts3100 tap ") && recorded.contains("calendar: "),
+        "{recorded}"
+    );
+    for name in &names[..2] {
+        let output = run(&["diff", name, "--load", &pick, "--time-tolerance", "5s"]);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{}{}",
+            stdout(&output),
+            stderr(&output)
+        );
+    }
+    // Without the file the emulator refuses, and says why.
+    let output = run(&["diff", &names[0]]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = stdout(&output);
+    assert!(
+        said.contains("after `SL,PICK`: 1 part differs") && said.contains("the emulator says: SL refused: "),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_tap_without_a_file_writes_to_stdout_until_a_signal() {
+    let serve = Serve::start(&[]);
+    let real = serve.address(0);
+    let mut child = ts3100(&[
+        "tap",
+        &real,
+        "--ports",
+        "auto",
+        "--channels",
+        "ip0",
+        "-v",
+        "--log-format",
+        "json",
+    ])
+    .stdin(Stdio::null())
+    .stdout(Stdio::piped())
+    .stderr(Stdio::piped())
+    .spawn()
+    .unwrap();
+    let mut log = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    log.read_line(&mut line).unwrap();
+    let said: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let message = said["message"].as_str().unwrap();
+    let own = message.strip_prefix("IP0: ").unwrap().split(' ').next().unwrap();
+    let mut host = TcpStream::connect(own).unwrap();
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    drop(serve);
+    // The controller dies: the host hears of it, the tap stays and says so.
+    assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
+    let mut next = TcpStream::connect(own).unwrap();
+    assert!(matches!(next.read(&mut [0; 8]), Ok(0) | Err(_)));
+    let id = child.id().to_string();
+    assert!(
+        std::process::Command::new("kill")
+            .args(["-s", "TERM", &id])
+            .status()
+            .unwrap()
+            .success()
+    );
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    let (mut recorded, mut rest) = (String::new(), String::new());
+    child
+        .stdout
+        .take()
+        .unwrap()
+        .read_to_string(&mut recorded)
+        .unwrap();
+    log.read_to_string(&mut rest).unwrap();
+    assert!(
+        recorded.contains("> IP0 SO<CR>\n") && recorded.contains("< IP0 OK<CR>\n"),
+        "{recorded}"
+    );
+    assert!(recorded.contains(" refused\n"), "{recorded}");
+    assert!(rest.contains("was not reached"), "{rest}");
+}
+
+#[test]
+fn what_diff_and_tap_cannot_use_is_said() {
+    let directory = TempDir::new();
+    let broken = directory.file("a.txt", "origin: observed\n> IP9 SO\n");
+    let flags = directory.file("b.txt", "origin: observed\nflag: listen=0.0.0.0\n");
+    let fine = directory.file("c.txt", "origin: observed\n");
+    for (words, expected) in [
+        (vec!["diff", "nowhere.txt"], "cannot read nowhere.txt"),
+        (vec!["diff", &broken], "a.txt:2: a port expected"),
+        (vec!["diff", &flags], "a flag of the recording"),
+        (
+            vec!["diff", &fine, "--ignore", "everything"],
+            "expected clock, versions",
+        ),
+        (vec!["diff", &fine, "--value-tolerance=-1"], "--value-tolerance"),
+        (vec!["diff", &fine, "--time-tolerance", "5"], "us, ms or s"),
+        (
+            vec!["tap", "127.0.0.1", "--ports", "auto", "--ready-json"],
+            "--transcript",
+        ),
+        (
+            vec!["tap", "127.0.0.1", "--ports", "auto", "--transcript", "x.pcap"],
+            ".pcapng",
+        ),
+        (
+            vec![
+                "tap",
+                "127.0.0.1",
+                "--ports",
+                "auto",
+                "--transcript",
+                "/nowhere-at-all/x.txt",
+            ],
+            "cannot write",
+        ),
+    ] {
+        let output = run(&words);
+        let error = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{words:?}: {error}");
+        assert!(error.contains(expected), "{words:?}: {error}");
+    }
+    let output = run(&["diff", &fine]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}

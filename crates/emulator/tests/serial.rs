@@ -1,0 +1,536 @@
+//! The serial lines as a host meets them: pseudo terminals, RFC 2217, bare TCP, a real port. No test waits for time to
+//! pass: each waits for bytes, or for the controller to have put something out.
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "helpers of tests, which may fail as tests do"
+)]
+
+use rustix::fs::OFlags;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use serialport::{SerialPort, TTYPort};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::net::TcpStream;
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+use ts3100_controller::{Event, Output, Panel, Port};
+use ts3100_emulator::clock::TimeMode;
+use ts3100_emulator::embed::{Builder, Emulator};
+use ts3100_emulator::line::SerialEnd;
+
+/// Longest wait for anything.
+const LIMIT: Duration = Duration::from_secs(20);
+
+struct Directory(PathBuf);
+
+impl Directory {
+    fn new() -> Directory {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("ts3100-serial-{}-{count}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        Directory(path)
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// A robot with both ports as pseudo terminals here.
+    fn robot(&self) -> Builder {
+        Emulator::builder()
+            .serial(Port::Host, SerialEnd::Pty(self.at("host")))
+            .serial(Port::Com1, SerialEnd::Pty(self.at("com1")))
+    }
+}
+
+impl Drop for Directory {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn open(path: &Path, speed: u32) -> TTYPort {
+    serialport::new(path.to_string_lossy(), speed)
+        .timeout(LIMIT)
+        .open_native()
+        .unwrap()
+}
+
+fn text(data: &str) -> Vec<u8> {
+    format!("\x02{data}\r\x03").into_bytes()
+}
+
+/// One text, up to its ETX.
+fn hear(host: &mut impl Read) -> Vec<u8> {
+    let mut found = Vec::new();
+    while found.last() != Some(&0x03) {
+        let mut byte = [0];
+        host.read_exact(&mut byte)
+            .unwrap_or_else(|error| panic!("{error} behind {found:02x?}"));
+        found.push(byte[0]);
+    }
+    found
+}
+
+/// A host asks for SU and acknowledges it.
+fn status(host: &mut (impl Read + Write)) {
+    host.write_all(&text("SU")).unwrap();
+    let answer = hear(host);
+    assert!(answer.starts_with(b"\x02FL,MODE:"), "{answer:02x?}");
+    host.write_all(&text("OK")).unwrap();
+}
+
+fn finding(robot: &Emulator, rule: &str) -> String {
+    let found = robot.wait_for(LIMIT, |output| match output {
+        Output::Event(Event::Finding {
+            rule: found, message, ..
+        }) if *found == rule => Some(message.clone()),
+        _ => None,
+    });
+    found.unwrap_or_else(|error| panic!("{rule}: {error}"))
+}
+
+fn text_in(robot: &Emulator, data: &[u8]) {
+    let found = robot.wait_for(LIMIT, |output| match output {
+        Output::Event(Event::TextIn { data: found, .. }) => (found == data).then_some(()),
+        _ => None,
+    });
+    found.unwrap_or_else(|error| panic!("{data:02x?}: {error}"));
+}
+
+/// USER.PAR with these lines.
+fn user_par(com1: &str, host: &str) -> String {
+    format!("[U06]\n{{COM1}} = {com1}\n{{HOST}} = {host}\n[END]\n")
+}
+
+#[test]
+fn hosts_come_and_go_and_the_link_stays() {
+    let directory = Directory::new();
+    let robot = directory.robot().start().unwrap();
+    assert_eq!(
+        robot.serial(Port::Host),
+        Some(&SerialEnd::Pty(directory.at("host")))
+    );
+    let first = std::fs::read_link(directory.at("host")).unwrap();
+    for _ in 0..5 {
+        let mut host = open(&directory.at("host"), 9_600);
+        status(&mut host);
+    }
+    assert_eq!(std::fs::read_link(directory.at("host")).unwrap(), first);
+    drop(robot);
+    assert!(!directory.at("host").exists() && !directory.at("com1").exists());
+    // Its lock has gone with it.
+    let robot = directory.robot().start().unwrap();
+    status(&mut open(&directory.at("host"), 9_600));
+    drop(robot);
+}
+
+#[test]
+fn what_a_killed_daemon_left_is_replaced_and_what_a_living_one_has_is_not() {
+    let directory = Directory::new();
+    symlink("/dev/pts/999999", directory.at("host")).unwrap();
+    let robot = directory.robot().start().unwrap();
+    status(&mut open(&directory.at("host"), 9_600));
+    let error = directory.robot().start().unwrap_err().to_string();
+    assert!(
+        error.contains("another running ts3100") && error.contains("--serial-dir"),
+        "{error}"
+    );
+    status(&mut open(&directory.at("host"), 9_600));
+    drop(robot);
+    std::fs::write(directory.at("com1"), "mine").unwrap();
+    let error = directory.robot().start().unwrap_err().to_string();
+    assert!(
+        error.contains("COM1") && error.contains("no symbolic link"),
+        "{error}"
+    );
+    assert_eq!(std::fs::read(directory.at("com1")).unwrap(), b"mine");
+    assert!(
+        !directory.at("host").exists(),
+        "nothing is left of a start that failed"
+    );
+}
+
+#[test]
+fn a_shell_that_writes_and_closes_is_heard() {
+    let directory = Directory::new();
+    let robot = directory.robot().start().unwrap();
+    std::fs::write(directory.at("host"), text("VR")).unwrap();
+    text_in(&robot, b"VR\r");
+    status(&mut open(&directory.at("host"), 9_600));
+}
+
+#[test]
+fn a_host_with_other_settings_is_told_and_the_next_is_served() {
+    let directory = Directory::new();
+    let robot = directory.robot().start().unwrap();
+    let mut host = open(&directory.at("host"), 19_200);
+    host.write_all(&text("SU")).unwrap();
+    let told = finding(&robot, "line-settings");
+    assert!(
+        told.starts_with("speed: [U06] says 9600 bps, the host opened the port with 19200 bps;"),
+        "{told}"
+    );
+    host.set_baud_rate(9_600).unwrap();
+    host.set_stop_bits(serialport::StopBits::Two).unwrap();
+    host.write_all(&text("SU")).unwrap();
+    let told = finding(&robot, "line-settings");
+    assert!(
+        told.starts_with("stop bits: [U06] says 1 stop bit, the host opened the port with 2"),
+        "{told}"
+    );
+    drop(host);
+    let mut host = open(&directory.at("host"), 9_600);
+    host.set_parity(serialport::Parity::Odd).unwrap();
+    host.write_all(&text("SU")).unwrap();
+    let told = finding(&robot, "line-settings");
+    assert!(
+        told.starts_with("parity: [U06] says no parity, the host opened the port with odd"),
+        "{told}"
+    );
+}
+
+#[test]
+fn other_settings_of_u06_hold_after_a_power_cycle() {
+    let directory = Directory::new();
+    let robot = directory
+        .robot()
+        .file("USER.PAR", user_par("9600 8 0 1", "115200 8 2 2"))
+        .start()
+        .unwrap();
+    let mut host = serialport::new(directory.at("host").to_string_lossy(), 115_200)
+        .parity(serialport::Parity::Even)
+        .stop_bits(serialport::StopBits::Two)
+        .timeout(LIMIT)
+        .open_native()
+        .unwrap();
+    // Loaded after the power came on: it acts after the next time.
+    robot.panel(Panel::PowerCycle).unwrap();
+    status(&mut host);
+    drop(host);
+    let mut host = open(&directory.at("host"), 9_600);
+    host.write_all(&text("SU")).unwrap();
+    assert!(finding(&robot, "line-settings").contains("[U06] says 115200 bps"));
+}
+
+#[test]
+fn a_terminal_nobody_has_set_is_set_as_the_robot_is() {
+    let directory = Directory::new();
+    let _robot = directory
+        .robot()
+        .file("USER.PAR", user_par("4800 7 1 2", "38400 8 0 2"))
+        .start()
+        .unwrap();
+    let _ = _robot.panel(Panel::PowerCycle);
+    for (name, speed, odd) in [("host", 38_400, false), ("com1", 4_800, true)] {
+        let until = Instant::now() + LIMIT;
+        loop {
+            let port = File::open(directory.at(name)).unwrap();
+            let termios = rustix::termios::tcgetattr(&port).unwrap();
+            let modes = termios.control_modes;
+            let is_odd = modes.contains(rustix::termios::ControlModes::PARODD);
+            if termios.output_speed() == speed && is_odd == odd {
+                assert!(modes.contains(rustix::termios::ControlModes::CSTOPB));
+                assert!(!termios.local_modes.contains(rustix::termios::LocalModes::ECHO));
+                break;
+            }
+            assert!(Instant::now() < until, "{name}: {termios:?}");
+            std::thread::yield_now();
+        }
+    }
+}
+
+#[test]
+fn characters_take_their_time_unless_told_not_to() {
+    let directory = Directory::new();
+    let ask = |paced: &str| {
+        let robot = directory
+            .robot()
+            .option("serial.pacing", paced)
+            .unwrap()
+            .start()
+            .unwrap();
+        let mut host = open(&directory.at("host"), 9_600);
+        let start = Instant::now();
+        host.write_all(&text("SF")).unwrap();
+        let mut body = [0; 282];
+        host.read_exact(&mut body).unwrap();
+        drop(robot);
+        start.elapsed()
+    };
+    // 287 characters of 10 bits.
+    let expected = Duration::from_millis(298);
+    let found = ask("true");
+    assert!(found >= expected, "{found:?}");
+    let found = ask("false");
+    assert!(found < expected / 2, "{found:?}");
+}
+
+#[test]
+fn a_host_that_writes_faster_than_the_line_waits_and_loses_nothing() {
+    let program = "GLOBAL\nN = 0\nS = 0\nEND\nPROGRAM P\nS = 0\nFOR K = 1 TO 3000\nINPUT COM1, N\nS = S + N\nNEXT K\n\
+                   PRINT COM1, S, CR\nEND\n";
+    let directory = Directory::new();
+    let robot = directory
+        .robot()
+        .time(TimeMode::Scaled(200.0))
+        .file("P", program)
+        .select("P")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    let mut host = open(&directory.at("com1"), 9_600);
+    robot.panel(Panel::Start).unwrap();
+    let mut writer = host.try_clone_native().unwrap();
+    let sender = std::thread::spawn(move || {
+        for number in 1..=3_000_u32 {
+            writer.write_all(format!("{number:7}\r").as_bytes()).unwrap();
+        }
+    });
+    let mut sum = [0; 13];
+    host.read_exact(&mut sum).unwrap();
+    assert_eq!(&sum, b"     4501500\r");
+    sender.join().unwrap();
+}
+
+#[test]
+fn a_host_that_vanishes_is_forgotten() {
+    let directory = Directory::new();
+    let robot = directory.robot().start().unwrap();
+    for begun in [
+        "\x02S",
+        "\x02UL,USER.PAR\r\x03",
+        "\x02DL,HALF\r\x03",
+        "\x02DL,HALF\r\x03\x02FL,PROGRAM HALF\r\x03",
+    ] {
+        let mut host = open(&directory.at("host"), 9_600);
+        for part in begun.split_inclusive('\x03') {
+            host.write_all(part.as_bytes()).unwrap();
+            if part.ends_with('\x03') {
+                hear(&mut host);
+            }
+        }
+        drop(host);
+        let mut host = open(&directory.at("host"), 9_600);
+        host.clear(serialport::ClearBuffer::All).unwrap();
+        host.write_all(&text("CA")).unwrap();
+        let mut answer = hear(&mut host);
+        while !String::from_utf8_lossy(&answer).contains("ETHERNET.PAR") {
+            // The end of what was said to the former host.
+            answer = hear(&mut host);
+        }
+        assert!(!String::from_utf8_lossy(&answer).contains("HALF"));
+        host.write_all(&text("OK")).unwrap();
+    }
+    drop(robot);
+}
+
+#[test]
+fn a_program_that_waits_or_moves_outlives_its_partner() {
+    let program = "GLOBAL\nN = 0\nEND\nPROGRAM P\nN = 0\nINPUT COM1, N\nMOVE POINT(300,0,200) WITH SPEED=20\n\
+                   PRINT COM1, N, CR\nEND\n";
+    let directory = Directory::new();
+    let robot = directory
+        .robot()
+        .time(TimeMode::Scaled(50.0))
+        .file("P", program)
+        .select("P")
+        .servo_on(true)
+        .start()
+        .unwrap();
+    drop(open(&directory.at("com1"), 9_600));
+    robot.panel(Panel::Start).unwrap();
+    drop(open(&directory.at("com1"), 9_600));
+    let mut partner = open(&directory.at("com1"), 9_600);
+    partner.write_all(b"7\r").unwrap();
+    drop(partner);
+    let mut partner = open(&directory.at("com1"), 9_600);
+    let mut printed = [0; 13];
+    partner.read_exact(&mut printed).unwrap();
+    assert_eq!(&printed, b"           7\r");
+}
+
+fn dial(end: Option<&SerialEnd>) -> TcpStream {
+    let Some(SerialEnd::Rfc2217(address) | SerialEnd::Tcp(address)) = end else {
+        panic!("{end:?}");
+    };
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(LIMIT)).unwrap();
+    stream
+}
+
+fn exactly(host: &mut impl Read, expected: &[u8]) {
+    let mut found = vec![0; expected.len()];
+    host.read_exact(&mut found).unwrap();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn bare_bytes_over_tcp() {
+    let address = "127.0.0.1:0".parse().unwrap();
+    let robot = Emulator::builder()
+        .serial(Port::Host, SerialEnd::Tcp(address))
+        .start()
+        .unwrap();
+    let mut first = dial(robot.serial(Port::Host));
+    status(&mut first);
+    let mut second = dial(robot.serial(Port::Host));
+    assert_eq!(second.read(&mut [0]).unwrap(), 0, "one host at a time");
+    status(&mut first);
+    drop(first);
+    // The robot may not have noticed yet.
+    let until = Instant::now() + LIMIT;
+    loop {
+        let mut third = dial(robot.serial(Port::Host));
+        third.write_all(&text("SU")).unwrap();
+        let mut byte = [0];
+        match third.read(&mut byte) {
+            Ok(1) => return,
+            _ => assert!(Instant::now() < until),
+        }
+    }
+}
+
+#[test]
+fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
+    let address = "127.0.0.1:0".parse().unwrap();
+    let robot = Emulator::builder()
+        .serial(Port::Host, SerialEnd::Rfc2217(address))
+        .start()
+        .unwrap();
+    let mut client = dial(robot.serial(Port::Host));
+    client.write_all(&[255, 251, 44, 255, 253, 44]).unwrap();
+    exactly(
+        &mut client,
+        &[255, 253, 44, 255, 250, 44, 107, 0xB0, 255, 240, 255, 251, 44],
+    );
+    let baud = |speed: u32| {
+        let [a, b, c, d] = speed.to_be_bytes();
+        [255, 250, 44, 1, a, b, c, d, 255, 240]
+    };
+    let agreed = |speed: u32| {
+        let mut answer = baud(speed);
+        answer[3] = 101;
+        answer
+    };
+    client.write_all(&baud(0)).unwrap();
+    exactly(&mut client, &agreed(9_600));
+    client.write_all(&baud(9_600)).unwrap();
+    exactly(&mut client, &agreed(9_600));
+    client.write_all(&text("SF")).unwrap();
+    // 282 bytes, of which each 255 comes twice: "no alarm" is 255 255.
+    let mut body = Vec::new();
+    let mut seen = 0;
+    while body.len() < 282 {
+        let mut byte = [0];
+        client.read_exact(&mut byte).unwrap();
+        if byte[0] == 255 {
+            seen += 1;
+            exactly(&mut client, &[255]);
+        }
+        body.push(byte[0]);
+    }
+    assert!(
+        seen >= 2 && body.starts_with(b"\x02FL,") && body.ends_with(b"\x1A\x03"),
+        "{seen}"
+    );
+    client.write_all(&baud(2_400)).unwrap();
+    exactly(&mut client, &agreed(2_400));
+    client.write_all(&text("SU")).unwrap();
+    assert!(finding(&robot, "line-settings").contains("the host opened the port with 2400 bps"));
+}
+
+/// A pseudo terminal of the test's own, which the robot takes for a real port.
+fn cable() -> (File, PathBuf) {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+    grantpt(&master).unwrap();
+    unlockpt(&master).unwrap();
+    let mut termios = rustix::termios::tcgetattr(&master).unwrap();
+    termios.make_raw();
+    rustix::termios::tcsetattr(&master, rustix::termios::OptionalActions::Now, &termios).unwrap();
+    let name = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
+    (File::from(master), PathBuf::from(name))
+}
+
+/// Reads a text with a limit: the master's end of a terminal has none of its own.
+fn hear_cable(cable: &File) -> Vec<u8> {
+    let fd: OwnedFd = cable.try_clone().unwrap().into();
+    let flags = rustix::fs::fcntl_getfl(&fd).unwrap();
+    rustix::fs::fcntl_setfl(&fd, flags | OFlags::NONBLOCK).unwrap();
+    let (mut found, until) = (Vec::new(), Instant::now() + LIMIT);
+    while found.last() != Some(&0x03) {
+        let mut byte = [0];
+        match (&mut &*cable).read(&mut byte) {
+            Ok(1) => found.push(byte[0]),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                assert!(Instant::now() < until, "{found:02x?}");
+                std::thread::yield_now();
+            }
+            other => panic!("{other:?} behind {found:02x?}"),
+        }
+    }
+    found
+}
+
+#[test]
+fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
+    let directory = Directory::new();
+    let (mut first, name) = cable();
+    symlink(&name, directory.at("tty")).unwrap();
+    let robot = Emulator::builder()
+        .serial(Port::Host, SerialEnd::Device(directory.at("tty")))
+        .option("channel.redial", "20ms")
+        .unwrap()
+        .start()
+        .unwrap();
+    let modes = rustix::termios::tcgetattr(&first).unwrap().input_modes;
+    let marks = rustix::termios::InputModes::INPCK | rustix::termios::InputModes::PARMRK;
+    assert!(modes.contains(marks), "bad characters are marked: {modes:?}");
+    first.write_all(&text("SU")).unwrap();
+    assert!(hear_cable(&first).starts_with(b"\x02FL,MODE:"));
+    first.write_all(&text("DL,HALF")).unwrap();
+    assert_eq!(hear_cable(&first), text("OK"));
+    let (mut second, name) = cable();
+    std::fs::remove_file(directory.at("tty")).unwrap();
+    symlink(&name, directory.at("tty")).unwrap();
+    drop(first);
+    // What is written before the robot listens is not heard.
+    let until = Instant::now() + LIMIT;
+    let answer = loop {
+        second.write_all(&text("CA")).unwrap();
+        let waited = Instant::now() + Duration::from_millis(200);
+        let mut byte = [0; 300];
+        let fd: OwnedFd = second.try_clone().unwrap().into();
+        let flags = rustix::fs::fcntl_getfl(&fd).unwrap();
+        rustix::fs::fcntl_setfl(&fd, flags | OFlags::NONBLOCK).unwrap();
+        let mut count = 0;
+        while count == 0 && Instant::now() < waited {
+            count = second.read(&mut byte).unwrap_or(0);
+            std::thread::yield_now();
+        }
+        if count > 0 {
+            break byte[..count].to_vec();
+        }
+        assert!(Instant::now() < until);
+    };
+    assert!(answer.starts_with(b"\x02FL,"), "{answer:02x?}");
+    drop(robot);
+}
+
+#[test]
+fn a_real_port_that_is_not_there_is_an_error_with_its_name() {
+    let started = Emulator::builder()
+        .serial(Port::Com1, SerialEnd::Device("/dev/ttyNOTHERE".into()))
+        .start();
+    let error = started.unwrap_err().to_string();
+    assert!(
+        error.contains("COM1") && error.contains("/dev/ttyNOTHERE"),
+        "{error}"
+    );
+}

@@ -1,0 +1,58 @@
+//! Recordings of an emulator are transcripts: what `--transcript` writes as text runs in the runner of the
+//! hand-written ones, against a controller of its own.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+use ts3100_controller::{Panel, Port};
+use ts3100_emulator::clock::TimeMode;
+use ts3100_emulator::embed::Emulator;
+use ts3100_tests::transcript::{Cut, Transcript};
+
+fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
+    host.write_all(bytes).unwrap();
+    let mut found = vec![0; expected.len()];
+    host.read_exact(&mut found).unwrap();
+    assert_eq!(
+        found.escape_ascii().to_string(),
+        expected.escape_ascii().to_string()
+    );
+}
+
+#[test]
+fn a_recording_runs_as_a_hand_written_transcript_does() {
+    let path = std::env::temp_dir().join(format!("ts3100-recording-{}.txt", std::process::id()));
+    let robot = Emulator::builder()
+        .time(TimeMode::Auto)
+        .file(
+            "PICK",
+            "PROGRAM PICK\nN = 0\nPRINT IP1, \"REQ\", CR\nINPUT IP1, N\nDELAY 1.5\nPRINT IP1, N, CR\nEND\n",
+        )
+        .select("PICK")
+        .transcript(path.to_str().unwrap())
+        .unwrap()
+        .start()
+        .unwrap();
+    let dial = |port| {
+        let stream = TcpStream::connect(robot.address(port).unwrap()).unwrap();
+        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        stream
+    };
+    let (mut host, mut program) = (dial(Port::Ip0), dial(Port::Ip1));
+    robot.panel(Panel::Servo(true)).unwrap();
+    exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
+    exchange(&mut program, b"", b"REQ\r");
+    exchange(&mut program, b"7\r", b"           7\r");
+    exchange(&mut host, b"", b"SP\r\x03");
+    exchange(&mut host, b"\x02SL,ABSENT\r\x03", b"\x02NG\r\x03");
+    drop(robot);
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let transcript = Transcript::read(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    transcript
+        .run(Cut::Whole)
+        .unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let doctored = text.replace("< IP0 NG<CR>", "< IP0 OK<CR>");
+    assert_ne!(doctored, text);
+    assert!(Transcript::read(&doctored).unwrap().run(Cut::Whole).is_err());
+}
