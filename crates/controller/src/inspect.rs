@@ -33,6 +33,11 @@ impl Controller {
         self.config.options.language(self.arm.kind())
     }
 
+    /// The files of the RAM drive in alphabetical order, each with its content without EOF.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.drive.files()
+    }
+
     /// Whether a program runs in automatic operation.
     #[must_use]
     pub fn program_runs(&self) -> bool {

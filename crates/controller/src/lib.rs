@@ -41,6 +41,7 @@ pub mod options;
 pub mod output;
 mod panel;
 mod parameters;
+mod peers;
 pub mod port;
 mod run;
 mod serial;

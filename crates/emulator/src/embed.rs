@@ -15,11 +15,13 @@ use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::hub::{Action, Hub, StartError};
 use crate::line::SerialEnd;
+use crate::snapshot;
+use crate::snapshot::desk::{Desk, DeskError, Done, Task};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
@@ -139,6 +141,13 @@ impl Builder {
         Ok(self)
     }
 
+    /// Begins with this snapshot; everything said of the controller, its files and its selection is lost.
+    #[must_use]
+    pub fn restore(mut self, path: impl Into<PathBuf>) -> Builder {
+        self.settings.restore = Some(path.into());
+        self
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -160,8 +169,8 @@ impl Builder {
                     Ok((runtime, mut hub, panel)) => {
                         hub.watched_by(feeder);
                         let ports = hub.ports().clone();
-                        let serial = hub.serial();
-                        if tell.send(Ok((ports, serial, panel))).is_ok() {
+                        let (serial, desk) = (hub.serial(), hub.desk());
+                        if tell.send(Ok((ports, serial, panel, desk))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -177,11 +186,12 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, panel))) => Ok(Emulator {
+            Ok(Ok((ports, serial, panel, desk))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 panel,
+                desk,
                 watch,
                 stop: Some(stop),
                 thread: Some(thread),
@@ -216,6 +226,7 @@ pub struct Emulator {
     ports: BTreeMap<Port, u16>,
     serial: BTreeMap<Port, SerialEnd>,
     panel: mpsc::Sender<Action>,
+    desk: Desk,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -265,6 +276,43 @@ impl Emulator {
             .try_send(Action { panel, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
+    }
+
+    /// Keeps the present state under a name.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn snapshot(&self, name: &str) -> Result<(), DeskError> {
+        self.desk.ask_blocking(Task::Keep(name.to_owned())).map(drop)
+    }
+
+    /// Goes on from the state of that name: between two tests, as if the first had never been. The hosts that are
+    /// connected stay so and are new to the controller, as behind a cable that was pulled and plugged in again.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn restore(&self, name: &str) -> Result<(), DeskError> {
+        self.desk.ask_blocking(Task::Restore(name.to_owned())).map(drop)
+    }
+
+    /// Writes the present state into a file.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn write_snapshot(&self, path: &Path) -> Result<(), DeskError> {
+        if let Done::State(controller) = self.desk.ask_blocking(Task::Tell)? {
+            snapshot::write(path, &controller)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on from the state of a file, as [`Emulator::restore`] does.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn read_snapshot(&self, path: &Path) -> Result<(), DeskError> {
+        let controller = Box::new(snapshot::read(path)?);
+        self.desk.ask_blocking(Task::PutIn(controller)).map(drop)
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

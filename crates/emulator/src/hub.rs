@@ -7,6 +7,8 @@ use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
+use crate::snapshot::desk::{Desk, Order};
+use crate::snapshot::{self, Shelf};
 use crate::store::Store;
 use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
@@ -68,6 +70,9 @@ pub enum StartError {
     /// A transcript.
     #[error(transparent)]
     Transcript(#[from] RecorderError),
+    /// The snapshot to begin with.
+    #[error(transparent)]
+    Snapshot(#[from] snapshot::FileError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -87,6 +92,9 @@ pub struct Hub {
     store: Option<Store>,
     log: EventLog,
     actions: mpsc::Receiver<Action>,
+    orders: mpsc::Receiver<Order>,
+    desk: Desk,
+    shelf: Shelf,
     watch: Option<Feeder>,
     tape: Tape,
     ports: BTreeMap<Port, u16>,
@@ -103,14 +111,20 @@ impl Hub {
         let powered = loading::power_on(settings)?;
         let tape = Tape::begin(settings, &powered)?;
         let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
+        let (desk, orders) = Desk::open();
+        let mut clock = Clock::start(settings.time);
+        clock.set(powered.controller.now());
         let mut hub = Hub {
             controller: powered.controller,
-            clock: Clock::start(settings.time),
+            clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
             store: powered.store,
             log: EventLog::default(),
             actions,
+            orders,
+            desk,
+            shelf: Shelf::default(),
             watch: None,
             tape,
             ports: BTreeMap::new(),
@@ -144,16 +158,23 @@ impl Hub {
         self.demo
     }
 
+    /// Where snapshots are asked for.
+    #[must_use]
+    pub fn desk(&self) -> Desk {
+        self.desk.clone()
+    }
+
     /// From now on what has been done is told to `feeder`.
     pub fn watched_by(&mut self, feeder: Feeder) {
         self.watch = Some(feeder);
     }
 
-    /// Serves until `stop` is ready, then closes every port.
-    pub async fn run(mut self, stop: impl Future<Output = ()>) {
+    /// Serves until `stop` is ready, then closes every port. The controller as it was then.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
         self.links.close().await;
         self.lines.close().await;
+        self.controller
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -175,6 +196,8 @@ impl Hub {
                     }
                     None => actions_open = false,
                 },
+                // The hub holds a desk itself: orders never end.
+                Some(order) = self.orders.recv() => self.serve_order(order).await,
                 message = self.links.next() => if let Some(message) = message {
                     self.clock.stir();
                     for input in self.links.take(message) {
@@ -231,6 +254,15 @@ impl Hub {
         self.lines.grant(&self.controller);
     }
 
+    /// Closes every port and opens those that the controller now has.
+    async fn open_anew(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), LinkError> {
+        let gone = self.links.close().await;
+        inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+        self.ports.clear();
+        self.ports = self.links.open(self.controller.network())?;
+        Ok(())
+    }
+
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
             Output::Send { port, bytes } => {
@@ -255,17 +287,9 @@ impl Hub {
             }
             Output::PowerCycled => {
                 inputs.extend(self.lines.power_cycled(&self.controller));
-                let gone = self.links.close().await;
-                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
-                match self.links.open(self.controller.network()) {
-                    Ok(ports) => {
-                        info!("power cycled; ports: {ports:?}");
-                        self.ports = ports;
-                    }
-                    Err(reason) => {
-                        error!("after the power cycle no port is open: {reason}");
-                        self.ports.clear();
-                    }
+                match self.open_anew(inputs).await {
+                    Ok(()) => info!("power cycled; ports: {:?}", self.ports),
+                    Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
             }
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
@@ -288,5 +312,6 @@ async fn sleep(wake: Wake) {
     }
 }
 
+mod snapshots;
 #[cfg(test)]
 mod tests;

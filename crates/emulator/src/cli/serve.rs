@@ -5,6 +5,7 @@ use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
+use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -51,7 +52,10 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
                 banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
             );
         }
-        hub.run(stop).await;
+        let controller = hub.run(stop).await;
+        if let Some(path) = &args.snapshot_on_exit {
+            snapshot::write(path, &controller)?;
+        }
         info!("ended");
         Ok(())
     })

@@ -61,6 +61,12 @@ pub struct ServeArgs {
     /// File of the RAM drive to select
     #[arg(long, value_name = "NAME")]
     pub select: Option<String>,
+    /// Begin with this snapshot: options, arm, files, selection and everything else are its own
+    #[arg(long, value_name = "FILE")]
+    pub restore: Option<PathBuf>,
+    /// Write a snapshot when the emulator ends
+    #[arg(long, value_name = "FILE")]
+    pub snapshot_on_exit: Option<PathBuf>,
     /// Servo power on at the start
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub servo_on: Option<bool>,
@@ -126,6 +132,8 @@ impl ServeArgs {
                 self.load
             },
             select: self.select.or(below.select),
+            restore: self.restore.or(below.restore),
+            snapshot_on_exit: self.snapshot_on_exit.or(below.snapshot_on_exit),
             servo_on: self.servo_on.or(below.servo_on),
             key: self.key.or(below.key),
             control_right: self.control_right.or(below.control_right),

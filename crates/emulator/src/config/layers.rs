@@ -90,6 +90,9 @@ pub enum ConfigError {
         /// The other.
         second: String,
     },
+    /// Flags that would make a controller beside the one of a snapshot.
+    #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
+    Restore(String),
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::input::KeySwitch;
-use ts3100_controller::options::{Config, ControllerType};
+use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
 use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 
@@ -58,6 +58,8 @@ pub struct Settings {
     pub select: Option<String>,
     /// Servo power on at the start.
     pub servo_on: bool,
+    /// Snapshot to begin with, in place of a controller whose power has just come on.
+    pub restore: Option<PathBuf>,
     /// Where transcripts go.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
@@ -80,6 +82,7 @@ impl Settings {
             files: Vec::new(),
             select: None,
             servo_on: false,
+            restore: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
         }
@@ -125,6 +128,9 @@ impl Settings {
             Some(args::PortsWord::Auto) => Ports::Auto,
             Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
+        if args.restore.is_some() {
+            nothing_beside_a_snapshot(args, &controller)?;
+        }
         let defaults = Settings::new(controller);
         let listen = args.listen.unwrap_or(defaults.listen);
         Ok(Settings {
@@ -137,11 +143,37 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
+            restore: args.restore.clone(),
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
             ..defaults
         })
     }
+}
+
+/// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
+fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
+    let mut given: Vec<String> = controller_flags(args)
+        .iter()
+        .filter_map(|flag| Some(format!("--{}", flag.split_once('=')?.0)))
+        .filter(|flag| flag != "--set")
+        .collect();
+    let others = [
+        ("--load", !args.load.is_empty()),
+        ("--select", args.select.is_some()),
+        ("--servo-on", args.servo_on == Some(true)),
+        ("--set", controller.options != Options::of(Dialect::default())),
+    ];
+    given.extend(
+        others
+            .iter()
+            .filter(|(_, is)| *is)
+            .map(|(flag, _)| (*flag).to_owned()),
+    );
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(ConfigError::Restore(given.join(", ")))
 }
 
 /// The flags that make the controller, as `key=value`.

@@ -14,5 +14,6 @@ mod recordings;
 #[cfg(unix)]
 mod serial;
 mod serve;
+mod snapshots;
 mod support;
 mod tools;
