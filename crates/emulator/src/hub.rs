@@ -7,6 +7,7 @@ use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
+use crate::scenario::Play;
 use crate::snapshot::desk::{Desk, Order};
 use crate::snapshot::{self, Shelf};
 use crate::store::Store;
@@ -97,6 +98,7 @@ pub struct Hub {
     shelf: Shelf,
     watch: Option<Feeder>,
     tape: Tape,
+    play: Option<Play>,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -127,6 +129,7 @@ impl Hub {
             shelf: Shelf::default(),
             watch: None,
             tape,
+            play: None,
             ports: BTreeMap::new(),
             demo: powered.demo,
         };
@@ -164,6 +167,12 @@ impl Hub {
         self.desk.clone()
     }
 
+    /// From now on this scenario is played.
+    pub fn play(&mut self, play: Play) {
+        play.begin(&self.controller);
+        self.play = Some(play);
+    }
+
     /// From now on what has been done is told to `feeder`.
     pub fn watched_by(&mut self, feeder: Feeder) {
         self.watch = Some(feeder);
@@ -181,7 +190,7 @@ impl Hub {
         let mut stop = pin!(stop);
         let mut actions_open = true;
         loop {
-            let deadline = self.controller.poll_deadline();
+            let deadline = self.deadline();
             let wake = self.clock.wake(deadline, self.controller.host_is_silent());
             // In this order: `auto` may jump only when nothing else is there to be done.
             tokio::select! {
@@ -228,28 +237,57 @@ impl Hub {
         let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            // However late the wall is: what was due before is recorded with the time at which it was due.
-            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
-                let at = due.max(self.controller.now());
-                self.step(at, Input::Tick, by, &mut inputs).await;
-            }
+            self.catch_up(now, by, &mut inputs).await;
             self.step(now, input, by, &mut inputs).await;
             by = Party::Robot;
+            if inputs.is_empty() {
+                self.catch_up(now, by, &mut inputs).await;
+            }
         }
         self.tape.flush();
+    }
+
+    /// When something happens by itself.
+    fn deadline(&self) -> Option<Time> {
+        let play = self.play.as_ref().and_then(Play::deadline);
+        self.controller.poll_deadline().into_iter().chain(play).min()
+    }
+
+    /// However late the wall is: what was due before is done, and recorded with the time at which it was due.
+    async fn catch_up(&mut self, now: Time, by: Party, inputs: &mut VecDeque<Input>) {
+        loop {
+            let due = self.controller.poll_deadline().filter(|due| *due < now);
+            let play = self.play.as_ref();
+            let action = play.and_then(|play| play.due(due.unwrap_or(now)));
+            let (at, input) = match (action, due) {
+                (Some((at, input)), _) => (at, input),
+                (None, Some(due)) => (due, Input::Tick),
+                (None, None) => return,
+            };
+            self.step(at.max(self.controller.now()), input, by, inputs).await;
+        }
     }
 
     /// One input at its time, and what the controller puts out.
     async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
         self.tape.input(at, &input, by);
+        if let Some(play) = &self.play {
+            play.input(at, &input);
+        }
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
             self.tape.output(at, &output);
+            if let Some(play) = &self.play {
+                play.output(at, &output);
+            }
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {
                 feeder.put(output);
             }
+        }
+        if let Some(play) = &self.play {
+            play.settled(at, &self.controller);
         }
         self.lines.grant(&self.controller);
     }
@@ -312,6 +350,7 @@ async fn sleep(wake: Wake) {
     }
 }
 
+pub mod proof;
 mod snapshots;
 #[cfg(test)]
 mod tests;

@@ -14,6 +14,7 @@ pub mod link;
 pub mod loading;
 pub mod log;
 pub mod ready;
+pub mod scenario;
 pub mod snapshot;
 pub mod store;
 pub mod tap;

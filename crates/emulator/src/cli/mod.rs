@@ -1,7 +1,8 @@
-//! The command line `ts3100 serve | host | check | fmt | run | tap | diff`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | exec | host | check | fmt | run | tap | diff`: reads it, runs one of them, says the exit code.
 
 mod check;
 mod diff;
+mod exec;
 mod format;
 mod host;
 mod report;
@@ -24,6 +25,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Serve(Box<ServeArgs>),
+    Exec(Box<exec::ExecArgs>),
     Host(host::HostArgs),
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
@@ -37,6 +39,7 @@ enum Command {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Serve(args) => serve::run(*args),
+        Command::Exec(args) => exec::run(*args),
         Command::Host(args) => host::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),

@@ -5,19 +5,23 @@ use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
+use crate::scenario::Play;
 use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::process::ExitCode;
-use tracing::{info, warn};
+use tracing::{error, info, warn};
+use ts3100_controller::Controller;
 
+/// Exit code when an expectation of the scenario was not met.
+const SCENARIO_FAILED: u8 = 5;
 /// Exit code when the emulator could not start.
 const COULD_NOT_START: u8 = 2;
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
     match serve(args) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => ExitCode::from(code),
         Err(error) => {
             eprintln!("ts3100: {error:#}");
             ExitCode::from(COULD_NOT_START)
@@ -25,9 +29,10 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
     }
 }
 
-fn serve(flags: ServeArgs) -> anyhow::Result<()> {
+fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
     if flags.set.iter().any(|pair| pair == "help") {
-        return list_options();
+        list_options()?;
+        return Ok(0);
     }
     let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
     log::start(args.verbose, args.log_format.unwrap_or_default());
@@ -39,7 +44,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (hub, _panel) = Hub::open(&settings).await?;
+        let (mut hub, _panel) = Hub::open(&settings).await?;
         if args.ready_json.unwrap_or(false) {
             let line = Ready::new(hub.ports(), &hub.serial()).line()?;
             let mut stdout = std::io::stdout().lock();
@@ -52,13 +57,45 @@ fn serve(flags: ServeArgs) -> anyhow::Result<()> {
                 banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
             );
         }
+        let served = Served::begin(&settings, &mut hub);
         let controller = hub.run(stop).await;
-        if let Some(path) = &args.snapshot_on_exit {
-            snapshot::write(path, &controller)?;
-        }
+        let code = served.end(&args, &controller)?;
         info!("ended");
-        Ok(())
+        Ok(code)
     })
+}
+
+/// What is recorded while an emulator is served, and written at its end; `exec` does the same.
+pub(super) struct Served {
+    play: Option<Play>,
+}
+
+impl Served {
+    /// From now on.
+    pub(super) fn begin(settings: &Settings, hub: &mut Hub) -> Served {
+        let play = settings.scenario.clone().map(Play::new);
+        if let Some(play) = &play {
+            hub.play(play.clone());
+        }
+        Served { play }
+    }
+
+    /// Writes everything; the exit code that follows from it.
+    pub(super) fn end(self, args: &ServeArgs, controller: &Controller) -> anyhow::Result<u8> {
+        if let Some(path) = &args.snapshot_on_exit {
+            snapshot::write(path, controller)?;
+        }
+        let Some(play) = self.play else { return Ok(0) };
+        let outcome = play.end(controller.now());
+        if let Some(path) = &args.junit {
+            std::fs::write(path, outcome.junit())
+                .with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        for failure in outcome.failures() {
+            error!(event = "scenario-failed", "scenario: {failure}");
+        }
+        Ok(if outcome.has_failed() { SCENARIO_FAILED } else { 0 })
+    }
 }
 
 /// `--set help`.

@@ -15,6 +15,7 @@ pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
 use crate::line::SerialEnd;
+use crate::scenario::Scenario;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
@@ -60,6 +61,8 @@ pub struct Settings {
     pub servo_on: bool,
     /// Snapshot to begin with, in place of a controller whose power has just come on.
     pub restore: Option<PathBuf>,
+    /// What is to happen while it runs, and what the hosts are expected to do.
+    pub scenario: Option<Scenario>,
     /// Where transcripts go.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
@@ -83,6 +86,7 @@ impl Settings {
             select: None,
             servo_on: false,
             restore: None,
+            scenario: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
         }
@@ -128,8 +132,13 @@ impl Settings {
             Some(args::PortsWord::Auto) => Ports::Auto,
             Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
+        let scenario = args.scenario.as_deref().map(Scenario::read).transpose()?;
+        let args = &begun_by(args, scenario.as_ref());
         if args.restore.is_some() {
             nothing_beside_a_snapshot(args, &controller)?;
+        }
+        if args.junit.is_some() && scenario.is_none() {
+            return Err(ConfigError::JunitAlone);
         }
         let defaults = Settings::new(controller);
         let listen = args.listen.unwrap_or(defaults.listen);
@@ -144,11 +153,23 @@ impl Settings {
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
             restore: args.restore.clone(),
+            scenario,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
             ..defaults
         })
     }
+}
+
+/// The arguments, and where they are silent the beginning of the scenario.
+fn begun_by(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
+    let mut args = args.clone();
+    if let Some(Scenario { start, .. }) = scenario {
+        args.load.extend(start.load.iter().cloned());
+        args.select = args.select.or_else(|| start.select.clone());
+        args.restore = args.restore.or_else(|| start.restore.clone());
+    }
+    args
 }
 
 /// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
