@@ -131,6 +131,7 @@ fn controller(name: &str, source: &str) -> Result<Lap, String> {
         records: BTreeMap::new(),
         lines_on: Vec::new(),
         trace: false,
+        record_lines: false,
         time: TimeMode::Auto,
         max_time: Duration::from_secs(365 * 24 * 3_600),
     };

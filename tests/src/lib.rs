@@ -15,7 +15,7 @@ pub use ts3100_emulator::transcript::notation;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
-use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+use ts3100_controller::{Config, Controller, Dialect, Event, Findings, Input, Output, Panel, Port, Time};
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
@@ -31,6 +31,8 @@ pub struct Robot {
     pub outputs: Vec<Output>,
     /// After everything that happens it is written down and read back.
     on_paper: paper::Paper,
+    /// What the host did that it had better not.
+    pub findings: Findings,
 }
 
 impl Robot {
@@ -56,6 +58,7 @@ impl Robot {
             sent: BTreeMap::new(),
             outputs: Vec::new(),
             on_paper: paper::wanted(),
+            findings: Findings::default(),
         };
         robot.feed(Input::Tick);
         robot
@@ -70,6 +73,7 @@ impl Robot {
             sent: BTreeMap::new(),
             outputs: Vec::new(),
             on_paper: paper::wanted(),
+            findings: Findings::default(),
         }
     }
 
@@ -107,6 +111,9 @@ impl Robot {
 
     fn feed(&mut self, input: Input) {
         for output in self.controller.feed(self.now, input) {
+            if let Output::Event(event) = &output {
+                self.findings.take(event);
+            }
             match output {
                 Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
                 other => self.outputs.push(other),

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 use ts3100_controller::alarm::ALARMS;
+use ts3100_controller::findings::RULES;
 use ts3100_proto::command::{COMMANDS, EXTENSIONS};
 
 fn document(name: &str) -> String {
@@ -35,6 +36,42 @@ fn every_command_has_its_row() {
         let shown = protocol.contains(&format!("`{}", command.letters))
             || protocol.contains(&format!("| {}", command.letters));
         assert!(shown, "docs/PROTOCOL.md misses {}", command.letters);
+    }
+}
+
+#[test]
+fn every_rule_of_findings_has_its_row() {
+    let findings = document("FINDINGS.md");
+    for rule in RULES {
+        let severity = rule.severity.word();
+        let row = format!(
+            "| `{}` | {severity} | {} | {} | {} |",
+            rule.id, rule.source, rule.title, rule.remedy
+        );
+        assert!(findings.contains(&row), "docs/FINDINGS.md misses\n{row}");
+    }
+    let rows = findings
+        .lines()
+        .filter(|line| line.starts_with("| `") && line.matches('|').count() == 6);
+    assert_eq!(rows.count(), RULES.len(), "a row of a rule that is gone");
+}
+
+#[test]
+fn every_rule_names_clauses_that_exist() {
+    let table = document("clauses.tsv");
+    let clauses: Vec<&str> = table.lines().filter_map(|line| line.split('\t').next()).collect();
+    for rule in RULES {
+        let (_, named) = rule.source.split_once('[').unwrap();
+        for name in named.trim_end_matches(']').split(", ") {
+            let decision = name
+                .strip_prefix('D')
+                .is_some_and(|number| number.parse::<u8>().is_ok());
+            assert!(
+                decision || clauses.contains(&name),
+                "{}: no clause {name}",
+                rule.id
+            );
+        }
     }
 }
 

@@ -13,6 +13,7 @@ mod docs;
 mod effects;
 mod exchange;
 mod extended;
+mod findings;
 mod four_axes;
 mod guiding;
 mod house;

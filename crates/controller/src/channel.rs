@@ -3,7 +3,7 @@
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;
-use alloc::collections::{BTreeSet, VecDeque};
+use alloc::collections::VecDeque;
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::Number;
@@ -16,6 +16,10 @@ pub enum Datum {
     Incomplete,
     /// A value.
     Value(Number),
+    /// Nothing stood between two separators: it counts as 0 (INP-17).
+    Empty,
+    /// Something that is no number, and the number it begins with, 0 if none.
+    Leading(String, Number),
     /// Something that is no number.
     Malformed(String),
 }
@@ -30,8 +34,6 @@ pub enum Datum {
 pub struct Channel {
     /// The peer, while there is one.
     pub peer: Option<String>,
-    /// Rules of findings already reported to this peer.
-    pub reported: BTreeSet<String>,
     #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
     ring: VecDeque<u8>,
     /// A comma was the last byte read: a CR right behind it ends the record without a further value.
@@ -56,7 +58,6 @@ impl Channel {
     /// A peer is there; nothing is left of a former one's record.
     pub fn meet_peer(&mut self, peer: String) {
         self.peer = Some(peer);
-        self.reported.clear();
         self.after_comma = false;
     }
 
@@ -70,6 +71,21 @@ impl Channel {
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ring.is_empty()
+    }
+
+    /// The bytes held.
+    #[must_use]
+    pub fn held(&self) -> Vec<u8> {
+        self.ring.iter().copied().collect()
+    }
+
+    /// The bytes behind the last comma or CR, blanks left out.
+    #[must_use]
+    pub fn half_value(&self) -> Vec<u8> {
+        let rest = self.ring.iter().rev().take_while(|&&byte| !is_separator(byte));
+        let mut half: Vec<u8> = rest.copied().filter(|byte| !matches!(byte, b' ' | &LF)).collect();
+        half.reverse();
+        half
     }
 
     /// The peer is gone: what it did not finish with comma or CR is nobody's beginning.
@@ -114,12 +130,12 @@ fn is_separator(byte: u8) -> bool {
 /// The value of a token. An empty one counts as 0 (INP-17).
 fn read(token: &str, malformed: Malformed) -> Datum {
     if token.is_empty() {
-        return Datum::Value(Number::Integer(0));
+        return Datum::Empty;
     }
     match (number(token), malformed) {
         (Some(value), _) => Datum::Value(value),
         (None, Malformed::Alarm) => Datum::Malformed(String::from(token)),
-        (None, Malformed::LeadingNumber) => Datum::Value(leading_number(token)),
+        (None, Malformed::LeadingNumber) => Datum::Leading(String::from(token), leading_number(token)),
     }
 }
 
@@ -169,7 +185,8 @@ mod tests {
         values(bytes)
             .into_iter()
             .map(|datum| match datum {
-                Datum::Value(number) => number,
+                Datum::Value(number) | Datum::Leading(_, number) => number,
+                Datum::Empty => Integer(0),
                 other => panic!("{other:?}"),
             })
             .collect()
@@ -203,8 +220,15 @@ mod tests {
         assert_eq!(values(b"ABC\r"), [Datum::Malformed(String::from("ABC"))]);
         let mut channel = Channel::default();
         channel.push(b"ABC,12mm,-3.5x,1e,--\r");
-        for expected in [Integer(0), Integer(12), Real(-3.5), Integer(1), Integer(0)] {
-            assert_eq!(channel.take(Malformed::LeadingNumber), Datum::Value(expected));
+        for (token, number) in [
+            ("ABC", Integer(0)),
+            ("12mm", Integer(12)),
+            ("-3.5x", Real(-3.5)),
+            ("1e", Integer(1)),
+            ("--", Integer(0)),
+        ] {
+            let expected = Datum::Leading(String::from(token), number);
+            assert_eq!(channel.take(Malformed::LeadingNumber), expected);
         }
     }
 

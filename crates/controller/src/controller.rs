@@ -145,6 +145,8 @@ impl Controller {
             Input::LineFaults { port, bytes } => self.line_faults(port, &bytes),
             Input::Received { port, bytes } => self.received(port, &bytes),
             Input::Disconnected { port } => self.peer_left(port),
+            Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
+            Input::Unread { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
         }
         self.settle();
@@ -233,6 +235,11 @@ impl Controller {
         }
         self.now = self.now.max(now);
         self.hear_lines();
+    }
+
+    /// Outputs that were not fetched yet.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &Output> {
+        self.outputs.iter()
     }
 
     pub(crate) fn push_output(&mut self, output: Output) {

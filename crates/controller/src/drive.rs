@@ -79,10 +79,11 @@ impl Drive {
         self.files.get(name).map(Vec::as_slice)
     }
 
-    /// All files, by name.
+    /// The files in alphabetical order.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
-        let files = self.files.iter();
-        files.map(|(name, content)| (name.as_str(), content.as_slice()))
+        self.files
+            .iter()
+            .map(|(name, content)| (name.as_str(), content.as_slice()))
     }
 
     /// Whether the file is there.

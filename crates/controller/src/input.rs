@@ -51,6 +51,20 @@ pub enum Input {
         /// The port.
         port: Port,
     },
+    /// A second peer came to a port that has one (D3); told before anything comes of it.
+    SecondPeer {
+        /// The port.
+        port: Port,
+        /// The newcomer's address.
+        peer: String,
+        /// The newcomer takes the place of the first; otherwise it was turned away.
+        kept: bool,
+    },
+    /// The peer has left so much unread that its connection is about to be closed.
+    Unread {
+        /// The port.
+        port: Port,
+    },
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(Panel),
 }

@@ -1,8 +1,10 @@
 //! Everything the controller wants done outside, in order. How it is done is the edge's business.
 
 use crate::port::Port;
+use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
+use ts3100_proto::status::MasterMode;
 use ts3100_proto::text::Framing;
 
 /// One thing the edge is asked to do.
@@ -33,6 +35,17 @@ pub enum Output {
     Pendant(String),
     /// Something worth a line in the log.
     Event(Event),
+}
+
+/// How a command was answered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Verdict {
+    /// OK or FL.
+    Served,
+    /// NG: the permission table does not have it valid in this mode, or not while the robot runs.
+    NotValid,
+    /// NG for another reason.
+    Refused,
 }
 
 /// What happened inside, for logs, transcripts and findings.
@@ -74,13 +87,28 @@ pub enum Event {
         /// Why, in words for the author of the host program.
         reason: String,
     },
+    /// A command of the permission tables was answered.
+    Answered {
+        /// The port.
+        port: Port,
+        /// Its row in the tables: the letters, `RS,ERR` for the reset of alarms.
+        row: &'static str,
+        /// The master mode in which it came.
+        mode: MasterMode,
+        /// How.
+        verdict: Verdict,
+    },
     /// Something the manual advises against, or that the emulator forgave (D1).
     Finding {
-        /// Stable name of the rule.
+        /// Stable name of the rule, one of [`crate::findings::RULES`].
         rule: &'static str,
         /// The port it concerns, if one.
         port: Option<Port>,
-        /// What happened and what to do.
+        /// When it was found, in virtual time.
+        at: Time,
+        /// The bytes concerned, at most [`crate::findings::MAX_BYTES`].
+        bytes: Vec<u8>,
+        /// What happened.
         message: String,
     },
     /// An alarm was raised.

@@ -5,12 +5,15 @@ use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::controller::fresh_lines;
 use crate::execution::{By, Course, Execution};
+use crate::findings::rules;
 use crate::input::{KeySwitch, Panel};
 use crate::options::ControllerType;
 use crate::output::{Event, Output};
+use crate::port::Port;
 use crate::state::State;
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
 
 impl Controller {
@@ -44,11 +47,7 @@ impl Controller {
     fn or_report(&mut self, what: &str, action: impl Fn(&mut Self) -> Result<(), String>) {
         if let Err(reason) = action(self) {
             let message = format!("{what} at the panel had no effect: {reason}");
-            self.event(Event::Finding {
-                rule: "panel-refused",
-                port: None,
-                message,
-            });
+            self.find(&rules::PANEL_REFUSED, None, &[], message);
         }
     }
 
@@ -56,11 +55,7 @@ impl Controller {
     fn turn_key(&mut self, key: KeySwitch) {
         if key == KeySwitch::Internal && self.config.controller == ControllerType::Tsl3100 {
             let message = "the TSL3100 has no INTERNAL position (5.3.2)".to_string();
-            self.event(Event::Finding {
-                rule: "panel-refused",
-                port: None,
-                message,
-            });
+            self.find(&rules::PANEL_REFUSED, None, &[], message);
             return;
         }
         if key != self.state.key {
@@ -105,13 +100,31 @@ impl Controller {
         }
         if self.execution.course == Course::Reset {
             self.execution.rewind(self.now);
-            for buffer in self.channels.values_mut() {
-                buffer.clear();
-            }
-            self.keys.clear();
+            self.clear_channels();
         }
         self.run_program();
         Ok(())
+    }
+
+    /// What waits for an INPUT is gone (D10).
+    fn clear_channels(&mut self) {
+        let held: Vec<(Port, Vec<u8>)> = self
+            .channels
+            .iter_mut()
+            .map(|(port, buffer)| {
+                let held = buffer.held();
+                buffer.clear();
+                (*port, held)
+            })
+            .collect();
+        for (port, bytes) in held.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+            let message = format!(
+                "{} bytes that waited on {port} are lost by the start",
+                bytes.len()
+            );
+            self.find(&rules::DATA_CLEARED, port, &bytes, message);
+        }
+        self.keys.clear();
     }
 
     fn may_start(&self) -> Result<(), String> {
@@ -199,11 +212,7 @@ impl Controller {
             && let Err(error) = self.select_file(&name)
         {
             let message = format!("the selection was dropped at power-on: {error}");
-            self.event(Event::Finding {
-                rule: "selection-lost",
-                port: None,
-                message,
-            });
+            self.find(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
         if emergency_stop {

@@ -63,7 +63,7 @@ impl Controller {
         Ok(())
     }
 
-    fn problems(&self, name: &str, content: &[u8]) -> Vec<ParameterProblem> {
+    pub(crate) fn problems(&self, name: &str, content: &[u8]) -> Vec<ParameterProblem> {
         if name == ETHERNET_PAR {
             EthernetParameters::parse(content, &self.ethernet).1
         } else {

@@ -3,6 +3,7 @@
 //! `line`'s, what the bytes mean is `talk`'s.
 
 use crate::Controller;
+use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, LINE_SENDING};
 use crate::line::direction::{Arrival, at_once};
 use crate::line::{HostLine, Line};
@@ -11,7 +12,6 @@ use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::format;
-use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::SerialLine;
 
@@ -108,7 +108,7 @@ impl Controller {
                 "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
                 rest.len()
             );
-            self.report(port, "line-overflow", message);
+            self.find(&rules::LINE_OVERFLOW, port, &[], message);
         }
     }
 
@@ -156,13 +156,22 @@ impl Controller {
         let Some(line) = self.lines.get_mut(&port) else {
             return;
         };
-        let (host, leaving) = (line.host, line.leaving.take());
+        let before = line.clone();
+        line.leaving = None;
         self.disconnected(port);
-        if let Some(next) = leaving.and_then(|leaving| leaving.next) {
-            self.connected(port, next);
-            self.line_opened(port, host);
-            self.hear_lines();
+        let Some(next) = before.leaving.and_then(|leaving| leaving.next) else {
+            return;
+        };
+        self.connected(port, next);
+        if let Some(line) = self.lines.get_mut(&port) {
+            // What a program has printed meanwhile is the next one's.
+            *line = Line {
+                leaving: None,
+                told: None,
+                ..before
+            };
         }
+        self.hear_lines();
     }
 
     fn heard(&mut self, port: Port, arrivals: Vec<Arrival>) {
@@ -210,7 +219,7 @@ impl Controller {
             "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
              ETX first"
         );
-        self.report(port, "half-duplex", message);
+        self.find(&rules::HALF_DUPLEX, port, &[], message);
     }
 
     /// The host's port forgets what it has not put on the line.
@@ -231,7 +240,7 @@ impl Controller {
              cable is disturbed",
             crate::line::Words(robot)
         );
-        self.report(port, "line-garbled", message);
+        self.find(&rules::LINE_GARBLED, port, bytes, message);
         match self.config.options.bad_character {
             BadCharacter::Keep => self.arrived(port, self.now, bytes),
             BadCharacter::Drop => self.event(Event::Dropped {
@@ -254,7 +263,7 @@ impl Controller {
             self.push_output(Output::Send { port, bytes });
             return now;
         };
-        if line.leaving.is_some() {
+        if line.leaving.is_some() && self.sessions.contains_key(&port) {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }
@@ -306,20 +315,7 @@ impl Controller {
         }
         if let Some(message) = host.difference(port.name(), robot) {
             line.told = Some(host);
-            self.event(Event::Finding {
-                rule: "line-settings",
-                port: Some(port),
-                message,
-            });
-        }
-    }
-
-    /// Reports a rule the first time this peer breaks it.
-    fn report(&mut self, port: Port, rule: &'static str, message: String) {
-        if self.sessions.contains_key(&port) {
-            self.finding(port, rule, &message);
-        } else {
-            self.channel_finding(port, rule, message);
+            self.find(&rules::LINE_SETTINGS, port, &[], message);
         }
     }
 }

@@ -6,6 +6,7 @@ use crate::alarm;
 use crate::arm::Pace;
 use crate::channel::Datum;
 use crate::execution::{Doing, Stopwatch, Task};
+use crate::findings::rules;
 use crate::input::KeySwitch;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, PENDANT_TEXT, TEACHING_SPEED};
 use crate::motion::MotionError;
@@ -19,7 +20,7 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Accuracy, Answer, Channel, Motion, Request};
+use scol_mini::{Accuracy, Answer, Channel, Motion, Number, Request};
 
 impl Controller {
     pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {
@@ -177,6 +178,10 @@ impl Controller {
             return Step::Blocked;
         }
         let missing = self.missing_peer(port);
+        if missing {
+            let message = format!("line {line}: PRINT {port}: no peer is connected");
+            self.find(&rules::PRINT_WITHOUT_PEER, port, &data, message);
+        }
         if !missing && !data.is_empty() {
             self.send_bytes(port, data);
         }
@@ -191,6 +196,10 @@ impl Controller {
 
     fn input(&mut self, task: &mut Task, channel: Channel, wanted: usize) -> Step {
         let missing = Port::of_channel(channel).filter(|&port| self.missing_peer(port));
+        if let Some(port) = missing {
+            let message = format!("line {}: INPUT {port}: no peer is connected", task.machine.line());
+            self.find(&rules::INPUT_WITHOUT_PEER, port, &[], message);
+        }
         if let Some(port) = missing.filter(|_| self.config.options.no_peer == NoPeer::Alarm) {
             let line = task.machine.line();
             self.cancel_input(task, Vec::new());
@@ -219,6 +228,15 @@ impl Controller {
                 .map_or(Datum::Incomplete, |buffer| buffer.take(malformed));
             match datum {
                 Datum::Value(value) => values.push(value),
+                Datum::Empty => {
+                    let message = "nothing between two separators; read as 0 (INP-17)";
+                    self.find(&rules::INPUT_EMPTY, Port::of_channel(channel), &[], message);
+                    values.push(Number::Integer(0));
+                }
+                Datum::Leading(token, value) => {
+                    self.not_a_number(channel, &token);
+                    values.push(value);
+                }
                 Datum::Incomplete => {
                     task.doing = Doing::Reading {
                         channel,
@@ -228,6 +246,7 @@ impl Controller {
                     return Step::Blocked;
                 }
                 Datum::Malformed(token) => {
+                    self.not_a_number(channel, &token);
                     let line = task.machine.line();
                     self.cancel_input(task, values);
                     let detail = format!("line {line}: INPUT: a number expected, {token:?} found");
@@ -236,6 +255,16 @@ impl Controller {
             }
         }
         self.answer(task, Answer::Values(values), false)
+    }
+
+    fn not_a_number(&mut self, channel: Channel, token: &str) {
+        let message = format!("INPUT: a number expected, {token:?} found");
+        self.find(
+            &rules::INPUT_NOT_A_NUMBER,
+            Port::of_channel(channel),
+            token.as_bytes(),
+            message,
+        );
     }
 
     fn cancel_input(&mut self, task: &mut Task, values: Vec<scol_mini::Number>) {

@@ -16,10 +16,10 @@
 //!                             +--other command; 10 s------------->+
 //! ```
 
+use crate::findings::Habits;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
-use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::file::{FlReceiver, FlSender};
@@ -80,8 +80,8 @@ pub struct Session {
     pub waiting_sp: bool,
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
-    /// Rules of findings already reported to this peer.
-    pub reported: BTreeSet<String>,
+    /// What is remembered of the host, for findings.
+    pub habits: Habits,
 }
 
 impl Session {
@@ -100,7 +100,7 @@ impl Session {
             replied_at: None,
             waiting_sp: false,
             last_status: None,
-            reported: BTreeSet::new(),
+            habits: Habits::default(),
         }
     }
 

@@ -4,10 +4,10 @@
 
 use crate::Controller;
 use crate::execution::By;
+use crate::findings::rules;
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
 use crate::options::Strobe;
-use crate::output::Event;
 use alloc::format;
 use alloc::string::ToString;
 use ts3100_proto::command::{Reset, RunMode};
@@ -65,11 +65,7 @@ impl Controller {
         let was = self.signals.input(line);
         if !self.signals.drive(line, on) {
             let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
-            self.event(Event::Finding {
-                rule: "no-such-line",
-                port: None,
-                message,
-            });
+            self.find(&rules::NO_SUCH_LINE, None, &[], message);
             return;
         }
         if was == on {
@@ -133,11 +129,7 @@ impl Controller {
             Ok(()) => self.acknowledge(),
             Err(reason) => {
                 let message = format!("Din{line} had no effect: {reason}");
-                self.event(Event::Finding {
-                    rule: "signal-refused",
-                    port: None,
-                    message,
-                });
+                self.find(&rules::SIGNAL_REFUSED, None, &[], message);
             }
         }
     }

@@ -2,6 +2,7 @@
 //! does is decided in `ops`.
 
 use crate::Controller;
+use crate::findings::rules;
 use crate::limits::{HOST_DELAY, MAX_SEND};
 use crate::line::{Leaving, Line};
 use crate::output::Event;
@@ -36,6 +37,8 @@ impl Controller {
     pub(crate) fn peer_left(&mut self, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
+                line.outbound.cut();
+                line.sending = None;
                 line.leaving = Some(Leaving {
                     left: line.inbound.queued(),
                     next: None,
@@ -46,6 +49,7 @@ impl Controller {
     }
 
     pub(crate) fn disconnected(&mut self, port: Port) {
+        self.judge_departure(port);
         if let Some(line) = self.lines.get_mut(&port) {
             let inbound = core::mem::take(&mut line.inbound);
             *line = Line {
@@ -69,11 +73,37 @@ impl Controller {
         }
     }
 
+    /// A second peer came to a port that has one.
+    pub(crate) fn second_peer(&mut self, port: Port, peer: &str, kept: bool) {
+        let what = if kept {
+            "it takes the place of the first"
+        } else {
+            "it is turned away"
+        };
+        let message = format!("{peer} came while {port} had a peer; {what} (channel.second)");
+        self.find(&rules::SECOND_CONNECTION, port, &[], message);
+    }
+
+    /// The peer does not read.
+    pub(crate) fn unread(&mut self, port: Port) {
+        let message = format!("the peer of {port} has left so much unread that its connection is closed");
+        self.find(&rules::ANSWERS_UNREAD, port, &[], message);
+    }
+
+    /// The protocol ports that have a peer.
+    pub(crate) fn protocol_peers(&self) -> Vec<Port> {
+        let with_peer = self.sessions.values().filter(|session| session.peer.is_some());
+        with_peer.map(|session| session.port).collect()
+    }
+
     /// Bytes have come through, the last of them at `at`.
     pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
         if self.sessions.contains_key(&port) {
             self.received_protocol(port, at, bytes);
-        } else if port != Port::Ip3 {
+        } else if port == Port::Ip3 {
+            let message = format!("{} bytes for {port} are discarded", bytes.len());
+            self.find(&rules::DATA_TO_IP3, port, bytes, message);
+        } else {
             self.received_data(port, bytes);
         }
     }
@@ -81,12 +111,7 @@ impl Controller {
     /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
     fn received_data(&mut self, port: Port, bytes: &[u8]) {
         let mut rest = bytes;
-        if !self.execution.reads_from(port) {
-            let message = format!(
-                "data came on {port} while no INPUT waited; the manual says it may be ignored (4.1.2)"
-            );
-            self.channel_finding(port, "data-before-input", message);
-        }
+        self.judge_data(port, bytes);
         while !rest.is_empty() {
             let Some(channel) = self.channels.get_mut(&port) else {
                 return;
@@ -104,11 +129,7 @@ impl Controller {
                     "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
                     rest.len()
                 );
-                self.event(Event::Finding {
-                    rule: "input-overflow",
-                    port: Some(port),
-                    message,
-                });
+                self.find(&rules::INPUT_OVERFLOW, port, rest, message);
                 return;
             }
         }
@@ -130,6 +151,8 @@ impl Controller {
                         bytes,
                         reason: "outside a text",
                     });
+                    let message = format!("{bytes} bytes that belong to no text are skipped");
+                    self.find(&rules::BYTES_OUTSIDE, port, &[], message);
                 }
                 Decoded::Text(text) => self.text(port, text),
             }
@@ -146,13 +169,27 @@ impl Controller {
                 continue;
             };
             if session.deadline().is_some_and(|deadline| deadline <= now) {
+                let download = matches!(session.exchange, Exchange::Receiving { .. });
+                let begun = session.is_partial();
                 let bytes = session.give_up();
-                let reason = if bytes > 0 {
-                    "a text was begun and not finished within 10 s"
+                let (rule, reason) = if begun {
+                    (
+                        &rules::TEXT_UNFINISHED,
+                        "a text was begun and not finished within 10 s",
+                    )
+                } else if download {
+                    (
+                        &rules::DOWNLOAD_ABANDONED,
+                        "the host owed the rest of a file for 10 s; the exchange is given up",
+                    )
                 } else {
-                    "the host owed an answer for 10 s; the exchange is given up"
+                    (
+                        &rules::ANSWER_MISSING,
+                        "the host owed an answer for 10 s; the exchange is given up",
+                    )
                 };
                 self.event(Event::Dropped { port, bytes, reason });
+                self.find(rule, port, &[], reason);
             }
         }
     }
@@ -169,19 +206,16 @@ impl Controller {
             return;
         };
         session.framing = framing;
-        let early = session.sent_at.is_some_and(|sent| now.since(sent) < HOST_DELAY);
-        if early {
-            let (rule, message) = match Reply::parse(&data) {
-                Ok(Reply::Ok | Reply::Ng) => (
-                    "answer-early",
-                    "an answer within 50 ms of the controller's text; the manual advises to wait (5.1)",
-                ),
-                _ => (
-                    "command-early",
-                    "a command within 50 ms of the controller's text; the manual advises to wait (5.1)",
-                ),
-            };
-            self.finding(port, rule, message);
+        let surprised = session.habits.surprised;
+        let early = session.sent_at.map(|sent| now.since(sent));
+        if framing == Framing::Bare {
+            let message = "a text without STX; it is answered without STX";
+            self.find(&rules::NO_STX, port, &data, message);
+        }
+        if let Some(since) = early.filter(|since| *since < HOST_DELAY) {
+            if !surprised {
+                self.judge_pace(port, since, &data);
+            }
             if self.config.options.strict_50ms {
                 self.event(Event::Dropped {
                     port,
@@ -193,15 +227,13 @@ impl Controller {
         }
         match fault {
             Some(TextFault::OverLong { length }) => {
-                self.finding(
-                    port,
-                    "text-over-long",
-                    &format!("at most 253 data bytes expected, {length} found (5.2)"),
-                );
+                let message = format!("at most 253 data bytes expected, {length} found (5.2)");
+                self.find(&rules::TEXT_OVER_LONG, port, &data, message);
                 self.refuse_text(port, "text", "over-long text");
             }
             Some(TextFault::BadSum { expected, found }) => {
                 let reason = format!("checksum {expected:02X} expected, {found:02X} found");
+                self.find(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
                 self.refuse_text(port, "text", &reason);
             }
             Some(TextFault::NoEtx { .. }) => {
@@ -228,19 +260,20 @@ impl Controller {
             Joined::Partial => {}
             Joined::Whole(message) => self.message(port, &message),
             Joined::NoCr(message) if self.config.options.require_cr => {
-                self.finding(port, "no-cr", "CR is missing before ETX (5.2.2)");
+                self.find(&rules::NO_CR, port, &message, "CR is missing before ETX (5.2.2)");
                 let letters = String::from_utf8_lossy(message.get(..2).unwrap_or(&message)).into_owned();
                 self.refuse_text(port, &letters, "no CR before ETX");
             }
             Joined::NoCr(message) => {
-                self.finding(
-                    port,
-                    "no-cr",
-                    "CR is missing before ETX (5.2.2); taken all the same",
-                );
+                let text = "CR is missing before ETX (5.2.2); taken all the same";
+                self.find(&rules::NO_CR, port, &message, text);
                 self.message(port, &message);
             }
-            Joined::TooLong => self.refuse_text(port, "message", "a message of more than 1024 bytes"),
+            Joined::TooLong => {
+                let reason = "a message of more than 1024 bytes";
+                self.find(&rules::MESSAGE_TOO_LONG, port, data, reason);
+                self.refuse_text(port, "message", reason);
+            }
         }
     }
 
@@ -261,7 +294,7 @@ impl Controller {
                     "{} came while a download was open; the download is given up",
                     command.letters()
                 );
-                self.finding(port, "command-in-exchange", &message);
+                self.find(&rules::COMMAND_IN_EXCHANGE, port, data, message);
                 false
             }
             Some(Err(_)) => begun || data.starts_with(b"FL,"),
@@ -286,12 +319,18 @@ impl Controller {
             Received::Complete(content) => {
                 let name = name.clone();
                 session.exchange = Exchange::Idle;
-                match self.finish_download(&name, &content) {
-                    Ok(()) => self.send_text(port, &Reply::Ok.encode()),
+                match self.finish_download(port, &name, &content) {
+                    Ok(()) => {
+                        self.judge_download(port, &name, &content, data);
+                        self.send_text(port, &Reply::Ok.encode());
+                    }
                     Err(reason) => self.refuse_text(port, "FL", &reason),
                 }
             }
-            Received::Refused(fault) => self.refuse_text(port, "FL", &fault.to_string()),
+            Received::Refused(fault) => {
+                self.judge_file(port, &fault, data);
+                self.refuse_text(port, "FL", &fault.to_string());
+            }
         }
     }
 
@@ -310,31 +349,40 @@ impl Controller {
             }
             (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}
             (Ok(Command::Ok | Command::Ng), _) => {
-                self.finding(port, "unexpected-answer", "OK or NG came, but nothing was asked");
+                let text = "OK or NG came, but nothing was asked";
+                self.find(&rules::UNEXPECTED_ANSWER, port, message, text);
             }
             (Ok(command), open) => {
                 if matches!(open, Exchange::Sending { .. }) {
-                    let message = format!(
+                    let text = format!(
                         "{} came where OK or NG was awaited; that exchange is over",
                         command.letters()
                     );
-                    self.finding(port, "command-in-exchange", &message);
+                    self.find(&rules::COMMAND_IN_EXCHANGE, port, message, text);
                 }
-                self.serve_command(port, command);
+                self.judge_form(port, message, &command);
+                self.judge_command(port, message, &command);
+                self.serve_command(port, message, command);
             }
             (Err(error), _) => {
-                let letters = match &error {
-                    CommandError::Unknown { letters } => letters.clone(),
-                    CommandError::Malformed { letters, .. } => (*letters).to_string(),
+                let (rule, letters) = match &error {
+                    CommandError::Unknown { letters } => (&rules::UNKNOWN_COMMAND, letters.clone()),
+                    CommandError::Malformed { letters, .. } => {
+                        (&rules::MALFORMED_COMMAND, (*letters).to_string())
+                    }
                 };
+                self.find(rule, port, message, error.to_string());
+                self.judge_repeat(port, message, true);
                 self.refuse_text(port, &letters, &error.to_string());
             }
         }
     }
 
-    fn serve_command(&mut self, port: Port, command: Command) {
+    fn serve_command(&mut self, port: Port, message: &[u8], command: Command) {
         let letters = command.letters();
-        match self.command(port, command) {
+        let outcome = self.command(port, command);
+        self.judge_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
+        match outcome {
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
             Outcome::File(mut sender) => {
@@ -388,39 +436,10 @@ impl Controller {
         let sent = self.send_bytes(port, bytes);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
+            session.habits.surprised = data == Reply::Sp.encode();
             if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
                 session.replied_at = Some(sent);
             }
-        }
-    }
-
-    /// Reports a rule the first time the peer of a SCOL channel breaks it.
-    pub(crate) fn channel_finding(&mut self, port: Port, rule: &'static str, message: String) {
-        let first = self
-            .channels
-            .get_mut(&port)
-            .is_some_and(|channel| channel.reported.insert(rule.to_string()));
-        if first {
-            self.event(Event::Finding {
-                rule,
-                port: Some(port),
-                message,
-            });
-        }
-    }
-
-    /// Reports a rule the first time this peer breaks it.
-    pub(crate) fn finding(&mut self, port: Port, rule: &'static str, message: &str) {
-        let first = self
-            .sessions
-            .get_mut(&port)
-            .is_none_or(|session| session.reported.insert(rule.to_string()));
-        if first {
-            self.event(Event::Finding {
-                rule,
-                port: Some(port),
-                message: message.to_string(),
-            });
         }
     }
 }

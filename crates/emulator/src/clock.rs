@@ -105,6 +105,16 @@ impl Clock {
         self.stirred = Instant::now();
     }
 
+    /// Whether a host that waits 50 ms has waited at least 50 ms of virtual time: its pace can be judged.
+    #[must_use]
+    pub fn keeps_pace(&self) -> bool {
+        match self.mode {
+            TimeMode::Real | TimeMode::Auto => true,
+            TimeMode::Scaled(factor) => factor >= 1.0,
+            TimeMode::Stepped => false,
+        }
+    }
+
     /// Virtual time now.
     #[must_use]
     pub fn now(&self) -> Time {

@@ -13,6 +13,7 @@
 
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
+use crate::evidence::{CoverageReport, Evidence};
 use crate::hub::{Action, Hub, StartError};
 use crate::line::SerialEnd;
 use crate::snapshot;
@@ -26,6 +27,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::findings::Findings;
 use ts3100_controller::input::Panel;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
@@ -125,6 +127,13 @@ impl Builder {
         self
     }
 
+    /// Lines of the user files executed are recorded; see [`Emulator::evidence`].
+    #[must_use]
+    pub fn record_lines(mut self, on: bool) -> Builder {
+        self.settings.record_lines = on;
+        self
+    }
+
     /// Servo power at the start; off if not said.
     #[must_use]
     pub fn servo_on(mut self, on: bool) -> Builder {
@@ -158,6 +167,7 @@ impl Builder {
         let (feeder, watch) = watch();
         let settings = self.settings;
         let listen = settings.listen;
+        let controller = settings.controller.clone();
         let thread = std::thread::Builder::new()
             .name("ts3100".to_owned())
             .spawn(move || {
@@ -168,9 +178,9 @@ impl Builder {
                 match started {
                     Ok((runtime, mut hub, panel)) => {
                         hub.watched_by(feeder);
-                        let ports = hub.ports().clone();
+                        let (ports, evidence) = (hub.ports().clone(), hub.evidence());
                         let (serial, desk) = (hub.serial(), hub.desk());
-                        if tell.send(Ok((ports, serial, panel, desk))).is_ok() {
+                        if tell.send(Ok((ports, serial, panel, desk, evidence))).is_ok() {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -186,12 +196,14 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, panel, desk))) => Ok(Emulator {
+            Ok(Ok((ports, serial, panel, desk, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 panel,
                 desk,
+                evidence,
+                controller,
                 watch,
                 stop: Some(stop),
                 thread: Some(thread),
@@ -227,6 +239,8 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEnd>,
     panel: mpsc::Sender<Action>,
     desk: Desk,
+    evidence: Evidence,
+    controller: Config,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -313,6 +327,24 @@ impl Emulator {
     pub fn read_snapshot(&self, path: &Path) -> Result<(), DeskError> {
         let controller = Box::new(snapshot::read(path)?);
         self.desk.ask_blocking(Task::PutIn(controller)).map(drop)
+    }
+
+    /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        self.evidence.findings()
+    }
+
+    /// Which cells of the permission tables the hosts have reached so far.
+    #[must_use]
+    pub fn coverage(&self) -> CoverageReport {
+        self.evidence.coverage(&self.controller)
+    }
+
+    /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
+    #[must_use]
+    pub fn evidence(&self) -> &Evidence {
+        &self.evidence
     }
 
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file

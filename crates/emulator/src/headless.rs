@@ -9,7 +9,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::{Duration, Instant};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_controller::{Config, Controller, DriveError, Input, Panel, SelectError, Time, Whereabouts};
+use ts3100_controller::{
+    Config, Controller, DriveError, Executed, Input, Panel, SelectError, Time, Whereabouts,
+};
 
 /// Name of the teach pendant as a channel.
 pub const PENDANT: &str = "TP";
@@ -34,6 +36,8 @@ pub struct Job {
     pub lines_on: Vec<u16>,
     /// Tell every statement.
     pub trace: bool,
+    /// Record the lines executed.
+    pub record_lines: bool,
     /// How time passes.
     pub time: TimeMode,
     /// Longest run in virtual time.
@@ -132,6 +136,8 @@ pub struct Report {
     pub outputs: Vec<u16>,
     /// Records that no INPUT wanted, by channel.
     pub unused: BTreeMap<String, usize>,
+    /// The lines executed, if they were to be recorded.
+    pub executed: Executed,
 }
 
 /// Runs a program to its end and tells `listen` what happens, with the virtual time since the start.
@@ -156,10 +162,12 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<
         reset: false,
         refused: None,
         began: Time::ZERO,
+        trace: job.trace,
+        executed: Executed::default(),
     };
     run.given = run.records.keys().cloned().collect();
     run.prepare(&job.name, &job.source, &job.lines_on, listen)?;
-    run.controller.trace(job.trace);
+    run.controller.trace(job.trace || job.record_lines);
     run.began = run.controller.now();
     let limit = run.began + job.max_time;
     let wall = Instant::now();
@@ -202,6 +210,9 @@ struct Run {
     reset: bool,
     refused: Option<String>,
     began: Time,
+    /// Statements are told.
+    trace: bool,
+    executed: Executed,
 }
 
 impl Run {
@@ -231,6 +242,7 @@ impl Run {
     fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
         self.controller.handle(now, input);
         while let Some(output) = self.controller.poll_output() {
+            self.executed.take(&output);
             let at = self.controller.now().since(self.began);
             match output {
                 Output::Send { port, bytes } if LINES.contains(&port) => {
@@ -256,7 +268,7 @@ impl Run {
 
     fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
         match event {
-            Event::Statement { line, task } => listen(at, Happening::Statement { line, task }),
+            Event::Statement { line, task } if self.trace => listen(at, Happening::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
             Event::Status { status, .. } => self.reset = status == RESET,
             Event::Finding {
@@ -323,6 +335,7 @@ impl Run {
             arm: self.controller.whereabouts(),
             outputs: self.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
+            executed: self.executed,
         }
     }
 }

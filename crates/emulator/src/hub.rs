@@ -3,6 +3,7 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::evidence::Evidence;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
@@ -19,8 +20,9 @@ use std::pin::pin;
 use tokio::sync::mpsc;
 use tracing::{error, info};
 use ts3100_controller::Controller;
+use ts3100_controller::findings::Rule;
 use ts3100_controller::input::{Input, Panel};
-use ts3100_controller::output::Output;
+use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
@@ -99,6 +101,7 @@ pub struct Hub {
     watch: Option<Feeder>,
     tape: Tape,
     play: Option<Play>,
+    evidence: Evidence,
     ports: BTreeMap<Port, u16>,
     demo: bool,
 }
@@ -130,9 +133,12 @@ impl Hub {
             watch: None,
             tape,
             play: None,
+            evidence: Evidence::default(),
             ports: BTreeMap::new(),
             demo: powered.demo,
         };
+        hub.evidence.begin(&hub.controller);
+        hub.controller.trace(settings.record_lines);
         hub.ports = hub.links.open(hub.controller.network())?;
         hub.lines.open(&hub.controller)?;
         if settings.servo_on {
@@ -147,6 +153,12 @@ impl Hub {
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
+    }
+
+    /// The record of this run.
+    #[must_use]
+    pub fn evidence(&self) -> Evidence {
+        self.evidence.clone()
     }
 
     /// Where the serial lines are.
@@ -244,6 +256,8 @@ impl Hub {
                 self.catch_up(now, by, &mut inputs).await;
             }
         }
+        // Not before: room for bytes that still wait here would be given away twice.
+        self.lines.grant(&self.controller);
         self.tape.flush();
     }
 
@@ -270,16 +284,23 @@ impl Hub {
 
     /// One input at its time, and what the controller puts out.
     async fn step(&mut self, at: Time, input: Input, by: Party, inputs: &mut VecDeque<Input>) {
+        if let Input::Connected { port, .. } = &input {
+            self.log.new_peer(*port);
+        }
         self.tape.input(at, &input, by);
         if let Some(play) = &self.play {
             play.input(at, &input);
         }
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
+            if self.is_idle_judgement(&output) {
+                continue;
+            }
             self.tape.output(at, &output);
             if let Some(play) = &self.play {
                 play.output(at, &output);
             }
+            self.evidence.take(&output);
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {
@@ -289,7 +310,14 @@ impl Hub {
         if let Some(play) = &self.play {
             play.settled(at, &self.controller);
         }
-        self.lines.grant(&self.controller);
+    }
+
+    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    fn is_idle_judgement(&self, output: &Output) -> bool {
+        let Output::Event(Event::Finding { rule, .. }) = output else {
+            return false;
+        };
+        !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
     /// Closes every port and opens those that the controller now has.

@@ -7,6 +7,7 @@ pub mod clock;
 pub mod config;
 pub mod diff;
 pub mod embed;
+pub mod evidence;
 pub mod headless;
 pub mod hub;
 pub mod line;

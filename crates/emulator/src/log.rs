@@ -9,6 +9,7 @@ use std::fmt::{self, Write as _};
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, error, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
+use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
@@ -86,11 +87,16 @@ pub fn readable_text(framing: Framing, data: &[u8]) -> String {
 /// Writes the events of one controller.
 #[derive(Debug, Default)]
 pub struct EventLog {
-    /// Rules whose finding has been shown: a host that breaks a rule breaks it in every text.
-    found: BTreeSet<&'static str>,
+    /// Rules whose finding has been shown, by port: a host that breaks a rule breaks it in every text.
+    found: BTreeSet<(Option<&'static str>, &'static str)>,
 }
 
 impl EventLog {
+    /// Another host is on this port: what it does wrong is told again.
+    pub fn new_peer(&mut self, port: Port) {
+        self.found.retain(|(shown, _)| *shown != Some(port.name()));
+    }
+
     /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
     pub fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
@@ -127,7 +133,22 @@ impl EventLog {
                     "{port}: {command} refused: {reason}"
                 );
             }
-            Event::Finding { rule, port, message } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Finding {
+                rule, port, message, ..
+            } => self.finding(t, rule, port.map(Port::name), message),
+            Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+                ..
+            } => {
+                let (port, mode) = (port.name(), mode.words());
+                debug!(
+                    event = "answered",
+                    t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"
+                );
+            }
             Event::Alarm { number, text } => {
                 warn!(event = "alarm", t, number, text, "alarm {number} {text}");
             }
@@ -167,17 +188,25 @@ impl EventLog {
         );
     }
 
-    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&str>, message: &str) {
+    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
-        if self.found.insert(rule) {
-            info!(
-                event = "finding",
-                t, rule, port, "{place}finding {rule}: {message}"
-            );
-        } else {
+        let known = Rule::by_id(rule);
+        let severity = known.map_or("", |rule| rule.severity.word());
+        let remedy = known.map_or("", |rule| rule.remedy);
+        if !self.found.insert((port, rule)) {
             debug!(
                 event = "finding",
-                t, rule, port, "{place}finding {rule}: {message}"
+                t, rule, severity, port, "{place}finding {rule}: {message}"
+            );
+        } else if known.is_some_and(|rule| rule.severity > Severity::Note) {
+            warn!(
+                event = "finding",
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
+            );
+        } else {
+            info!(
+                event = "finding",
+                t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
             );
         }
     }
@@ -186,6 +215,17 @@ impl EventLog {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_rule_is_told_once_a_host_and_port() {
+        let mut log = EventLog::default();
+        log.finding("0", "no-cr", Some("IP0"), "");
+        log.finding("0", "no-cr", Some("HOST"), "");
+        log.finding("0", "no-cr", Some("HOST"), "");
+        assert_eq!(log.found.len(), 2);
+        log.new_peer(Port::Host);
+        assert_eq!(log.found, BTreeSet::from([(Some("IP0"), "no-cr")]));
+    }
 
     #[test]
     fn control_codes_are_named_and_other_bytes_are_hex() {

@@ -6,9 +6,11 @@
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
+use ts3100_controller::findings::rules;
 use ts3100_controller::input::{ControlRight, KeySwitch, Panel};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
+use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::hub::StartError;
 use ts3100_emulator::watch::WaitError;
@@ -222,4 +224,38 @@ fn a_peer_that_does_not_read_blocks_nobody() {
         host.write_all(b"\x02OK\r\x03").unwrap();
     }
     exchange(&mut host, b"\x02SP\r\x03", b"\x02OK\r\x03");
+}
+
+#[test]
+fn what_a_host_did_wrong_is_there_while_it_runs() {
+    let robot = Emulator::builder().start().unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
+    assert_eq!(robot.findings().count(&rules::LOWER_CASE), 1);
+    assert_eq!(robot.coverage().reached, 1);
+    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
+    assert_eq!(robot.findings().count(&rules::LOWER_CASE), 2);
+    assert_eq!(robot.findings().count(&rules::COMMAND_EARLY), 1);
+    robot.evidence().clear();
+    assert!(robot.findings().is_empty() && robot.coverage().reached == 0);
+    let second = dial(&robot, Port::Ip0);
+    robot
+        .wait_for(LONG, |output| match output {
+            Output::Event(Event::Finding { rule, .. }) => (*rule == "second-connection").then_some(()),
+            _ => None,
+        })
+        .unwrap();
+    assert_eq!(robot.findings().count(&rules::SECOND_CONNECTION), 1);
+    drop(second);
+}
+
+#[test]
+fn the_pace_is_not_judged_where_time_stands_still() {
+    let robot = Emulator::builder().time(TimeMode::Stepped).start().unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    for _ in 0..3 {
+        exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    }
+    let findings = robot.findings();
+    assert!(findings.is_empty(), "{findings:?}");
 }

@@ -104,11 +104,6 @@ fn text_in(robot: &Emulator, data: &[u8]) {
     found.unwrap_or_else(|error| panic!("{data:02x?}: {error}"));
 }
 
-/// USER.PAR with these lines.
-fn user_par(com1: &str, host: &str) -> String {
-    format!("[U06]\n{{COM1}} = {com1}\n{{HOST}} = {host}\n[END]\n")
-}
-
 #[test]
 fn hosts_come_and_go_and_the_link_stays() {
     let directory = Directory::new();
@@ -196,22 +191,28 @@ fn a_host_with_other_settings_is_told_and_the_next_is_served() {
     );
 }
 
+/// Downloads USER.PAR over IP0 and turns the power off and on.
+fn set_u06(robot: &Emulator, com1: &str, host: &str) {
+    let mut ip0 = TcpStream::connect(robot.address(Port::Ip0).unwrap()).unwrap();
+    ip0.set_read_timeout(Some(LIMIT)).unwrap();
+    ip0.write_all(&text("DL,USER.PAR")).unwrap();
+    assert_eq!(hear(&mut ip0), text("OK"));
+    let file = format!("\x02FL,[U06]\n{{COM1}} = {com1}\n{{HOST}} = {host}\n[END]\n\x1A\x03");
+    ip0.write_all(file.as_bytes()).unwrap();
+    assert_eq!(hear(&mut ip0), text("OK"));
+    robot.panel(Panel::PowerCycle).unwrap();
+}
+
 #[test]
 fn other_settings_of_u06_hold_after_a_power_cycle() {
     let directory = Directory::new();
-    let robot = directory
-        .robot()
-        .file("USER.PAR", user_par("9600 8 0 1", "115200 8 2 2"))
-        .start()
-        .unwrap();
-    let mut host = serialport::new(directory.at("host").to_string_lossy(), 115_200)
-        .parity(serialport::Parity::Even)
-        .stop_bits(serialport::StopBits::Two)
-        .timeout(LIMIT)
-        .open_native()
-        .unwrap();
-    // Loaded after the power came on: it acts after the next time.
-    robot.panel(Panel::PowerCycle).unwrap();
+    let robot = directory.robot().start().unwrap();
+    let mut host = open(&directory.at("host"), 9_600);
+    status(&mut host);
+    set_u06(&robot, "9600 8 0 1", "115200 8 2 2");
+    host.set_baud_rate(115_200).unwrap();
+    host.set_parity(serialport::Parity::Even).unwrap();
+    host.set_stop_bits(serialport::StopBits::Two).unwrap();
     status(&mut host);
     drop(host);
     let mut host = open(&directory.at("host"), 9_600);
@@ -219,31 +220,34 @@ fn other_settings_of_u06_hold_after_a_power_cycle() {
     assert!(finding(&robot, "line-settings").contains("[U06] says 115200 bps"));
 }
 
+/// Speed and stop bits of a terminal.
+fn shown(path: &Path) -> (u32, bool) {
+    let termios = rustix::termios::tcgetattr(File::open(path).unwrap()).unwrap();
+    assert!(!termios.local_modes.contains(rustix::termios::LocalModes::ECHO));
+    let two = termios
+        .control_modes
+        .contains(rustix::termios::ControlModes::CSTOPB);
+    (termios.output_speed(), two)
+}
+
 #[test]
-fn a_terminal_nobody_has_set_is_set_as_the_robot_is() {
+fn a_terminal_nobody_has_set_follows_the_robot_and_another_stays() {
     let directory = Directory::new();
-    let _robot = directory
-        .robot()
-        .file("USER.PAR", user_par("4800 7 1 2", "38400 8 0 2"))
-        .start()
-        .unwrap();
-    let _ = _robot.panel(Panel::PowerCycle);
-    for (name, speed, odd) in [("host", 38_400, false), ("com1", 4_800, true)] {
-        let until = Instant::now() + LIMIT;
-        loop {
-            let port = File::open(directory.at(name)).unwrap();
-            let termios = rustix::termios::tcgetattr(&port).unwrap();
-            let modes = termios.control_modes;
-            let is_odd = modes.contains(rustix::termios::ControlModes::PARODD);
-            if termios.output_speed() == speed && is_odd == odd {
-                assert!(modes.contains(rustix::termios::ControlModes::CSTOPB));
-                assert!(!termios.local_modes.contains(rustix::termios::LocalModes::ECHO));
-                break;
-            }
-            assert!(Instant::now() < until, "{name}: {termios:?}");
-            std::thread::yield_now();
-        }
+    let robot = directory.robot().start().unwrap();
+    assert_eq!(shown(&directory.at("host")), (9_600, false));
+    drop(open(&directory.at("com1"), 19_200));
+    set_u06(&robot, "4800 8 0 1", "38400 8 0 2");
+    let until = Instant::now() + LIMIT;
+    while shown(&directory.at("host")) != (38_400, true) {
+        assert!(Instant::now() < until, "{:?}", shown(&directory.at("host")));
+        // Each look is a host for the robot, which has to see it go.
+        std::thread::sleep(Duration::from_millis(20));
     }
+    assert_eq!(
+        shown(&directory.at("com1")),
+        (19_200, false),
+        "as stty leaves a real port"
+    );
 }
 
 #[test]
@@ -376,6 +380,7 @@ fn bare_bytes_over_tcp() {
     let address = "127.0.0.1:0".parse().unwrap();
     let robot = Emulator::builder()
         .serial(Port::Host, SerialEnd::Tcp(address))
+        .time(TimeMode::Scaled(10.0))
         .start()
         .unwrap();
     let mut first = dial(robot.serial(Port::Host));
@@ -384,17 +389,13 @@ fn bare_bytes_over_tcp() {
     assert_eq!(second.read(&mut [0]).unwrap(), 0, "one host at a time");
     status(&mut first);
     drop(first);
-    // The robot may not have noticed yet.
-    let until = Instant::now() + LIMIT;
-    loop {
-        let mut third = dial(robot.serial(Port::Host));
-        third.write_all(&text("SU")).unwrap();
-        let mut byte = [0];
-        match third.read(&mut byte) {
-            Ok(1) => return,
-            _ => assert!(Instant::now() < until),
-        }
-    }
+    // One that is back before the robot has noticed is not turned away.
+    let mut third = dial(robot.serial(Port::Host));
+    status(&mut third);
+    // Nor is it while its last bytes are on the line: 5,000 take five seconds, ten times as fast here.
+    third.write_all(&[b'x'; 5_000]).unwrap();
+    drop(third);
+    status(&mut dial(robot.serial(Port::Host)));
 }
 
 #[test]

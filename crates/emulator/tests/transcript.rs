@@ -10,7 +10,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use ts3100_controller::{Config, Dialect};
 use ts3100_controller::{Panel, Port};
 use ts3100_emulator::clock::TimeMode;
@@ -82,7 +82,9 @@ fn talk() -> [Vec<u8>; 3] {
             .unwrap()
             .contains("! connect IP1")
     };
+    let start = Instant::now();
     while !seen() {
+        assert!(start.elapsed() < LONG, "the connection is not in the file");
         std::thread::sleep(Duration::from_millis(1));
     }
     exchange(&mut host, b"RN\r\x03", b"OK\r\x03");

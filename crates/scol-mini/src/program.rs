@@ -259,6 +259,30 @@ impl Program {
         self.steps.first().map_or(1, |step| step.line)
     }
 
+    /// File lines on which a statement begins, in ascending order.
+    #[must_use]
+    pub fn statement_lines(&self) -> Vec<u32> {
+        let mut lines: Vec<u32> = self
+            .steps
+            .iter()
+            .filter(|step| step.head)
+            .map(|step| step.line)
+            .collect();
+        lines.sort_unstable();
+        lines.dedup();
+        lines
+    }
+
+    /// The PROGRAM blocks in file order: name in upper case, and the file line of its first statement.
+    #[must_use]
+    pub fn program_lines(&self) -> Vec<(&str, u32)> {
+        let line = |entry: &Entry| self.steps.get(entry.step).map_or(1, |step| step.line);
+        self.blocks
+            .iter()
+            .map(|block| (block.name.as_str(), line(block)))
+            .collect()
+    }
+
     /// A variable of GLOBAL or a name of DATA; `None` when there is no such. Case does not matter (RAM-07).
     #[must_use]
     pub fn variable(&self, name: &str) -> Option<VariableInfo> {

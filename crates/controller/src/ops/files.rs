@@ -2,7 +2,9 @@
 
 use crate::Controller;
 use crate::drive::Drive;
+use crate::findings::rules;
 use crate::output::Output;
+use crate::port::Port;
 use crate::session::{Outcome, Session};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -37,11 +39,21 @@ impl Controller {
     }
 
     /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
-    pub(crate) fn finish_download(&mut self, name: &FileName, content: &[u8]) -> Result<(), String> {
+    pub(crate) fn finish_download(
+        &mut self,
+        port: Port,
+        name: &FileName,
+        content: &[u8],
+    ) -> Result<(), String> {
         if self.execution.status() == ExecutionStatus::Running {
-            return Err("the robot was started during the download".to_string());
+            let reason = "the robot was started during the download";
+            self.find(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
+            return Err(reason.to_string());
         }
-        self.store(name, content).map_err(|error| error.to_string())
+        self.store(name, content).map_err(|error| {
+            self.judge_store(port, &error);
+            error.to_string()
+        })
     }
 
     /// ER (CMD-ER-01 to CMD-ER-03).

@@ -11,6 +11,8 @@ mod variables;
 mod watchdog;
 
 use crate::Controller;
+use crate::findings::rules;
+use crate::output::{Event, Verdict};
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::format;
@@ -24,11 +26,44 @@ impl Controller {
         if command.is_extension() && !self.config.options.extensions {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
-        if let Some(refusal) = self.forbidden(port, command.permission_row()) {
-            return refusal;
+        let row = command.permission_row();
+        let mode = self.state.master_mode();
+        let refusal = self.forbidden(port, row);
+        let valid = refusal.is_none();
+        let outcome = refusal.unwrap_or_else(|| self.carry_out(port, command));
+        let table = port
+            .protocol()
+            .and_then(|port| self.config.permissions.get(port, row, mode));
+        if table.is_some() {
+            let verdict = match &outcome {
+                Outcome::Ng(_) if valid => Verdict::Refused,
+                Outcome::Ng(_) => Verdict::NotValid,
+                Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Verdict::Served,
+            };
+            self.event(Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+            });
         }
+        outcome
+    }
+
+    /// Carries out a command that is valid.
+    fn carry_out(&mut self, port: Port, command: Command) -> Outcome {
+        let known = command.clone();
+        let outputs = self.waiting().count();
+        let outcome = self.operate(port, command);
+        if let Outcome::Ng(reason) = &outcome {
+            self.judge_refusal(port, &known, reason, outputs);
+        }
+        outcome
+    }
+
+    fn operate(&mut self, port: Port, command: Command) -> Outcome {
         match command {
-            Command::Rn => self.op_start(port),
+            Command::Rn => self.op_start(),
             Command::Sp => self.op_stop(),
             Command::Br => self.op_servo_off(),
             Command::So => self.op_servo_on(),
@@ -37,7 +72,7 @@ impl Controller {
             Command::Do(statement) => self.op_direct(&statement),
             Command::Iw(writes) => self.op_write_lines(&writes),
             Command::Rs(reset) => self.op_reset(reset),
-            Command::Sl(name) => self.op_select(&name),
+            Command::Sl(name) => self.op_select(port, &name),
             Command::Ul(name) => self.op_upload(&name),
             Command::Dl(name) => self.op_download(name),
             Command::Er(name) => self.op_erase(&name),
@@ -79,7 +114,7 @@ impl Controller {
             }
             Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.words()),
         };
-        self.finding(port, "mode-forbids", &reason);
+        self.find(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
         Some(Outcome::Ng(reason))
     }
 }

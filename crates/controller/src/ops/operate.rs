@@ -2,7 +2,6 @@
 
 use crate::Controller;
 use crate::execution::{By, Course, Direct, Task};
-use crate::port::Port;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
@@ -18,10 +17,7 @@ fn outcome(result: Result<(), String>) -> Outcome {
 
 impl Controller {
     /// RN (CMD-RN-01, CMD-RN-05).
-    pub(super) fn op_start(&mut self, port: Port) -> Outcome {
-        if !self.state.servo {
-            self.finding(port, "start-servo-off", "RN with servo power off; SO comes first");
-        }
+    pub(super) fn op_start(&mut self) -> Outcome {
         outcome(self.start())
     }
 

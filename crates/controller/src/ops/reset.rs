@@ -1,8 +1,10 @@
 //! RS and SL: back to a step, a signal state, a file.
 
-use crate::Controller;
 use crate::execution::{Course, Doing};
+use crate::findings::rules;
+use crate::port::Port;
 use crate::session::Outcome;
+use crate::{Controller, SelectError};
 use alloc::string::{String, ToString};
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
@@ -75,13 +77,23 @@ impl Controller {
     }
 
     /// SL (CMD-SL-01 to CMD-SL-03).
-    pub(super) fn op_select(&mut self, name: &FileName) -> Outcome {
+    pub(super) fn op_select(&mut self, port: Port, name: &FileName) -> Outcome {
         match self.select_file(name) {
             Ok(()) => {
                 self.stand_at(Course::Reset);
                 Outcome::Ok
             }
-            Err(error) => Outcome::Ng(error.to_string()),
+            Err(error) => {
+                if let SelectError::Errors { .. } = &error {
+                    self.find(
+                        &rules::PROGRAM_ERRORS,
+                        port,
+                        name.as_str().as_bytes(),
+                        error.to_string(),
+                    );
+                }
+                Outcome::Ng(error.to_string())
+            }
         }
     }
 }

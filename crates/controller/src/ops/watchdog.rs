@@ -2,6 +2,7 @@
 
 use crate::Controller;
 use crate::alarm;
+use crate::findings::rules;
 use crate::session::Outcome;
 use crate::state::Watchdog;
 use alloc::format;
@@ -27,6 +28,13 @@ impl Controller {
             .as_ref()
             .is_some_and(|watchdog| watchdog.deadline() <= self.now);
         if let Some(watchdog) = self.state.watchdog.take_if(|_| due) {
+            for port in self.protocol_peers() {
+                let message = format!(
+                    "WD promised SM within {} ms; none came",
+                    watchdog.timeout.as_millis()
+                );
+                self.find(&rules::WATCHDOG_LATE, port, &[], message);
+            }
             let detail = format!("no SM within {} ms", watchdog.timeout.as_millis());
             self.raise(alarm::watchdog(watchdog.level), detail);
         }

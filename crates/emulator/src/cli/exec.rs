@@ -100,7 +100,7 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
         let controller = hub
             .run(async { status = Some(signals.pass_on(&mut child).await) })
             .await;
-        let failed = served.end(&args, &controller)? != 0;
+        let failed = served.end(&args, &settings, &controller)? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })

@@ -1,6 +1,8 @@
-//! The command line `ts3100 serve | exec | host | check | fmt | run | tap | diff`: reads it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | exec | host | check | fmt | run | tap | diff | coverage`: reads it, runs one of
+//! them, says the exit code.
 
 mod check;
+mod coverage;
 mod diff;
 mod exec;
 mod format;
@@ -32,6 +34,7 @@ enum Command {
     Run(run::RunArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
+    Coverage(coverage::CoverageArgs),
 }
 
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
@@ -46,5 +49,6 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Coverage(args) => coverage::run(&args),
     }
 }

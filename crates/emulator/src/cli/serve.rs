@@ -2,10 +2,11 @@
 
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
+use crate::evidence::{Ending, Evidence};
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
-use crate::scenario::Play;
+use crate::scenario::{Outcome, Play};
 use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
@@ -40,6 +41,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         warn!("the environment variable {name} means nothing to ts3100 serve");
     }
     let settings = Settings::from_args(&args)?;
+    settings.reports.prepare()?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
@@ -59,7 +61,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         }
         let served = Served::begin(&settings, &mut hub);
         let controller = hub.run(stop).await;
-        let code = served.end(&args, &controller)?;
+        let code = served.end(&args, &settings, &controller)?;
         info!("ended");
         Ok(code)
     })
@@ -68,6 +70,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
 /// What is recorded while an emulator is served, and written at its end; `exec` does the same.
 pub(super) struct Served {
     play: Option<Play>,
+    evidence: Evidence,
 }
 
 impl Served {
@@ -77,24 +80,62 @@ impl Served {
         if let Some(play) = &play {
             hub.play(play.clone());
         }
-        Served { play }
+        let evidence = hub.evidence();
+        Served { play, evidence }
     }
 
     /// Writes everything; the exit code that follows from it.
-    pub(super) fn end(self, args: &ServeArgs, controller: &Controller) -> anyhow::Result<u8> {
+    pub(super) fn end(
+        self,
+        args: &ServeArgs,
+        settings: &Settings,
+        controller: &Controller,
+    ) -> anyhow::Result<u8> {
         if let Some(path) = &args.snapshot_on_exit {
             snapshot::write(path, controller)?;
         }
-        let Some(play) = self.play else { return Ok(0) };
-        let outcome = play.end(controller.now());
-        if let Some(path) = &args.junit {
-            std::fs::write(path, outcome.junit())
-                .with_context(|| format!("cannot write {}", path.display()))?;
-        }
-        for failure in outcome.failures() {
-            error!(event = "scenario-failed", "scenario: {failure}");
-        }
-        Ok(if outcome.has_failed() { SCENARIO_FAILED } else { 0 })
+        let ending = settings
+            .reports
+            .finish(&self.evidence, controller.config(), &settings.load)?;
+        say(&ending);
+        let failed = match self.play {
+            Some(play) => tell(&play.end(controller.now()), args)?,
+            None => false,
+        };
+        Ok(match ending.exit_code() {
+            0 if failed => SCENARIO_FAILED,
+            code => code,
+        })
+    }
+}
+
+/// The results of a scenario; whether it has failed.
+fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
+    if let Some(path) = &args.junit {
+        std::fs::write(path, outcome.junit()).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    for failure in outcome.failures() {
+        error!(event = "scenario-failed", "scenario: {failure}");
+    }
+    Ok(outcome.has_failed())
+}
+
+/// Why the exit code is not 0.
+fn say(ending: &Ending) {
+    for (rule, count) in &ending.denied {
+        let (id, title) = (rule.id, rule.title);
+        error!(
+            event = "denied",
+            rule = id,
+            count,
+            "denied finding {id}, {count} times: {title}"
+        );
+    }
+    if let Some((reached, least)) = ending.below {
+        error!(
+            event = "below-coverage",
+            reached, least, "coverage {reached:.1} %, at least {least} % expected"
+        );
     }
 }
 

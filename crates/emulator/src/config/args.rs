@@ -2,6 +2,7 @@
 //! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
 //! what the default is, is decided after all layers are read.
 
+use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
 use super::serial::ListenAt;
 use crate::clock::TimeMode;
@@ -16,7 +17,8 @@ use ts3100_controller::options;
 ///
 /// Every flag is also an environment variable (--port-offset is TS3100_PORT_OFFSET) and a key of the TOML
 /// file given by --config (port-offset = 10000). Flags win over environment, environment over file, file
-/// over defaults. Exit code: 0 ended by a signal, 2 could not start.
+/// over defaults. Exit code: 0 ended by a signal, 2 could not start or write a report, 3 a denied finding, 4 the
+/// coverage is below --min-coverage.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ServeArgs {
     /// Address to listen on [default: 127.0.0.1]
@@ -112,6 +114,9 @@ pub struct ServeArgs {
     /// Form of the log on stderr [default: text]
     #[arg(long, value_name = "FORMAT")]
     pub log_format: Option<LogFormat>,
+    /// Reports of the run.
+    #[command(flatten)]
+    pub evidence: EvidenceArgs,
 }
 
 impl ServeArgs {
@@ -163,6 +168,7 @@ impl ServeArgs {
                 below.verbose
             },
             log_format: self.log_format.or(below.log_format),
+            evidence: self.evidence.over(below.evidence),
         }
     }
 }

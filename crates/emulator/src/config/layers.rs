@@ -134,7 +134,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         }
         let values = match key.as_str() {
-            "load" | "transcript" => std::env::split_paths(value)
+            "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
             "set" => value.to_string_lossy().split(',').map(OsString::from).collect(),
@@ -194,9 +194,10 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 /// Paths in the file are seen from the file.
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
-        ("drive" | "load" | "permissions" | "serial-dir" | "transcript", Some(directory)) => {
-            directory.join(value).into_os_string()
-        }
+        (
+            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov",
+            Some(directory),
+        ) => directory.join(value).into_os_string(),
         // A name is no path.
         ("model", Some(directory)) if matches!(value.parse(), Ok(ModelChoice::File(_))) => {
             directory.join(value).into_os_string()

@@ -3,17 +3,20 @@
 //! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
 
 pub mod args;
+mod evidence;
 mod layers;
 pub mod model;
 mod options;
 mod serial;
 
 pub use args::ServeArgs;
+pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
+use crate::evidence::Reports;
 use crate::line::SerialEnd;
 use crate::scenario::Scenario;
 use crate::transcript::TranscriptFile;
@@ -67,6 +70,10 @@ pub struct Settings {
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
+    /// Lines of the user files executed are recorded, which makes programs slower.
+    pub record_lines: bool,
+    /// What is reported at the end.
+    pub reports: Reports,
 }
 
 impl Settings {
@@ -89,6 +96,8 @@ impl Settings {
             scenario: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
+            record_lines: false,
+            reports: Reports::default(),
         }
     }
 
@@ -156,6 +165,8 @@ impl Settings {
             scenario,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
+            record_lines: args.evidence.lcov.is_some(),
+            reports: args.evidence.reports(),
             ..defaults
         })
     }

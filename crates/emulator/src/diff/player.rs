@@ -144,6 +144,8 @@ impl Player {
             return self.end(line, Ending::Refused);
         }
         match (self.served.get(&port).copied(), self.second) {
+            // The same cable, seen anew after the power came on.
+            (Some(_), _) if port.ethernet_index().is_none() => self.serve(line, peer),
             (None, _) => self.serve(line, peer),
             (Some(_), SecondConnection::Refuse) => self.newcomers.push(Newcomer {
                 line,
@@ -242,7 +244,13 @@ impl Player {
                 match output {
                     Output::Send { port, bytes } => self.sent(port, &bytes),
                     Output::PowerCycled => {
-                        for (port, line) in std::mem::take(&mut self.served) {
+                        let served = std::mem::take(&mut self.served);
+                        for (port, line) in served {
+                            // The cable of a serial port stays in.
+                            if port.ethernet_index().is_none() {
+                                self.served.insert(port, line);
+                                continue;
+                            }
                             self.end(line, Ending::Closed);
                             inputs.push_back(Input::Disconnected { port });
                         }

@@ -42,6 +42,7 @@ impl Hub {
         self.clock.set(next.now());
         let same_ports = next.network() == self.controller.network();
         self.controller = next;
+        self.evidence.begin(&self.controller);
         let mut opened = Ok(());
         if !same_ports {
             let mut inputs = VecDeque::new();

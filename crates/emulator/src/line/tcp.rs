@@ -6,12 +6,14 @@ use super::rfc2217::{Event, Server};
 use super::{LineError, LineEvent, io_error};
 use crate::config::SecondConnection;
 use crate::link;
+use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::Semaphore;
+use tokio::time::{Instant, sleep_until};
 use tracing::{debug, info, warn};
 use ts3100_controller::Port;
 
@@ -19,6 +21,15 @@ use ts3100_controller::Port;
 const BACKLOG: u32 = 16;
 /// Pause after an accept that failed.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// How long a newcomer waits before it is refused: the close of a host that is back at once may be on its way still,
+/// behind the new connection.
+const CLOSE_GRACE: Duration = Duration::from_millis(50);
+/// Newcomers that may wait so.
+const WAITING_NEWCOMERS: usize = 4;
+
+/// A connection and where it comes from.
+type Newcomer = (TcpStream, SocketAddr);
 
 /// What is spoken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -62,9 +73,9 @@ struct Client {
 
 /// Serves one client after the other until the hub is gone.
 pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, second: SecondConnection) {
-    let mut next = None;
+    let mut waiting = VecDeque::new();
     loop {
-        let accepted = match next.take() {
+        let accepted = match waiting.pop_front() {
             Some(client) => Ok(client),
             None => wait_for_client(&listener, &mut end).await,
         };
@@ -82,9 +93,12 @@ pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, secon
         if end.tell(LineEvent::Opened { peer }).await.is_err() {
             return;
         }
-        match client.carry(&listener, &mut end, second).await {
-            Ok(newcomer) => next = newcomer,
-            Err(Gone) => return,
+        if client
+            .carry(&listener, &mut end, second, &mut waiting)
+            .await
+            .is_err()
+        {
+            return;
         }
         if end.tell(LineEvent::Closed).await.is_err() {
             return;
@@ -92,7 +106,7 @@ pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, secon
     }
 }
 
-async fn wait_for_client(listener: &TcpListener, end: &mut End) -> Result<(TcpStream, SocketAddr), Gone> {
+async fn wait_for_client(listener: &TcpListener, end: &mut End) -> Result<Newcomer, Gone> {
     loop {
         tokio::select! {
             command = end.commands.recv() => match command.ok_or(Gone)? {
@@ -105,7 +119,7 @@ async fn wait_for_client(listener: &TcpListener, end: &mut End) -> Result<(TcpSt
     }
 }
 
-async fn accept(port: Port, listener: &TcpListener) -> (TcpStream, SocketAddr) {
+async fn accept(port: Port, listener: &TcpListener) -> Newcomer {
     loop {
         match listener.accept().await {
             Ok(accepted) => return accepted,
@@ -127,8 +141,10 @@ impl Client {
         listener: &TcpListener,
         end: &mut End,
         second: SecondConnection,
-    ) -> Result<Option<(TcpStream, SocketAddr)>, Gone> {
+        waiting: &mut VecDeque<Newcomer>,
+    ) -> Result<(), Gone> {
         let port = end.port;
+        let mut grace = Instant::now() + CLOSE_GRACE;
         loop {
             self.flush();
             let credit = Arc::clone(&end.credit);
@@ -144,13 +160,13 @@ impl Client {
                 },
                 ready = self.stream.writable(), if !self.outgoing.is_empty() => {
                     if ready.is_err() || !self.write(port) {
-                        return Ok(None);
+                        return Ok(());
                     }
                 },
                 (ready, most) = readable(&self.stream, &credit), if !self.outgoing.is_full() => {
                     let mut buffer = vec![0; most];
                     match ready.and_then(|()| self.stream.try_read(&mut buffer)) {
-                        Ok(0) => return Ok(None),
+                        Ok(0) => return Ok(()),
                         Ok(count) => {
                             buffer.truncate(count);
                             self.received(end, buffer).await?;
@@ -158,22 +174,42 @@ impl Client {
                         Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                         Err(error) => {
                             debug!(port = port.name(), "{port}: reading ended: {error}");
-                            return Ok(None);
+                            return Ok(());
                         }
                     }
                 },
                 (stream, peer) = accept(port, listener) => {
                     if second == SecondConnection::Replace {
                         info!(port = port.name(), "{port}: {} replaced by {peer}", self.peer);
-                        return Ok(Some((stream, peer)));
+                        *waiting = VecDeque::from([(stream, peer)]);
+                        return Ok(());
                     }
-                    info!(
-                        port = port.name(),
-                        "{port}: {peer} refused, {} is connected (channel.second=refuse)", self.peer
-                    );
-                    drop(stream);
+                    if waiting.is_empty() {
+                        grace = Instant::now() + CLOSE_GRACE;
+                    }
+                    waiting.push_back((stream, peer));
+                    if waiting.len() > WAITING_NEWCOMERS {
+                        self.refuse(port, waiting);
+                    }
+                },
+                () = sleep_until(grace), if !waiting.is_empty() => {
+                    // One that has closed is read to its end first, however long the line takes for it.
+                    if !link::has_closed(&self.stream) {
+                        self.refuse(port, waiting);
+                    }
+                    grace = Instant::now() + CLOSE_GRACE;
                 },
             }
+        }
+    }
+
+    fn refuse(&self, port: Port, waiting: &mut VecDeque<Newcomer>) {
+        for (stream, peer) in waiting.drain(..) {
+            info!(
+                port = port.name(),
+                "{port}: {peer} refused, {} is connected (channel.second=refuse)", self.peer
+            );
+            drop(stream);
         }
     }
 

@@ -103,12 +103,7 @@ impl Connection {
 
     /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
     pub(super) fn peer_has_closed(&self) -> bool {
-        let ready = pin!(self.stream.ready(Interest::READABLE));
-        match ready.poll(&mut Context::from_waker(Waker::noop())) {
-            Poll::Ready(Ok(ready)) => ready.is_read_closed(),
-            Poll::Ready(Err(_)) => true,
-            Poll::Pending => false,
-        }
+        has_closed(&self.stream)
     }
 
     /// Ends the connection at once; its tasks have nothing more to say.
@@ -153,6 +148,16 @@ pub(crate) fn prepare(port: Port, stream: &TcpStream) {
     };
     if let Err(error) = set() {
         debug!(port = port.name(), "{port}: socket options not set: {error}");
+    }
+}
+
+/// Whether the system knows that the peer has closed, though its last bytes may still be unread.
+pub(crate) fn has_closed(stream: &TcpStream) -> bool {
+    let ready = pin!(stream.ready(Interest::READABLE));
+    match ready.poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(Ok(ready)) => ready.is_read_closed(),
+        Poll::Ready(Err(_)) => true,
+        Poll::Pending => false,
     }
 }
 

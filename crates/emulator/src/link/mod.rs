@@ -6,7 +6,7 @@ mod connection;
 mod dial;
 mod listen;
 
-pub(crate) use connection::prepare;
+pub(crate) use connection::{has_closed, prepare};
 pub use listen::LinkError;
 pub(crate) use listen::bind;
 
@@ -184,24 +184,23 @@ impl Links {
                 vec![Input::Received { port, bytes }]
             }
             LinkMessage::Ended { port, id } if self.is_current(port, id) => self.ended(port),
-            LinkMessage::Overdue { port, peer } => {
-                self.overdue(port, peer);
-                Vec::new()
-            }
+            LinkMessage::Overdue { port, peer } => self.overdue(port, peer).into_iter().collect(),
             LinkMessage::Received { .. } | LinkMessage::Ended { .. } => Vec::new(),
         }
     }
 
-    /// Queues bytes for the peer of a port. `Some` if the peer has left so much unread that the connection
-    /// had to be closed.
-    pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Option<Input> {
-        let channel = self.channels.get_mut(&port)?;
+    /// Queues bytes for the peer of a port. Says what it means for the controller if the peer has left so much
+    /// unread that the connection had to be closed.
+    pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Vec<Input> {
+        let Some(channel) = self.channels.get_mut(&port) else {
+            return Vec::new();
+        };
         let Some(connection) = &channel.connection else {
             debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
-            return None;
+            return Vec::new();
         };
         if connection.send(bytes).await.is_ok() {
-            return None;
+            return Vec::new();
         }
         warn!(
             port = port.name(),
@@ -209,10 +208,10 @@ impl Links {
             connection.peer(),
             connection::WRITE_QUEUE
         );
-        channel.connection.take().map(|connection| {
+        if let Some(connection) = channel.connection.take() {
             connection.cut();
-            Input::Disconnected { port }
-        })
+        }
+        vec![Input::Unread { port }, Input::Disconnected { port }]
     }
 
     fn wanted_port(&self, port: Port, own: u16) -> Result<u16, LinkError> {
@@ -253,8 +252,7 @@ impl Links {
                 Vec::new()
             }
             Some(old) if second == SecondConnection::Refuse => {
-                refuse(port, &newcomer, old);
-                Vec::new()
+                vec![refuse(port, &newcomer, old)]
             }
             Some(_) => {
                 channel.waiting.clear();
@@ -267,7 +265,8 @@ impl Links {
                     );
                     old.cut();
                 }
-                vec![Input::Disconnected { port }, self.connect(port, newcomer)]
+                let second = second_peer(port, &newcomer, true);
+                vec![second, Input::Disconnected { port }, self.connect(port, newcomer)]
             }
         }
     }
@@ -283,15 +282,12 @@ impl Links {
     }
 
     /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
-    fn overdue(&mut self, port: Port, peer: SocketAddr) {
+    fn overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
         let channel = self.channels.entry(port).or_default();
-        let Some(old) = channel.connection.as_ref().filter(|old| !old.peer_has_closed()) else {
-            return;
-        };
+        let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
         let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
-        if let Some(newcomer) = place.and_then(|place| channel.waiting.remove(place)) {
-            refuse(port, &newcomer, old);
-        }
+        let newcomer = place.and_then(|place| channel.waiting.remove(place))?;
+        Some(refuse(port, &newcomer, old))
     }
 
     fn connect(&mut self, port: Port, (stream, peer, gone): Waiting) -> Input {
@@ -323,7 +319,7 @@ impl Links {
     }
 }
 
-fn refuse(port: Port, newcomer: &Waiting, old: &Connection) {
+fn refuse(port: Port, newcomer: &Waiting, old: &Connection) -> Input {
     info!(
         port = port.name(),
         "{port}: {} refused, {} is connected (channel.second=refuse)",
@@ -331,6 +327,15 @@ fn refuse(port: Port, newcomer: &Waiting, old: &Connection) {
         old.peer()
     );
     connection::refuse(&newcomer.0);
+    second_peer(port, newcomer, false)
+}
+
+fn second_peer(port: Port, newcomer: &Waiting, kept: bool) -> Input {
+    Input::SecondPeer {
+        port,
+        peer: newcomer.1.to_string(),
+        kept,
+    }
 }
 
 fn planned(plan: &NetworkPlan, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelPlan)> {

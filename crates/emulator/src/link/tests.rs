@@ -59,6 +59,14 @@ fn connected(stream: &TcpStream) -> Input {
     }
 }
 
+fn second_peer(stream: &TcpStream, kept: bool) -> Input {
+    Input::SecondPeer {
+        port: Port::Ip0,
+        peer: stream.local_addr().unwrap().to_string(),
+        kept,
+    }
+}
+
 fn received(bytes: &[u8]) -> Input {
     Input::Received {
         port: Port::Ip0,
@@ -76,17 +84,13 @@ async fn bytes_pass_both_ways_and_the_end_is_reported_once() {
     assert_eq!(next(&mut links).await, [connected(&host)]);
     host.write_all(b"\x02SU\r\x03").await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"\x02SU\r\x03")]);
-    assert_eq!(links.send(Port::Ip0, b"\x02NG\r\x03".to_vec()).await, None);
+    assert_eq!(links.send(Port::Ip0, b"\x02NG\r\x03".to_vec()).await, []);
     let mut answer = [0; 5];
     host.read_exact(&mut answer).await.unwrap();
     assert_eq!(&answer, b"\x02NG\r\x03");
     drop(host);
     assert_eq!(next(&mut links).await, [GONE]);
-    assert_eq!(
-        links.send(Port::Ip0, b"SP".to_vec()).await,
-        None,
-        "nobody is there"
-    );
+    assert_eq!(links.send(Port::Ip0, b"SP".to_vec()).await, [], "nobody is there");
     let again = dial(port).await;
     assert_eq!(
         next(&mut links).await,
@@ -102,11 +106,18 @@ async fn a_second_connection_is_closed_and_the_first_untouched() {
     let mut first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    for _ in 0..2 {
-        // It arrives; its time to wait for a predecessor that is about to end is over.
-        let message = links.next().await.unwrap();
-        assert_eq!(links.take(message), []);
-    }
+    let message = links.next().await.unwrap();
+    assert_eq!(
+        links.take(message),
+        [],
+        "it may wait for a predecessor that is about to end"
+    );
+    let message = links.next().await.unwrap();
+    assert_eq!(
+        links.take(message),
+        [second_peer(&second, false)],
+        "that time is over"
+    );
     let end = timeout(LONG, second.read(&mut [0; 8])).await.unwrap();
     assert!(matches!(end, Ok(0) | Err(_)), "{end:?}");
     first.write_all(b"x").await.unwrap();
@@ -137,7 +148,10 @@ async fn a_second_connection_may_replace_the_first() {
     let mut first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
+    assert_eq!(
+        next(&mut links).await,
+        [second_peer(&second, true), GONE, connected(&second)]
+    );
     assert!(matches!(
         timeout(LONG, first.read(&mut [0; 8])).await.unwrap(),
         Ok(0) | Err(_)
@@ -206,12 +220,13 @@ async fn a_peer_that_does_not_read_is_closed_and_never_blocks() {
     let end = async {
         loop {
             let end = links.send(Port::Ip0, vec![b' '; 512]).await;
-            if end.is_some() {
+            if !end.is_empty() {
                 return end;
             }
         }
     };
-    assert_eq!(timeout(LONG, end).await.unwrap(), Some(GONE));
+    let unread = Input::Unread { port: Port::Ip0 };
+    assert_eq!(timeout(LONG, end).await.unwrap(), [unread, GONE]);
     let host = dial(port).await;
     assert_eq!(
         next(&mut links).await,
@@ -227,7 +242,7 @@ async fn much_said_at_once_reaches_a_peer_that_reads() {
     let mut host = dial(port).await;
     next(&mut links).await;
     for _ in 0..WRITES {
-        assert_eq!(links.send(Port::Ip0, vec![b' '; 12]).await, None);
+        assert_eq!(links.send(Port::Ip0, vec![b' '; 12]).await, []);
     }
     let mut said = vec![0; WRITES * 12];
     timeout(LONG, host.read_exact(&mut said)).await.unwrap().unwrap();

@@ -1,6 +1,7 @@
 //! What came of a scenario, for people and as JUnit XML: one test case for each expectation, and one for each step that
 //! waited for a condition.
 
+use crate::evidence::escape;
 use std::fmt::Write as _;
 use std::time::Duration;
 
@@ -98,22 +99,4 @@ impl Outcome {
         xml.push_str("  </testsuite>\n</testsuites>\n");
         xml
     }
-}
-
-/// Text in XML; what XML 1.0 cannot hold becomes `?`.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            control if control.is_control() || matches!(control, '\u{FFFE}' | '\u{FFFF}') => {
-                escaped.push('?')
-            }
-            plain => escaped.push(plain),
-        }
-    }
-    escaped
 }

@@ -20,8 +20,13 @@ impl Observer {
     /// An input of the controller; `by` is who has caused it.
     pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
         match input {
-            // A recording is played with both ends of a serial line set alike.
-            Input::Tick | Input::Line { .. } | Input::LineFaults { .. } | Input::LinePurged { .. } => None,
+            // A recording is played with both ends of a serial line set alike, and by one host a channel.
+            Input::Tick
+            | Input::Line { .. }
+            | Input::LineFaults { .. }
+            | Input::LinePurged { .. }
+            | Input::SecondPeer { .. }
+            | Input::Unread { .. } => None,
             Input::Connected { port, peer } => {
                 self.connected.insert(*port);
                 Some(What::Connected {

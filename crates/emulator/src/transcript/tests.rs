@@ -1,6 +1,7 @@
 //! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
 
 use super::*;
+use ts3100_controller::{Input, Output};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {
@@ -248,4 +249,22 @@ fn a_transcript_that_cannot_be_written_is_said_and_given_up() {
         };
         assert!(Recorder::begin(&[full], &Header::default(), std::time::Duration::ZERO).is_err());
     }
+}
+
+#[test]
+fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
+    let mut observer = Observer::default();
+    let port = Port::Ip1;
+    let print = Output::Send {
+        port,
+        bytes: b"REQ\r".to_vec(),
+    };
+    assert_eq!(observer.output(&print), None);
+    let peer = "127.0.0.1:5000".to_owned();
+    observer.input(&Input::Connected { port, peer }, Party::Host);
+    assert!(observer.output(&print).is_some());
+    assert_eq!(observer.output(&Output::PowerCycled), None);
+    let gone = observer.input(&Input::Disconnected { port }, Party::Robot);
+    assert!(matches!(gone, Some(What::Ended { by: Party::Robot, .. })));
+    assert_eq!(observer.output(&print), None);
 }

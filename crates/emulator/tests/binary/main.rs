@@ -8,6 +8,7 @@
 )]
 
 mod client;
+mod evidence;
 mod extensions;
 mod headless;
 mod recordings;

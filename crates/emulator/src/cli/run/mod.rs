@@ -6,6 +6,7 @@ mod show;
 use super::check::CheckedFile;
 use crate::clock::TimeMode;
 use crate::config::{ServeArgs, Settings};
+use crate::evidence::lcov;
 use crate::headless::{self, Ending, Job};
 use crate::loading::{drive_content, drive_name};
 use anyhow::{Context, anyhow, bail};
@@ -50,6 +51,9 @@ pub(super) struct RunArgs {
     /// Say every statement with its time and line on stderr
     #[arg(long)]
     trace: bool,
+    /// Write which lines were executed, as an lcov tracefile
+    #[arg(long, value_name = "FILE")]
+    lcov: Option<PathBuf>,
     /// One JSON document on stdout in place of everything else
     #[arg(long)]
     json: bool,
@@ -104,13 +108,17 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
         records: records(&args.input)?,
         lines_on: args.din.clone(),
         trace: args.trace,
+        record_lines: args.lcov.is_some(),
         time: args.time,
         max_time: Duration::from_secs_f64(args.max_time),
-        config,
+        config: config.clone(),
     };
     let mut screen = show::Screen::new(&source, args.json);
     let report = headless::run(job, &mut |at, happening| screen.show(at, happening))?;
     screen.finish(&report)?;
+    if let Some(path) = &args.lcov {
+        lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
+    }
     Ok(ExitCode::from(match report.ending {
         Ending::End | Ending::Stopped { .. } | Ending::OutOfInput { .. } => 0,
         Ending::Alarm { .. } | Ending::Stuck { .. } | Ending::TimeUp { .. } => 1,

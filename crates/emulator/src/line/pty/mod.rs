@@ -45,6 +45,8 @@ pub(super) struct Pty {
     slave: PathBuf,
     link: Link,
     robot: SerialLine,
+    /// The settings it was given by us.
+    given: Option<SerialLine>,
 }
 
 impl Pty {
@@ -53,31 +55,38 @@ impl Pty {
     pub(super) fn open(port: Port, path: &Path, robot: SerialLine) -> Result<Pty, LineError> {
         let (master, slave) = make().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
         let link = Link::put(port, path, &slave)?;
-        let pty = Pty {
+        let mut pty = Pty {
             port,
             master,
             slave,
             link,
             robot,
+            given: None,
         };
-        pty.reset()
-            .map_err(io_error(port, "set up the pseudo terminal", pty.slave.display()))?;
+        let set_up = io_error(port, "set up the pseudo terminal of", path.display());
+        pty.reset().map_err(set_up)?;
         Ok(pty)
     }
 
-    /// Sets the host's end as the robot's line is set, raw, and forgets what the last host did not read.
-    fn reset(&self) -> io::Result<()> {
-        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        let slave = rustix::fs::open(&self.slave, flags, Mode::empty())?;
+    /// Ready for the next host: what the last one did not read is forgotten, what it has set stays, as on a real
+    /// port; what nobody has set follows [U06].
+    fn reset(&mut self) -> io::Result<()> {
+        let slave = open_slave(&self.slave)?;
         let mut termios = tcgetattr(&slave)?;
-        set(&mut termios, self.robot)?;
-        tcsetattr(&slave, OptionalActions::Now, &termios)?;
+        if self
+            .given
+            .is_none_or(|given| given != self.robot && is_set(&termios, given))
+        {
+            set(&mut termios, self.robot)?;
+            tcsetattr(&slave, OptionalActions::Now, &termios)?;
+            self.given = Some(self.robot);
+        }
         tcflush(&slave, QueueSelector::IFlush)?;
         Ok(())
     }
 
-    /// Ready for the next host. One that took the terminal for itself alone (TIOCEXCL) has left it so: then
-    /// there is a new one under the same name.
+    /// Ready for the next host, unless it is there already. One that took the terminal for itself alone
+    /// (TIOCEXCL) has left it so: then there is a new one under the same name.
     fn renew(&mut self) {
         if self.is_open() {
             return;
@@ -95,7 +104,9 @@ impl Pty {
     }
 
     fn replace(&mut self) -> io::Result<()> {
+        let termios = tcgetattr(&self.master)?;
         let (master, slave) = make()?;
+        tcsetattr(open_slave(&slave)?, OptionalActions::Now, &termios)?;
         self.link.point_to(&slave)?;
         (self.master, self.slave) = (master, slave);
         self.reset()
@@ -124,6 +135,20 @@ fn make() -> io::Result<(OwnedFd, PathBuf)> {
     rustix::fs::fcntl_setfl(&master, flags | OFlags::NONBLOCK)?;
     let name = ptsname(&master, Vec::new())?;
     Ok((master, PathBuf::from(OsStr::from_bytes(name.to_bytes()))))
+}
+
+/// Opens the host's end for a moment.
+fn open_slave(name: &Path) -> io::Result<OwnedFd> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(name, flags, Mode::empty())?)
+}
+
+/// Whether a terminal is still set so, as far as it shows.
+fn is_set(termios: &Termios, line: SerialLine) -> bool {
+    let modes = termios.control_modes;
+    termios.output_speed() == line.speed
+        && modes.contains(ControlModes::CSTOPB) == (line.stop == 2)
+        && modes.contains(ControlModes::PARODD) == (line.parity == Parity::Odd)
 }
 
 fn set(termios: &mut Termios, line: SerialLine) -> io::Result<()> {

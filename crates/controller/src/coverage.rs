@@ -1,0 +1,186 @@
+//! Which cells of the permission tables a host's tests have reached: command, master mode, and what came of it.
+//! What counts as reachable is what the tables say; how it is shown is the edge's.
+
+use crate::options::{Config, ControllerType};
+use crate::output::{Event, Verdict};
+use crate::port::Port;
+use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
+use ts3100_proto::permission::{EXTENSION_ROWS, Permission, ROWS};
+use ts3100_proto::status::MasterMode;
+
+/// A command in a master mode on a port, and what came of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Cell {
+    /// HOST or IP0.
+    pub port: Port,
+    /// Row of the tables, in the order of [`ROWS`] and behind them [`EXTENSION_ROWS`].
+    row: usize,
+    /// Column of the tables, in the order of [`MasterMode::ALL`].
+    column: usize,
+    /// What came of it.
+    pub verdict: Verdict,
+}
+
+impl Cell {
+    fn new(port: Port, row: &str, mode: MasterMode, verdict: Verdict) -> Option<Cell> {
+        let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
+        Some(Cell {
+            port,
+            row: rows.position(|known| *known == row)?,
+            column: MasterMode::ALL.iter().position(|known| *known == mode)?,
+            verdict,
+        })
+    }
+
+    /// The command's row.
+    #[must_use]
+    pub fn row(&self) -> &'static str {
+        let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
+        rows.nth(self.row).copied().unwrap_or_default()
+    }
+
+    /// The master mode.
+    #[must_use]
+    pub fn mode(&self) -> MasterMode {
+        let mode = MasterMode::ALL.get(self.column).copied();
+        mode.unwrap_or(MasterMode::Teaching)
+    }
+}
+
+/// How often each cell was reached.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Coverage {
+    reached: BTreeMap<Cell, u64>,
+    /// Ports on which a text has come.
+    ports: BTreeSet<Port>,
+}
+
+impl Coverage {
+    /// Takes note of an event if it is a text or the answer to a command.
+    pub fn take(&mut self, event: &Event) {
+        if let Event::TextIn { port, .. } = event {
+            self.ports.insert(*port);
+        }
+        let Event::Answered {
+            port,
+            row,
+            mode,
+            verdict,
+        } = event
+        else {
+            return;
+        };
+        if let Some(cell) = Cell::new(*port, row, *mode, *verdict) {
+            let count = self.reached.entry(cell).or_default();
+            *count = count.saturating_add(1);
+        }
+    }
+
+    /// How often a cell was reached.
+    #[must_use]
+    pub fn count(&self, cell: &Cell) -> u64 {
+        self.reached.get(cell).copied().unwrap_or_default()
+    }
+
+    /// The cells reached, in the order of the tables, each with how often.
+    pub fn reached(&self) -> impl Iterator<Item = (&Cell, u64)> {
+        self.reached.iter().map(|(cell, count)| (cell, *count))
+    }
+
+    /// The ports on which a host has sent a text; IP0 as long as there is none.
+    #[must_use]
+    pub fn ports(&self) -> Vec<Port> {
+        if self.ports.is_empty() {
+            return Vec::from([Port::Ip0]);
+        }
+        self.ports.iter().copied().collect()
+    }
+
+    /// Forgets everything, for between two tests.
+    pub fn clear(&mut self) {
+        self.reached.clear();
+        self.ports.clear();
+    }
+}
+
+/// The cells a host on this port can reach: a valid command is served; one that is valid when the robot is stopped
+/// is served then and NG while it runs; one that is not valid is NG. An NG for another reason is possible nearly
+/// everywhere and required nowhere. Without the option `extensions` there are no rows of extensions, and a TSL3100
+/// has no mode INTERNAL.
+#[must_use]
+pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
+    let Some(table) = port.protocol() else {
+        return Vec::new();
+    };
+    let extensions: &[&str] = if config.options.extensions {
+        &EXTENSION_ROWS
+    } else {
+        &[]
+    };
+    let tsl = config.controller == ControllerType::Tsl3100;
+    let modes = || {
+        MasterMode::ALL
+            .into_iter()
+            .filter(move |mode| !(tsl && *mode == MasterMode::Internal))
+    };
+    let places = ROWS
+        .iter()
+        .chain(extensions)
+        .flat_map(|row| modes().map(move |mode| (*row, mode)));
+    let verdicts = |(row, mode)| {
+        let verdicts: &[Verdict] = match config.permissions.get(table, row, mode) {
+            Some(Permission::Valid) => &[Verdict::Served],
+            Some(Permission::WhenStopped) => &[Verdict::Served, Verdict::NotValid],
+            Some(Permission::Invalid) => &[Verdict::NotValid],
+            None => &[],
+        };
+        let cells = verdicts.iter();
+        cells.filter_map(move |verdict| Cell::new(port, row, mode, *verdict))
+    };
+    places.flat_map(verdicts).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Dialect;
+
+    #[test]
+    fn what_can_be_reached_is_what_the_tables_say() {
+        let config = Config::new(Dialect::Manual);
+        let cells = reachable(&config, Port::Ip0);
+        // 20 rows in 5 modes; RN in one, and UL, DL and ER in all, are valid when stopped and so have two outcomes.
+        assert_eq!(cells.len(), 20 * 5 + 1 + 3 * 5);
+        let with_extensions = reachable(&Config::new(Dialect::Field), Port::Ip0);
+        assert!(with_extensions.len() >= cells.len() + EXTENSION_ROWS.len() * 5);
+        let tsl = Config {
+            controller: ControllerType::Tsl3100,
+            ..config
+        };
+        assert_eq!(reachable(&tsl, Port::Ip0).len(), 20 * 4 + 1 + 3 * 4);
+        assert_eq!(reachable(&tsl, Port::Ip1), []);
+    }
+
+    #[test]
+    fn an_answer_reaches_its_cell() {
+        let mut coverage = Coverage::default();
+        let answered = Event::Answered {
+            port: Port::Ip0,
+            row: "RS,ERR",
+            mode: MasterMode::ExtEther,
+            verdict: Verdict::Served,
+        };
+        coverage.take(&answered);
+        coverage.take(&answered);
+        coverage.take(&Event::AlarmsReset);
+        let (cell, count) = coverage.reached().next().unwrap();
+        assert_eq!(
+            (cell.row(), cell.mode(), count),
+            ("RS,ERR", MasterMode::ExtEther, 2)
+        );
+        assert!(reachable(&Config::new(Dialect::Field), Port::Ip0).contains(cell));
+        coverage.clear();
+        assert_eq!(coverage.reached().count(), 0);
+    }
+}

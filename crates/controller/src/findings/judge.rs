@@ -1,0 +1,331 @@
+//! What a host's texts, files and manners are held against. Nothing here changes an answer; the conversation
+//! itself is `talk`'s.
+
+use super::rules::{self, RULES};
+use super::{MAX_BYTES, MAX_MESSAGE, Rule};
+use crate::Controller;
+use crate::drive::DriveError;
+use crate::limits::HOST_DELAY;
+use crate::output::{Event, Output};
+use crate::port::Port;
+use crate::session::Exchange;
+use crate::time::Time;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::time::Duration;
+use ts3100_proto::command::{Command, Internal};
+use ts3100_proto::file::FileFault;
+use ts3100_proto::name::FileName;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
+
+/// Shortest time between two requests for the same status: a request, 50 ms, OK, 50 ms.
+const POLL_PACE: Duration = HOST_DELAY.saturating_mul(2);
+/// A command refused this often in a row is repeated without thought.
+const REPEATS: u32 = 3;
+/// Symbols of 5.2.2, and blank, colon and underscore, which its list has lost (FRM-12).
+const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
+
+/// What is remembered of a host from text to text.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Habits {
+    /// The last request for each status, and when it came.
+    polls: BTreeMap<String, (Vec<u8>, Time)>,
+    /// The message refused last, and how often in a row.
+    refused: Option<(Vec<u8>, u32)>,
+    /// The controller's last text was an SP nobody asked for: the host could not wait for what it did not expect.
+    pub surprised: bool,
+}
+
+impl Controller {
+    /// A rule was broken.
+    pub(crate) fn find(
+        &mut self,
+        rule: &'static Rule,
+        port: impl Into<Option<Port>>,
+        bytes: &[u8],
+        message: impl Into<String>,
+    ) {
+        let message: String = message.into();
+        self.event(Event::Finding {
+            rule: rule.id,
+            port: port.into(),
+            at: self.now,
+            bytes: bytes.get(..MAX_BYTES).unwrap_or(bytes).to_vec(),
+            message: match message.char_indices().nth(MAX_MESSAGE) {
+                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()),
+                None => message,
+            },
+        });
+    }
+
+    /// A text has come so long after the controller's last one.
+    pub(crate) fn judge_pace(&mut self, port: Port, since: Duration, data: &[u8]) {
+        let millis = since.as_micros() as f64 / 1e3;
+        let (rule, what) = match Reply::parse(data) {
+            Ok(Reply::Ok | Reply::Ng) => (&rules::ANSWER_EARLY, "an answer"),
+            _ if since.is_zero() => (&rules::COMMAND_BEFORE_ANSWER, "a text"),
+            _ => (&rules::COMMAND_EARLY, "a text"),
+        };
+        let message = format!("{what} {millis} ms after the controller's text; 50 ms expected (5.1)");
+        self.find(rule, port, data, message);
+    }
+
+    /// How a message is written that is a command all the same.
+    pub(crate) fn judge_form(&mut self, port: Port, message: &[u8], command: &Command) {
+        if let Command::Fl(_) = command {
+            return;
+        }
+        let letters = command.letters();
+        let broken = |rule: &Rule| match rule.id {
+            "lower-case" => message.iter().take(2).any(u8::is_ascii_lowercase),
+            "blank-after-comma" => message.get(2..4) == Some(b", "),
+            "blank-at-end" => message.last() == Some(&b' '),
+            "comma-for-blank" => has_blanks(letters) && outer_commas(message) > 1,
+            "odd-character" => message.iter().any(|byte| !is_allowed(*byte)),
+            "abbreviated" => is_abbreviated(message, command),
+            _ => false,
+        };
+        for rule in RULES.iter().filter(|rule| broken(rule)) {
+            let text = message.escape_ascii();
+            self.find(rule, port, message, format!("\"{text}\" is taken as {letters}"));
+        }
+    }
+
+    /// What a command means in the present state.
+    pub(crate) fn judge_command(&mut self, port: Port, message: &[u8], command: &Command) {
+        let letters = command.letters();
+        let runs = self.execution.status() == ExecutionStatus::Running;
+        if command.is_extension() {
+            let answer = if self.config.options.extensions {
+                "served"
+            } else {
+                "NG"
+            };
+            let row = command.permission_row();
+            let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
+            self.find(&rules::EXTENSION_COMMAND, port, message, text);
+        }
+        match command {
+            Command::Br if runs => {
+                let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
+                self.find(&rules::SERVO_OFF_RUNNING, port, message, text);
+            }
+            Command::Mw(_) if self.execution.program_runs() => {
+                let text = "MW while the program runs; it acts at once (CMD-MW-06)";
+                self.find(&rules::WRITE_WHILE_RUNNING, port, message, text);
+            }
+            _ => {}
+        }
+        let now = self.now;
+        let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
+            return;
+        };
+        let last = session.habits.polls.insert(letters.to_string(), (message.to_vec(), now));
+        let since = last
+            .filter(|(asked, _)| asked == message)
+            .map(|(_, at)| now.since(at))
+            .filter(|since| *since < POLL_PACE);
+        if let Some(since) = since {
+            let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
+            self.find(&rules::POLL_FAST, port, message, text);
+        }
+    }
+
+    /// A command that is valid now was refused, and nothing that has been found since `outputs` were waiting says why.
+    pub(crate) fn judge_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
+        if self.found_since(outputs) {
+            return;
+        }
+        let rule = match command {
+            Command::Rn if !self.state.servo => &rules::START_SERVO_OFF,
+            Command::Fl(_) => &rules::FILE_WITHOUT_DOWNLOAD,
+            _ => &rules::REFUSED_BY_STATE,
+        };
+        self.find(
+            rule,
+            port,
+            &command.encode(),
+            format!("{}: {reason}", command.letters()),
+        );
+    }
+
+    /// Whether a host repeats what was refused already.
+    pub(crate) fn judge_repeat(&mut self, port: Port, message: &[u8], refused: bool) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let before = session.habits.refused.take().filter(|_| refused);
+        let before = before
+            .filter(|(text, _)| text == message)
+            .map_or(0, |(_, times)| times);
+        if refused {
+            session.habits.refused = Some((message.to_vec(), before.saturating_add(1)));
+        }
+        if before + 1 >= REPEATS && refused {
+            let text = format!("the same command was refused {} times in a row", before + 1);
+            self.find(&rules::REPEATED_REFUSAL, port, message, text);
+        }
+    }
+
+    /// A text of a file that is refused.
+    pub(crate) fn judge_file(&mut self, port: Port, fault: &FileFault, data: &[u8]) {
+        let rule = match fault {
+            FileFault::NoPrefix | FileFault::DataAfterEnd => &rules::FILE_MALFORMED,
+            FileFault::TooLarge { .. } => &rules::FILE_TOO_LARGE,
+            FileFault::Character { .. } | FileFault::LongLine { .. } => &rules::FILE_BAD_LINE,
+        };
+        self.find(rule, port, data, fault.to_string());
+    }
+
+    /// A file that has come whole is not stored.
+    pub(crate) fn judge_store(&mut self, port: Port, error: &DriveError) {
+        let rule = match error {
+            DriveError::Content { .. } => &rules::FILE_BAD_LINE,
+            DriveError::TooLarge { .. } | DriveError::Full { .. } => &rules::FILE_TOO_LARGE,
+            DriveError::TooMany { .. } | DriveError::Name(_) => &rules::REFUSED_BY_STATE,
+        };
+        self.find(rule, port, &[], error.to_string());
+    }
+
+    /// A file was downloaded; `last` is the data of its last text.
+    pub(crate) fn judge_download(&mut self, port: Port, name: &FileName, content: &[u8], last: &[u8]) {
+        let label = name.as_str();
+        if last.ends_with(&[EOF, CR]) {
+            let text = format!("{label}: CR behind EOF; taken all the same");
+            self.find(&rules::CR_AFTER_EOF, port, last, text);
+        }
+        if name.is_parameter() {
+            let text = format!("{label} is stored and acts after the power was off (5.2.3)");
+            self.find(&rules::PARAMETER_PENDING, port, last, text);
+            for problem in self.problems(label, content) {
+                self.find(&rules::PARAMETER_BROKEN, port, &[], format!("{label}: {problem}"));
+            }
+            return;
+        }
+        if let Some(at) = content.iter().position(|byte| *byte == LF) {
+            let line = content
+                .get(at.saturating_sub(MAX_BYTES / 2)..=at)
+                .unwrap_or_default();
+            let text = format!("{label}: lines end with LF; taken all the same (5.4.1)");
+            self.find(&rules::FILE_LINE_ENDS, port, line, text);
+        }
+        if self.execution.file() == label {
+            let text = format!("{label} is selected; the next RN takes the new one");
+            self.find(&rules::SELECTED_OVERWRITTEN, port, &[], text);
+        }
+    }
+
+    /// The host of a port is gone.
+    pub(crate) fn judge_departure(&mut self, port: Port) {
+        if self.jogging == Some(port) && self.is_jogging() {
+            let text = "the connection ended while JG guided the arm; it stops";
+            self.find(&rules::LEFT_JOGGING, port, &[], text);
+        }
+        if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
+            let what = match &session.exchange {
+                Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
+                Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
+                Exchange::Idle if session.is_partial() => "in the middle of a text",
+                Exchange::Idle => return,
+            };
+            self.find(
+                &rules::LEFT_IN_EXCHANGE,
+                port,
+                &[],
+                format!("the connection ended {what}"),
+            );
+        } else if let Some(channel) = self.channels.get(&port).filter(|channel| channel.peer.is_some()) {
+            let half = channel.half_value();
+            if !half.is_empty() {
+                let text = "the peer left behind a value without comma or CR; it is dropped";
+                self.find(&rules::HALF_VALUE, port, &half, text);
+            }
+            if self.execution.program_runs() {
+                let line = self.execution.line();
+                let text = format!("the peer left while the program runs, at line {line}");
+                self.find(&rules::PEER_LEFT, port, &[], text);
+            }
+        }
+    }
+
+    /// Bytes have come on a SCOL channel.
+    pub(crate) fn judge_data(&mut self, port: Port, bytes: &[u8]) {
+        if bytes.contains(&STX) || bytes.contains(&ETX) {
+            let text = format!("STX or ETX came on {port}, which carries data for INPUT only (4)");
+            self.find(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
+        }
+        if bytes.contains(&LF) {
+            self.find(
+                &rules::INPUT_LINE_FEED,
+                port,
+                bytes,
+                "LF in a record; it is left out",
+            );
+        }
+        if !self.execution.reads_from(port) {
+            let text = format!(
+                "data came on {port} while no INPUT waited; the manual says it may be ignored (4.1.2)"
+            );
+            self.find(&rules::DATA_BEFORE_INPUT, port, bytes, text);
+        }
+    }
+
+    /// Whether something was found since so many outputs were waiting.
+    fn found_since(&self, outputs: usize) -> bool {
+        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+        self.waiting().skip(outputs).any(finding)
+    }
+}
+
+/// Commands that ask and change nothing.
+fn is_status(letters: &str) -> bool {
+    matches!(
+        letters,
+        "SU" | "SF" | "CA" | "EU" | "VR" | "MR" | "SM" | "AC" | "AH" | "IO" | "HI" | "PR" | "VL"
+    )
+}
+
+/// Commands whose operands stand behind a blank each, but for the first (5.3.3).
+fn has_blanks(letters: &str) -> bool {
+    matches!(
+        letters,
+        "IW" | "MW" | "MR" | "EC" | "WD" | "HI" | "HO" | "ZS" | "JG"
+    )
+}
+
+/// Commas outside the subscripts of an array element.
+fn outer_commas(message: &[u8]) -> usize {
+    let mut depth = 0_u32;
+    let mut commas = 0;
+    for byte in message {
+        match byte {
+            b'(' => depth = depth.saturating_add(1),
+            b')' => depth = depth.saturating_sub(1),
+            b',' if depth == 0 => commas += 1,
+            _ => {}
+        }
+    }
+    commas
+}
+
+fn is_allowed(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || SYMBOLS.contains(&byte)
+}
+
+/// `EC,MODE CYC`; CONT is what the maker's library sends.
+fn is_abbreviated(message: &[u8], command: &Command) -> bool {
+    let Command::Ec(Internal::Mode(mode)) = command else {
+        return false;
+    };
+    let text = message.trim_ascii_end();
+    let ends_with = |word: &[u8]| {
+        text.get(text.len().saturating_sub(word.len())..)
+            .is_some_and(|end| end.eq_ignore_ascii_case(word))
+    };
+    !ends_with(mode.word().as_bytes()) && !ends_with(b"CONT")
+}

@@ -1,0 +1,316 @@
+//! The table of rules: what the manual advises a host against, what this controller forgave, and what cost the
+//! host something. Where a rule is broken is seen at the place that sees the bytes; only what a rule is stands here.
+
+use super::{Rule, Severity};
+
+/// Makes each rule a documented constant and puts all of them into [`RULES`], in this order.
+macro_rules! rules {
+    ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
+        $(
+            #[doc = $title]
+            pub static $name: Rule = Rule {
+                id: $id,
+                severity: Severity::$severity,
+                source: $source,
+                title: $title,
+                remedy: $remedy,
+                timed: false,
+            };
+        )*
+    };
+}
+
+/// Rules that compare the host's pace with the clock: they say nothing where virtual time is not the host's time.
+macro_rules! timed {
+    ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
+        $(
+            #[doc = $title]
+            pub static $name: Rule = Rule {
+                id: $id,
+                severity: Severity::$severity,
+                source: $source,
+                title: $title,
+                remedy: $remedy,
+                timed: true,
+            };
+        )*
+    };
+}
+
+timed! {
+    ANSWER_EARLY "answer-early" Warning "5.1 [TRN-04]"
+        "OK or NG within 50 ms of the controller's text"
+        "Wait 50 ms after a text of the controller before you answer it."
+    COMMAND_EARLY "command-early" Warning "5.1 [TRN-04]"
+        "A text within 50 ms of the controller's text"
+        "Wait 50 ms after a text of the controller before you send the next."
+    COMMAND_BEFORE_ANSWER "command-before-answer" Error "5.1 [TRN-01]"
+        "A text sent before the answer to the one before could be read"
+        "Send one text, read its answer to the ETX, then send the next."
+    POLL_FAST "poll-fast" Note "5.1, 5.5 [TRN-04, TSPC-02]"
+        "The same status is asked for again within 100 ms"
+        "Two pauses of 50 ms make 100 ms an exchange; the maker's own tool asks once in 1000 ms."
+}
+
+rules! {
+    NO_STX "no-stx" Note "5.2.1 [FRM-01, D0]"
+        "A text without STX"
+        "Send STX (02) before the data; a controller set to the letter of the manual ignores such a text."
+    BYTES_OUTSIDE "bytes-outside" Warning "5.2.1 [FRM-04]"
+        "Bytes that belong to no text"
+        "Send nothing but STX, data, ETX; end a text before you begin the next."
+    TEXT_OVER_LONG "text-over-long" Error "5.2 [FRM-02, FRM-03]"
+        "A text of more than 253 data bytes"
+        "Cut a file or a message into texts of at most 253 data bytes."
+    TEXT_UNFINISHED "text-unfinished" Error "2.2.2 [SER-06, SER-07]"
+        "A text begun and not finished within 10 s"
+        "Send a text in one go, ETX at its end."
+    BAD_CHECKSUM "bad-checksum" Error "5.3.3 FL [FRM-15]"
+        "The byte after ETX is not the sum of the text"
+        "The sum is the low 8 bits of all bytes after STX, ETX included."
+    NO_CR "no-cr" Error "5.2.2 [FRM-09, FRM-10]"
+        "CR is missing before ETX"
+        "End every command with CR (0D) before ETX."
+    MESSAGE_TOO_LONG "message-too-long" Error "5.2 [TRN-07]"
+        "A message of more than 1024 bytes over several texts"
+        "No command needs so much; is the CR of an earlier text missing?"
+    LOWER_CASE "lower-case" Note "5.2.2 [FRM-13]"
+        "Command letters in lower case"
+        "Send command letters in upper case; the manual says nothing of lower case."
+    BLANK_AFTER_COMMA "blank-after-comma" Note "5.2.2 [FRM-08]"
+        "A blank after the comma behind the command letters"
+        "Send the operand right behind the comma."
+    BLANK_AT_END "blank-at-end" Note "5.2.2 [FRM-18]"
+        "Blanks between the last operand and CR"
+        "Send CR right behind the last operand."
+    COMMA_FOR_BLANK "comma-for-blank" Note "5.3.3 [CMD-IW-03, CMD-MW-01, CMD-MR-01]"
+        "A comma between operands where the format has a blank"
+        "Only the first operand follows a comma: IW,1 1."
+    ODD_CHARACTER "odd-character" Warning "5.2.2 [FRM-11, FRM-12]"
+        "A character that the manual does not allow in a data section"
+        "Use letters, digits, the blank and \" ' ( ) + - * / , . < > = ! [ ] { } % ^ & ? ; : _"
+    ABBREVIATED "abbreviated" Note "5.3.1 [CMD-EC-03]"
+        "An operation mode cut short"
+        "Write STEP, CYCLE, SEGMENT or CONT."
+
+    UNKNOWN_COMMAND "unknown-command" Error "5.3.1 [FRM-06, CMD-LST-04]"
+        "No command has these letters"
+        "Begin a message with two letters of Table 5.1."
+    MALFORMED_COMMAND "malformed-command" Error "5.3.1 [FRM-07, FRM-18]"
+        "The operands do not fit the command"
+        "See the form of the command in docs/PROTOCOL.md."
+    EXTENSION_COMMAND "extension-command" Note "5.3.1 [CMD-LST-01, D0]"
+        "A command the manual does not have"
+        "Real controllers know it, the manual does not: be ready for NG."
+    MODE_FORBIDS "mode-forbids" Warning "5.3.2 [PRM-LEG-01, PRM-LEG-03]"
+        "A command that is not valid in this master mode, or only while the robot is stopped"
+        "Ask SU for mode and status first; the tables 5.3 and 5.4 say when a command is valid."
+    START_SERVO_OFF "start-servo-off" Warning "5.3.3 RN [CMD-RN-05]"
+        "RN with servo power off"
+        "Send SO first and wait for its OK."
+    PROGRAM_ERRORS "program-errors" Error "5.3.1 SL [CMD-SL-02]"
+        "A program with errors is to be selected"
+        "Run `ts3100 check` over the file before you download it."
+    REFUSED_BY_STATE "refused-by-state" Warning "5.3.3 [TRN-02]"
+        "A command that is valid now was refused for another reason"
+        "The message says the reason; a real robot says NG and no more."
+    REPEATED_REFUSAL "repeated-refusal" Warning "5.1 [TRN-02]"
+        "The same command refused three times in a row"
+        "Repeat a command after NG only when something has changed; give up at last."
+    SERVO_OFF_RUNNING "servo-off-running" Warning "5.3.3 BR [CMD-BR-02]"
+        "BR while the robot runs: it stops in mid motion"
+        "Send SP, wait for the stop, then BR."
+    WRITE_WHILE_RUNNING "write-while-running" Note "5.3.3 MW [CMD-MW-06]"
+        "A variable written under a program that runs"
+        "The manual does not say when the program sees it; write while it is stopped or use INPUT."
+
+    COMMAND_IN_EXCHANGE "command-in-exchange" Warning "5.1 [TRN-09]"
+        "A command where OK, NG or a part of a file was awaited"
+        "End the exchange first: OK or NG to an FL text, EOF at the end of a download."
+    UNEXPECTED_ANSWER "unexpected-answer" Warning "5.1 [TRN-10, CMD-SP-08]"
+        "OK or NG, but nothing was asked"
+        "Answer FL texts only; neither OK, NG nor the unsolicited SP is answered."
+    ANSWER_MISSING "answer-missing" Error "2.2.2, 5.3.3 [SER-08, CMD-SU-01]"
+        "An FL text was not answered within 10 s"
+        "Send OK, or NG to stop, after every FL text of the controller (UL CA SU SF EU VR MR)."
+    DOWNLOAD_ABANDONED "download-abandoned" Error "2.2.2, 5.3.3 DL [SER-08, CMD-DL-03]"
+        "A download was opened and not carried on for 10 s"
+        "Send the texts of the file at once and EOF (1A) at its end, or NG to give it up."
+    LEFT_IN_EXCHANGE "left-in-exchange" Warning "5.1 [ETH-07]"
+        "The host closed the connection in the middle of an exchange"
+        "End the exchange with OK or NG before you close the connection."
+    FILE_WITHOUT_DOWNLOAD "file-without-download" Error "5.3.3 FL [FL-04]"
+        "FL from the host, but no download is open"
+        "Send DL with the file name and wait for OK; after NG begin again with DL."
+    FILE_BAD_LINE "file-bad-line" Error "5.4.1 [RAM-01, RAM-08]"
+        "A line that is too long, a tab, or a character beyond ASCII in a file"
+        "At most 252 characters a line; no tabs, no double-width characters."
+    FILE_MALFORMED "file-malformed" Error "5.3.3 FL [FL-01, FL-02]"
+        "A file without FL, at its start or with bytes after EOF"
+        "FL, in the first text only; EOF (1A) as the last byte before the last ETX."
+    FILE_TOO_LARGE "file-too-large" Error "5.4 [RAM-03, RAM-15]"
+        "A file for which the RAM drive has no room"
+        "At most 99999 bytes a file; erase what is not needed."
+    FILE_LINE_ENDS "file-line-ends" Note "5.4.1 [RAM-05]"
+        "Lines of a user file end with LF or CR LF"
+        "End lines with CR (0D); the manual contradicts itself here and LF is taken."
+    CR_AFTER_EOF "cr-after-eof" Note "5.3.3 FL [FL-01, D2]"
+        "CR between EOF and ETX"
+        "EOF is followed by ETX."
+    SELECTED_OVERWRITTEN "selected-overwritten" Note "5.3.3 DL [CMD-DL-07]"
+        "The selected file was downloaded anew"
+        "Select it again with SL: the manual does not say whether RN takes the old or the new one."
+    PARAMETER_PENDING "parameter-pending" Note "5.2.3 [PAR-FILE-03]"
+        "A parameter file was downloaded; it acts after the power was off"
+        "Turn the power off and on before you rely on it."
+    PARAMETER_BROKEN "parameter-broken" Error "2.3, 3.3 [PAR-U06-06]"
+        "A parameter file was downloaded with values that will not be taken"
+        "The message names the value; the last good one stays, and an alarm follows at power-on."
+    WATCHDOG_LATE "watchdog-late" Error "beyond the manual [D4]"
+        "The host promised SM by WD and did not keep the time"
+        "Ask SM at least twice in the time given to WD, or stop the watchdog by WD,0 0."
+    LEFT_JOGGING "left-jogging" Error "beyond the manual [D4]"
+        "The host closed the connection while it guided the arm by JG"
+        "Stop the axis with JG,n ! first."
+
+    SECOND_CONNECTION "second-connection" Warning "3.2 [ETH-06, D3]"
+        "A second connection to a channel that has a peer"
+        "One connection a channel: close the old one first, or share it."
+    ANSWERS_UNREAD "answers-unread" Error "3.2 [ETH-02, D3]"
+        "The host does not read what the robot sends; the connection was closed"
+        "Read to the ETX after every text; on IP1 and IP2 read what PRINT sends."
+
+    HALF_DUPLEX "half-duplex" Error "2.2.2 [SER-02]"
+        "Bytes sent on HOST while the robot sends; they are lost"
+        "HOST is half-duplex: read the answer to its ETX before you send."
+    LINE_SETTINGS "line-settings" Error "2.3 [PAR-U06-01, SER-01]"
+        "The host's port has other settings than the robot's line"
+        "Set speed, data bits, parity and stop bits of both ends alike; the message names both remedies."
+    LINE_GARBLED "line-garbled" Error "2.2.1 [SER-01, SER-02]"
+        "Characters with parity or framing errors"
+        "Set the host's port as [U06] says; look at the cable."
+
+    LINE_OVERFLOW "line-overflow" Error "2.2.1 [SER-01, SER-03]"
+        "More bytes handed to a serial line than it can carry; the newest are lost"
+        "Wait for the answer before you send more; a character takes its time on the line."
+
+    DATA_BEFORE_INPUT "data-before-input" Warning "4.1.2 [INP-08]"
+        "Data for a channel on which no INPUT waits"
+        "Send when the program asks (let it PRINT a prompt); the manual says early data may be ignored."
+    DATA_CLEARED "data-cleared" Warning "4.1.2 [INP-08, D10]"
+        "Data lost because the program was started from step 1"
+        "Send data after the start, when the program asks for it."
+    INPUT_OVERFLOW "input-overflow" Error "4.1.2 [INP-13]"
+        "More than 256 bytes wait on a channel; the newest are lost"
+        "Send a record when the program asks for it."
+    INPUT_NOT_A_NUMBER "input-not-a-number" Error "4.1.2 [INP-03, INP-14]"
+        "INPUT found something that is no number"
+        "Send integers and reals only, commas between them, CR at the end."
+    INPUT_EMPTY "input-empty" Warning "4.1.2 [INP-17]"
+        "An empty value was read as 0"
+        "Send every value, 0 included."
+    INPUT_LINE_FEED "input-line-feed" Note "4.1.2 [INP-04, INP-17]"
+        "LF in the data for INPUT"
+        "End a record with CR alone."
+    HALF_VALUE "half-value" Warning "4.1.2 [INP-16]"
+        "The peer of a channel left behind a value without comma or CR"
+        "End every record with CR; what is not ended is dropped."
+    PEER_LEFT "peer-left" Warning "3.3 [PAR-E10-01, ETH-07]"
+        "The peer of a channel left while the program runs"
+        "Stop the program first; with [E10] the controller raises an alarm."
+    PRINT_WITHOUT_PEER "print-without-peer" Error "4.1.1 [PRT-14]"
+        "PRINT on a channel to which nobody is connected"
+        "Connect to the channel before you start the program."
+    INPUT_WITHOUT_PEER "input-without-peer" Error "4.1.2 [INP-05]"
+        "INPUT on a channel to which nobody is connected"
+        "Connect to the channel before you start the program."
+    PROTOCOL_ON_CHANNEL "protocol-on-channel" Error "4 [GEN-02, NPC-02]"
+        "A text of the simple protocol on a SCOL channel"
+        "Commands go to HOST or IP0 (port 1000); COM1, IP1 and IP2 carry data only."
+    DATA_TO_IP3 "data-to-ip3" Warning "3 [GEN-04]"
+        "Data sent to IP3"
+        "IP3 belongs to a dedicated protocol that nobody knows; use IP0 to IP2."
+
+    PANEL_REFUSED "panel-refused" Note "5.3.2 [GEN-05]"
+        "Something done at the panel had no effect"
+        "The message says the reason."
+    SIGNAL_REFUSED "signal-refused" Warning "5.3.3 SF [SF-31, PRM-LEG-08]"
+        "A command input that had no effect"
+        "The message says the reason; a command input that was obeyed is acknowledged by ACK."
+    NO_SUCH_LINE "no-such-line" Warning "5.3.3 SF [SF-31]"
+        "An input line that does not exist"
+        "Inputs are 1-64, 101-164 and 201-264."
+    SELECTION_LOST "selection-lost" Warning "5.3.1 SL [CMD-SL-02]"
+        "The selected file could not be selected again at power-on"
+        "The message says the reason; select a file with SL."
+}
+
+/// Every rule, in the order of docs/FINDINGS.md: pace, texts, commands, exchanges and files, connections, SCOL
+/// channels, what is done at the controller itself.
+pub static RULES: [&Rule; 65] = [
+    &ANSWER_EARLY,
+    &COMMAND_EARLY,
+    &COMMAND_BEFORE_ANSWER,
+    &POLL_FAST,
+    &NO_STX,
+    &BYTES_OUTSIDE,
+    &TEXT_OVER_LONG,
+    &TEXT_UNFINISHED,
+    &BAD_CHECKSUM,
+    &NO_CR,
+    &MESSAGE_TOO_LONG,
+    &LOWER_CASE,
+    &BLANK_AFTER_COMMA,
+    &BLANK_AT_END,
+    &COMMA_FOR_BLANK,
+    &ODD_CHARACTER,
+    &ABBREVIATED,
+    &UNKNOWN_COMMAND,
+    &MALFORMED_COMMAND,
+    &EXTENSION_COMMAND,
+    &MODE_FORBIDS,
+    &START_SERVO_OFF,
+    &PROGRAM_ERRORS,
+    &REFUSED_BY_STATE,
+    &REPEATED_REFUSAL,
+    &SERVO_OFF_RUNNING,
+    &WRITE_WHILE_RUNNING,
+    &COMMAND_IN_EXCHANGE,
+    &UNEXPECTED_ANSWER,
+    &ANSWER_MISSING,
+    &DOWNLOAD_ABANDONED,
+    &LEFT_IN_EXCHANGE,
+    &FILE_WITHOUT_DOWNLOAD,
+    &FILE_BAD_LINE,
+    &FILE_MALFORMED,
+    &FILE_TOO_LARGE,
+    &FILE_LINE_ENDS,
+    &CR_AFTER_EOF,
+    &SELECTED_OVERWRITTEN,
+    &PARAMETER_PENDING,
+    &PARAMETER_BROKEN,
+    &WATCHDOG_LATE,
+    &LEFT_JOGGING,
+    &SECOND_CONNECTION,
+    &ANSWERS_UNREAD,
+    &HALF_DUPLEX,
+    &LINE_SETTINGS,
+    &LINE_GARBLED,
+    &LINE_OVERFLOW,
+    &DATA_BEFORE_INPUT,
+    &DATA_CLEARED,
+    &INPUT_OVERFLOW,
+    &INPUT_NOT_A_NUMBER,
+    &INPUT_EMPTY,
+    &INPUT_LINE_FEED,
+    &HALF_VALUE,
+    &PEER_LEFT,
+    &PRINT_WITHOUT_PEER,
+    &INPUT_WITHOUT_PEER,
+    &PROTOCOL_ON_CHANNEL,
+    &DATA_TO_IP3,
+    &PANEL_REFUSED,
+    &SIGNAL_REFUSED,
+    &NO_SUCH_LINE,
+    &SELECTION_LOST,
+];

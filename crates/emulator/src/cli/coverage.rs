@@ -1,0 +1,78 @@
+//! `ts3100 coverage merge`: the coverage reports of several runs as one.
+
+use crate::evidence::{CoverageReport, Reports, coverage_text};
+use anyhow::Context as _;
+use clap::{Args, Subcommand};
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Exit code when the coverage is below the least that was asked for.
+const BELOW: u8 = crate::evidence::BELOW_COVERAGE;
+
+/// Works on the reports that `serve --coverage FILE.json` writes.
+#[derive(Debug, Args)]
+pub(super) struct CoverageArgs {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Adds up the reports of several runs. Says the percentage on stdout.
+    ///
+    /// Exit code: 0 done, 2 wrong usage or a file that cannot be read or written, 4 below --min-coverage.
+    Merge(MergeArgs),
+}
+
+#[derive(Debug, Args)]
+struct MergeArgs {
+    /// Reports in JSON
+    #[arg(required = true, value_name = "FILE")]
+    reports: Vec<PathBuf>,
+    /// Where to: .html a page, otherwise JSON; may be given several times
+    #[arg(long, short, value_name = "FILE")]
+    out: Vec<PathBuf>,
+    /// Exit code 4 if all together have reached less
+    #[arg(long, value_name = "PERCENT", value_parser = crate::config::percent)]
+    min_coverage: Option<f64>,
+}
+
+/// Does it and says the exit code.
+pub(super) fn run(args: &CoverageArgs) -> ExitCode {
+    let Action::Merge(args) = &args.action;
+    match merge(args) {
+        Ok(code) => ExitCode::from(code),
+        Err(error) => {
+            eprintln!("ts3100: {error:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn merge(args: &MergeArgs) -> anyhow::Result<u8> {
+    let reports: Result<Vec<CoverageReport>, _> = args
+        .reports
+        .iter()
+        .map(|path| CoverageReport::read(path))
+        .collect();
+    let merged = CoverageReport::merged(reports?);
+    for path in &args.out {
+        Reports::write(path, &coverage_text(&merged, path))?;
+    }
+    let mut stdout = std::io::stdout().lock();
+    writeln!(
+        stdout,
+        "{:.1} % ({} of {} cells)",
+        merged.percent, merged.reached, merged.reachable
+    )
+    .context("cannot write to stdout")?;
+    let below = args.min_coverage.is_some_and(|least| merged.percent < least);
+    if let (true, Some(least)) = (below, args.min_coverage) {
+        eprintln!(
+            "ts3100: coverage {:.1} %, at least {least} % expected",
+            merged.percent
+        );
+    }
+    Ok(if below { BELOW } else { 0 })
+}

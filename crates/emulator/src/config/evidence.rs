@@ -1,0 +1,76 @@
+//! The flags of `serve` that ask for reports of a run, and for an exit code that depends on them.
+
+use crate::evidence::{Deny, FindingsFormat, Reports};
+use clap::Args;
+use std::path::PathBuf;
+
+/// What is reported at the end of a run.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Reports")]
+pub struct EvidenceArgs {
+    /// Write what the hosts did that they had better not: .xml JUnit, .sarif SARIF, .json JSON
+    #[arg(long, value_name = "FILE")]
+    pub findings: Vec<PathBuf>,
+    /// Form of these files, whatever their names end with
+    #[arg(long, value_name = "FORMAT")]
+    pub findings_format: Option<FindingsFormat>,
+    /// Exit code 3 if one of these was found: all, note, warning (and worse), error, or a rule
+    #[arg(long, value_name = "RULE", value_delimiter = ',')]
+    pub deny: Vec<Deny>,
+    /// Write which cells of the permission tables the hosts have reached: .html a page, otherwise JSON
+    #[arg(long, value_name = "FILE")]
+    pub coverage: Vec<PathBuf>,
+    /// Exit code 4 if they have reached less
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    pub min_coverage: Option<f64>,
+    /// Write which lines of the user files were executed, as an lcov tracefile
+    #[arg(long, value_name = "FILE")]
+    pub lcov: Option<PathBuf>,
+}
+
+impl EvidenceArgs {
+    /// These arguments, and where they are silent those of a layer below.
+    #[must_use]
+    pub fn over(self, below: EvidenceArgs) -> EvidenceArgs {
+        EvidenceArgs {
+            findings: first(self.findings, below.findings),
+            findings_format: self.findings_format.or(below.findings_format),
+            deny: first(self.deny, below.deny),
+            coverage: first(self.coverage, below.coverage),
+            min_coverage: self.min_coverage.or(below.min_coverage),
+            lcov: self.lcov.or(below.lcov),
+        }
+    }
+
+    /// The reports they ask for.
+    #[must_use]
+    pub fn reports(&self) -> Reports {
+        let format = |path: &PathBuf| self.findings_format.unwrap_or_else(|| FindingsFormat::of(path));
+        Reports {
+            findings: self
+                .findings
+                .iter()
+                .map(|path| (path.clone(), format(path)))
+                .collect(),
+            deny: self.deny.clone(),
+            coverage: self.coverage.clone(),
+            min_coverage: self.min_coverage,
+            lcov: self.lcov.clone(),
+        }
+    }
+}
+
+fn first<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
+    if above.is_empty() { below } else { above }
+}
+
+/// A number of percent.
+///
+/// # Errors
+/// What was expected and found.
+pub fn percent(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok();
+    number
+        .filter(|number| (0.0..=100.0).contains(number))
+        .ok_or_else(|| format!("expected 0 to 100, found `{text}`"))
+}

@@ -1,0 +1,136 @@
+//! Findings as one JSON document: the report of `--findings FILE.json`, and what the control interface serves.
+
+use crate::log::Readable;
+use serde::Serialize;
+use std::fmt::Write as _;
+use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
+use ts3100_controller::port::Port;
+
+/// Version of the document; raised when a key changes its meaning.
+const VERSION: u32 = 1;
+
+/// All findings of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FindingsView {
+    /// Version of this document.
+    pub version: u32,
+    /// How many rules there are.
+    pub rules: usize,
+    /// How many of them were broken, by severity.
+    pub broken: Broken,
+    /// The broken rules in the order of docs/FINDINGS.md.
+    pub findings: Vec<RuleView>,
+}
+
+/// Broken rules by severity.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[expect(missing_docs, reason = "the severities")]
+pub struct Broken {
+    pub note: usize,
+    pub warning: usize,
+    pub error: usize,
+}
+
+/// A broken rule.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RuleView {
+    /// Its name.
+    pub rule: &'static str,
+    /// `note`, `warning` or `error`.
+    pub severity: &'static str,
+    /// Section of the manual, and clauses.
+    pub source: &'static str,
+    /// What is wrong.
+    pub title: &'static str,
+    /// What to do.
+    pub remedy: &'static str,
+    /// How often it was broken.
+    pub count: u64,
+    /// The first breaks.
+    pub first: Vec<FindingView>,
+}
+
+/// One break of a rule.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FindingView {
+    /// `HOST`, `IP0`, ...; null where no port is concerned.
+    pub port: Option<&'static str>,
+    /// Virtual time in seconds.
+    pub t: String,
+    /// What happened.
+    pub message: String,
+    /// The bytes concerned in hex.
+    pub bytes: String,
+    /// The same for people, control codes by name.
+    pub text: String,
+}
+
+impl FindingsView {
+    /// The document of these findings.
+    #[must_use]
+    pub fn of(findings: &Findings) -> FindingsView {
+        let count = |severity: Severity| {
+            findings
+                .broken()
+                .filter(|(rule, _)| rule.severity == severity)
+                .count()
+        };
+        FindingsView {
+            version: VERSION,
+            rules: RULES.len(),
+            broken: Broken {
+                note: count(Severity::Note),
+                warning: count(Severity::Warning),
+                error: count(Severity::Error),
+            },
+            findings: findings
+                .broken()
+                .map(|(rule, tally)| RuleView::of(rule, tally))
+                .collect(),
+        }
+    }
+}
+
+impl RuleView {
+    fn of(rule: &'static Rule, tally: &Tally) -> RuleView {
+        RuleView {
+            rule: rule.id,
+            severity: rule.severity.word(),
+            source: rule.source,
+            title: rule.title,
+            remedy: rule.remedy,
+            count: tally.count,
+            first: tally.first.iter().map(FindingView::of).collect(),
+        }
+    }
+}
+
+impl FindingView {
+    fn of(finding: &Finding) -> FindingView {
+        let mut bytes = String::new();
+        for (index, byte) in finding.bytes.iter().enumerate() {
+            let blank = if index == 0 { "" } else { " " };
+            // Writing to a string cannot fail.
+            let _ = write!(bytes, "{blank}{byte:02X}");
+        }
+        FindingView {
+            port: finding.port.map(Port::name),
+            t: finding.at.to_string(),
+            message: finding.message.clone(),
+            bytes,
+            text: Readable(&finding.bytes).to_string(),
+        }
+    }
+}
+
+/// One line for people: where, when, what, and the bytes.
+pub(super) fn line(finding: &Finding) -> String {
+    let view = FindingView::of(finding);
+    let port = view.port.map(|port| format!("{port} ")).unwrap_or_default();
+    let text = if view.text.is_empty() {
+        String::new()
+    } else {
+        format!(" [{}]", view.text)
+    };
+    format!("{port}at {} s: {}{text}", view.t, view.message)
+}

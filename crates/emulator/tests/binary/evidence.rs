@@ -1,0 +1,252 @@
+//! Reports at the end of a run: findings in three forms, coverage of the permission tables, lines executed, and
+//! the exit codes that follow.
+
+use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout};
+use serde_json::Value;
+use std::io::Write;
+
+const PICK: &str =
+    "PROGRAM PICK\nX = 0\nIF X == 0 THEN GOTO OUT\nX = 1\nOUT:\nPRINT IP1, \"AT\", X, CR\nEND\n";
+
+fn json(path: &str) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// A daemon with these reports; a host says SO in lower case and something nobody knows.
+fn careless(words: &[&str], signal: &str) -> std::process::Output {
+    let serve = Serve::start(words);
+    let mut host = serve.dial(0);
+    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
+    exchange(&mut host, b"\x02XX\r\x03", b"\x02NG\r\x03");
+    serve.signal(signal)
+}
+
+#[test]
+fn findings_are_written_in_three_forms_at_the_end() {
+    let directory = TempDir::new();
+    let [xml, sarif, document] = ["f.xml", "f.sarif", "f.json"].map(|name| directory.file(name, ""));
+    let output = careless(
+        &["--findings", &xml, "--findings", &sarif, "--findings", &document],
+        "TERM",
+    );
+    assert_eq!(output.status.code(), Some(0), "nothing is denied");
+    let found = json(&document);
+    let rules: Vec<&str> = found["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|finding| finding["rule"].as_str().unwrap())
+        .collect();
+    assert!(
+        rules.contains(&"lower-case") && rules.contains(&"unknown-command"),
+        "{rules:?}"
+    );
+    let unknown = found["findings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|finding| finding["rule"] == "unknown-command")
+        .unwrap();
+    assert_eq!(
+        (&unknown["count"], &unknown["first"][0]["bytes"]),
+        (&1.into(), &"58 58".into())
+    );
+    assert_eq!(unknown["first"][0]["port"], "IP0");
+    let xml = std::fs::read_to_string(&xml).unwrap();
+    assert!(
+        xml.contains("<failure message=\"No command has these letters (1 times)\" type=\"error\">"),
+        "{xml}"
+    );
+    assert!(
+        xml.contains("name=\"lower-case\" time=\"0\">\n      <system-out>"),
+        "a note fails nothing: {xml}"
+    );
+    assert!(
+        xml.contains("name=\"no-cr\" time=\"0\"/>"),
+        "a rule that was kept is a case that passed"
+    );
+    let sarif = json(&sarif);
+    let run = &sarif["runs"][0];
+    assert_eq!(sarif["version"], "2.1.0");
+    for result in run["results"].as_array().unwrap() {
+        let index = usize::try_from(result["ruleIndex"].as_u64().unwrap()).unwrap();
+        assert_eq!(run["tool"]["driver"]["rules"][index]["id"], result["ruleId"]);
+    }
+    let log = stderr(&output);
+    assert!(
+        log.contains("finding unknown-command: "),
+        "it is in the log as it happens: {log}"
+    );
+}
+
+#[test]
+fn what_is_denied_makes_the_exit_code() {
+    for (deny, signal, expected) in [
+        ("all", "TERM", 3),
+        ("note", "INT", 3),
+        ("warning", "TERM", 3),
+        ("error", "TERM", 3),
+        ("unknown-command", "TERM", 3),
+        ("no-cr,lower-case", "TERM", 3),
+        ("no-cr", "TERM", 0),
+    ] {
+        let output = careless(&["--deny", deny], signal);
+        assert_eq!(
+            output.status.code(),
+            Some(expected),
+            "{deny}: {}",
+            stderr(&output)
+        );
+    }
+    let output = careless(&["--deny", "unknown-command"], "TERM");
+    let log = stderr(&output);
+    assert!(
+        log.contains("denied finding unknown-command, 1 times: No command has these letters"),
+        "{log}"
+    );
+}
+
+#[test]
+fn what_cannot_be_reported_is_said_before_the_run() {
+    for (words, expected) in [
+        (["--findings", "/nowhere/f.xml"], "cannot write /nowhere/f.xml"),
+        (["--coverage", "/nowhere/c.json"], "cannot write /nowhere/c.json"),
+        (["--lcov", "/nowhere/run.info"], "cannot write /nowhere/run.info"),
+        (
+            ["--deny", "warnings"],
+            "a rule of docs/FINDINGS.md, found `warnings`",
+        ),
+        (["--min-coverage", "101"], "expected 0 to 100, found `101`"),
+    ] {
+        let output = run(&["serve", "--ports", "auto", words[0], words[1]]);
+        assert_eq!(output.status.code(), Some(2), "{words:?}");
+        assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn coverage_is_written_judged_and_merged() {
+    let directory = TempDir::new();
+    let [one, other, page] = ["1.json", "2.json", "1.html"].map(|name| directory.file(name, ""));
+    let words = ["--coverage", &one, "--coverage", &page, "--min-coverage", "99"];
+    let output = careless(&words, "TERM");
+    assert_eq!(output.status.code(), Some(4));
+    assert!(
+        stderr(&output).contains("at least 99 % expected"),
+        "{}",
+        stderr(&output)
+    );
+    let first = json(&one);
+    assert_eq!(first["reached"], 1);
+    let served = first["cells"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|cell| cell["count"] == 1)
+        .unwrap();
+    assert_eq!(
+        [
+            &served["port"],
+            &served["command"],
+            &served["mode"],
+            &served["outcome"]
+        ],
+        ["IP0", "SO", "EXT (ETHER)", "served"]
+    );
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(
+        html.contains("<th>SO</th>") && html.contains("served 1") && !html.contains("src="),
+        "{html}"
+    );
+
+    let serve = Serve::start(&["--coverage", &other, "--key", "teaching"]);
+    exchange(&mut serve.dial(0), b"\x02SO\r\x03", b"\x02NG\r\x03");
+    assert_eq!(serve.signal("TERM").status.code(), Some(0));
+    let all = directory.file("all.json", "");
+    let merged = run(&[
+        "coverage",
+        "merge",
+        &one,
+        &other,
+        "--out",
+        &all,
+        "--min-coverage",
+        "1",
+    ]);
+    assert_eq!(merged.status.code(), Some(0), "{}", stderr(&merged));
+    assert_eq!(
+        stdout(&merged),
+        format!("1.0 % (2 of {} cells)\n", first["reachable"])
+    );
+    assert_eq!(json(&all)["reached"], 2);
+    let below = run(&["coverage", "merge", &one, &other, "--min-coverage", "50"]);
+    assert_eq!(below.status.code(), Some(4));
+    let wrong = run(&["coverage", "merge", &page]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(
+        stderr(&wrong).contains("1.html: expected a coverage report of ts3100"),
+        "{}",
+        stderr(&wrong)
+    );
+}
+
+#[test]
+fn executed_lines_are_written_for_lcov() {
+    let directory = TempDir::new();
+    let (file, info) = (directory.file("pick.scol", PICK), directory.file("run.info", ""));
+    let serve = Serve::start(&["--load", &file, "--select", "PICK", "--servo-on", "--lcov", &info]);
+    let mut host = serve.dial(0);
+    let mut channel = serve.dial(1);
+    for _ in 0..2 {
+        exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+        assert!(read_until(&mut channel, b'\r').starts_with(b"AT"));
+        assert_eq!(read_until(&mut host, 0x03), b"\x02SP\r\x03");
+    }
+    // A program the host brings has no file of the PC: it is written beside the report.
+    exchange(&mut host, b"\x02DL,NEW\r\x03", b"\x02OK\r\x03");
+    host.write_all(b"\x02FL,PROGRAM NEW\rDOUT(1)\rEND\r\x1a\x03")
+        .unwrap();
+    assert_eq!(read_until(&mut host, 0x03), b"\x02OK\r\x03");
+    assert_eq!(serve.signal("TERM").status.code(), Some(0));
+    let trace = std::fs::read_to_string(&info).unwrap();
+    let pick = format!(
+        "SF:{file}\nFN:2,PICK\nFNDA:2,PICK\nFNF:1\nFNH:1\nDA:2,2\nDA:3,2\nDA:4,0\nDA:6,2\nDA:7,2\nLF:5\nLH:4\nend_of_record\n"
+    );
+    assert!(trace.contains(&pick), "{trace}");
+    let new = format!("SF:{info}.src/NEW\nFN:2,NEW\nFNDA:0,NEW\n");
+    assert!(trace.contains(&new), "{trace}");
+    let source = std::fs::read_to_string(format!("{info}.src/NEW")).unwrap();
+    assert_eq!(source, "PROGRAM NEW\nDOUT(1)\nEND\n");
+}
+
+#[test]
+fn a_run_without_sockets_writes_the_same_lines() {
+    let directory = TempDir::new();
+    let (file, info) = (directory.file("pick.scol", PICK), directory.file("run.info", ""));
+    let output = run(&["run", &file, "--lcov", &info]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let trace = std::fs::read_to_string(&info).unwrap();
+    assert!(
+        trace.contains("DA:2,1\nDA:3,1\nDA:4,0\nDA:6,1\nDA:7,1\nLF:5\nLH:4\n"),
+        "{trace}"
+    );
+    assert!(
+        !stderr(&output).contains("line 2"),
+        "statements are told only with --trace"
+    );
+}
+
+#[test]
+fn the_reports_are_keys_of_the_file_and_the_environment_too() {
+    let directory = TempDir::new();
+    let config = directory.file(
+        "c.toml",
+        "findings = [\"f.json\"]\ndeny = [\"no-cr\", \"lower-case\"]\n",
+    );
+    let output = careless(&["--config", &config], "TERM");
+    assert_eq!(output.status.code(), Some(3));
+    assert!(
+        directory.path().join("f.json").exists(),
+        "paths are seen from the file"
+    );
+}

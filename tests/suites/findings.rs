@@ -1,0 +1,118 @@
+//! For each rule of docs/FINDINGS.md a host that breaks it and one that does the same work and keeps it. A rule
+//! that is not in the table fails the suite.
+
+mod cases;
+mod channels;
+
+use cases::{PROGRAM, cases, commands, download};
+use std::collections::BTreeSet;
+use ts3100_controller::findings::{FIRST_KEPT, MAX_BYTES, RULES, rules};
+use ts3100_controller::{Event, Output, Panel, Port, Severity};
+use ts3100_tests::Robot;
+
+/// A robot to which a host has done something.
+fn after(host: fn(&mut Robot)) -> Robot {
+    let mut robot = Robot::ready(PROGRAM);
+    host(&mut robot);
+    robot
+}
+
+#[test]
+fn every_rule_has_a_host_that_breaks_it_and_one_that_keeps_it() {
+    let tried: Vec<&str> = cases().map(|(rule, ..)| rule.id).collect();
+    let known: Vec<&str> = RULES.iter().map(|rule| rule.id).collect();
+    assert_eq!(tried, known);
+    let mut failures = Vec::new();
+    for (rule, breaks, keeps) in cases() {
+        for (host, expected) in [(breaks, true), (keeps, false)] {
+            let robot = after(*host);
+            let found = robot.findings.count(rule) > 0;
+            if found != expected {
+                let others: Vec<&str> = robot.findings.broken().map(|(rule, _)| rule.id).collect();
+                failures.push(format!(
+                    "{}: found {found}, {expected} expected, also {others:?}",
+                    rule.id
+                ));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn a_finding_says_when_where_what_and_never_too_much() {
+    for (rule, breaks, _) in cases() {
+        let robot = after(*breaks);
+        let (_, tally) = robot.findings.broken().find(|(found, _)| found == rule).unwrap();
+        for finding in &tally.first {
+            assert!(finding.bytes.len() <= MAX_BYTES, "{}", rule.id);
+            assert!(
+                finding.at <= robot.now() && !finding.message.is_empty(),
+                "{}",
+                rule.id
+            );
+        }
+    }
+    let robot = after(|r| commands(r, &["IW,1,1"]));
+    let (_, tally) = robot.findings.broken().next().unwrap();
+    assert_eq!(tally.first[0].port, Some(Port::Ip0));
+    assert_eq!(tally.first[0].bytes, b"IW,1,1");
+    assert_eq!(tally.first[0].at.as_micros(), 60_000);
+}
+
+#[test]
+fn a_careful_host_finds_nothing() {
+    let robot = after(|r| {
+        download(r, "NEW", "PROGRAM NEW\rEND\r");
+        commands(r, &["CA", "OK", "SL,NEW", "SL,TEST", "SO", "SU", "OK", "RN"]);
+        r.raw(Port::Ip1, b"1,2\r");
+        r.advance_ms(500);
+        commands(r, &["SF", "OK", "EU", "OK", "VR", "OK", "MR,A 0", "OK", "BR"]);
+    });
+    let found: Vec<_> = robot.findings.broken().collect();
+    assert!(found.is_empty(), "{found:#?}");
+}
+
+#[test]
+fn a_host_cannot_wait_for_an_sp_it_does_not_expect() {
+    let robot = after(|r| {
+        commands(r, &["RN"]);
+        r.advance_ms(1_000);
+        r.panel(Panel::Stop);
+        r.raw(Port::Ip1, b"1,2\r");
+        r.advance_ms(10);
+        assert!(r.received(Port::Ip0).ends_with(b"\x02SP\r\x03"));
+        r.send(Port::Ip0, b"SU\r");
+    });
+    assert_eq!(robot.findings.count(&rules::COMMAND_EARLY), 0);
+}
+
+#[test]
+fn answers_are_the_same_bytes_whatever_is_found() {
+    // The same command in the form of the manual and in one that is forgiven.
+    for (plain, forgiven) in [("IW,1 1", "IW,1,1"), ("RS,PRG", "rs, PRG "), ("SU", "su ")] {
+        let answers = [plain, forgiven].map(|text| Robot::ready(PROGRAM).ask(Port::Ip0, text));
+        assert_eq!(answers[0], answers[1], "{forgiven}");
+    }
+}
+
+#[test]
+fn each_break_is_counted_and_only_the_first_are_kept() {
+    let robot = after(|r| (0..30).for_each(|_| commands(r, &["so"])));
+    let (rule, tally) = robot.findings.broken().next().unwrap();
+    assert_eq!((rule.id, tally.count), ("lower-case", 30));
+    assert_eq!(tally.first.len(), FIRST_KEPT);
+}
+
+#[test]
+fn nothing_is_reported_that_is_not_in_the_table() {
+    let known: BTreeSet<&str> = RULES.iter().map(|rule| rule.id).collect();
+    for (_, breaks, _) in cases() {
+        for output in after(*breaks).outputs {
+            if let Output::Event(Event::Finding { rule, .. }) = output {
+                assert!(known.contains(rule), "{rule}");
+            }
+        }
+    }
+    assert!(Severity::Note < Severity::Warning && Severity::Warning < Severity::Error);
+}

@@ -1,0 +1,158 @@
+//! The hosts of the findings suite that talk to a program, and what is done at the controller itself.
+
+use super::cases::{Case, commands, download};
+use ts3100_controller::findings::rules;
+use ts3100_controller::{ControlRight, Panel, Port};
+use ts3100_tests::Robot;
+
+const READS: &str = "PROGRAM TEST\nINPUT IP1, A\nEND\n";
+const PRINTS: &str = "PROGRAM TEST\nPRINT IP1, 1, CR\nDELAY 1\nEND\n";
+fn signal(robot: &mut Robot, servo: bool) {
+    robot.panel(Panel::ControlRight(ControlRight::Sig));
+    robot.panel(Panel::Servo(servo));
+    robot.panel(Panel::InputLine { line: 255, on: true });
+}
+
+fn loaded(robot: &mut Robot, program: &str) {
+    *robot = Robot::ready(program);
+}
+
+fn power_cycle(robot: &mut Robot, program: &str) {
+    download(robot, "TEST", program);
+    robot.panel(Panel::PowerCycle);
+}
+
+pub const CHANNELS: &[Case] = &[
+    (
+        &rules::DATA_BEFORE_INPUT,
+        |r| r.raw(Port::Ip1, b"1,2\r"),
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b"1,2\r");
+        },
+    ),
+    (
+        &rules::DATA_CLEARED,
+        |r| {
+            r.raw(Port::Ip1, b"1,2\r");
+            commands(r, &["RN"]);
+        },
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b"1,2\r");
+        },
+    ),
+    (
+        &rules::INPUT_OVERFLOW,
+        |r| r.raw(Port::Ip1, &[b'1'; 257]),
+        |r| r.raw(Port::Ip1, &[b'1'; 256]),
+    ),
+    (
+        &rules::INPUT_NOT_A_NUMBER,
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b"1,X\r");
+        },
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b"1,2\r");
+        },
+    ),
+    (
+        &rules::INPUT_EMPTY,
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b",2\r");
+        },
+        |r| {
+            commands(r, &["RN"]);
+            r.raw(Port::Ip1, b"0,2\r");
+        },
+    ),
+    (
+        &rules::INPUT_LINE_FEED,
+        |r| r.raw(Port::Ip1, b"1,2\r\n"),
+        |r| r.raw(Port::Ip1, b"1,2\r"),
+    ),
+    (
+        &rules::HALF_VALUE,
+        |r| {
+            r.raw(Port::Ip1, b"1,2");
+            r.disconnect(Port::Ip1);
+        },
+        |r| {
+            r.raw(Port::Ip1, b"1,2\r\n");
+            r.disconnect(Port::Ip1);
+        },
+    ),
+    (
+        &rules::PEER_LEFT,
+        |r| {
+            commands(r, &["RN"]);
+            r.disconnect(Port::Ip1);
+        },
+        |r| {
+            commands(r, &["RN", "SP"]);
+            r.disconnect(Port::Ip1);
+        },
+    ),
+    (
+        &rules::PRINT_WITHOUT_PEER,
+        |r| {
+            loaded(r, PRINTS);
+            r.disconnect(Port::Ip1);
+            commands(r, &["RN"]);
+        },
+        |r| {
+            loaded(r, PRINTS);
+            commands(r, &["RN"]);
+        },
+    ),
+    (
+        &rules::INPUT_WITHOUT_PEER,
+        |r| {
+            loaded(r, READS);
+            r.disconnect(Port::Ip1);
+            commands(r, &["RN"]);
+        },
+        |r| {
+            loaded(r, READS);
+            commands(r, &["RN"]);
+        },
+    ),
+    (
+        &rules::PROTOCOL_ON_CHANNEL,
+        |r| r.send(Port::Ip1, b"SU\r"),
+        |r| commands(r, &["SU"]),
+    ),
+    (
+        &rules::DATA_TO_IP3,
+        |r| {
+            r.connect(Port::Ip3);
+            r.raw(Port::Ip3, b"1\r");
+        },
+        |r| r.connect(Port::Ip3),
+    ),
+];
+
+pub const RIG: &[Case] = &[
+    (
+        &rules::PANEL_REFUSED,
+        |r| {
+            r.panel(Panel::Servo(false));
+            r.panel(Panel::Start);
+        },
+        |r| r.panel(Panel::Start),
+    ),
+    (&rules::SIGNAL_REFUSED, |r| signal(r, false), |r| signal(r, true)),
+    (
+        &rules::NO_SUCH_LINE,
+        |r| r.panel(Panel::InputLine { line: 65, on: true }),
+        |r| r.panel(Panel::InputLine { line: 64, on: true }),
+    ),
+    (
+        &rules::SELECTION_LOST,
+        |r| power_cycle(r, "PROGRAM TEST\rGOTO NOWHERE\rEND\r"),
+        |r| power_cycle(r, "PROGRAM TEST\rEND\r"),
+    ),
+];
