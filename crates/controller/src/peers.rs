@@ -6,8 +6,9 @@ use crate::line::Line;
 use crate::port::Port;
 
 impl Controller {
-    /// Takes over the peers of the controller that was here before.
+    /// Takes over the peers of the controller that was here before, and what the edge records of it.
     pub fn take_peers_of(&mut self, before: &Controller) {
+        self.traced = before.traced;
         for port in Port::ALL {
             let there = before.peer(port);
             let knew = self.peer(port).is_some();

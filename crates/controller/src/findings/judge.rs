@@ -31,7 +31,11 @@ const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
 
 /// What is remembered of a host from text to text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Habits {
     /// The last request for each status, and when it came.
     polls: BTreeMap<String, (Vec<u8>, Time)>,
@@ -125,7 +129,10 @@ impl Controller {
         let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
             return;
         };
-        let last = session.habits.polls.insert(letters.to_string(), (message.to_vec(), now));
+        let last = session
+            .habits
+            .polls
+            .insert(letters.to_string(), (message.to_vec(), now));
         let since = last
             .filter(|(asked, _)| asked == message)
             .map(|(_, at)| now.since(at))

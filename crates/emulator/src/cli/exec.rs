@@ -32,8 +32,8 @@ const BY_SIGNAL: i32 = 128;
 /// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_HOST, and
 /// TS3100_IP0_PORT to TS3100_IP3_PORT. All options of `serve` hold; ports are free ones unless --ports or
 /// --port-offset say otherwise. Signals are passed on. The exit code is the command's (128 + N when signal N ended
-/// it); 64 is added to it, as a bit, when a scenario fails. 125: the emulator could not be
-/// started; 126, 127: the command could not be.
+/// it); 64 is added to it, as a bit, when a scenario fails, a denied finding was made or the coverage is too low.
+/// 125: the emulator could not be started; 126, 127: the command could not be.
 #[derive(Debug, Clone, Args)]
 pub(super) struct ExecArgs {
     #[command(flatten)]
@@ -86,6 +86,7 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
     let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
+    settings.reports.prepare().map_err(anyhow::Error::from)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
         let (mut hub, _panel) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;

@@ -11,8 +11,8 @@ mod reports;
 mod sarif;
 
 pub use coverage::CoverageReport;
-pub(crate) use junit::escape;
 pub use findings::FindingsView;
+pub(crate) use junit::escape;
 pub use reports::{
     BELOW_COVERAGE, DENIED, Deny, Ending, FindingsFormat, ReportError, Reports, coverage_text,
 };

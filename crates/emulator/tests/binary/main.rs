@@ -9,6 +9,7 @@
 
 mod client;
 mod evidence;
+mod exec;
 mod extensions;
 mod headless;
 mod recordings;
