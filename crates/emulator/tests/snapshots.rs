@@ -1,6 +1,8 @@
 //! Snapshots of a running emulator: kept under names, put back between two tests while the hosts stay connected,
 //! written to files and begun with. Embedded, and as the binary.
 
+#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
+
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;

@@ -11,6 +11,7 @@ fn read(text: &str) -> Result<Scenario, String> {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a flat table")]
 fn what_is_wrong_is_said_with_its_line() {
     for (text, expected) in [
         ("name = 5", "dir/s.toml, line 1: expected text, found 5"),
