@@ -7,7 +7,7 @@ mod channels;
 use cases::{PROGRAM, cases, commands, download};
 use std::collections::BTreeSet;
 use ts3100_controller::findings::{FIRST_KEPT, MAX_BYTES, RULES, rules};
-use ts3100_controller::{Event, Output, Panel, Port, Severity};
+use ts3100_controller::{Event, KeySwitch, Output, Panel, Port, Severity};
 use ts3100_tests::Robot;
 
 /// A robot to which a host has done something.
@@ -93,6 +93,31 @@ fn answers_are_the_same_bytes_whatever_is_found() {
     for (plain, forgiven) in [("IW,1 1", "IW,1,1"), ("RS,PRG", "rs, PRG "), ("SU", "su ")] {
         let answers = [plain, forgiven].map(|text| Robot::ready(PROGRAM).ask(Port::Ip0, text));
         assert_eq!(answers[0], answers[1], "{forgiven}");
+    }
+}
+
+#[test]
+fn a_refusal_is_told_once_by_the_rule_that_says_most() {
+    for (host, rule) in [
+        (
+            (|r| {
+                download(r, "NEW", "PROGRAM NEW\rGOTO NOWHERE\rEND\r");
+                commands(r, &["SL,NEW"]);
+            }) as fn(&mut Robot),
+            &rules::PROGRAM_ERRORS,
+        ),
+        (|r| commands(r, &["BR", "RN"]), &rules::START_SERVO_OFF),
+        (
+            |r| {
+                r.panel(Panel::Key(KeySwitch::Teaching));
+                commands(r, &["RN"]);
+            },
+            &rules::MODE_FORBIDS,
+        ),
+    ] {
+        let robot = after(host);
+        let found: Vec<&str> = robot.findings.broken().map(|(rule, _)| rule.id).collect();
+        assert_eq!(found, [rule.id]);
     }
 }
 

@@ -8,6 +8,7 @@
 )]
 
 mod courses;
+mod coverage;
 mod dialogue;
 mod docs;
 mod effects;

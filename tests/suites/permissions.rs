@@ -9,7 +9,7 @@ use ts3100_tests::{Robot, notation};
 
 /// Command, HOST, IP0; columns TEACHING, INTERNAL, EXT SIG, EXT RS-232C, EXT ETHER; O valid, X invalid,
 /// S valid when stopped.
-const MANUAL: [(&str, &str, &str); 20] = [
+pub const MANUAL: [(&str, &str, &str); 20] = [
     ("RN", "X X X S O", "X X X X S"),
     ("SP", "O O O O O", "O O O O O"),
     ("BR", "O O O O O", "O O O O O"),
@@ -44,7 +44,7 @@ const MODES: [&str; 5] = [
 const PROGRAM: &str = "GLOBAL\nA = 10\nEND\nPROGRAM TEST\nINPUT IP1, A\nGOTO HERE1\nHERE1:\nEND\n";
 
 /// Text sent for a command, and the beginning of its affirmative answer.
-fn example(letters: &str) -> (&'static str, &'static str) {
+pub fn example(letters: &str) -> (&'static str, &'static str) {
     match letters {
         "RN" => ("RN", "OK<CR>"),
         "SP" => ("SP", "OK<CR>"),
@@ -70,7 +70,7 @@ fn example(letters: &str) -> (&'static str, &'static str) {
     }
 }
 
-fn prepare(column: usize, running: bool) -> Robot {
+pub fn prepare(column: usize, running: bool) -> Robot {
     let mut robot = Robot::ready(PROGRAM);
     robot.controller.put_file("OLD", b"PROGRAM OLD\nEND\n").unwrap();
     robot.connect(Port::Host);

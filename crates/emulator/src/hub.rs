@@ -301,6 +301,10 @@ impl Hub {
                 play.output(at, &output);
             }
             self.evidence.take(&output);
+            // They are told for the record of lines alone, and there are very many.
+            if matches!(output, Output::Event(Event::Statement { .. })) {
+                continue;
+            }
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
             if let (Some(feeder), Some(output)) = (&self.watch, watched) {

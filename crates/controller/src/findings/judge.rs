@@ -1,7 +1,7 @@
 //! What a host's texts, files and manners are held against. Nothing here changes an answer; the conversation
 //! itself is `talk`'s.
 
-use super::rules::{self, RULES};
+use super::rules;
 use super::{MAX_BYTES, MAX_MESSAGE, Rule};
 use crate::Controller;
 use crate::drive::DriveError;
@@ -85,16 +85,24 @@ impl Controller {
             return;
         }
         let letters = command.letters();
-        let broken = |rule: &Rule| match rule.id {
-            "lower-case" => message.iter().take(2).any(u8::is_ascii_lowercase),
-            "blank-after-comma" => message.get(2..4) == Some(b", "),
-            "blank-at-end" => message.last() == Some(&b' '),
-            "comma-for-blank" => has_blanks(letters) && outer_commas(message) > 1,
-            "odd-character" => message.iter().any(|byte| !is_allowed(*byte)),
-            "abbreviated" => is_abbreviated(message, command),
-            _ => false,
-        };
-        for rule in RULES.iter().filter(|rule| broken(rule)) {
+        let checks = [
+            (
+                &rules::LOWER_CASE,
+                message.iter().take(2).any(u8::is_ascii_lowercase),
+            ),
+            (&rules::BLANK_AFTER_COMMA, message.get(2..4) == Some(b", ")),
+            (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
+            (
+                &rules::COMMA_FOR_BLANK,
+                has_blanks(letters) && outer_commas(message) > 1,
+            ),
+            (
+                &rules::ODD_CHARACTER,
+                message.iter().any(|byte| !is_allowed(*byte)),
+            ),
+            (&rules::ABBREVIATED, is_abbreviated(message, command)),
+        ];
+        for (rule, _) in checks.into_iter().filter(|(_, broken)| *broken) {
             let text = message.escape_ascii();
             self.find(rule, port, message, format!("\"{text}\" is taken as {letters}"));
         }

@@ -209,6 +209,15 @@ mod tests {
     }
 
     #[test]
+    fn what_one_run_makes_reachable_is_reachable_in_all() {
+        let all = run(&["SU"]);
+        let mut without = all.clone();
+        without.cells.iter_mut().for_each(|cell| cell.reachable = false);
+        let merged = CoverageReport::merged([without, all.clone()]);
+        assert_eq!((merged.reached, merged.reachable), (1, all.reachable));
+    }
+
+    #[test]
     fn a_document_is_read_back_and_others_are_refused() {
         let directory = TempDir::new("coverage");
         let path = directory.path().join("c.json");
