@@ -197,8 +197,11 @@ mod tests {
     use crate::testing::TempDir;
     use ts3100_controller::{Config, Dialect};
 
+    /// A controller whose outputs have been fetched: those are not in a snapshot.
     fn fresh() -> Controller {
-        Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap()
+        let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        while controller.poll_output().is_some() {}
+        controller
     }
 
     #[test]
