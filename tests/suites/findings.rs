@@ -122,6 +122,34 @@ fn a_refusal_is_told_once_by_the_rule_that_says_most() {
 }
 
 #[test]
+fn answers_and_files_in_lower_case_are_found_too() {
+    let answer = after(|r| commands(r, &["SU", "ok"]));
+    assert_eq!(answer.findings.count(&rules::LOWER_CASE), 1);
+    let mut file = after(|r| {
+        commands(r, &["DL,NEW"]);
+        r.received(Port::Ip0);
+        r.send(Port::Ip0, b"fl,PROGRAM NEW\rEND\r\x1a");
+    });
+    assert_eq!(file.received(Port::Ip0), b"\x02OK\r\x03", "it is taken");
+    assert_eq!(file.findings.count(&rules::LOWER_CASE), 1);
+}
+
+#[test]
+fn polls_of_different_things_are_no_fast_poll() {
+    let fast = |commands: &[&str]| {
+        let mut robot = Robot::ready(PROGRAM);
+        for command in commands {
+            robot.send(Port::Ip0, format!("{command}\r").as_bytes());
+            robot.send(Port::Ip0, b"OK\r");
+        }
+        robot.findings.count(&rules::POLL_FAST)
+    };
+    assert_eq!(fast(&["SU", "SF", "MR,A 0", "MR,B 0"]), 0);
+    assert_eq!(fast(&["SU", "SF", "SU", "SF"]), 2);
+    assert_eq!(fast(&["MR,A 0", "MR,A 0", "mr,A 0"]), 1);
+}
+
+#[test]
 fn each_break_is_counted_and_only_the_first_are_kept() {
     let robot = after(|r| (0..30).for_each(|_| commands(r, &["so"])));
     let (rule, tally) = robot.findings.broken().next().unwrap();

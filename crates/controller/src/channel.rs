@@ -67,16 +67,16 @@ impl Channel {
         self.ring.len()
     }
 
+    /// The bytes held, oldest first.
+    #[must_use]
+    pub fn held(&self) -> Vec<u8> {
+        self.ring.iter().copied().collect()
+    }
+
     /// Whether nothing is held.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ring.is_empty()
-    }
-
-    /// The bytes held.
-    #[must_use]
-    pub fn held(&self) -> Vec<u8> {
-        self.ring.iter().copied().collect()
     }
 
     /// The bytes behind the last comma or CR, blanks left out.

@@ -138,6 +138,14 @@ impl Controller {
     pub fn handle(&mut self, now: Time, input: Input) {
         self.advance_to(now);
         match input {
+            // Nobody is there to hear it.
+            Input::Connected { .. }
+            | Input::Received { .. }
+            | Input::Disconnected { .. }
+            | Input::Line { .. }
+            | Input::LineFaults { .. }
+            | Input::LinePurged { .. }
+                if !self.state.powered => {}
             Input::Tick => {}
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Line { port, host } => self.line_opened(port, host),
@@ -148,6 +156,7 @@ impl Controller {
             Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
             Input::Unread { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
+            Input::Deed(deed) => self.deed(deed),
         }
         self.settle();
     }

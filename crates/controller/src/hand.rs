@@ -11,7 +11,7 @@ use alloc::format;
 use scol_mini::Answer;
 
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
-const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
+pub(crate) const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
 
 impl Controller {
     /// OPEN, CLOSE: when the arm rests, or at once.

@@ -1,13 +1,14 @@
 //! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
 //! scenario) is the edge's knowledge.
 
+use crate::deed::Deed;
 use crate::line::HostLine;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
 
 /// One thing that happened outside.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Input {
     /// Nothing but time: deadlines up to now are served.
     Tick,
@@ -67,6 +68,9 @@ pub enum Input {
     },
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(Panel),
+    /// Something done by one who holds the controller; a refusal is told by
+    /// [`Output::Undone`](crate::output::Output::Undone).
+    Deed(Deed),
 }
 
 /// Something done at the controller itself.

@@ -33,12 +33,6 @@ impl Controller {
         self.config.options.language(self.arm.kind())
     }
 
-    /// What it is made of.
-    #[must_use]
-    pub fn config(&self) -> &crate::options::Config {
-        &self.config
-    }
-
     /// Whether an input is on.
     #[must_use]
     pub fn is_input_on(&self, line: u16) -> bool {

@@ -1,5 +1,6 @@
 //! Everything the controller wants done outside, in order. How it is done is the edge's business.
 
+use crate::deed::Refusal;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
@@ -31,6 +32,10 @@ pub enum Output {
     },
     /// The power came on again: links are to be made anew by [`crate::Controller::network`].
     PowerCycled,
+    /// The power went off: every link is to be closed until [`Output::PowerCycled`].
+    PowerOff,
+    /// A [`Deed`](crate::deed::Deed) had no effect.
+    Undone(Refusal),
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
     /// Something worth a line in the log.

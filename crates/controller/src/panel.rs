@@ -17,22 +17,37 @@ use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
 
 impl Controller {
+    /// What has no effect is a finding.
     pub(crate) fn panel(&mut self, panel: Panel) {
+        let what = match &panel {
+            Panel::Servo(_) => "servo on",
+            Panel::Start => "start",
+            _ => "the deed",
+        };
+        if let Err(reason) = self.do_at_panel(panel) {
+            let message = format!("{what} at the panel had no effect: {reason}");
+            self.find(&rules::PANEL_REFUSED, None, &[], message);
+        }
+    }
+
+    /// # Errors
+    /// Why it had no effect.
+    pub(crate) fn do_at_panel(&mut self, panel: Panel) -> Result<(), String> {
         match panel {
-            Panel::Key(key) => self.turn_key(key),
+            Panel::Key(key) => return self.turn_key(key),
             Panel::ControlRight(right) => self.state.control_right = right,
             Panel::EmergencyStop(pressed) => self.emergency_stop(pressed),
             Panel::SafetySwitch(open) => self.safety_switch(open),
-            Panel::Servo(true) => self.or_report("servo on", Self::servo_on),
+            Panel::Servo(true) => return self.servo_on(),
             Panel::Servo(false) => self.servo_off(By::Other),
-            Panel::Start => self.or_report("start", Self::start),
+            Panel::Start => return self.start(),
             Panel::Stop => self.stop_after_step(By::Other),
             Panel::FeedHold => self.feed_hold(),
             Panel::AlarmReset => self.reset_alarms(),
             Panel::MachineLock(on) => self.state.machine_lock = on,
             Panel::InputLine { line, on } => self.drive_input(line, on),
             Panel::Battery(low) => {
-                if low && !self.state.battery_low {
+                if low && !self.state.battery_low && self.state.powered {
                     self.raise(crate::alarm::BATTERY, String::new());
                 }
                 self.state.battery_low = low;
@@ -40,29 +55,25 @@ impl Controller {
             Panel::Keys(figures) => {
                 self.keys.push(figures.as_bytes());
             }
-            Panel::PowerCycle => self.power_cycle(),
+            Panel::PowerCycle => {
+                self.power_off();
+                self.power_on();
+            }
         }
-    }
-
-    fn or_report(&mut self, what: &str, action: impl Fn(&mut Self) -> Result<(), String>) {
-        if let Err(reason) = action(self) {
-            let message = format!("{what} at the panel had no effect: {reason}");
-            self.find(&rules::PANEL_REFUSED, None, &[], message);
-        }
+        Ok(())
     }
 
     /// Turning the key while a program runs stops it behind the present step.
-    fn turn_key(&mut self, key: KeySwitch) {
+    fn turn_key(&mut self, key: KeySwitch) -> Result<(), String> {
         if key == KeySwitch::Internal && self.config.controller == ControllerType::Tsl3100 {
-            let message = "the TSL3100 has no INTERNAL position (5.3.2)".to_string();
-            self.find(&rules::PANEL_REFUSED, None, &[], message);
-            return;
+            return Err("the TSL3100 has no INTERNAL position (5.3.2)".to_string());
         }
         if key != self.state.key {
             self.stop_after_step(By::Other);
             self.state.key = key;
             self.arm.set_pace(self.now, self.pace());
         }
+        Ok(())
     }
 
     /// Servo power on (CMD-SO-02).
@@ -167,12 +178,53 @@ impl Controller {
         }
     }
 
-    /// Power off and on. The RAM drive, the error history, the selection, the posture, and what is turned or
-    /// pressed by hand stay; links are made anew.
-    fn power_cycle(&mut self) {
+    /// Power off. The RAM drive, the error history, the selection, the posture, and what is turned or pressed by
+    /// hand stay.
+    pub(crate) fn power_off(&mut self) {
+        if !self.state.powered {
+            return;
+        }
         self.interrupt(By::Host);
         self.jogging = None;
         let rested = self.arm.joints(self.now);
+        let State {
+            emergency_stop,
+            safety_open,
+            machine_lock,
+            battery_low,
+            run_mode,
+            key,
+            control_right,
+            ..
+        } = self.state;
+        self.state = State {
+            powered: false,
+            emergency_stop,
+            safety_open,
+            machine_lock,
+            battery_low,
+            run_mode,
+            ..State::power_on(self.now, key, control_right)
+        };
+        self.arm = Arm::at(self.config.model.clone(), rested);
+        self.signals.drop_outputs();
+        self.alarms.reset(|_| false);
+        self.pendant.clear();
+        self.keys = Channel::default();
+        for buffer in self.channels.values_mut() {
+            *buffer = Channel::default();
+        }
+        self.lines = fresh_lines();
+        for session in self.sessions.values_mut() {
+            session.reset(self.config.options.text, None);
+        }
+        // The source and the file of the selection stay; what ran of it does not.
+        self.execution.direct = None;
+        self.execution.rewind(self.now);
+    }
+
+    /// Power on: links are made anew.
+    pub(crate) fn power_on(&mut self) {
         let file = FileName::parse(self.execution.file());
         let State {
             emergency_stop,
@@ -194,18 +246,6 @@ impl Controller {
         if key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
-        self.arm = Arm::at(self.config.model.clone(), rested);
-        self.signals.drop_outputs();
-        self.alarms.reset(|_| false);
-        self.pendant.clear();
-        self.keys = Channel::default();
-        for buffer in self.channels.values_mut() {
-            *buffer = Channel::default();
-        }
-        self.lines = fresh_lines();
-        for session in self.sessions.values_mut() {
-            session.reset(self.config.options.text, None);
-        }
         self.execution = Execution::new(&self.config.options.language(self.arm.kind()));
         self.execution.timer.set_at = self.now;
         if let Ok(name) = file
@@ -220,6 +260,9 @@ impl Controller {
         }
         if safety_open {
             self.raise(crate::alarm::SAFETY_STOP, String::new());
+        }
+        if battery_low {
+            self.raise(crate::alarm::BATTERY, String::new());
         }
         self.push_output(Output::PowerCycled);
     }

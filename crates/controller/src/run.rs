@@ -58,6 +58,12 @@ impl Controller {
             self.jogging = None;
         }
         self.signals.expire(self.now);
+        for (line, on) in self.signals.ended_drives(self.now) {
+            self.drive_input(line, on);
+        }
+        if !self.state.powered {
+            return;
+        }
         while self.step_direct() || self.step_program() {}
         self.show_state();
         self.release_sp();

@@ -68,7 +68,13 @@ impl Controller {
             self.find(&rules::NO_SUCH_LINE, None, &[], message);
             return;
         }
-        if was == on {
+        self.input_is_now(line, was);
+    }
+
+    /// An input that showed `was` may show something else now.
+    pub(crate) fn input_is_now(&mut self, line: u16, was: bool) {
+        let on = self.signals.input(line);
+        if was == on || !self.state.powered {
             return;
         }
         match line {

@@ -1,8 +1,10 @@
 //! The digital lines: what is driven from outside (Din) and what the controller drives (Dout), by the
 //! numbers of the manual's SF tables. Their meaning (RUN, STOP, ACK) belongs to others.
 
+use crate::deed::Side;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::vec::Vec;
 
 /// Number ranges of the lines, each with the SF word at which it begins (SF-25 to SF-38).
 const RANGES: [(u16, u16, usize); 3] = [(1, 64, 0), (101, 164, 4), (201, 264, 8)];
@@ -25,6 +27,11 @@ pub struct Signals {
     outputs: BTreeSet<u16>,
     /// Outputs that drop by themselves, and when.
     pulses: BTreeMap<u16, Time>,
+    /// Inputs that the outside drives the other way by itself: when, and to what.
+    drives: BTreeMap<u16, (Time, bool)>,
+    /// Lines that show this state whatever drives them.
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::pairs"))]
+    forced: BTreeMap<(Side, u16), bool>,
 }
 
 fn within(ranges: &[(u16, u16)], line: u16) -> bool {
@@ -39,15 +46,13 @@ fn set(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
     }
 }
 
-fn words(lines: &BTreeSet<u16>) -> [u16; WORDS] {
+fn words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
     let mut words = [0u16; WORDS];
-    for &line in lines {
-        for (first, last, word) in RANGES {
-            if (first..=last).contains(&line) {
-                let index = usize::from(line - first);
-                if let Some(word) = words.get_mut(word + index / 16) {
-                    *word |= 1 << (index % 16);
-                }
+    for (first, last, word) in RANGES {
+        for line in (first..=last).filter(|line| is_on(*line)) {
+            let index = usize::from(line - first);
+            if let Some(word) = words.get_mut(word + index / 16) {
+                *word |= 1 << (index % 16);
             }
         }
     }
@@ -74,20 +79,64 @@ impl Signals {
         let exists = Signals::exists(line);
         if exists {
             set(&mut self.inputs, line, on);
+            self.drives.remove(&line);
         }
         exists
+    }
+
+    /// The outside drives an input to `on` by itself at that time, unless it is driven before.
+    pub fn end_drive_at(&mut self, line: u16, at: Time, on: bool) {
+        if Signals::exists(line) {
+            self.drives.insert(line, (at, on));
+        }
+    }
+
+    /// Inputs that are to be driven by now, and to what; each is told once.
+    pub fn ended_drives(&mut self, now: Time) -> Vec<(u16, bool)> {
+        let mut ended = Vec::new();
+        self.drives.retain(|line, (at, on)| {
+            let lasts = *at > now;
+            if !lasts {
+                ended.push((*line, *on));
+            }
+            lasts
+        });
+        ended
+    }
+
+    /// A line shows this state whatever drives it, or again what drives it; false if there is no such line.
+    pub fn force(&mut self, side: Side, line: u16, state: Option<bool>) -> bool {
+        let exists = Signals::exists(line);
+        match state.filter(|_| exists) {
+            Some(on) => self.forced.insert((side, line), on),
+            None => self.forced.remove(&(side, line)),
+        };
+        exists
+    }
+
+    /// The state a line is forced to.
+    #[must_use]
+    pub fn forced(&self, side: Side, line: u16) -> Option<bool> {
+        self.forced.get(&(side, line)).copied()
+    }
+
+    /// Numbers of all lines of one direction.
+    pub fn numbers() -> impl Iterator<Item = u16> {
+        RANGES.into_iter().flat_map(|(first, last, _)| first..=last)
     }
 
     /// State of an input.
     #[must_use]
     pub fn input(&self, line: u16) -> bool {
-        self.inputs.contains(&line)
+        let forced = self.forced(Side::Input, line);
+        forced.unwrap_or_else(|| self.inputs.contains(&line))
     }
 
     /// State of an output.
     #[must_use]
     pub fn output(&self, line: u16) -> bool {
-        self.outputs.contains(&line)
+        let forced = self.forced(Side::Output, line);
+        forced.unwrap_or_else(|| self.outputs.contains(&line))
     }
 
     /// Switches an output; false if there is no such line.
@@ -112,7 +161,8 @@ impl Signals {
     /// When the next pulse ends.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
-        self.pulses.values().copied().min()
+        let drives = self.drives.values().map(|(at, _)| *at);
+        self.pulses.values().copied().chain(drives).min()
     }
 
     /// Ends the pulses whose time has come.
@@ -137,7 +187,9 @@ impl Signals {
             let line = if self.outputs.contains(line) { *line } else { 0 };
             ("pulses", line)
         });
-        inputs.chain(outputs).chain(pulses)
+        let drives = self.drives.keys().map(|line| ("drives", *line));
+        let forced = self.forced.keys().map(|(_, line)| ("forced", *line));
+        inputs.chain(outputs).chain(pulses).chain(drives).chain(forced)
     }
 
     /// RS,SIG: Dout1 to Dout24 off.
@@ -146,22 +198,23 @@ impl Signals {
             .retain(|line| !(RESET_OUTPUTS.0..=RESET_OUTPUTS.1).contains(line));
     }
 
-    /// Power off: every output drops; the inputs are the outside's.
+    /// Power off: every output drops, a forced one too; the inputs are the outside's.
     pub fn drop_outputs(&mut self) {
         self.outputs.clear();
         self.pulses.clear();
+        self.forced.retain(|(side, _), _| *side == Side::Input);
     }
 
     /// The sixteen input words of SF.
     #[must_use]
     pub fn input_words(&self) -> [u16; WORDS] {
-        words(&self.inputs)
+        words(|line| self.input(line))
     }
 
     /// The sixteen output words of SF.
     #[must_use]
     pub fn output_words(&self) -> [u16; WORDS] {
-        words(&self.outputs)
+        words(|line| self.output(line))
     }
 }
 

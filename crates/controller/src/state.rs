@@ -55,6 +55,8 @@ impl Watchdog {
     serde(deny_unknown_fields)
 )]
 pub struct State {
+    /// The power is on; nothing else happens while it is off.
+    pub powered: bool,
     /// Servo power.
     pub servo: bool,
     /// The emergency stop button is pressed.
@@ -92,6 +94,7 @@ impl State {
     #[must_use]
     pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> State {
         State {
+            powered: true,
             servo: false,
             emergency_stop: false,
             safety_open: false,

@@ -140,7 +140,7 @@ impl Controller {
 
     /// The emergency stop button.
     pub(crate) fn emergency_stop(&mut self, pressed: bool) {
-        let newly = pressed && !self.state.emergency_stop;
+        let newly = pressed && !self.state.emergency_stop && self.state.powered;
         self.state.emergency_stop = pressed;
         if newly {
             self.raise(alarm::EMERGENCY_STOP, String::new());
@@ -149,7 +149,7 @@ impl Controller {
 
     /// The safety switch.
     pub(crate) fn safety_switch(&mut self, open: bool) {
-        let newly = open && !self.state.safety_open;
+        let newly = open && !self.state.safety_open && self.state.powered;
         self.state.safety_open = open;
         if newly {
             self.raise(alarm::SAFETY_STOP, String::new());

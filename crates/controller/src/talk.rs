@@ -250,6 +250,9 @@ impl Controller {
         if let Exchange::Receiving { begun, .. } = &session.exchange {
             let begun = *begun;
             if self.is_block(port, data, begun) {
+                if !begun {
+                    self.judge_beginning(port, data);
+                }
                 return self.block(port, data);
             }
         }
@@ -336,6 +339,9 @@ impl Controller {
 
     fn message(&mut self, port: Port, message: &[u8]) {
         let command = Command::parse(message);
+        if let Ok(command) = &command {
+            self.judge_form(port, message, command);
+        }
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
@@ -360,7 +366,6 @@ impl Controller {
                     );
                     self.find(&rules::COMMAND_IN_EXCHANGE, port, message, text);
                 }
-                self.judge_form(port, message, &command);
                 self.judge_command(port, message, &command);
                 self.serve_command(port, message, command);
             }

@@ -100,6 +100,37 @@ impl Clock {
         }
     }
 
+    /// How time passes.
+    #[must_use]
+    pub fn mode(&self) -> TimeMode {
+        self.mode
+    }
+
+    /// Time passes in this way from now on, without a jump.
+    pub fn set_mode(&mut self, mode: TimeMode) {
+        let wall = Instant::now();
+        self.base = self.at(wall);
+        self.origin = wall;
+        self.stirred = wall;
+        self.mode = mode;
+    }
+
+    /// Shows [`Time::ZERO`] again.
+    pub fn restart(&mut self) {
+        *self = Clock::start(self.mode);
+    }
+
+    /// How long a moment is away on the wall, unless time stands still.
+    #[must_use]
+    pub fn real_until(&self, moment: Time) -> Option<Duration> {
+        let left = moment.since(self.now());
+        match self.mode {
+            TimeMode::Stepped => None,
+            TimeMode::Real | TimeMode::Auto => Some(left),
+            TimeMode::Scaled(factor) => Some(scaled(left, 1.0 / factor)),
+        }
+    }
+
     /// Something came from a host or went to one: it may answer.
     pub fn stir(&mut self) {
         self.stirred = Instant::now();

@@ -13,8 +13,10 @@
 
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
+use crate::control::ControlSettings;
 use crate::evidence::{CoverageReport, Evidence};
-use crate::hub::{Action, Hub, StartError};
+use crate::hub::request::Request;
+use crate::hub::{Hub, StartError};
 use crate::line::SerialEnd;
 use crate::snapshot;
 use crate::snapshot::desk::{Desk, DeskError, Done, Task};
@@ -141,6 +143,13 @@ impl Builder {
         self
     }
 
+    /// A control interface; none if not said. [`ControlSettings::free`] is one on a free port of the loopback.
+    #[must_use]
+    pub fn control(mut self, control: ControlSettings) -> Builder {
+        self.settings.control = Some(control);
+        self
+    }
+
     /// A file for a transcript of every port, as `--transcript` does.
     ///
     /// # Errors
@@ -172,15 +181,22 @@ impl Builder {
             .name("ts3100".to_owned())
             .spawn(move || {
                 let started = single_threaded().and_then(|runtime| {
-                    let (hub, panel) = runtime.block_on(Hub::open(&settings))?;
-                    Ok((runtime, hub, panel))
+                    let (hub, requests, control) = runtime.block_on(async {
+                        let (mut hub, requests) = Hub::open(&settings).await?;
+                        let control = hub.open_control(&settings, &requests)?;
+                        Ok::<_, StartError>((hub, requests, control))
+                    })?;
+                    Ok((runtime, hub, requests, control))
                 });
                 match started {
-                    Ok((runtime, mut hub, panel)) => {
+                    Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
                         let (ports, evidence) = (hub.ports().clone(), hub.evidence());
                         let (serial, desk) = (hub.serial(), hub.desk());
-                        if tell.send(Ok((ports, serial, panel, desk, evidence))).is_ok() {
+                        if tell
+                            .send(Ok((ports, serial, control, requests, desk, evidence)))
+                            .is_ok()
+                        {
                             runtime.block_on(hub.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
@@ -196,11 +212,12 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, panel, desk, evidence))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests, desk, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
-                panel,
+                control,
+                requests,
                 desk,
                 evidence,
                 controller,
@@ -226,7 +243,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::hub::WAITING_ACTIONS`] actions waiting, or the emulator has ended.
+/// The panel has [`crate::hub::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
@@ -237,7 +254,8 @@ pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
     serial: BTreeMap<Port, SerialEnd>,
-    panel: mpsc::Sender<Action>,
+    control: Option<SocketAddr>,
+    requests: mpsc::Sender<Request>,
     desk: Desk,
     evidence: Evidence,
     controller: Config,
@@ -273,6 +291,12 @@ impl Emulator {
             .map(|number| SocketAddr::new(self.listen, *number))
     }
 
+    /// Where the control interface is; `None` if there is none.
+    #[must_use]
+    pub fn control(&self) -> Option<SocketAddr> {
+        self.control
+    }
+
     /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
     #[must_use]
     pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
@@ -286,8 +310,8 @@ impl Emulator {
     /// [`PanelError`].
     pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
         let (done, is_done) = std::sync::mpsc::channel();
-        self.panel
-            .try_send(Action { panel, done })
+        self.requests
+            .try_send(Request::Panel { panel, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)
     }

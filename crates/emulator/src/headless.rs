@@ -260,8 +260,12 @@ impl Run {
                     listen(at, Happening::Printed { channel, bytes });
                 }
                 Output::Event(event) => self.event(event, at, listen),
-                Output::Send { .. } | Output::Stored { .. } | Output::Erased { .. } | Output::PowerCycled => {
-                }
+                Output::Send { .. }
+                | Output::Stored { .. }
+                | Output::Erased { .. }
+                | Output::PowerCycled
+                | Output::PowerOff
+                | Output::Undone(_) => {}
             }
         }
     }

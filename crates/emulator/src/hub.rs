@@ -3,6 +3,8 @@
 
 use crate::clock::{Clock, Wake};
 use crate::config::Settings;
+use crate::control as interface;
+use crate::control::journal::Journal;
 use crate::evidence::Evidence;
 use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
@@ -17,30 +19,29 @@ use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::pin::pin;
+use std::sync::Arc;
 use tokio::sync::mpsc;
 use tracing::{error, info};
 use ts3100_controller::Controller;
+use ts3100_controller::deed::Refusal;
 use ts3100_controller::findings::Rule;
-use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
+
+pub mod condition;
+mod control;
+pub mod request;
+
+use request::{Pending, Request};
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
 const TURNS_BEFORE_A_JUMP: u32 = 3;
 
-/// Panel actions that may wait for the hub.
-pub const WAITING_ACTIONS: usize = 64;
-
-/// Something done at the panel.
-#[derive(Debug)]
-pub struct Action {
-    /// What.
-    pub panel: Panel,
-    /// Told when it is done, with all that follows from it at once.
-    pub done: std::sync::mpsc::Sender<()>,
-}
+/// Requests that may wait for the hub; then those who ask wait.
+pub const WAITING_REQUESTS: usize = 64;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +68,14 @@ pub enum StartError {
     /// A port.
     #[error(transparent)]
     Link(#[from] LinkError),
+    /// The control interface.
+    #[error("the control interface cannot listen on {address}: {source}")]
+    Control {
+        /// Where.
+        address: std::net::SocketAddr,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// A serial line.
     #[error(transparent)]
     Line(#[from] LineError),
@@ -94,58 +103,71 @@ pub struct Hub {
     lines: Lines,
     store: Option<Store>,
     log: EventLog,
-    actions: mpsc::Receiver<Action>,
+    requests: mpsc::Receiver<Request>,
     orders: mpsc::Receiver<Order>,
     desk: Desk,
     shelf: Shelf,
     watch: Option<Feeder>,
     tape: Tape,
     play: Option<Play>,
+    journal: Option<Arc<Journal>>,
     evidence: Evidence,
+    record_lines: bool,
     ports: BTreeMap<Port, u16>,
     demo: bool,
+    servo_on: bool,
+    /// The controller as it was before the first input, for a reset.
+    initial: Controller,
+    waits: Vec<Pending>,
+    /// Why the deed that was just fed had no effect.
+    refusal: Option<Refusal>,
 }
 
 impl Hub {
-    /// Powers the controller on and opens its ports. The sender takes panel actions; when all senders are
+    /// Powers the controller on and opens its ports. The sender takes requests; when all senders are
     /// dropped, [`Hub::run`] goes on without them.
     ///
     /// # Errors
     /// See [`StartError`]; nothing is left open.
-    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Action>), StartError> {
+    pub async fn open(settings: &Settings) -> Result<(Hub, mpsc::Sender<Request>), StartError> {
         let powered = loading::power_on(settings)?;
         let tape = Tape::begin(settings, &powered)?;
-        let (sender, actions) = mpsc::channel(WAITING_ACTIONS);
+        let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let (desk, orders) = Desk::open();
         let mut clock = Clock::start(settings.time);
         clock.set(powered.controller.now());
         let mut hub = Hub {
+            initial: powered.controller.clone(),
             controller: powered.controller,
             clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
             store: powered.store,
             log: EventLog::default(),
-            actions,
+            requests,
             orders,
             desk,
             shelf: Shelf::default(),
             watch: None,
             tape,
             play: None,
+            journal: None,
             evidence: Evidence::default(),
+            record_lines: settings.record_lines,
             ports: BTreeMap::new(),
             demo: powered.demo,
+            servo_on: settings.servo_on,
+            waits: Vec::new(),
+            refusal: None,
         };
         hub.evidence.begin(&hub.controller);
         hub.controller.trace(settings.record_lines);
-        hub.ports = hub.links.open(hub.controller.network())?;
-        hub.lines.open(&hub.controller)?;
-        if settings.servo_on {
-            hub.feed(Input::Panel(Panel::Servo(true))).await;
-        } else {
-            hub.feed(Input::Tick).await;
+        // A snapshot may be one of a controller that is off.
+        if hub.controller.state().powered {
+            hub.ports = hub.links.open(hub.controller.network())?;
         }
+        hub.lines.open(&hub.controller)?;
+        hub.begin().await;
         Ok((hub, sender))
     }
 
@@ -185,6 +207,29 @@ impl Hub {
         self.play = Some(play);
     }
 
+    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
+    ///
+    /// # Errors
+    /// [`StartError::Control`].
+    pub fn open_control(
+        &mut self,
+        settings: &Settings,
+        requests: &mpsc::Sender<Request>,
+    ) -> Result<Option<std::net::SocketAddr>, StartError> {
+        let Some(control) = &settings.control else {
+            return Ok(None);
+        };
+        let server = interface::Server::bind(control).map_err(|source| StartError::Control {
+            address: control.address,
+            source,
+        })?;
+        let address = server.address();
+        let journal = Arc::new(Journal::default());
+        self.journal = Some(Arc::clone(&journal));
+        server.serve(requests.clone(), journal);
+        Ok(Some(address))
+    }
+
     /// From now on what has been done is told to `feeder`.
     pub fn watched_by(&mut self, feeder: Feeder) {
         self.watch = Some(feeder);
@@ -200,22 +245,16 @@ impl Hub {
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
-        let mut actions_open = true;
+        let mut requests_open = true;
         loop {
-            let deadline = self.deadline();
-            let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+            let (wake, deadline) = self.next_wake();
             // In this order: `auto` may jump only when nothing else is there to be done.
             tokio::select! {
                 biased;
                 () = &mut stop => break,
-                action = self.actions.recv(), if actions_open => match action {
-                    Some(Action { panel, done }) => {
-                        self.clock.stir();
-                        self.feed(Input::Panel(panel)).await;
-                        // Fails only when nobody waits for it.
-                        let _ = done.send(());
-                    }
-                    None => actions_open = false,
+                request = self.requests.recv(), if requests_open => match request {
+                    Some(request) => self.serve_request(request).await,
+                    None => requests_open = false,
                 },
                 // The hub holds a desk itself: orders never end.
                 Some(order) = self.orders.recv() => self.serve_order(order).await,
@@ -244,13 +283,17 @@ impl Hub {
 
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
+        self.feed_by(input, Party::Host).await;
+    }
+
+    /// As [`Hub::feed`]; who has caused it stands in transcripts.
+    async fn feed_by(&mut self, input: Input, mut by: Party) {
         let mut inputs = VecDeque::from([input]);
-        // What follows from the first input is the controller's own doing.
-        let mut by = Party::Host;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
             self.catch_up(now, by, &mut inputs).await;
             self.step(now, input, by, &mut inputs).await;
+            // What follows from the first input is the controller's own doing.
             by = Party::Robot;
             if inputs.is_empty() {
                 self.catch_up(now, by, &mut inputs).await;
@@ -259,6 +302,7 @@ impl Hub {
         // Not before: room for bytes that still wait here would be given away twice.
         self.lines.grant(&self.controller);
         self.tape.flush();
+        self.end_waits();
     }
 
     /// When something happens by itself.
@@ -291,6 +335,9 @@ impl Hub {
         if let Some(play) = &self.play {
             play.input(at, &input);
         }
+        if let Some(journal) = &self.journal {
+            journal.input(at, &input);
+        }
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
             if self.is_idle_judgement(&output) {
@@ -301,9 +348,13 @@ impl Hub {
                 play.output(at, &output);
             }
             self.evidence.take(&output);
+            self.notice(&output);
             // They are told for the record of lines alone, and there are very many.
-            if matches!(output, Output::Event(Event::Statement { .. })) {
+            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {
                 continue;
+            }
+            if let Some(journal) = &self.journal {
+                journal.output(at, &output);
             }
             let watched = self.watch.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
@@ -329,7 +380,9 @@ impl Hub {
         let gone = self.links.close().await;
         inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
         self.ports.clear();
-        self.ports = self.links.open(self.controller.network())?;
+        if self.controller.state().powered {
+            self.ports = self.links.open(self.controller.network())?;
+        }
         Ok(())
     }
 
@@ -355,12 +408,22 @@ impl Hub {
                     self.log.not_removed(self.clock.now(), &name, &reason);
                 }
             }
+            Output::PowerOff => {
+                info!("power off; no port is open");
+                let gone = self.links.close().await;
+                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+                self.ports.clear();
+            }
             Output::PowerCycled => {
                 inputs.extend(self.lines.power_cycled(&self.controller));
                 match self.open_anew(inputs).await {
                     Ok(()) => info!("power cycled; ports: {:?}", self.ports),
                     Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
+            }
+            Output::Undone(refusal) => {
+                info!(event = "undone", "{refusal}");
+                self.refusal = Some(refusal);
             }
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => self.log.write(self.clock.now(), &event),

@@ -3,8 +3,10 @@
 //! what SCOL is, is known elsewhere: in `ts3100-proto`, `ts3100-controller` and `scol-mini`.
 
 pub mod cli;
+pub mod client;
 pub mod clock;
 pub mod config;
+pub mod control;
 pub mod diff;
 pub mod embed;
 pub mod evidence;

@@ -16,6 +16,9 @@ pub struct Ready {
     ports: ReadyPorts,
     #[serde(skip_serializing_if = "ReadySerial::is_empty")]
     serial: ReadySerial,
+    /// URL of the control interface; no key without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    control: Option<String>,
 }
 
 /// Where a program finds the serial lines: a path, or an address as pyserial takes it (`rfc2217://`, `socket://`). A
@@ -50,7 +53,11 @@ struct ReadyPorts {
 impl Ready {
     /// Of the ports in use and the serial lines.
     #[must_use]
-    pub fn new(ports: &BTreeMap<Port, u16>, serial: &BTreeMap<Port, SerialEnd>) -> Ready {
+    pub fn new(
+        ports: &BTreeMap<Port, u16>,
+        serial: &BTreeMap<Port, SerialEnd>,
+        control: Option<SocketAddr>,
+    ) -> Ready {
         let place = |port| serial.get(&port).map(ToString::to_string);
         let of = |port| ports.get(&port).copied();
         let ports = ReadyPorts {
@@ -66,6 +73,7 @@ impl Ready {
                 host: place(Port::Host),
                 com1: place(Port::Com1),
             },
+            control: control.map(url),
         }
     }
 
@@ -78,12 +86,19 @@ impl Ready {
     }
 }
 
+/// Where the control interface is, as a browser wants it.
+#[must_use]
+pub fn url(address: SocketAddr) -> String {
+    format!("http://{address}")
+}
+
 /// What a person who has just started `serve` wants to know.
 #[must_use]
 pub fn banner(
     settings: &Settings,
     ports: &BTreeMap<Port, u16>,
     serial: &BTreeMap<Port, SerialEnd>,
+    control: Option<SocketAddr>,
     demo: bool,
 ) -> String {
     let mut text = String::from("ts3100 is ready.\n");
@@ -105,6 +120,13 @@ pub fn banner(
             _ => "PRINT and INPUT of the SCOL program",
         };
         let _ = writeln!(text, "  {port:<4} {place:<22} {purpose}");
+    }
+    if let Some(control) = control {
+        let control = url(control);
+        let _ = writeln!(
+            text,
+            "  control {control}  state, lines, files, time: for people and programs"
+        );
     }
     let file = settings.select.as_deref().unwrap_or("none");
     let _ = writeln!(
@@ -135,20 +157,22 @@ mod tests {
     fn the_line_is_the_documented_one() {
         let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
         assert_eq!(
-            Ready::new(&all, &BTreeMap::new()).line().unwrap(),
+            Ready::new(&all, &BTreeMap::new(), None).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(
-            Ready::new(&one, &BTreeMap::new()).line().unwrap(),
-            r#"{"event":"ready","ports":{"ip0":40001}}"#
+            Ready::new(&one, &BTreeMap::new(), Some("127.0.0.1:3100".parse().unwrap()))
+                .line()
+                .unwrap(),
+            r#"{"event":"ready","ports":{"ip0":40001},"control":"http://127.0.0.1:3100"}"#
         );
         let serial = BTreeMap::from([
             (Port::Host, SerialEnd::Pty("/run/robot/host".into())),
             (Port::Com1, SerialEnd::Rfc2217("127.0.0.1:2217".parse().unwrap())),
         ]);
         assert_eq!(
-            Ready::new(&one, &serial).line().unwrap(),
+            Ready::new(&one, &serial, None).line().unwrap(),
             r#"{"event":"ready","ports":{"ip0":40001},"serial":{"host":"/run/robot/host","com1":"rfc2217://127.0.0.1:2217"}}"#
         );
     }

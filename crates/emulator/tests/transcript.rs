@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 use ts3100_controller::{Config, Dialect};
-use ts3100_controller::{Panel, Port};
+use ts3100_controller::{Deed, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
 use ts3100_emulator::diff::{Tolerance, diff};
@@ -135,7 +135,7 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
                 line,
                 bytes: b"\x02OK\r\x03".to_vec()
             },
-            What::Panel(Panel::EmergencyStop(true)),
+            What::Deed(Deed::Panel(Panel::EmergencyStop(true))),
         ]
     );
     assert!(recording.header.origin.starts_with("observed, ts3100 serve "));

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
-use ts3100_controller::{Panel, Port, Time};
+use ts3100_controller::{Deed, Panel, Port, Time};
 use ts3100_emulator::transcript::{Format, Header, Line, Record, Recorder, TranscriptFile, What};
 use ts3100_proto::status::sf::table::{SfKind, sf_fields};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
@@ -119,7 +119,7 @@ fn texts_are_found_however_they_are_cut() {
         from_host(Port::Host, b"\r\x03"),
         from_robot(Port::Host, b"\x02OK\r\x03"),
         from_host(Port::Com1, b"7\r"),
-        What::Panel(Panel::EmergencyStop(true)),
+        What::Deed(Deed::Panel(Panel::EmergencyStop(true))),
     ];
     let fields = [
         "ts3100.sender",

@@ -259,6 +259,19 @@ impl Program {
         self.steps.first().map_or(1, |step| step.line)
     }
 
+    /// The variables of GLOBAL and the names of DATA in alphabetical order, each with the upper bounds of its
+    /// subscripts; a plain variable has none.
+    pub fn variables(&self) -> impl Iterator<Item = (&str, VariableInfo, &[u32])> {
+        self.symbols.shared.iter().filter_map(|(name, at)| {
+            let slot = self.symbols.slots.get(*at)?;
+            let info = VariableInfo {
+                kind: slot.kind,
+                array: slot.bounds.is_some(),
+            };
+            Some((name.as_str(), info, slot.bounds.as_deref().unwrap_or_default()))
+        })
+    }
+
     /// File lines on which a statement begins, in ascending order.
     #[must_use]
     pub fn statement_lines(&self) -> Vec<u32> {

@@ -44,7 +44,8 @@ pub trait Inputs {
 /// Why the machine returned.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pause {
-    /// The fuel is used up; the machine stands before a statement.
+    /// The fuel is used up, or the outside has to look (a new monitor, another coordinate system); the machine stands before a
+    /// statement.
     Fuel,
     /// The statement under way wants something; give it with `answer`.
     Request(Request),

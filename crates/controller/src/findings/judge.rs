@@ -10,7 +10,6 @@ use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::session::Exchange;
 use crate::time::Time;
-use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -37,12 +36,30 @@ const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
     serde(deny_unknown_fields)
 )]
 pub struct Habits {
-    /// The last request for each status, and when it came.
-    polls: BTreeMap<String, (Vec<u8>, Time)>,
+    /// The last request for each status, told apart by its letters, and when it came.
+    polls: Vec<(Vec<u8>, Time)>,
     /// The message refused last, and how often in a row.
     refused: Option<(Vec<u8>, u32)>,
     /// The controller's last text was an SP nobody asked for: the host could not wait for what it did not expect.
     pub surprised: bool,
+}
+
+impl Habits {
+    /// A request for a status has come; how long after the same one, if that was the last with its letters.
+    fn asks(&mut self, message: &[u8], now: Time) -> Option<Duration> {
+        let same_letters = |(asked, _): &(Vec<u8>, Time)| match (asked.get(..2), message.get(..2)) {
+            (Some(asked), Some(letters)) => asked.eq_ignore_ascii_case(letters),
+            _ => false,
+        };
+        let asked = self.polls.iter_mut().find(|asked| same_letters(asked));
+        let Some((last, at)) = asked else {
+            self.polls.push((message.to_vec(), now));
+            return None;
+        };
+        let since = (last == message).then(|| now.since(*at));
+        (*last, *at) = (message.to_vec(), now);
+        since
+    }
 }
 
 impl Controller {
@@ -77,6 +94,17 @@ impl Controller {
         };
         let message = format!("{what} {millis} ms after the controller's text; 50 ms expected (5.1)");
         self.find(rule, port, data, message);
+    }
+
+    /// How the first text of a file begins.
+    pub(crate) fn judge_beginning(&mut self, port: Port, data: &[u8]) {
+        let is_file = data
+            .get(..3)
+            .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"));
+        if is_file && data.iter().take(2).any(u8::is_ascii_lowercase) {
+            let text = "FL in lower case is taken as FL";
+            self.find(&rules::LOWER_CASE, port, data, text);
+        }
     }
 
     /// How a message is written that is a command all the same.
@@ -137,13 +165,9 @@ impl Controller {
         let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
             return;
         };
-        let last = session
+        let since = session
             .habits
-            .polls
-            .insert(letters.to_string(), (message.to_vec(), now));
-        let since = last
-            .filter(|(asked, _)| asked == message)
-            .map(|(_, at)| now.since(at))
+            .asks(message, now)
             .filter(|since| *since < POLL_PACE);
         if let Some(since) = since {
             let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());

@@ -57,7 +57,7 @@ impl Controller {
     }
 
     /// ER (CMD-ER-01 to CMD-ER-03).
-    pub(super) fn op_erase(&mut self, name: &FileName) -> Outcome {
+    pub(crate) fn op_erase(&mut self, name: &FileName) -> Outcome {
         if name.is_parameter() {
             return Outcome::ng("a parameter file cannot be erased");
         }

@@ -10,6 +10,8 @@ mod status;
 mod variables;
 mod watchdog;
 
+pub(crate) use variables::numbers;
+
 use crate::Controller;
 use crate::findings::rules;
 use crate::output::{Event, Verdict};

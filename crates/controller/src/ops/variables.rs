@@ -58,7 +58,7 @@ impl Controller {
             .map_or_else(Outcome::Ng, |()| Outcome::Ok)
     }
 
-    fn write_variable(&mut self, write: &VariableWrite) -> Result<(), String> {
+    pub(crate) fn write_variable(&mut self, write: &VariableWrite) -> Result<(), String> {
         let arm = self.arm.kind();
         let VariableName { name, subscripts } = &write.variable;
         let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
@@ -130,7 +130,7 @@ fn kind_of(kind: VariableKind) -> Option<Kind> {
     }
 }
 
-fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
+pub(crate) fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
     let reals = |listed: Vec<f64>| listed.into_iter().map(Number::Real).collect();
     match value {
         Value::Integer(integer) => Vec::from([Number::Integer(*integer)]),

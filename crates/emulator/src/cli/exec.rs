@@ -12,6 +12,7 @@ use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::io;
+use std::net::SocketAddr;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
 use ts3100_controller::port::Port;
@@ -89,11 +90,14 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
     settings.reports.prepare().map_err(anyhow::Error::from)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
-        let (mut hub, _panel) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;
+        let (mut hub, requests) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;
         hub.prove(settings.listen).await.map_err(anyhow::Error::from)?;
+        let control = hub
+            .open_control(&settings, &requests)
+            .map_err(anyhow::Error::from)?;
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("expected a command behind --")?;
-        let mut child = command_of(program, rest, &settings, &hub)
+        let mut child = command_of(program, rest, &settings, &hub, control)
             .spawn()
             .map_err(|error| Trouble::Command(program.clone(), error))?;
         let mut status = None;
@@ -108,7 +112,13 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
     })
 }
 
-fn command_of(program: &OsStr, rest: &[OsString], settings: &Settings, hub: &Hub) -> Command {
+fn command_of(
+    program: &OsStr,
+    rest: &[OsString],
+    settings: &Settings,
+    hub: &Hub,
+    control: Option<SocketAddr>,
+) -> Command {
     let mut command = Command::new(program);
     command.args(rest).kill_on_drop(true);
     command.env("TS3100_HOST", dialled(settings.listen).to_string());
@@ -119,6 +129,10 @@ fn command_of(program: &OsStr, rest: &[OsString], settings: &Settings, hub: &Hub
             // One of somebody else's emulator would mislead.
             None => command.env_remove(name),
         };
+    }
+    if let Some(address) = control {
+        let address = SocketAddr::new(dialled(address.ip()), address.port());
+        command.env("TS3100_CONTROL_URL", format!("http://{address}"));
     }
     for (port, place) in hub.serial() {
         command.env(format!("TS3100_{}_LINE", port.name()), place.to_string());

@@ -1,8 +1,9 @@
-//! The command line `ts3100 serve | exec | host | check | fmt | run | tap | diff | coverage`: reads it, runs one of
-//! them, says the exit code.
+//! The command line `ts3100 serve | exec | host | check | fmt | run | tap | diff | coverage | ctl | completions`: reads
+//! it, runs one of them, says the exit code.
 
 mod check;
 mod coverage;
+mod ctl;
 mod diff;
 mod exec;
 mod format;
@@ -13,7 +14,9 @@ mod serve;
 mod tap;
 
 use crate::config::ServeArgs;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
+use clap_complete::Shell;
+use std::io::Write as _;
 use std::process::ExitCode;
 
 /// A stand-in for the Toshiba Machine TS3100 / TSL3100 robot controller.
@@ -34,6 +37,12 @@ enum Command {
     Run(run::RunArgs),
     Tap(tap::TapArgs),
     Diff(Box<diff::DiffArgs>),
+    Ctl(Box<ctl::CtlArgs>),
+    /// Prints what the shell needs to complete the words of this command line
+    Completions {
+        /// bash: `source <(ts3100 completions bash)`; zsh and fish likewise
+        shell: Shell,
+    },
     Coverage(coverage::CoverageArgs),
 }
 
@@ -49,6 +58,14 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Tap(args) => tap::run(&args),
         Command::Diff(args) => diff::run(&args),
+        Command::Ctl(args) => ctl::run(&args),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "ts3100", &mut script);
+            // A reader that has seen enough is no mistake.
+            let _ = std::io::stdout().write_all(&script);
+            ExitCode::SUCCESS
+        }
         Command::Coverage(args) => coverage::run(&args),
     }
 }

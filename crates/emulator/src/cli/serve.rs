@@ -46,9 +46,10 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (mut hub, _panel) = Hub::open(&settings).await?;
+        let (mut hub, requests) = Hub::open(&settings).await?;
+        let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial()).line()?;
+            let line = Ready::new(hub.ports(), &hub.serial(), control).line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
@@ -56,7 +57,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         } else {
             eprint!(
                 "{}",
-                banner(&settings, hub.ports(), &hub.serial(), hub.has_demo())
+                banner(&settings, hub.ports(), &hub.serial(), control, hub.has_demo())
             );
         }
         let served = Served::begin(&settings, &mut hub);

@@ -190,7 +190,7 @@ fn tap(args: &TapArgs) -> anyhow::Result<()> {
             );
         }
         if args.ready_json {
-            let line = Ready::new(tap.ports(), &BTreeMap::new()).line()?;
+            let line = Ready::new(tap.ports(), &BTreeMap::new(), None).line()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())

@@ -6,6 +6,7 @@ use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
 use super::serial::ListenAt;
 use crate::clock::TimeMode;
+use crate::control::ControlChoice;
 use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
@@ -30,6 +31,20 @@ pub struct ServeArgs {
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
     #[arg(long, value_name = "WORD")]
     pub ports: Option<PortsWord>,
+    /// Control interface over HTTP: ADDRESS:PORT, a port of 127.0.0.1, or off [default: 3100 and the offset; a free
+    /// port with --ports auto]
+    #[arg(long, value_name = "WHERE")]
+    pub control: Option<ControlChoice>,
+    /// Bearer token of the control interface; needed when others than this machine can reach it. Others on this machine
+    /// see it in the list of processes: rather TS3100_CONTROL_TOKEN, or a file
+    #[arg(long, value_name = "TOKEN")]
+    pub control_token: Option<String>,
+    /// File with the token in its first line
+    #[arg(long, value_name = "FILE")]
+    pub control_token_file: Option<PathBuf>,
+    /// Names by which the control interface is called, besides localhost and the address dialled
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    pub control_host: Vec<String>,
     /// Directory for the serial ports as pseudo terminals: links `host` and `com1`
     #[arg(long, value_name = "DIR")]
     pub serial_dir: Option<PathBuf>,
@@ -128,6 +143,14 @@ impl ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
             ports: self.ports.or(below.ports),
+            control: self.control.or(below.control),
+            control_token: self.control_token.or(below.control_token),
+            control_token_file: self.control_token_file.or(below.control_token_file),
+            control_host: if self.control_host.is_empty() {
+                below.control_host
+            } else {
+                self.control_host
+            },
             serial_dir: self.serial_dir.or(below.serial_dir),
             host: self.host.or(below.host),
             host_rfc2217: self.host_rfc2217.or(below.host_rfc2217),

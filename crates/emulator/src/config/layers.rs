@@ -4,6 +4,7 @@
 use super::ServeArgs;
 use super::model::ModelChoice;
 use super::options::OptionError;
+use crate::control::ControlError;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -13,6 +14,8 @@ use toml::Value;
 
 /// Beginning of every environment variable.
 const PREFIX: &str = "TS3100_";
+/// Variables that other subcommands read.
+const OF_OTHERS: [&str; 1] = [crate::control::URL_VARIABLE];
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
 /// Deepest nesting of tables under `[options]`: `text.stx` is two.
@@ -80,6 +83,9 @@ pub enum ConfigError {
         /// What is wrong, and in which table.
         reason: String,
     },
+    /// The control interface.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// Two ways to one serial port.
     #[error("{port} can be reached in one way only: choose {first} or {second}")]
     SerialTwice {
@@ -129,6 +135,9 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         };
         let key = name[PREFIX.len()..].to_ascii_lowercase().replace('_', "-");
+        if OF_OTHERS.contains(&name) {
+            continue;
+        }
         if !known.contains(&key) {
             unknown.push(name.to_owned());
             continue;
@@ -137,7 +146,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             "load" | "transcript" | "findings" | "coverage" => std::env::split_paths(value)
                 .map(PathBuf::into_os_string)
                 .collect(),
-            "set" => value.to_string_lossy().split(',').map(OsString::from).collect(),
+            "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
             _ => vec![value.clone()],
         };
         merged = read_key(name, &key, &values)?.over(merged);
@@ -195,7 +204,8 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
-            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov",
+            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov"
+            | "control-token-file",
             Some(directory),
         ) => directory.join(value).into_os_string(),
         // A name is no path.

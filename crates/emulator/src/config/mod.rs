@@ -16,6 +16,7 @@ pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_o
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeMode};
+use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
 use crate::evidence::Reports;
 use crate::line::SerialEnd;
 use crate::scenario::Scenario;
@@ -66,6 +67,8 @@ pub struct Settings {
     pub restore: Option<PathBuf>,
     /// What is to happen while it runs, and what the hosts are expected to do.
     pub scenario: Option<Scenario>,
+    /// The control interface, if there is one.
+    pub control: Option<ControlSettings>,
     /// Where transcripts go.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
@@ -94,6 +97,7 @@ impl Settings {
             servo_on: false,
             restore: None,
             scenario: None,
+            control: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
             record_lines: false,
@@ -163,6 +167,7 @@ impl Settings {
             servo_on: args.servo_on.unwrap_or(false),
             restore: args.restore.clone(),
             scenario,
+            control: control(args, ports)?,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
             record_lines: args.evidence.lcov.is_some(),
@@ -206,6 +211,35 @@ fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<()
         return Ok(());
     }
     Err(ConfigError::Restore(given.join(", ")))
+}
+
+/// The control interface: on unless it is said to be off.
+fn control(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+    let free = ControlSettings::free();
+    let mut address = free.address;
+    match (args.control, ports) {
+        (Some(ControlChoice::Off), _) => return Ok(None),
+        (Some(ControlChoice::At(given)), _) => address = given,
+        (None, Ports::Auto) => {}
+        (None, Ports::Offset(offset)) => {
+            let port = PORT.checked_add(offset).ok_or(ControlError::Offset(offset))?;
+            address.set_port(port);
+        }
+    }
+    let token = match (&args.control_token, &args.control_token_file) {
+        (Some(token), _) => Some(token.clone()),
+        (None, Some(path)) => {
+            let text = layers::read_text(path)?;
+            Some(text.lines().next().unwrap_or_default().trim().to_owned())
+        }
+        (None, None) => None,
+    };
+    let settings = ControlSettings {
+        address,
+        token,
+        hosts: args.control_host.clone(),
+    };
+    Ok(Some(settings.check()?))
 }
 
 /// The flags that make the controller, as `key=value`.

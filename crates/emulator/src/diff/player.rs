@@ -9,7 +9,7 @@ use crate::loading;
 use crate::transcript::{Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::output::Event;
-use ts3100_controller::{Controller, Input, Output, Panel, Port, Time};
+use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
@@ -129,7 +129,8 @@ impl Player {
             What::Connected { line, peer } => self.arrive(*line, peer),
             What::FromHost { line, bytes } => self.host_bytes(*line, bytes),
             What::Ended { line, .. } => self.leave(*line),
-            What::Panel(panel) => self.feed(Input::Panel(panel.clone())),
+            What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
+            What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
             What::FromRobot { .. } => {}
         }
     }
@@ -243,7 +244,7 @@ impl Player {
             while let Some(output) = self.controller.poll_output() {
                 match output {
                     Output::Send { port, bytes } => self.sent(port, &bytes),
-                    Output::PowerCycled => {
+                    Output::PowerCycled | Output::PowerOff => {
                         let served = std::mem::take(&mut self.served);
                         for (port, line) in served {
                             // The cable of a serial port stays in.
@@ -262,8 +263,11 @@ impl Player {
                     }) => {
                         self.refused.insert(port, format!("{command} refused: {reason}"));
                     }
-                    Output::Stored { .. } | Output::Erased { .. } | Output::Pendant(_) | Output::Event(_) => {
-                    }
+                    Output::Stored { .. }
+                    | Output::Erased { .. }
+                    | Output::Pendant(_)
+                    | Output::Undone(_)
+                    | Output::Event(_) => {}
                 }
             }
         }

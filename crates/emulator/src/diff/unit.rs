@@ -192,7 +192,7 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                     What::Ended { line, .. } => {
                         left_by_host.insert(*line);
                     }
-                    What::FromRobot { .. } | What::Panel(_) => {}
+                    What::FromRobot { .. } | What::Deed(_) => {}
                 }
                 events.push(place(Event::Input(input.clone())));
             }

@@ -37,6 +37,7 @@ impl Hub {
         let address = SocketAddr::new(dialled(listen), *number);
         let before = self.controller.clone();
         let evidence = std::mem::take(&mut self.evidence);
+        let journal = self.journal.take();
         let (tape, log, watch) = (
             std::mem::take(&mut self.tape),
             std::mem::take(&mut self.log),
@@ -54,7 +55,7 @@ impl Hub {
         self.controller = before;
         self.clock.set(self.controller.now());
         self.ports = self.links.open(self.controller.network())?;
-        self.evidence = evidence;
+        (self.evidence, self.journal) = (evidence, journal);
         (self.tape, self.log, self.watch) = (tape, log, watch);
         result.map_err(|source| StartError::System {
             what: "conversation with the emulator (SU on IP0)",

@@ -2,8 +2,10 @@
 //! snapshot is and where it is kept is `snapshot`'s.
 
 use super::Hub;
+use super::request::Waited;
 use crate::snapshot::desk::{DeskError, Done, Order, Task};
 use std::collections::VecDeque;
+use std::time::Duration;
 use tracing::info;
 use ts3100_controller::{Controller, Input};
 
@@ -40,8 +42,15 @@ impl Hub {
         next.take_peers_of(&self.controller);
         self.keep_files(&next);
         self.clock.set(next.now());
-        let same_ports = next.network() == self.controller.network();
+        let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
+        let same_ports = ports(&next) == ports(&self.controller);
         self.controller = next;
+        // Who waits, waits on another time than this.
+        for waiting in std::mem::take(&mut self.waits) {
+            let at = self.controller.now();
+            let (reached, passed) = (false, Duration::ZERO);
+            let _ = waiting.done.send(Waited { reached, at, passed });
+        }
         self.evidence.begin(&self.controller);
         let mut opened = Ok(());
         if !same_ports {

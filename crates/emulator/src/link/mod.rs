@@ -166,6 +166,18 @@ impl Links {
         connected
     }
 
+    /// Closes the connection of a port at once; the channel goes on accepting or dialling. Says what that means for
+    /// the controller, in order.
+    pub fn drop_peer(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let Some(connection) = channel.connection.take() else {
+            return Vec::new();
+        };
+        info!(port = port.name(), "{port}: {} is dropped", connection.peer());
+        connection.cut();
+        self.ended(port)
+    }
+
     /// The next message of a link task. Cancel safe.
     pub async fn next(&mut self) -> Option<LinkMessage> {
         self.receiver.recv().await

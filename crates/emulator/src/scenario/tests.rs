@@ -64,6 +64,10 @@ fn what_is_wrong_is_said_with_its_line() {
             "[[do]]\nat = \"1 s\"\nactions = [\"channel IP0 x\"]",
             "expected the channel COM1, IP1 or IP2, found `IP0`",
         ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"raise 9-999\"]",
+            "line 3: expected the number of an alarm",
+        ),
         ("[[expect]]\nwhat = \"command\"", "line 2: expected text"),
         (
             "[[expect]]\nwithin = \"1 s\"",
@@ -122,9 +126,25 @@ fn every_condition_reads_back_and_every_form_is_listed() {
     }
     for form in ACTIONS {
         let name = form.split(' ').next().unwrap();
-        let example = ["channel IP1 5<CR>"]
+        let examples = [
+            "channel IP1 5<CR>",
+            "raise 2-046 by hand",
+            "power off",
+            "feed-hold on",
+            "pulse input 3 on 250us",
+            "output 5 on",
+            "force output 5 off",
+            "release input 3",
+            "set A 1 2.5",
+            "set-restore A 1",
+            "teach P",
+            "put T END<LF>",
+            "erase T",
+            "select T",
+        ];
+        let example = examples
             .into_iter()
-            .find(|words| words.starts_with(name));
+            .find(|words| words.split(' ').next() == Some(name));
         assert!(Action::parse(example.unwrap()).is_ok(), "{form}");
     }
 }
@@ -146,7 +166,11 @@ fn every_key_and_word_is_documented() {
     }
     for form in CONDITIONS.iter().chain(&ACTIONS) {
         assert!(
-            page.contains(&format!("| `{form}` |").replace("on|off", "on\\|off")),
+            page.contains(
+                &format!("| `{form}` |")
+                    .replace("on|off", "on\\|off")
+                    .replace("input|output", "input\\|output")
+            ),
             "{form} is missing"
         );
     }

@@ -1,12 +1,12 @@
 //! The words of a scenario: what may happen (conditions) and what can be done (actions). The actions at the panel are
 //! those of a transcript.
 
-use crate::transcript::{notation, panel};
+use crate::transcript::{deed, notation, panel};
 use std::fmt;
 use ts3100_controller::input::{Input, Panel};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_controller::{Controller, alarm};
+use ts3100_controller::{Controller, Deed, alarm};
 
 /// Every form of a condition.
 pub const CONDITIONS: [&str; 18] = [
@@ -31,7 +31,22 @@ pub const CONDITIONS: [&str; 18] = [
 ];
 
 /// Every form of an action beside those at the panel.
-pub const ACTIONS: [&str; 1] = ["channel CHANNEL TEXT"];
+pub const ACTIONS: [&str; 14] = [
+    "channel CHANNEL TEXT",
+    "raise NUMBER TEXT",
+    "power on|off",
+    "feed-hold on|off",
+    "pulse input|output LINE on|off TIME",
+    "output LINE on|off",
+    "force input|output LINE on|off",
+    "release input|output LINE",
+    "set NAME VALUES",
+    "set-restore NAME VALUES",
+    "teach NAME",
+    "put NAME TEXT",
+    "erase NAME",
+    "select NAME",
+];
 
 /// The forms of actions at the panel.
 pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, machine-lock, battery-low on|off; key \
@@ -110,7 +125,10 @@ impl Action {
                     bytes: some_bytes(text)?,
                 }
             }
-            _ => Input::Panel(at_panel(words)?),
+            _ => match deed(words)? {
+                Deed::Panel(panel) => Input::Panel(panel),
+                deed => Input::Deed(deed),
+            },
         };
         let words = words.to_owned();
         Ok(Action { words, input })
@@ -125,15 +143,21 @@ impl Action {
     }
 }
 
-fn at_panel(words: &str) -> Result<Panel, String> {
-    let panel = panel::read(words).map_err(|reason| {
+fn deed(words: &str) -> Result<Deed, String> {
+    let found = deed::read(words).map_err(|reason| {
         let others = ACTIONS.join(", ");
         format!("expected an action ({others}; {PANEL_ACTIONS}), found `{words}`: {reason}")
     })?;
-    if let Panel::InputLine { line, .. } = panel {
-        known_line(line)?;
+    match &found {
+        Deed::Panel(Panel::InputLine { line, .. })
+        | Deed::Pulse { line, .. }
+        | Deed::SetOutput { line, .. }
+        | Deed::Force { line, .. }
+        | Deed::Release { line, .. } => known_line(*line)?,
+        Deed::RaiseAlarm { number, .. } => drop(alarm_number(number)?),
+        _ => {}
     }
-    Ok(panel)
+    Ok(found)
 }
 
 impl Condition {

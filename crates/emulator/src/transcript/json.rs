@@ -2,9 +2,9 @@
 //! the same for people; times are `t_us`, microseconds since the start.
 
 use super::text::{date, hexadecimal, read_date};
-use super::{Ending, Header, Line, Party, Record, Recording, What, notation, panel};
+use super::{Ending, Header, Line, Party, Record, Recording, What, deed, notation, panel};
 use serde_json::{Map, Value, json};
-use ts3100_controller::Time;
+use ts3100_controller::{Deed, Time};
 
 /// What stands in `format` of the first line.
 const FORMAT: &str = "ts3100 transcript";
@@ -54,7 +54,10 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
             object["how"] = Value::from(ending(*how));
             object
         }
-        What::Panel(action) => json!({"t_us": t, "event": "panel", "panel": panel::write(action)}),
+        What::Deed(Deed::Panel(action)) => {
+            json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
+        }
+        What::Deed(deed) => json!({"t_us": t, "event": "deed", "deed": deed::write(deed)}),
     };
     out.extend_from_slice(format!("{object}\n").as_bytes());
 }
@@ -204,7 +207,8 @@ fn read_record(object: &Object) -> Result<Record, String> {
                 }
             },
         },
-        "panel" => What::Panel(panel::read(text(object, "panel")?)?),
+        "panel" => What::Deed(Deed::Panel(panel::read(text(object, "panel")?)?)),
+        "deed" => What::Deed(deed::read(text(object, "deed")?)?),
         other => return Err(format!("{other:?} is no event of a transcript")),
     };
     Ok(Record { at, what })

@@ -2,6 +2,7 @@
 //! it is kept in: text to be read and replayed, JSON lines for programs, pcapng for Wireshark. Who was listening
 //! (the hub of a running emulator, a tap in front of a real controller) is not known here.
 
+pub mod deed;
 pub mod json;
 pub mod notation;
 pub mod panel;
@@ -16,7 +17,7 @@ pub use tape::{Observer, Tape};
 use core::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::{Panel, Port, Time};
+use ts3100_controller::{Deed, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Largest transcript that is read, in bytes.
@@ -94,7 +95,7 @@ pub enum Ending {
 }
 
 /// What happened.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum What {
     /// A peer came.
     Connected {
@@ -126,12 +127,12 @@ pub enum What {
         /// How.
         how: Ending,
     },
-    /// Something was done at the controller itself.
-    Panel(Panel),
+    /// Something was done at the controller itself, or to it.
+    Deed(Deed),
 }
 
 /// Something that happened, and when.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// Since the start of the recording; virtual time where it is an emulator's.
     pub at: Time,
@@ -155,7 +156,7 @@ pub struct Header {
 }
 
 /// A transcript as read.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
     /// What there was before.
     pub header: Header,

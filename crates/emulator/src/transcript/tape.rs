@@ -7,7 +7,7 @@ use crate::loading::Powered;
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
-use ts3100_controller::{Input, Output, Port, Time};
+use ts3100_controller::{Deed, Input, Output, Port, Time};
 
 /// Turns inputs and outputs into what happened on the lines.
 #[derive(Debug, Clone, Default)]
@@ -46,7 +46,8 @@ impl Observer {
                     how: Ending::Closed,
                 })
             }
-            Input::Panel(panel) => Some(What::Panel(panel.clone())),
+            Input::Panel(panel) => Some(What::Deed(Deed::Panel(panel.clone()))),
+            Input::Deed(deed) => Some(What::Deed(deed.clone())),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
 
 use super::*;
-use ts3100_controller::{Input, Output};
+use ts3100_controller::{Input, Output, Panel};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {
@@ -45,7 +45,7 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
     };
     let ended = |line, by, how| What::Ended { line, by, how };
     let whats = [
-        What::Panel(Panel::Servo(true)),
+        What::Deed(Deed::Panel(Panel::Servo(true))),
         What::Connected {
             line: ip0,
             peer: "192.0.2.7".to_owned(),

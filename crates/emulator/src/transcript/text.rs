@@ -21,7 +21,7 @@
 //! ! closed IP0                     the controller ends the connection; also `reset`, `refused`
 //! ```
 
-use super::{Ending, Header, Line, Party, Record, Recording, What, notation, panel};
+use super::{Ending, Header, Line, Party, Record, Recording, What, deed, notation};
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::calendar::CalendarTime;
@@ -94,7 +94,7 @@ impl Writer {
                 };
                 format!("! {word} {line}{how}")
             }
-            What::Panel(action) => format!("! {}", panel::write(action)),
+            What::Deed(deed) => format!("! {}", deed::write(deed)),
         };
         text.push('\n');
         out.extend_from_slice(text.as_bytes());
@@ -242,7 +242,7 @@ fn action(words: &str) -> Result<What, String> {
         ["disconnect", line, word] => ended(line, Party::Host, how(word)?),
         ["closed", line] => ended(line, Party::Robot, Ending::Closed),
         ["closed", line, word] => ended(line, Party::Robot, how(word)?),
-        _ => Ok(What::Panel(panel::read(words)?)),
+        _ => Ok(What::Deed(deed::read(words)?)),
     }
 }
 

@@ -8,6 +8,7 @@
 )]
 
 mod client;
+mod ctl;
 mod evidence;
 mod exec;
 mod extensions;

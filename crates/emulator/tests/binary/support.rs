@@ -93,6 +93,8 @@ pub fn stderr(output: &Output) -> String {
 pub struct Serve {
     child: Option<Child>,
     pub ports: Vec<Option<u16>>,
+    /// URL of the control interface.
+    pub control: Option<String>,
     /// The key `serial` of the ready line.
     pub serial: serde_json::Value,
 }
@@ -130,6 +132,7 @@ impl Serve {
         Serve {
             child: Some(child),
             ports: ports.to_vec(),
+            control: ready["control"].as_str().map(str::to_owned),
             serial: ready["serial"].clone(),
         }
     }

@@ -138,6 +138,16 @@ impl Loop {
     }
 }
 
+/// Whether the outside has to look before the next statement: at a new monitor, or because HERE and DEST stand in another
+/// coordinate system now.
+fn concerns_the_outside(operation: &Operation) -> bool {
+    match operation {
+        Operation::On { .. } => true,
+        Operation::Simple(Simple::Set(condition, _)) => condition.is_frame(),
+        _ => false,
+    }
+}
+
 impl Machine {
     /// Stands before step 1 of the main program.
     #[must_use]
@@ -221,8 +231,7 @@ impl Machine {
             }
             self.state = State::Ready;
             match self.execute(&program, &step.operation, memory, inputs) {
-                // The outside gets a chance to look at the new monitor before the next statement.
-                Ok(true) if matches!(step.operation, Operation::On { .. }) => return Pause::Fuel,
+                Ok(true) if concerns_the_outside(&step.operation) => return Pause::Fuel,
                 Ok(true) => {}
                 Ok(false) => {
                     self.state = State::Waiting;

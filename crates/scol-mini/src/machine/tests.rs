@@ -417,9 +417,16 @@ fn motions_carry_their_conditions() {
         P1.X=7\nMOVE P1\nEND\nDATA\nWORK W1\nPOINT P1=1,2,3/00100\nTRANS W1=5\nPAYLOAD H1=3\nEND\n";
     let (mut machine, mut memory) = start(source);
     let mut motions = Vec::new();
-    while let Pause::Request(Request::Move(motion)) = machine.run(&mut memory, &STILL, &mut 99) {
-        motions.push(motion);
-        machine.answer(&mut memory, Answer::Done).unwrap();
+    loop {
+        match machine.run(&mut memory, &STILL, &mut 99) {
+            Pause::Request(Request::Move(motion)) => {
+                motions.push(motion);
+                machine.answer(&mut memory, Answer::Done).unwrap();
+            }
+            // HERE and DEST stand in another coordinate system from here on.
+            Pause::Fuel => {}
+            _ => break,
+        }
     }
     let first = &motions[0].conditions;
     assert_eq!((first.speed, first.accel, first.decel), (20.0, 60.0, 100.0));

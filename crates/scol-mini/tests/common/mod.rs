@@ -136,6 +136,8 @@ pub fn play_on(
     loop {
         let request = match machine.run(memory, &World, &mut fuel) {
             Pause::Request(request) => request,
+            // The outside looks, and the program goes on.
+            Pause::Fuel if fuel > 0 => continue,
             over => {
                 lines.push(match over {
                     Pause::Fault(fault) => format!("FAULT {:?} line {}", fault.kind, fault.line),

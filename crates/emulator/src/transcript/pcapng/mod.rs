@@ -6,7 +6,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{Ending, Header, Line, Party, Record, What, panel};
+use super::{Ending, Header, Line, Party, Record, What, deed};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -126,8 +126,8 @@ impl Writer {
             What::FromHost { line, bytes } => self.send(at, *line, Party::Host, bytes, out),
             What::FromRobot { line, bytes } => self.send(at, *line, Party::Robot, bytes, out),
             What::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
-            What::Panel(action) => {
-                let words = panel::write(action);
+            What::Deed(deed) => {
+                let words = deed::write(deed);
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
         }

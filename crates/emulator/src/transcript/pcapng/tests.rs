@@ -3,7 +3,7 @@
 use super::super::tests::sample;
 use super::*;
 use frame::checksum;
-use ts3100_controller::{Panel, Time};
+use ts3100_controller::{Deed, Panel, Time};
 
 struct Packet {
     interface: u32,
@@ -199,7 +199,7 @@ fn serial_ports_and_the_panel_have_interfaces_of_their_own() {
     let all = packets(&[
         at(1, from_host(Port::Host, b"\x02SO\r\x03")),
         at(2, from_robot(Port::Com1, b"REQ\r")),
-        at(3, What::Panel(Panel::EmergencyStop(true))),
+        at(3, What::Deed(Deed::Panel(Panel::EmergencyStop(true)))),
     ]);
     let seen: Vec<_> = all
         .iter()

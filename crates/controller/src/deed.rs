@@ -1,0 +1,403 @@
+//! What someone who holds the controller may do to it beyond panel and lines: no real operator can. Every such
+//! deed is one input, so that a run can be written down and repeated; each either happens or is refused with words.
+
+use crate::Controller;
+use crate::alarm::ALARMS;
+use crate::controller::SelectError;
+use crate::drive::DriveError;
+use crate::input::Panel;
+use crate::output::Output;
+use crate::session::Outcome;
+use crate::signals::Signals;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::time::Duration;
+use scol_mini::{AccessError, Kind};
+use thiserror::Error;
+use ts3100_proto::command::{Number, VariableKind, VariableWrite};
+use ts3100_proto::name::{FileName, VariableName};
+use ts3100_proto::status::ExecutionStatus;
+
+/// Something done to the controller by one who holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Deed {
+    /// Something at the panel; what has no effect there is refused here.
+    Panel(Panel),
+    /// Feed hold is on from now, or off.
+    FeedHold(bool),
+    /// Power off: nothing answers until it comes on again.
+    PowerOff,
+    /// Power on.
+    PowerOn,
+    /// An alarm of the table is raised, with all that its level brings about.
+    RaiseAlarm {
+        /// `level-code`, for example `2-046`.
+        number: String,
+        /// What stands behind its text; may be empty.
+        detail: String,
+    },
+    /// A line is driven for a time and then the other way: an input from outside, an output as a program's PULOUT.
+    Pulse {
+        /// Input or output.
+        side: Side,
+        /// Its number.
+        line: u16,
+        /// Its state meanwhile; an output pulse is always on.
+        on: bool,
+        /// How long, in virtual time.
+        length: Duration,
+    },
+    /// A user output is set, as IW does.
+    SetOutput {
+        /// Dout number.
+        line: u16,
+        /// Its state.
+        on: bool,
+    },
+    /// A line shows this state whatever drives it, until it is released.
+    Force {
+        /// Input or output.
+        side: Side,
+        /// Its number.
+        line: u16,
+        /// The state.
+        on: bool,
+    },
+    /// A forced line shows again what drives it.
+    Release {
+        /// Input or output.
+        side: Side,
+        /// Its number.
+        line: u16,
+    },
+    /// A variable of GLOBAL or DATA is given a value, as MW does.
+    SetVariable {
+        /// Its name, with subscripts for an element: `A(1,2)`.
+        name: String,
+        /// The numbers in the order of MW.
+        values: Vec<Number>,
+        /// It is written into the file of the RAM drive too.
+        restore: bool,
+    },
+    /// A position of GLOBAL or DATA becomes the present one.
+    Teach {
+        /// Its name.
+        name: String,
+        /// It is written into the file of the RAM drive too.
+        restore: bool,
+    },
+    /// A file is put on the RAM drive, whole.
+    PutFile {
+        /// Its name.
+        name: String,
+        /// Its content without EOF.
+        content: Vec<u8>,
+    },
+    /// A file is erased, as ER does.
+    EraseFile {
+        /// Its name.
+        name: String,
+    },
+    /// A file is selected, as SL does.
+    Select {
+        /// Its name.
+        name: String,
+    },
+}
+
+/// Which way a line leads, seen from the controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Side {
+    /// Din.
+    Input,
+    /// Dout.
+    Output,
+}
+
+/// Why a deed had no effect.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{place}: {found} ({expected} expected)")]
+pub struct Refusal {
+    /// Whether the thing is missing or only in the wrong state.
+    pub kind: RefusalKind,
+    /// What would have been taken.
+    pub expected: String,
+    /// What was there.
+    pub found: String,
+    /// Where: the line, the variable, the file, the switch.
+    pub place: String,
+}
+
+/// What kind of refusal it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RefusalKind {
+    /// There is no such line, variable, file, alarm.
+    Missing,
+    /// The state of the controller forbids it, or the value does not fit.
+    Conflict,
+}
+
+impl Refusal {
+    fn missing(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
+        let (expected, found, place) = (expected.to_string(), found.into(), place.to_string());
+        Refusal {
+            kind: RefusalKind::Missing,
+            expected,
+            found,
+            place,
+        }
+    }
+
+    fn conflict(place: &str, expected: &str, found: impl Into<String>) -> Refusal {
+        Refusal {
+            kind: RefusalKind::Conflict,
+            ..Refusal::missing(place, expected, found)
+        }
+    }
+}
+
+impl Controller {
+    /// Does it, or tells by [`Output::Undone`] why not.
+    pub(crate) fn deed(&mut self, deed: Deed) {
+        if let Err(refusal) = self.try_deed(deed) {
+            self.push_output(Output::Undone(refusal));
+        }
+    }
+
+    fn try_deed(&mut self, deed: Deed) -> Result<(), Refusal> {
+        if !self.state.powered && needs_power(&deed) {
+            return Err(Refusal::conflict("power", "on", "off"));
+        }
+        match deed {
+            Deed::Panel(panel) => self.try_panel(panel),
+            Deed::FeedHold(on) => {
+                if self.state.feed_hold != on {
+                    self.feed_hold();
+                }
+                Ok(())
+            }
+            Deed::PowerOff => {
+                self.power_off();
+                self.push_output(Output::PowerOff);
+                Ok(())
+            }
+            Deed::PowerOn => {
+                if !self.state.powered {
+                    self.power_on();
+                }
+                Ok(())
+            }
+            Deed::RaiseAlarm { number, detail } => {
+                let row = ALARMS.iter().find(|row| row.number() == number).copied();
+                let row =
+                    row.ok_or_else(|| Refusal::missing("alarm", "a number of the alarm table", number))?;
+                self.raise(row, detail);
+                Ok(())
+            }
+            Deed::Pulse {
+                side,
+                line,
+                on,
+                length,
+            } => self.pulse(side, line, on, length),
+            Deed::SetOutput { line, on } => {
+                let range = "a user output, 1-64, 101-164 or 201-208";
+                if !Signals::is_user_output(line) {
+                    return Err(Refusal::missing("output", range, line.to_string()));
+                }
+                self.signals.switch(line, on);
+                Ok(())
+            }
+            Deed::Force { side, line, on } => self.force(side, line, Some(on)),
+            Deed::Release { side, line } => self.force(side, line, None),
+            Deed::SetVariable {
+                name,
+                values,
+                restore,
+            } => self.set_variable(&name, values, restore),
+            Deed::Teach { name, restore } => self.teach(&name, restore),
+            Deed::PutFile { name, content } => self.put(&name, &content),
+            Deed::EraseFile { name } => self.erase(&name),
+            Deed::Select { name } => self.select_by_name(&name),
+        }
+    }
+
+    fn try_panel(&mut self, panel: Panel) -> Result<(), Refusal> {
+        let place = match &panel {
+            Panel::Servo(_) => "servo",
+            Panel::Start => "start",
+            Panel::Key(_) => "key switch",
+            Panel::InputLine { line, .. } if !Signals::exists(*line) => {
+                return Err(no_line(Side::Input, *line));
+            }
+            _ => "panel",
+        };
+        self.do_at_panel(panel)
+            .map_err(|reason| Refusal::conflict(place, "a state that allows it", reason))
+    }
+
+    fn pulse(&mut self, side: Side, line: u16, on: bool, length: Duration) -> Result<(), Refusal> {
+        if !Signals::exists(line) {
+            return Err(no_line(side, line));
+        }
+        let until = self.now + length;
+        match side {
+            Side::Input => {
+                self.drive_input(line, on);
+                self.signals.end_drive_at(line, until, !on);
+            }
+            Side::Output => {
+                if !Signals::is_user_output(line) || !on {
+                    let expected = "a pulse to on of a user output, 1-64, 101-164 or 201-208";
+                    let found = format!("{line} to {}", if on { "on" } else { "off" });
+                    return Err(Refusal::conflict("output", expected, found));
+                }
+                self.signals.pulse(line, until);
+            }
+        }
+        Ok(())
+    }
+
+    fn force(&mut self, side: Side, line: u16, state: Option<bool>) -> Result<(), Refusal> {
+        let was = self.signals.input(line);
+        if !self.signals.force(side, line, state) {
+            return Err(no_line(side, line));
+        }
+        if side == Side::Input {
+            self.input_is_now(line, was);
+        }
+        Ok(())
+    }
+
+    fn set_variable(&mut self, name: &str, values: Vec<Number>, restore: bool) -> Result<(), Refusal> {
+        let variable = self.variable_name(name)?;
+        let write = VariableWrite {
+            restore,
+            variable,
+            kind: VariableKind::Unclarified,
+            values,
+        };
+        self.write_variable(&write)
+            .map_err(|reason| Refusal::conflict(name, "a value that fits", reason))
+    }
+
+    /// The name of a variable that exists.
+    fn variable_name(&self, name: &str) -> Result<VariableName, Refusal> {
+        let variable = VariableName::parse(name)
+            .map_err(|error| Refusal::missing(name, "the name of a variable", error.to_string()))?;
+        let selected = self.execution.selected.as_ref();
+        let selected = selected.ok_or_else(|| Refusal::conflict(name, "a selected file", "none"))?;
+        match selected
+            .memory
+            .global(&selected.program, &variable.name, &variable.subscripts)
+        {
+            Err(
+                error @ (AccessError::Unknown(_) | AccessError::NotGlobal(_) | AccessError::Subscript(_)),
+            ) => Err(Refusal::missing(
+                name,
+                "a variable of GLOBAL or DATA",
+                error.to_string(),
+            )),
+            _ => Ok(variable),
+        }
+    }
+
+    fn teach(&mut self, name: &str, restore: bool) -> Result<(), Refusal> {
+        let variable = self.variable_name(name)?;
+        let kind = self
+            .execution
+            .program()
+            .variable(&variable.name)
+            .and_then(|info| info.kind);
+        if let Some(kind) = kind.filter(|kind| *kind != Kind::Position) {
+            return Err(Refusal::conflict(name, "positional data", kind.word()));
+        }
+        let position = self.present_position();
+        let values = position.listed(self.arm.kind());
+        // The configuration stands last and is whole; the others may be written as reals throughout.
+        let values = values.into_iter().map(Number::Real).collect();
+        self.set_variable(name, values, restore)
+    }
+
+    fn put(&mut self, name: &str, content: &[u8]) -> Result<(), Refusal> {
+        let name = file_name(name)?;
+        let place = name.as_str();
+        if self.execution.status() == ExecutionStatus::Running && self.execution.file() == place {
+            let found = "a program is running";
+            return Err(Refusal::conflict(
+                place,
+                "another file, or the robot stopped",
+                found,
+            ));
+        }
+        self.store(&name, content).map_err(|error| match error {
+            DriveError::Name(error) => Refusal::missing(place, "a file name", error.to_string()),
+            error => Refusal::conflict(place, "a file the RAM drive takes", error.to_string()),
+        })
+    }
+
+    fn erase(&mut self, name: &str) -> Result<(), Refusal> {
+        let name = file_name(name)?;
+        let place = name.as_str();
+        if !self.drive.contains(place) {
+            return Err(Refusal::missing(place, "a file of the RAM drive", "no such file"));
+        }
+        match self.op_erase(&name) {
+            Outcome::Ng(reason) => Err(Refusal::conflict(place, "a file that can be erased", reason)),
+            Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
+        }
+    }
+
+    fn select_by_name(&mut self, name: &str) -> Result<(), Refusal> {
+        let name = file_name(name)?;
+        let place = name.as_str();
+        let refused = |error: SelectError| match error {
+            SelectError::Name(_) | SelectError::Missing(_) => {
+                Refusal::missing(place, "a file of the RAM drive", error.to_string())
+            }
+            SelectError::Parameter(_) | SelectError::Running | SelectError::Errors { .. } => {
+                Refusal::conflict(
+                    place,
+                    "a program that compiles, the robot stopped",
+                    error.to_string(),
+                )
+            }
+        };
+        self.select_file(&name).map_err(refused)?;
+        self.report_status();
+        Ok(())
+    }
+}
+
+/// What the outside does with its own hands works without power.
+fn needs_power(deed: &Deed) -> bool {
+    match deed {
+        Deed::PowerOff | Deed::PowerOn | Deed::Force { .. } | Deed::Release { .. } => false,
+        Deed::Pulse { side, .. } => *side == Side::Output,
+        Deed::Panel(panel) => matches!(
+            panel,
+            Panel::Servo(_)
+                | Panel::Start
+                | Panel::Stop
+                | Panel::FeedHold
+                | Panel::AlarmReset
+                | Panel::Keys(_)
+                | Panel::ControlRight(_)
+        ),
+        _ => true,
+    }
+}
+
+fn no_line(side: Side, line: u16) -> Refusal {
+    let place = match side {
+        Side::Input => "input",
+        Side::Output => "output",
+    };
+    Refusal::missing(place, "1-64, 101-164 or 201-264", line.to_string())
+}
+
+fn file_name(name: &str) -> Result<FileName, Refusal> {
+    FileName::parse(name).map_err(|error| Refusal::missing(name, "a file name", error.to_string()))
+}

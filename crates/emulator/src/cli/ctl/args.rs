@@ -1,0 +1,340 @@
+//! What can be said to `ts3100 ctl`. Which call it becomes is `call`'s.
+
+use clap::{Args, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+/// Looks at a running emulator, changes anything of it, moves its time.
+///
+/// Exit code: 0 done, 1 refused, 2 wrong usage, 3 no answer, 4 what was waited for did not happen in its time. Durations
+/// are seconds of virtual time.
+#[derive(Debug, Args)]
+pub struct CtlArgs {
+    /// URL of the control interface, as the ready line gives it [env: TS3100_CONTROL_URL] [default: http://127.0.0.1:3100]
+    #[arg(long, value_name = "URL", global = true)]
+    pub at: Option<String>,
+    /// Its token [env: TS3100_CONTROL_TOKEN]
+    #[arg(long, value_name = "TOKEN", global = true)]
+    pub token: Option<String>,
+    /// The answer as JSON on one line
+    #[arg(long, global = true)]
+    pub json: bool,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What is asked for.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Everything at one moment
+    State,
+    /// Key switch: show, or turn
+    Key { position: Option<Key> },
+    /// Control right in EXT: show, or set
+    Right { holder: Option<Holder> },
+    /// Emergency stop: show, press, release
+    EmergencyStop { action: Option<Press> },
+    /// Safety switch (fence): show, open, close
+    SafetySwitch { action: Option<Fence> },
+    /// Servo power
+    Servo { state: Option<OnOff> },
+    /// Feed hold
+    FeedHold { state: Option<OnOff> },
+    /// Machine lock
+    MachineLock { state: Option<OnOff> },
+    /// Battery of the RAM drive
+    Battery { state: Option<Battery> },
+    /// The selected program: show, start, stop
+    Program { action: Option<StartStop> },
+    /// Teach pendant: show, or type at it (`\r` is a carriage return)
+    Pendant { keys: Option<String> },
+    /// Alarms: list, raise, reset, the table with cause and remedy
+    Alarms {
+        #[command(subcommand)]
+        action: Option<Alarms>,
+    },
+    /// Inputs: those that are on, or one of them
+    Input {
+        line: Option<u16>,
+        #[command(subcommand)]
+        action: Option<Line>,
+    },
+    /// Outputs: those that are on, or one of them
+    Output {
+        line: Option<u16>,
+        #[command(subcommand)]
+        action: Option<Line>,
+    },
+    /// Variables of the selected file: list, show one, set it
+    Variable {
+        /// For an element of an array with subscripts: A(1,2)
+        name: Option<String>,
+        /// As many numbers as the kind takes
+        #[arg(allow_negative_numbers = true)]
+        value: Vec<String>,
+        /// Write it into the file too
+        #[arg(long)]
+        restore: bool,
+    },
+    /// Positions of the selected file: list, show one, set it, teach it
+    Position {
+        name: Option<String>,
+        /// As many numbers as positions have on this arm, the configuration last
+        #[arg(allow_negative_numbers = true)]
+        value: Vec<String>,
+        /// Make it the present position of the arm
+        #[arg(long, conflicts_with = "value")]
+        teach: bool,
+        /// Write it into the file too
+        #[arg(long)]
+        restore: bool,
+    },
+    /// RAM drive: list, get, put, delete, select
+    File {
+        #[command(subcommand)]
+        action: Option<File>,
+    },
+    /// Communication ports: all, or one: inject bytes, drop its peer
+    Channel {
+        port: Option<Port>,
+        #[command(subcommand)]
+        action: Option<Channel>,
+    },
+    /// Parameters in effect
+    Parameters,
+    /// Clock: show, set how time passes, move it
+    Clock {
+        #[command(subcommand)]
+        action: Option<Clock>,
+    },
+    /// Wait until something happens, without moving time
+    Wait(Until),
+    /// Power: show, off, on, cycle
+    Power { action: Option<Power> },
+    /// Everything as when the emulator was started
+    Reset,
+    /// What happens, as it happens
+    Events(Events),
+    /// What hosts did that the manual advises against
+    Findings,
+    /// Counters in the text format of Prometheus
+    Metrics,
+    /// Whether the emulator answers
+    Health,
+    /// What runs there
+    Version,
+    /// Any call of the OpenAPI document
+    Call {
+        /// GET, PUT, POST, DELETE
+        method: Method,
+        /// For example /state
+        path: String,
+        /// JSON
+        body: Option<String>,
+    },
+}
+
+/// How an answer is shown to people.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Shown {
+    /// Names and values.
+    Document,
+    /// The text in it, and nothing else.
+    Text,
+}
+
+impl Command {
+    /// How its answer is shown.
+    pub fn shown(&self) -> Shown {
+        match self {
+            Command::File {
+                action: Some(File::Get { .. }),
+            } => Shown::Text,
+            _ => Shown::Document,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Key {
+    Teaching,
+    Internal,
+    Ext,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Holder {
+    Sig,
+    Rs232c,
+    Ether,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Press {
+    Press,
+    Release,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Fence {
+    Open,
+    Close,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum OnOff {
+    On,
+    Off,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Battery {
+    Low,
+    Good,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum StartStop {
+    Start,
+    Stop,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Power {
+    Off,
+    On,
+    Cycle,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Method {
+    #[value(name = "GET", alias = "get")]
+    Get,
+    #[value(name = "PUT", alias = "put")]
+    Put,
+    #[value(name = "POST", alias = "post")]
+    Post,
+    #[value(name = "DELETE", alias = "delete")]
+    Delete,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum Port {
+    Host,
+    Com1,
+    Ip0,
+    Ip1,
+    Ip2,
+    Ip3,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Alarms {
+    /// Active ones and the history
+    List,
+    /// Raise one of the table
+    Raise {
+        /// level-code, for example 2-046
+        number: String,
+        /// Stands behind its text
+        detail: Option<String>,
+    },
+    /// Press ALARM RESET
+    Reset,
+    /// Every alarm there can be, or one
+    Table { number: Option<String> },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Line {
+    /// Drive it on (an output: as IW does)
+    On,
+    /// Drive it off
+    Off,
+    /// On for so many seconds
+    Pulse { seconds: f64 },
+    /// It shows this state whatever drives it
+    Force { state: OnOff },
+    /// It shows again what drives it
+    Release,
+    /// Wait until it shows this state
+    Wait {
+        state: OnOff,
+        #[command(flatten)]
+        limits: Limits,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum File {
+    /// All files
+    List,
+    /// Print a file
+    Get { name: String },
+    /// Put a file of this computer on the drive; - is standard input
+    Put { name: String, path: PathBuf },
+    /// Erase a file
+    Delete { name: String },
+    /// Select a file
+    Select { name: String },
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Channel {
+    /// Bytes as if they had come from the peer
+    Inject {
+        /// As text; `\r` and `\n` are control codes
+        #[arg(required_unless_present = "hex")]
+        text: Option<String>,
+        /// As hexadecimal digits
+        #[arg(long, conflicts_with = "text")]
+        hex: Option<String>,
+    },
+    /// Close the connection
+    Drop,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Clock {
+    /// real, xN, stepped, auto
+    Mode { mode: String },
+    /// Move time by so many seconds
+    Advance {
+        seconds: f64,
+        /// Longest time on the wall, in seconds
+        #[arg(long)]
+        wall: Option<f64>,
+    },
+    /// Move time until something happens
+    AdvanceUntil(Until),
+}
+
+/// How long is waited.
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Limits {
+    /// For so many seconds of virtual time at most
+    #[arg(long, default_value_t = 60.0)]
+    pub within: f64,
+    /// Longest time on the wall, in seconds [default: 30]
+    #[arg(long)]
+    pub wall: Option<f64>,
+}
+
+#[derive(Debug, Args)]
+pub struct Until {
+    /// status running|reset|retry|continue; input N on|off; output N on|off; line N; printed [PORT] TEXT; alarm NUMBER|any;
+    /// idle
+    #[arg(required = true, num_args = 1..)]
+    pub condition: Vec<String>,
+    #[command(flatten)]
+    pub limits: Limits,
+}
+
+#[derive(Debug, Clone, Copy, Args)]
+pub struct Events {
+    /// Number of the first event; 1 for all that are kept; those from now on if not said
+    #[arg(long)]
+    pub since: Option<u64>,
+    /// End after so many
+    #[arg(long)]
+    pub count: Option<u64>,
+}

@@ -1,0 +1,412 @@
+//! From the words of a command line to one call of the control interface.
+
+use super::args::{
+    Alarms, Battery, Channel, Clock, Command, Events, Fence, File, Limits, Line, Method, OnOff, Power, Press,
+    StartStop, Until,
+};
+use crate::client::encoded;
+use clap::ValueEnum;
+use serde_json::{Value, json};
+use std::io::{self, Read as _};
+use std::path::Path;
+
+/// Largest file of this computer that is sent, in bytes: the drive takes less.
+const MAX_FILE: u64 = 128 * 1024;
+
+/// A call.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Call {
+    /// `GET`, `PUT`, `POST` or `DELETE`.
+    pub method: &'static str,
+    /// Path and query.
+    pub path: String,
+    /// JSON.
+    pub body: Option<Value>,
+}
+
+fn get(path: impl Into<String>) -> Call {
+    Call {
+        method: "GET",
+        path: path.into(),
+        body: None,
+    }
+}
+
+fn put(path: impl Into<String>, body: Value) -> Call {
+    Call {
+        method: "PUT",
+        path: path.into(),
+        body: Some(body),
+    }
+}
+
+fn post(path: impl Into<String>, body: Value) -> Call {
+    Call {
+        method: "POST",
+        ..put(path, body)
+    }
+}
+
+fn delete(path: impl Into<String>) -> Call {
+    Call {
+        method: "DELETE",
+        ..get(path)
+    }
+}
+
+/// The word of a value of the command line.
+fn word(value: &impl ValueEnum) -> String {
+    let value = value.to_possible_value();
+    value.map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+fn is_on(state: OnOff) -> bool {
+    matches!(state, OnOff::On)
+}
+
+/// A switch: shown, or set.
+fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
+    match state {
+        None => get(path),
+        Some(state) => put(path, json!({ key: state })),
+    }
+}
+
+impl Call {
+    /// The call a command stands for.
+    ///
+    /// # Errors
+    /// Words that mean nothing, or a file that cannot be read.
+    #[expect(clippy::too_many_lines, reason = "a flat match by name")]
+    pub fn of(command: &Command) -> Result<Call, String> {
+        Ok(match command {
+            Command::State => get("/state"),
+            Command::Key { position: None } => get("/key-switch"),
+            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": word(key)})),
+            Command::Right { holder: None } => get("/control-right"),
+            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": word(right)})),
+            Command::EmergencyStop { action } => {
+                let pressed = action.map(|action| matches!(action, Press::Press));
+                switch("/emergency-stop", "pressed", pressed)
+            }
+            Command::SafetySwitch { action } => {
+                let open = action.map(|action| matches!(action, Fence::Open));
+                switch("/safety-switch", "open", open)
+            }
+            Command::Servo { state } => switch("/servo", "on", state.map(is_on)),
+            Command::FeedHold { state } => switch("/feed-hold", "on", state.map(is_on)),
+            Command::MachineLock { state } => switch("/machine-lock", "on", state.map(is_on)),
+            Command::Battery { state } => {
+                let low = state.map(|state| matches!(state, Battery::Low));
+                switch("/battery", "low", low)
+            }
+            Command::Program { action: None } => get("/program"),
+            Command::Program {
+                action: Some(StartStop::Start),
+            } => post("/program/start", json!({})),
+            Command::Program {
+                action: Some(StartStop::Stop),
+            } => post("/program/stop", json!({})),
+            Command::Pendant { keys: None } => get("/pendant"),
+            Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescaped(keys)})),
+            Command::Alarms { action } => alarms(action.as_ref()),
+            Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
+            Command::Output { line, action } => line_call("output", *line, action.as_ref())?,
+            Command::Variable { name, value, restore } => {
+                value_call("/variables", name.as_deref(), value, *restore)?
+            }
+            Command::Position {
+                name: Some(name),
+                teach: true,
+                restore,
+                ..
+            } => post(
+                format!("/positions/{}/teach", encoded(name)),
+                json!({"restore": restore}),
+            ),
+            Command::Position {
+                name: None,
+                teach: true,
+                ..
+            } => return Err("a position is taught by its name".to_owned()),
+            Command::Position {
+                name, value, restore, ..
+            } => value_call("/positions", name.as_deref(), value, *restore)?,
+            Command::File { action } => file(action.as_ref())?,
+            Command::Channel { port: None, action } => match action {
+                None => get("/channels"),
+                Some(_) => return Err("which port?".to_owned()),
+            },
+            Command::Channel {
+                port: Some(port),
+                action,
+            } => channel(&word(port).to_ascii_uppercase(), action.as_ref()),
+            Command::Parameters => get("/parameters"),
+            Command::Clock { action } => clock(action.as_ref())?,
+            Command::Wait(until) => post("/wait", until_body(until)?),
+            Command::Power { action: None } => get("/power"),
+            Command::Power { action: Some(action) } => match action {
+                Power::Off => post("/power/off", json!({})),
+                Power::On => post("/power/on", json!({})),
+                Power::Cycle => post("/power/cycle", json!({})),
+            },
+            Command::Reset => post("/reset", json!({})),
+            Command::Events(events) => get(events_path(*events)),
+            Command::Findings => get("/findings"),
+            Command::Metrics => get("/metrics"),
+            Command::Health => get("/health"),
+            Command::Version => get("/version"),
+            Command::Call { method, path, body } => raw(*method, path, body.as_deref())?,
+        })
+    }
+}
+
+fn raw(method: Method, path: &str, body: Option<&str>) -> Result<Call, String> {
+    let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
+    if !plain {
+        return Err(format!("expected a path as a URL has it, found `{path}`"));
+    }
+    let body = body.map(|body| serde_json::from_str(body).map_err(|error| format!("body: {error}")));
+    Ok(Call {
+        method: match method {
+            Method::Get => "GET",
+            Method::Put => "PUT",
+            Method::Post => "POST",
+            Method::Delete => "DELETE",
+        },
+        path: path.to_owned(),
+        body: body.transpose()?,
+    })
+}
+
+fn alarms(action: Option<&Alarms>) -> Call {
+    match action {
+        None | Some(Alarms::List) => get("/alarms"),
+        Some(Alarms::Raise { number, detail }) => {
+            let detail = detail.as_deref().unwrap_or_default();
+            post("/alarms", json!({"number": number, "detail": detail}))
+        }
+        Some(Alarms::Reset) => post("/alarms/reset", json!({})),
+        Some(Alarms::Table { number: None }) => get("/alarms/table"),
+        Some(Alarms::Table { number: Some(number) }) => get(format!("/alarms/table/{}", encoded(number))),
+    }
+}
+
+fn line_call(side: &str, line: Option<u16>, action: Option<&Line>) -> Result<Call, String> {
+    let Some(line) = line else {
+        return match action {
+            None => Ok(get(format!("/{side}s"))),
+            Some(_) => Err(format!("which {side}?")),
+        };
+    };
+    let path = format!("/{side}s/{line}");
+    Ok(match action {
+        None => get(path),
+        Some(Line::On) => put(path, json!({"on": true})),
+        Some(Line::Off) => put(path, json!({"on": false})),
+        Some(Line::Pulse { seconds }) => post(format!("{path}/pulse"), json!({"seconds": seconds})),
+        Some(Line::Force { state }) => put(format!("{path}/force"), json!({"on": is_on(*state)})),
+        Some(Line::Release) => delete(format!("{path}/force")),
+        Some(Line::Wait { state, limits }) => {
+            let condition = json!({ side: {"line": line, "on": is_on(*state)} });
+            post("/wait", wait_body(&condition, *limits))
+        }
+    })
+}
+
+fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> Result<Call, String> {
+    let Some(name) = name else {
+        return Ok(get(path));
+    };
+    let path = format!("{path}/{}", encoded(name));
+    if value.is_empty() {
+        return Ok(get(path));
+    }
+    let number = |word: &String| {
+        let number: Result<serde_json::Number, _> = serde_json::from_str(word);
+        number.map_err(|_| format!("expected a number, found `{word}`"))
+    };
+    let value = value.iter().map(number).collect::<Result<Vec<_>, String>>()?;
+    Ok(put(path, json!({"value": value, "restore": restore})))
+}
+
+fn file(action: Option<&File>) -> Result<Call, String> {
+    let path = |name: &str| format!("/files/{}", encoded(name));
+    Ok(match action {
+        None | Some(File::List) => get("/files"),
+        Some(File::Get { name }) => get(path(name)),
+        Some(File::Put { name, path: from }) => put(path(name), content(from)?),
+        Some(File::Delete { name }) => delete(path(name)),
+        Some(File::Select { name }) => post(format!("{}/select", path(name)), json!({})),
+    })
+}
+
+/// The content of a file, as text where it is one.
+fn content(path: &Path) -> Result<Value, String> {
+    let mut bytes = Vec::new();
+    let read = if path == Path::new("-") {
+        io::stdin().lock().take(MAX_FILE + 1).read_to_end(&mut bytes)
+    } else {
+        std::fs::File::open(path).and_then(|file| file.take(MAX_FILE + 1).read_to_end(&mut bytes))
+    };
+    let length = read.map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+    if length as u64 > MAX_FILE {
+        let path = path.display();
+        return Err(format!("{path}: at most {MAX_FILE} bytes expected, more found"));
+    }
+    Ok(match String::from_utf8(bytes) {
+        Ok(text) => json!({ "text": text }),
+        Err(error) => json!({"hex": crate::control::event::hex(error.as_bytes())}),
+    })
+}
+
+fn channel(port: &str, action: Option<&Channel>) -> Call {
+    let path = format!("/channels/{port}");
+    match action {
+        None => get(path),
+        Some(Channel::Drop) => post(format!("{path}/drop"), json!({})),
+        Some(Channel::Inject { hex: Some(hex), .. }) => post(format!("{path}/inject"), json!({"hex": hex})),
+        Some(Channel::Inject { text, .. }) => {
+            let text = unescaped(text.as_deref().unwrap_or_default());
+            post(format!("{path}/inject"), json!({"text": text}))
+        }
+    }
+}
+
+fn clock(action: Option<&Clock>) -> Result<Call, String> {
+    Ok(match action {
+        None => get("/clock"),
+        Some(Clock::Mode { mode }) => put("/clock", json!({"mode": mode})),
+        Some(Clock::Advance { seconds, wall }) => {
+            let mut body = json!({"seconds": seconds});
+            if let Some(wall) = wall {
+                body["wall"] = json!(wall);
+            }
+            post("/clock/advance", body)
+        }
+        Some(Clock::AdvanceUntil(until)) => post("/clock/advance-until", until_body(until)?),
+    })
+}
+
+fn until_body(until: &Until) -> Result<Value, String> {
+    Ok(wait_body(&condition(&until.condition)?, until.limits))
+}
+
+fn wait_body(condition: &Value, limits: Limits) -> Value {
+    let mut body = json!({"condition": condition, "within": limits.within});
+    if let Some(wall) = limits.wall {
+        body["wall"] = json!(wall);
+    }
+    body
+}
+
+/// The words of a condition.
+fn condition(words: &[String]) -> Result<Value, String> {
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    let state = |word: &str| match word {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("expected on or off, found `{word}`")),
+    };
+    let number = |word: &str| {
+        let number = word.parse::<u32>();
+        number.map_err(|_| format!("expected a number, found `{word}`"))
+    };
+    Ok(match words.as_slice() {
+        ["status", status] => json!({ "status": status }),
+        [side @ ("input" | "output"), line, on] => {
+            json!({ *side: {"line": number(line)?, "on": state(on)?} })
+        }
+        ["line", line] => json!({"line": number(line)?}),
+        ["printed", text] => json!({"printed": {"text": unescaped(text)}}),
+        ["printed", port, text] => {
+            json!({"printed": {"channel": port.to_ascii_uppercase(), "text": unescaped(text)}})
+        }
+        ["alarm", number] => json!({ "alarm": number }),
+        ["idle"] => json!({"idle": {}}),
+        _ => {
+            let found = words.join(" ");
+            return Err(format!(
+                "expected status WORD, input N on|off, output N on|off, line N, printed [PORT] TEXT, alarm NUMBER|any \
+                 or idle, found `{found}`"
+            ));
+        }
+    })
+}
+
+fn events_path(events: Events) -> String {
+    let parts = [("since", events.since), ("count", events.count)];
+    let parts: Vec<String> = parts
+        .into_iter()
+        .filter_map(|(name, value)| Some(format!("{name}={}", value?)))
+        .collect();
+    if parts.is_empty() {
+        "/events".to_owned()
+    } else {
+        format!("/events?{}", parts.join("&"))
+    }
+}
+
+/// `\r`, `\n`, `\t`, `\\` and `\xNN` as what they stand for.
+fn unescaped(text: &str) -> String {
+    let mut plain = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once('\\') {
+        plain.push_str(before);
+        let byte = after
+            .strip_prefix('x')
+            .and_then(|digits| digits.get(..2))
+            .and_then(|digits| u8::from_str_radix(digits, 16).ok().filter(u8::is_ascii));
+        let (letter, length) = match (after.chars().next(), byte) {
+            (Some('r'), _) => ('\r', 1),
+            (Some('n'), _) => ('\n', 1),
+            (Some('t'), _) => ('\t', 1),
+            (Some('\\'), _) => ('\\', 1),
+            (Some('x'), Some(byte)) => (char::from(byte), 3),
+            _ => ('\\', 0),
+        };
+        plain.push(letter);
+        rest = after.get(length..).unwrap_or_default();
+    }
+    plain.push_str(rest);
+    plain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn control_codes_may_be_written() {
+        assert_eq!(unescaped(r"1,2\r\n"), "1,2\r\n");
+        assert_eq!(unescaped(r"\x02SO\r\x03"), "\x02SO\r\x03");
+        assert_eq!(unescaped(r"a\\b\q\"), r"a\b\q\");
+    }
+
+    #[test]
+    fn conditions_are_words() {
+        let read = |words: &str| {
+            let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+            condition(&words)
+        };
+        assert_eq!(
+            read("output 5 on"),
+            Ok(json!({"output": {"line": 5, "on": true}}))
+        );
+        assert_eq!(
+            read("printed ip1 DONE"),
+            Ok(json!({"printed": {"channel": "IP1", "text": "DONE"}}))
+        );
+        assert_eq!(read("idle"), Ok(json!({"idle": {}})));
+        for words in [
+            "",
+            "output 5",
+            "output five on",
+            "output 5 up",
+            "line",
+            "moon full",
+        ] {
+            assert!(read(words).is_err(), "{words}");
+        }
+    }
+}

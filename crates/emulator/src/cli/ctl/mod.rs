@@ -1,0 +1,134 @@
+//! `ts3100 ctl`: the control interface from a command line: one command, one call. What there is to say is in `args`,
+//! which call that is in `call`, how an answer looks in `show`.
+
+mod args;
+mod call;
+mod show;
+
+pub use args::CtlArgs;
+
+use crate::client::{Client, ClientError};
+use crate::control::URL_VARIABLE;
+use args::{Command, Shown};
+use call::Call;
+use std::io::{self, BufRead as _, Write as _};
+use std::process::ExitCode;
+
+/// The interface refused the call.
+const REFUSED: u8 = 1;
+/// The command line makes no sense.
+const USAGE: u8 = 2;
+/// Nobody answers, or what answers is no control interface.
+const NO_ANSWER: u8 = 3;
+/// What was waited for did not happen in its time.
+const NOT_REACHED: u8 = 4;
+/// Where the interface is if nothing else is said.
+const DEFAULT_URL: &str = "http://127.0.0.1:3100";
+/// The environment variable of the token, which `serve` reads too.
+const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
+
+/// Makes the call and shows the answer.
+pub fn run(args: &CtlArgs) -> ExitCode {
+    let call = match Call::of(&args.command) {
+        Ok(call) => call,
+        Err(reason) => {
+            eprintln!("ts3100 ctl: {reason}");
+            return ExitCode::from(USAGE);
+        }
+    };
+    match client(args).and_then(|client| make(&client, &call, args)) {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("ts3100 ctl: {error}");
+            ExitCode::from(match error {
+                ClientError::Url(_) | ClientError::Token => USAGE,
+                ClientError::Unreachable { .. } | ClientError::Answer { .. } => NO_ANSWER,
+            })
+        }
+    }
+}
+
+fn client(args: &CtlArgs) -> Result<Client, ClientError> {
+    let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let url = args.at.clone().or_else(|| variable(URL_VARIABLE));
+    let token = args.token.clone().or_else(|| variable(TOKEN_VARIABLE));
+    Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)
+}
+
+fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
+    let body = call.body.as_ref().map(ToString::to_string);
+    if matches!(args.command, Command::Events(_)) {
+        return follow(client, call, args.json);
+    }
+    let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
+    let answer = serde_json::from_str::<serde_json::Value>(&text).ok();
+    if status >= 400 {
+        refused(args.json, &text, answer.as_ref());
+        return Ok(ExitCode::from(REFUSED));
+    }
+    let shown = match (&answer, args.command.shown()) {
+        (Some(answer), Shown::Text) if !args.json => show::text_of(answer),
+        (Some(answer), _) if !args.json => show::readable(answer),
+        (Some(answer), _) => format!("{answer}\n"),
+        (None, _) => text,
+    };
+    print(&shown);
+    let reached = answer
+        .as_ref()
+        .and_then(|answer| answer.get("reached")?.as_bool());
+    Ok(match reached {
+        Some(false) => ExitCode::from(NOT_REACHED),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn refused(json: bool, text: &str, answer: Option<&serde_json::Value>) {
+    let words = answer.and_then(|answer| answer.get("error")?.as_str());
+    if json {
+        eprintln!("{}", text.trim_end());
+    } else {
+        eprintln!("ts3100 ctl: {}", words.unwrap_or(text).trim_end());
+    }
+}
+
+/// Events as they come, one a line.
+fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientError> {
+    let mut answer = client.send(call.method, &call.path, None)?;
+    if answer.status >= 400 {
+        let mut text = String::new();
+        // What cannot be read is shown as far as it came.
+        let _ = io::Read::read_to_string(&mut answer.body, &mut text);
+        refused(json, &text, serde_json::from_str(&text).ok().as_ref());
+        return Ok(ExitCode::from(REFUSED));
+    }
+    answer.body.set_limit(u64::MAX);
+    let mut kind = String::new();
+    for line in answer.body.lines() {
+        // The interface has ended.
+        let Ok(line) = line else { break };
+        if let Some(name) = line.strip_prefix("event: ") {
+            name.clone_into(&mut kind);
+        }
+        let Some(data) = line.strip_prefix("data: ") else {
+            continue;
+        };
+        let event = serde_json::from_str::<serde_json::Value>(data).ok();
+        let shown = match event {
+            Some(event) if !json => show::event(&kind, &event),
+            _ => format!("{data}\n"),
+        };
+        if !print(&shown) {
+            break;
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// False when nobody reads any more.
+fn print(text: &str) -> bool {
+    let mut stdout = io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .is_ok()
+}

@@ -1,0 +1,119 @@
+//! How answers of the control interface look to people.
+
+use serde_json::{Map, Value};
+
+/// Columns a list of plain values may take before it is broken.
+const WIDTH: usize = 100;
+
+/// A document as names and values, indented.
+pub fn readable(answer: &Value) -> String {
+    let mut text = String::new();
+    write(&mut text, answer, 0);
+    text
+}
+
+/// The text a file holds, or its digits.
+pub fn text_of(answer: &Value) -> String {
+    let part = |name: &str| answer.get(name).and_then(Value::as_str);
+    match (part("text"), part("hex")) {
+        (Some(text), _) => text.to_owned(),
+        (None, Some(hex)) => format!("{hex}\n"),
+        (None, None) => readable(answer),
+    }
+}
+
+/// One event on one line.
+pub fn event(kind: &str, event: &Value) -> String {
+    let empty = Map::new();
+    let fields = event.as_object().unwrap_or(&empty);
+    let at = fields.get("t").and_then(Value::as_f64).unwrap_or_default();
+    let mut text = format!("{at:>12.6} {kind:<13}");
+    for (name, value) in fields {
+        // The digits say the same as the text.
+        if ["seq", "t", "event", "hex"].contains(&name.as_str()) {
+            continue;
+        }
+        text.push_str(&format!(" {name}={}", plain(value)));
+    }
+    text.push('\n');
+    text
+}
+
+fn plain(value: &Value) -> String {
+    match value {
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+fn is_plain(value: &Value) -> bool {
+    match value {
+        Value::Array(list) => list.iter().all(|value| !value.is_array() && !value.is_object()),
+        Value::Object(fields) => fields.is_empty(),
+        _ => true,
+    }
+}
+
+/// A plain value or a list of such on one line.
+fn on_line(value: &Value) -> String {
+    match value {
+        Value::Array(list) if list.is_empty() => "none".to_owned(),
+        Value::Array(list) => list.iter().map(plain).collect::<Vec<_>>().join(" "),
+        Value::Null => "none".to_owned(),
+        value => plain(value),
+    }
+}
+
+fn write(text: &mut String, value: &Value, depth: usize) {
+    let indent = "  ".repeat(depth);
+    match value {
+        Value::Object(fields) => {
+            for (name, value) in fields {
+                let line = is_plain(value).then(|| on_line(value));
+                match line.filter(|line| line.len() <= WIDTH && !line.contains('\n')) {
+                    Some(line) => text.push_str(&format!("{indent}{name}: {line}\n")),
+                    None => {
+                        text.push_str(&format!("{indent}{name}:\n"));
+                        write(text, value, depth + 1);
+                    }
+                }
+            }
+        }
+        Value::Array(list) => {
+            for value in list {
+                if is_plain(value) {
+                    text.push_str(&format!("{indent}- {}\n", on_line(value)));
+                } else {
+                    let mut item = String::new();
+                    write(&mut item, value, depth + 1);
+                    let rest = item.get(indent.len() + 2..).unwrap_or_default();
+                    text.push_str(&format!("{indent}- {rest}"));
+                }
+            }
+        }
+        value => {
+            for line in on_line(value).lines() {
+                text.push_str(&format!("{indent}{line}\n"));
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn documents_are_names_and_values() {
+        let answer = json!({"on": [1, 2], "none": [], "deep": {"a": [{"b": 1, "c": "x\ny"}]}});
+        let expected = "on: 1 2\nnone: none\ndeep:\n  a:\n    - b: 1\n      c:\n        x\n        y\n";
+        assert_eq!(readable(&answer), expected);
+        assert_eq!(text_of(&json!({"text": "A\n"})), "A\n");
+        let happening = json!({"seq": 1, "t": 0.5, "event": "status", "status": "running", "hex": "00"});
+        assert_eq!(
+            event("status", &happening),
+            "    0.500000 status        status=running\n"
+        );
+    }
+}

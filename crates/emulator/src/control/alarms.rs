@@ -1,0 +1,182 @@
+//! `/alarms`: active ones, the history, the table with cause and remedy; raise and reset.
+
+use super::body::{Body, InPath, NoBody};
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use serde::{Deserialize, Serialize};
+use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
+use ts3100_controller::deed::Deed;
+use ts3100_controller::input::Panel;
+use ts3100_proto::calendar::CalendarTime;
+use utoipa::ToSchema;
+
+/// Longest detail of an alarm in characters.
+const MAX_DETAIL: usize = 200;
+
+/// An alarm that was raised.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ActiveAlarm {
+    /// `level-code`.
+    number: String,
+    /// 8 the worst, 1 a warning.
+    level: u8,
+    /// What the operator reads.
+    text: String,
+    /// What brought it about.
+    cause: &'static str,
+    /// What to do.
+    remedy: &'static str,
+    /// Date and time, `YYYY-MM-DD HH:MM:SS`.
+    at: String,
+}
+
+/// A row of the alarm table.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct AlarmRow {
+    /// `level-code`.
+    number: String,
+    /// 8 the worst, 1 a warning.
+    level: u8,
+    /// What the operator reads.
+    text: &'static str,
+    /// What brings it about.
+    cause: &'static str,
+    /// What to do.
+    remedy: &'static str,
+    /// Whether it is ours, or known of the real controller.
+    ours: bool,
+}
+
+/// Active alarms and the history.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct AlarmsDoc {
+    /// Active, oldest first.
+    active: Vec<ActiveAlarm>,
+    /// The last 99, newest first.
+    history: Vec<ActiveAlarm>,
+}
+
+/// An alarm to be raised.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Raise {
+    /// `level-code` as the table has it, for example `2-046`.
+    #[schema(example = "2-046", pattern = "^[1248]-[0-9]{3}$")]
+    number: String,
+    /// What stands behind its text; without a comma.
+    #[serde(default)]
+    #[schema(max_length = 200, pattern = "^[ !-+.-~-]*$")]
+    detail: String,
+}
+
+/// Date and time as the error history writes them.
+pub fn moment(at: CalendarTime) -> String {
+    let CalendarTime {
+        year,
+        month,
+        day,
+        hour,
+        minute,
+        second,
+    } = at;
+    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
+}
+
+impl ActiveAlarm {
+    /// An alarm as a document.
+    pub fn of(alarm: &Alarm) -> ActiveAlarm {
+        ActiveAlarm {
+            number: alarm.code.number(),
+            level: alarm.code.level.number(),
+            text: alarm.message(),
+            cause: alarm.code.cause,
+            remedy: alarm.code.remedy,
+            at: moment(alarm.at),
+        }
+    }
+}
+
+impl AlarmRow {
+    fn of(row: &AlarmCode) -> AlarmRow {
+        AlarmRow {
+            number: row.number(),
+            level: row.level.number(),
+            text: row.text,
+            cause: row.cause,
+            remedy: row.remedy,
+            ours: row.ours,
+        }
+    }
+}
+
+impl AlarmsDoc {
+    fn of(sight: &Sight<'_>) -> AlarmsDoc {
+        let alarms = sight.controller.alarms();
+        AlarmsDoc {
+            active: alarms.active().iter().map(ActiveAlarm::of).collect(),
+            history: alarms.history().map(ActiveAlarm::of).collect(),
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group(
+            "alarms",
+            "Active alarms, the error history, and the table with text, cause and remedy.",
+        )
+        .call::<__path_get_alarms, _, _>(get_alarms)
+        .call::<__path_raise_alarm, _, _>(raise_alarm)
+        .call::<__path_reset_alarms, _, _>(reset_alarms)
+        .call::<__path_get_alarm_table, _, _>(get_alarm_table)
+        .call::<__path_get_alarm_row, _, _>(get_alarm_row)
+}
+
+/// Active alarms and the history
+#[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmsDoc)))]
+async fn get_alarms(State(hub): State<Handle>) -> Result<Json<AlarmsDoc>, Problem> {
+    Ok(Json(hub.look(AlarmsDoc::of).await?))
+}
+
+/// Raise an alarm of the table
+///
+/// With all that its level brings about: 8 and 4 stop the robot at once, 2 stops it behind the present step.
+#[utoipa::path(post, path = "/alarms", request_body = Raise, responses((status = 200, body = AlarmsDoc)))]
+async fn raise_alarm(state: State<Handle>, Body(body): Body<Raise>) -> Result<Json<AlarmsDoc>, Problem> {
+    let Raise { number, detail } = body;
+    let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
+    if detail.len() > MAX_DETAIL || !detail.chars().all(plain) {
+        let expected = format!("at most {MAX_DETAIL} characters of ASCII without a comma");
+        let status = axum::http::StatusCode::UNPROCESSABLE_ENTITY;
+        return Err(Problem::at(status, "detail", expected, detail));
+    }
+    state.deed(Deed::RaiseAlarm { number, detail }).await?;
+    get_alarms(state).await
+}
+
+/// Press ALARM RESET: every alarm ends whose cause does not persist
+#[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmsDoc)))]
+async fn reset_alarms(state: State<Handle>, _: NoBody) -> Result<Json<AlarmsDoc>, Problem> {
+    state.deed(Deed::Panel(Panel::AlarmReset)).await?;
+    get_alarms(state).await
+}
+
+/// Every alarm there can be
+#[utoipa::path(get, path = "/alarms/table", responses((status = 200, body = Vec<AlarmRow>)))]
+async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
+    Json(ALARMS.iter().map(AlarmRow::of).collect())
+}
+
+/// One alarm of the table
+#[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
+    params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
+async fn get_alarm_row(InPath(number): InPath<String>) -> Result<Json<AlarmRow>, Problem> {
+    let row = ALARMS.iter().find(|row| row.number() == number);
+    row.map(|row| Json(AlarmRow::of(row)))
+        .ok_or_else(|| Problem::missing("number", "an alarm of /alarms/table", number))
+}

@@ -1,0 +1,164 @@
+//! How a call is read: its path, its query and its body, each with errors that say where. Everything is bounded in
+//! size and time.
+
+use super::problem::Problem;
+use axum::RequestPartsExt as _;
+use axum::body::{Bytes, to_bytes};
+use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
+use axum::http::StatusCode;
+use axum::http::request::Parts;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use std::time::Duration;
+use tokio::time::timeout;
+
+/// Largest body in bytes: a file of the RAM drive in hexadecimal digits, and something around it.
+pub const MAX_BODY: usize = 256 * 1024;
+/// Longest time a body may take to come.
+const BODY_TIME: Duration = Duration::from_secs(10);
+/// Longest duration a call may name, in seconds: more than three years.
+pub const MAX_SECONDS: f64 = 1e8;
+
+/// A body of JSON.
+pub struct Body<T>(pub T);
+
+/// No body, or `{}`.
+pub struct NoBody;
+
+/// What stands in the path.
+pub struct InPath<T>(pub T);
+
+/// What stands behind the question mark.
+pub struct InQuery<T>(pub T);
+
+async fn read(request: Request) -> Result<Bytes, Problem> {
+    let read = timeout(BODY_TIME, to_bytes(request.into_body(), MAX_BODY)).await;
+    let expected = format!("at most {MAX_BODY} bytes");
+    match read {
+        Ok(Ok(bytes)) => Ok(bytes),
+        Ok(Err(_)) => Err(Problem::at(
+            StatusCode::PAYLOAD_TOO_LARGE,
+            "body",
+            expected,
+            "more, or one that was cut off",
+        )),
+        Err(_) => Err(Problem::at(
+            StatusCode::REQUEST_TIMEOUT,
+            "body",
+            format!("all of it within {} s", BODY_TIME.as_secs()),
+            "less",
+        )),
+    }
+}
+
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, _: &S) -> Result<Body<T>, Problem> {
+        let bytes = read(request).await?;
+        serde_json::from_slice(&bytes).map(Body).map_err(|error| {
+            let status = if error.is_data() {
+                StatusCode::UNPROCESSABLE_ENTITY
+            } else {
+                StatusCode::BAD_REQUEST
+            };
+            Problem::at(
+                status,
+                "body",
+                "JSON as the OpenAPI document says",
+                error.to_string(),
+            )
+        })
+    }
+}
+
+impl<S: Send + Sync> FromRequest<S> for NoBody {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, _: &S) -> Result<NoBody, Problem> {
+        let bytes = read(request).await?;
+        let text = bytes.trim_ascii();
+        let is_empty = |text: &[u8]| {
+            let object: Result<serde_json::Map<String, serde_json::Value>, _> = serde_json::from_slice(text);
+            object.is_ok_and(|object| object.is_empty())
+        };
+        if text.is_empty() || is_empty(text) {
+            return Ok(NoBody);
+        }
+        let found = format!("{} bytes", bytes.len());
+        Err(Problem::at(StatusCode::BAD_REQUEST, "body", "none, or {}", found))
+    }
+}
+
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for InPath<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<InPath<T>, Problem> {
+        let found = parts.uri.path().to_owned();
+        let path = parts.extract::<Path<T>>().await;
+        path.map(|Path(value)| InPath(value)).map_err(|error| {
+            Problem::at(
+                StatusCode::BAD_REQUEST,
+                "path",
+                "a path of the OpenAPI document",
+                format!("{found}: {}", error.body_text()),
+            )
+        })
+    }
+}
+
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for InQuery<T> {
+    type Rejection = Problem;
+
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<InQuery<T>, Problem> {
+        let query = parts.extract::<Query<T>>().await;
+        query.map(|Query(value)| InQuery(value)).map_err(|error| {
+            Problem::at(
+                StatusCode::BAD_REQUEST,
+                "query",
+                "a query of the OpenAPI document",
+                error.body_text(),
+            )
+        })
+    }
+}
+
+/// A duration of virtual time in seconds: 0 to [`MAX_SECONDS`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Seconds(pub Duration);
+
+impl TryFrom<f64> for Seconds {
+    type Error = String;
+
+    fn try_from(seconds: f64) -> Result<Seconds, String> {
+        let duration = Duration::try_from_secs_f64(seconds).ok();
+        duration
+            .filter(|_| seconds <= MAX_SECONDS)
+            .map(Seconds)
+            .ok_or_else(|| format!("0 to {MAX_SECONDS} seconds expected, {seconds} found"))
+    }
+}
+
+/// Two hexadecimal digits a byte, blanks between them allowed.
+///
+/// # Errors
+/// Anything else.
+pub fn bytes_of_hex(text: &str) -> Result<Vec<u8>, Problem> {
+    let wrong = |found: String| {
+        let expected = "an even number of hexadecimal digits";
+        Problem::at(StatusCode::UNPROCESSABLE_ENTITY, "hex", expected, found)
+    };
+    let mut digits = Vec::with_capacity(text.len());
+    for (at, letter) in text.char_indices().filter(|(_, letter)| *letter != ' ') {
+        let digit = letter.to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+        digits.push(digit.ok_or_else(|| wrong(format!("{letter:?} at {at}")))?);
+    }
+    let pairs = digits.chunks_exact(2);
+    if !pairs.remainder().is_empty() {
+        return Err(wrong(format!("{} digits", digits.len())));
+    }
+    Ok(pairs
+        .filter_map(|pair| Some(pair.first()? << 4 | pair.get(1)?))
+        .collect())
+}

@@ -1,0 +1,334 @@
+//! `/clock`: how time passes; moving it by hand, by an amount or until something happens; waiting for something
+//! without moving it.
+
+use super::body::{Body, Seconds};
+use super::event::seconds;
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use super::words::{PortWord, StatusWord};
+use crate::clock::{MAX_SCALE, TimeMode};
+use crate::hub::condition::{Condition, Seek};
+use crate::hub::request::{EdgeDeed, Sight, Waited};
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::time::Duration;
+use ts3100_controller::deed::Side;
+use ts3100_controller::port::Port;
+use ts3100_controller::signals::Signals;
+use utoipa::ToSchema;
+
+/// Longest time on the wall a call may wait, and what it waits if it does not say.
+const MAX_WALL: Duration = Duration::from_secs(600);
+const WALL: f64 = 30.0;
+/// Longest printed text that can be waited for.
+const MAX_TEXT: usize = 256;
+
+/// The clock.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ClockDoc {
+    /// How time passes: `real`, `xN`, `stepped`, `auto`.
+    mode: String,
+    /// Virtual time in seconds since the emulator was started or reset.
+    now: f64,
+    /// Date and time as the error history writes them.
+    calendar: String,
+    /// Virtual time of the next thing that will happen by itself; absent when nothing will.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    next: Option<f64>,
+}
+
+/// How time is to pass.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ClockMode {
+    /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
+    #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[1-9][0-9]{0,4})$")]
+    mode: String,
+}
+
+/// An amount of time.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Advance {
+    /// How much virtual time, in seconds.
+    #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
+    seconds: Seconds,
+    /// Longest time the call may take on the wall, in seconds; 30 if not said.
+    #[serde(default)]
+    #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
+    wall: Option<Seconds>,
+}
+
+/// Something to wait for, and for how long.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Until {
+    /// What.
+    condition: When,
+    /// For how much virtual time at most, in seconds.
+    #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
+    within: Seconds,
+    /// Longest time the call may take on the wall, in seconds; 30 if not said.
+    #[serde(default)]
+    #[schema(value_type = Option<f64>, minimum = 0.1, maximum = 600)]
+    wall: Option<Seconds>,
+}
+
+/// Something that may happen.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum When {
+    /// The execution status is this, or has been since.
+    Status(StatusWord),
+    /// An input shows this state.
+    Input(LineIs),
+    /// An output shows this state.
+    Output(LineIs),
+    /// The statement in this line of the selected file has begun since.
+    Line(FileLine),
+    /// This was printed since.
+    Printed(Printed),
+    /// The alarm of this number, or `any`, is active or was raised since.
+    #[schema(example = "2-046")]
+    Alarm(String),
+    /// Nothing runs, nothing moves, no exchange is open.
+    Idle(Empty),
+}
+
+/// `{}`.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Empty {}
+
+/// A line of a file.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(try_from = "f64")]
+#[schema(minimum = 1, maximum = 99999)]
+pub struct FileLine(u32);
+
+impl TryFrom<f64> for FileLine {
+    type Error = String;
+
+    fn try_from(line: f64) -> Result<FileLine, String> {
+        // A line has a byte at least, and a file has no more.
+        let last = scol_mini::MAX_SOURCE;
+        let fits =
+            whole(line).filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
+        fits.map(FileLine)
+            .ok_or_else(|| format!("a line of a file, 1 to {last}, expected, {line} found"))
+    }
+}
+
+/// A whole number, which JSON may write as 80 or as 80.0.
+fn whole(number: f64) -> Option<u32> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is whole and in range"
+    )]
+    let cast = |number: f64| number as u32;
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    fits.then(|| cast(number))
+}
+
+fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
+    let number = f64::deserialize(deserializer)?;
+    let line = whole(number).and_then(|line| u16::try_from(line).ok());
+    line.ok_or_else(|| D::Error::custom(format!("the number of a line expected, {number} found")))
+}
+
+/// The state of a line.
+#[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LineIs {
+    /// Its number.
+    #[serde(deserialize_with = "line_number")]
+    #[schema(minimum = 1, maximum = 264)]
+    line: u16,
+    /// On or off.
+    on: bool,
+}
+
+/// Something printed.
+#[derive(Debug, Clone, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Printed {
+    /// On this channel; on the teach pendant if not said.
+    #[serde(default)]
+    channel: Option<PortWord>,
+    /// This text, anywhere in what is printed.
+    #[schema(min_length = 1, max_length = 256)]
+    text: String,
+}
+
+/// How a wait ended.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct Ended {
+    /// It happened; otherwise the virtual time given is over.
+    reached: bool,
+    /// Virtual time then, in seconds.
+    now: f64,
+    /// Virtual time that passed meanwhile, in seconds.
+    passed: f64,
+}
+
+impl When {
+    fn condition(self) -> Result<Condition, Problem> {
+        let line_of = |side, LineIs { line, on }| {
+            if Signals::exists(line) {
+                Ok(Condition::Signal { side, line, on })
+            } else {
+                let found = line.to_string();
+                Err(Problem::missing("line", "1-64, 101-164 or 201-264", found))
+            }
+        };
+        match self {
+            When::Status(status) => Ok(Condition::Status(status.into())),
+            When::Input(line) => line_of(Side::Input, line),
+            When::Output(line) => line_of(Side::Output, line),
+            When::Line(FileLine(line)) => Ok(Condition::Statement(line)),
+            When::Printed(Printed { channel, text }) => {
+                if text.is_empty() || text.len() > MAX_TEXT {
+                    let expected = format!("1 to {MAX_TEXT} bytes");
+                    let found = format!("{} bytes", text.len());
+                    return Err(Problem::at(
+                        StatusCode::UNPROCESSABLE_ENTITY,
+                        "text",
+                        expected,
+                        found,
+                    ));
+                }
+                let (port, text) = (channel.map(Port::from), text.into_bytes());
+                Ok(Condition::Printed { port, text })
+            }
+            When::Alarm(number) if number == "any" => Ok(Condition::Alarm(None)),
+            When::Alarm(number) => {
+                let known = ts3100_controller::alarm::ALARMS
+                    .iter()
+                    .any(|row| row.number() == number);
+                if known {
+                    Ok(Condition::Alarm(Some(number)))
+                } else {
+                    Err(Problem::missing(
+                        "alarm",
+                        "`any` or a number of /alarms/table",
+                        number,
+                    ))
+                }
+            }
+            When::Idle(Empty {}) => Ok(Condition::Idle),
+        }
+    }
+}
+
+impl Until {
+    fn seek(self, advance: bool) -> Result<(Seek, Duration), Problem> {
+        let wall = wall(self.wall)?;
+        let condition = self.condition.condition()?;
+        Ok((Seek::new(condition, self.within.0, advance), wall))
+    }
+}
+
+fn wall(given: Option<Seconds>) -> Result<Duration, Problem> {
+    let wall = given.map_or(Duration::from_secs_f64(WALL), |Seconds(wall)| wall);
+    if wall > MAX_WALL {
+        let expected = format!("at most {} s", MAX_WALL.as_secs());
+        let found = format!("{} s", wall.as_secs_f64());
+        return Err(Problem::at(
+            StatusCode::UNPROCESSABLE_ENTITY,
+            "wall",
+            expected,
+            found,
+        ));
+    }
+    Ok(wall)
+}
+
+impl From<Waited> for Ended {
+    fn from(waited: Waited) -> Ended {
+        Ended {
+            reached: waited.reached,
+            now: seconds(waited.at),
+            passed: waited.passed.as_secs_f64(),
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group(
+            "clock",
+            "How time passes, moving it by hand, and waiting for something.",
+        )
+        .call::<__path_get_clock, _, _>(get_clock)
+        .call::<__path_put_clock, _, _>(put_clock)
+        .call::<__path_advance, _, _>(advance)
+        .call::<__path_advance_until, _, _>(advance_until)
+        .call::<__path_wait, _, _>(wait)
+}
+
+/// The clock
+#[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockDoc)))]
+async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem> {
+    let look = |sight: &Sight<'_>| ClockDoc {
+        mode: sight.clock.mode().to_string(),
+        now: seconds(sight.controller.now()),
+        calendar: super::alarms::moment(sight.controller.calendar_now()),
+        next: sight.controller.poll_deadline().map(seconds),
+    };
+    Ok(Json(hub.look(look).await?))
+}
+
+/// Say how time passes from now on
+///
+/// `real` as on the wall; `xN` that many times as fast; `stepped` only by `advance` and `advance-until`; `auto` jumps
+/// to whatever is next while every host is silent.
+#[utoipa::path(put, path = "/clock", request_body = ClockMode, responses((status = 200, body = ClockDoc)))]
+async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<Json<ClockDoc>, Problem> {
+    let mode: TimeMode = body.mode.parse().map_err(|_| {
+        let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
+        Problem::at(StatusCode::UNPROCESSABLE_ENTITY, "mode", expected, body.mode)
+    })?;
+    state.edge(EdgeDeed::TimeMode(mode)).await?;
+    get_clock(state).await
+}
+
+/// Move time by an amount
+///
+/// In every mode: time jumps from one thing that happens by itself to the next, so that each happens at its own time,
+/// and stands at the end of the amount when the call returns.
+#[utoipa::path(post, path = "/clock/advance", request_body = Advance, responses((status = 200, body = Ended)))]
+async fn advance(State(hub): State<Handle>, Body(body): Body<Advance>) -> Result<Json<Ended>, Problem> {
+    let wall = wall(body.wall)?;
+    let seek = Seek::new(Condition::Never, body.seconds.0, true);
+    let waited = hub.wait(seek, wall).await?;
+    // Nothing was waited for but the time itself.
+    let ended = Ended::from(Waited {
+        reached: waited.passed >= body.seconds.0,
+        ..waited
+    });
+    Ok(Json(ended))
+}
+
+/// Move time until something happens
+///
+/// As `advance`, and time stands at the moment at which it happened.
+#[utoipa::path(post, path = "/clock/advance-until", request_body = Until, responses((status = 200, body = Ended)))]
+async fn advance_until(State(hub): State<Handle>, Body(body): Body<Until>) -> Result<Json<Ended>, Problem> {
+    let (seek, wall) = body.seek(true)?;
+    Ok(Json(hub.wait(seek, wall).await?.into()))
+}
+
+/// Wait until something happens, without moving time
+///
+/// In `stepped` time somebody else has to move it meanwhile.
+#[utoipa::path(post, path = "/wait", request_body = Until, responses((status = 200, body = Ended)))]
+async fn wait(State(hub): State<Handle>, Body(body): Body<Until>) -> Result<Json<Ended>, Problem> {
+    let (seek, wall) = body.seek(false)?;
+    Ok(Json(hub.wait(seek, wall).await?.into()))
+}

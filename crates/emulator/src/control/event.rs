@@ -1,0 +1,284 @@
+//! One thing that happened, as a line of JSON: what came in, what went out, what the controller told of. The same
+//! documents serve the stream of events and whoever writes them to a file.
+
+use crate::log::Readable;
+use serde::Serialize;
+use std::fmt::Write as _;
+use ts3100_controller::findings::Rule;
+use ts3100_controller::input::Input;
+use ts3100_controller::output::{Event, Output, Verdict};
+use ts3100_controller::time::Time;
+use utoipa::ToSchema;
+
+/// One thing that happened. Which of the other keys there are depends on `event`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
+pub struct Happening {
+    /// Its number: 1, 2, 3 and so on since the emulator was started.
+    pub seq: u64,
+    /// Virtual time in seconds.
+    pub t: f64,
+    /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
+    /// `answered`, `refused`, `finding`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
+    /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `undone`, `reset`.
+    pub event: &'static str,
+    /// The port it concerns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub port: Option<&'static str>,
+    /// Address of a peer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub peer: Option<String>,
+    /// Bytes as text, control codes by name: `<STX>SO<CR><ETX>`. Of an alarm and the pendant the words themselves.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
+    /// The same bytes as hexadecimal digits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hex: Option<String>,
+    /// How many bytes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bytes: Option<usize>,
+    /// Letters of a command.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<String>,
+    /// Master mode in which the command came.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mode: Option<&'static str>,
+    /// What became of the command: `served`, `not-valid` by the permission tables, `refused` for another reason.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<&'static str>,
+    /// Why something was refused or dropped.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Name of the rule of a finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rule: Option<&'static str>,
+    /// How much a finding matters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub severity: Option<&'static str>,
+    /// Section of the manual a finding goes by, and the clauses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source: Option<&'static str>,
+    /// What to do about a finding.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub remedy: Option<&'static str>,
+    /// What happened.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Number of an alarm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<String>,
+    /// Execution status in the manual's words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub status: Option<&'static str>,
+    /// Line of the selected file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<u32>,
+    /// ID of a task.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub task: Option<u16>,
+    /// Servo power.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub on: Option<bool>,
+    /// Name of a file; absent when the selection ended.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+}
+
+/// The word for what became of a command.
+#[must_use]
+pub fn outcome(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Served => "served",
+        Verdict::NotValid => "not-valid",
+        Verdict::Refused => "refused",
+    }
+}
+
+/// Bytes as hexadecimal digits, two each.
+#[must_use]
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a String cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+/// Virtual time in seconds.
+#[must_use]
+#[expect(clippy::cast_precision_loss, reason = "exact for the first 285 years")]
+pub fn seconds(time: Time) -> f64 {
+    time.as_micros() as f64 / 1e6
+}
+
+impl Happening {
+    /// Something of this kind; its number is given when it is written down.
+    #[must_use]
+    pub fn new(now: Time, event: &'static str) -> Happening {
+        Happening {
+            t: seconds(now),
+            event,
+            ..Happening::default()
+        }
+    }
+
+    fn with_bytes(self, bytes: &[u8]) -> Happening {
+        Happening {
+            text: Some(Readable(bytes).to_string()),
+            hex: Some(hex(bytes)),
+            bytes: Some(bytes.len()),
+            ..self
+        }
+    }
+
+    /// What an input is; a look at the clock is nothing.
+    #[must_use]
+    pub fn of_input(now: Time, input: &Input) -> Option<Happening> {
+        let new = |event| Happening::new(now, event);
+        match input {
+            Input::Connected { port, peer } => Some(Happening {
+                port: Some(port.name()),
+                peer: Some(peer.clone()),
+                ..new("connected")
+            }),
+            Input::Disconnected { port } => Some(Happening {
+                port: Some(port.name()),
+                ..new("disconnected")
+            }),
+            Input::Received { port, bytes } => Some(
+                Happening {
+                    port: Some(port.name()),
+                    ..new("received")
+                }
+                .with_bytes(bytes),
+            ),
+            _ => None,
+        }
+    }
+
+    /// What an output is.
+    #[must_use]
+    pub fn of_output(now: Time, output: &Output) -> Happening {
+        let new = |event| Happening::new(now, event);
+        match output {
+            Output::Send { port, bytes } => Happening {
+                port: Some(port.name()),
+                ..new("sent")
+            }
+            .with_bytes(bytes),
+            Output::Stored { name, content } => Happening {
+                file: Some(name.clone()),
+                bytes: Some(content.len()),
+                ..new("stored")
+            },
+            Output::Erased { name } => Happening {
+                file: Some(name.clone()),
+                ..new("erased")
+            },
+            Output::PowerCycled => new("power-on"),
+            Output::PowerOff => new("power-off"),
+            Output::Undone(refusal) => Happening {
+                reason: Some(refusal.to_string()),
+                ..new("undone")
+            },
+            Output::Pendant(text) => Happening {
+                text: Some(text.clone()),
+                ..new("pendant")
+            },
+            Output::Event(event) => Happening::of_event(now, event),
+        }
+    }
+
+    /// A finding with what its rule says of it.
+    fn of_finding(event: &Event) -> Option<Happening> {
+        let Event::Finding {
+            rule,
+            port,
+            at,
+            bytes,
+            message,
+        } = event
+        else {
+            return None;
+        };
+        let known = Rule::by_id(rule);
+        let finding = Happening {
+            port: port.map(ts3100_controller::Port::name),
+            rule: Some(rule),
+            severity: known.map(|rule| rule.severity.word()),
+            source: known.map(|rule| rule.source),
+            message: Some(message.clone()),
+            remedy: known.map(|rule| rule.remedy),
+            ..Happening::new(*at, "finding")
+        };
+        Some(finding.with_bytes(bytes))
+    }
+
+    fn of_event(now: Time, event: &Event) -> Happening {
+        let new = |event| Happening::new(now, event);
+        match event {
+            Event::TextIn { port, data, .. } => Happening {
+                port: Some(port.name()),
+                ..new("text-in")
+            }
+            .with_bytes(data),
+            Event::TextOut { port, data, .. } => Happening {
+                port: Some(port.name()),
+                ..new("text-out")
+            }
+            .with_bytes(data),
+            Event::Dropped { port, bytes, reason } => Happening {
+                port: Some(port.name()),
+                bytes: Some(*bytes),
+                reason: Some((*reason).to_owned()),
+                ..new("dropped")
+            },
+            Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+            } => Happening {
+                port: Some(port.name()),
+                command: Some((*row).to_owned()),
+                mode: Some(mode.words()),
+                outcome: Some(outcome(*verdict)),
+                ..new("answered")
+            },
+            Event::Refused {
+                port,
+                command,
+                reason,
+            } => Happening {
+                port: Some(port.name()),
+                command: Some(command.clone()),
+                reason: Some(reason.clone()),
+                ..new("refused")
+            },
+            Event::Finding { .. } => Happening::of_finding(event).unwrap_or_else(|| new("finding")),
+            Event::Alarm { number, text } => Happening {
+                number: Some(number.clone()),
+                text: Some(text.clone()),
+                ..new("alarm")
+            },
+            Event::AlarmsReset => new("alarms-reset"),
+            Event::Status { status, line } => Happening {
+                status: Some(status),
+                line: Some(*line),
+                ..new("status")
+            },
+            Event::Statement { line, task } => Happening {
+                line: Some(*line),
+                task: Some(*task),
+                ..new("statement")
+            },
+            Event::Servo(on) => Happening {
+                on: Some(*on),
+                ..new("servo")
+            },
+            Event::Selected(file) => Happening {
+                file: file.clone(),
+                ..new("selected")
+            },
+        }
+    }
+}

@@ -1,0 +1,205 @@
+//! Who may call: the token, and the headers by which a browser tells that a web page is behind a request. No page
+//! of another origin may drive or read a robot, wherever its name resolves to.
+
+use super::listener::Place;
+use super::problem::Problem;
+use axum::extract::{ConnectInfo, Request, State};
+use axum::http::header::{
+    AUTHORIZATION, CONTENT_LENGTH, CONTENT_TYPE, HOST, HeaderName, HeaderValue, ORIGIN, TRANSFER_ENCODING,
+    WWW_AUTHENTICATE,
+};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, Method, StatusCode, Uri};
+use axum::middleware::Next;
+use axum::response::{IntoResponse, Response};
+use std::net::{IpAddr, SocketAddr};
+use std::sync::Arc;
+
+/// Names by which every machine reaches itself.
+const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
+/// Tells of a page of another site although the request has no `Origin`: an image, a form, a script.
+const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
+/// The page for people asks for the token itself and shows nothing without it.
+const OPEN_PATHS: [&str; 1] = ["/"];
+
+/// What a request has to show.
+#[derive(Debug, Clone, Default)]
+pub struct Guard {
+    /// The bearer token, if one is needed.
+    pub token: Option<String>,
+    /// Names besides [`OWN_NAMES`] that `Host` may have, in lower case, without port.
+    pub hosts: Vec<String>,
+}
+
+/// Lets a request through or refuses it.
+pub async fn check(
+    State(guard): State<Arc<Guard>>,
+    ConnectInfo(place): ConnectInfo<Place>,
+    request: Request,
+    next: Next,
+) -> Response {
+    let _busy = place.busy();
+    match guard.admit(&request, place.reached_at) {
+        Ok(()) => next.run(request).await,
+        Err(problem) => refuse(problem),
+    }
+}
+
+fn refuse(problem: Problem) -> Response {
+    let mut response = problem.into_response();
+    if response.status() == StatusCode::UNAUTHORIZED {
+        response
+            .headers_mut()
+            .insert(WWW_AUTHENTICATE, HeaderValue::from_static("Bearer"));
+    }
+    response
+}
+
+impl Guard {
+    fn admit(&self, request: &Request, reached_at: Option<SocketAddr>) -> Result<(), Problem> {
+        let headers = request.headers();
+        let authority = self.host(headers, request.uri(), reached_at)?;
+        same_origin(headers, &authority)?;
+        if !OPEN_PATHS.contains(&request.uri().path()) {
+            self.token(headers)?;
+        }
+        json_only(request.method(), headers)
+    }
+
+    /// The authority of the one `Host` header, whose name must be one of this machine.
+    fn host(
+        &self,
+        headers: &HeaderMap,
+        uri: &Uri,
+        reached_at: Option<SocketAddr>,
+    ) -> Result<String, Problem> {
+        let refused = |found: &str| {
+            let expected = "localhost, 127.0.0.1, [::1], the address listened on or a name of --control-host";
+            Problem::at(StatusCode::FORBIDDEN, "header Host", expected, found)
+        };
+        let mut all = headers.get_all(HOST).iter();
+        let host = match (all.next(), all.next()) {
+            (Some(host), None) => host.to_str().map_err(|_| refused("no text"))?,
+            (None, _) => return Err(refused("none")),
+            (Some(_), Some(_)) => return Err(refused("several")),
+        };
+        let target = uri.authority().map(Authority::as_str);
+        for authority in std::iter::once(host).chain(target) {
+            if !self.is_own(name_of(authority), reached_at) {
+                return Err(refused(authority));
+            }
+        }
+        Ok(host.to_ascii_lowercase())
+    }
+
+    fn is_own(&self, name: &str, reached_at: Option<SocketAddr>) -> bool {
+        let name = name.to_ascii_lowercase();
+        let address = name
+            .trim_start_matches('[')
+            .trim_end_matches(']')
+            .parse::<IpAddr>()
+            .ok();
+        let reached = reached_at.map(|place| place.ip().to_canonical());
+        OWN_NAMES.contains(&name.as_str())
+            || self.hosts.contains(&name)
+            || address.is_some_and(|address| Some(address.to_canonical()) == reached)
+    }
+
+    fn token(&self, headers: &HeaderMap) -> Result<(), Problem> {
+        let Some(token) = &self.token else {
+            return Ok(());
+        };
+        let refused = |found| {
+            let place = "header Authorization";
+            Problem::at(
+                StatusCode::UNAUTHORIZED,
+                place,
+                "`Bearer` and the token of --control-token",
+                found,
+            )
+        };
+        let mut all = headers.get_all(AUTHORIZATION).iter();
+        let given = match (all.next(), all.next()) {
+            (Some(given), None) => given.as_bytes(),
+            (None, _) => return Err(refused("none")),
+            (Some(_), Some(_)) => return Err(refused("several")),
+        };
+        let (scheme, rest) = given.split_at_checked("Bearer ".len()).unwrap_or((given, b""));
+        if scheme.eq_ignore_ascii_case(b"Bearer ") && is_same(rest, token.as_bytes()) {
+            Ok(())
+        } else {
+            Err(refused("another one"))
+        }
+    }
+}
+
+/// Compares in a time that does not depend on where the two differ.
+fn is_same(given: &[u8], wanted: &[u8]) -> bool {
+    let differences = given
+        .iter()
+        .zip(wanted)
+        .fold(0_u8, |sum, (given, wanted)| sum | (given ^ wanted));
+    given.len() == wanted.len() && differences == 0
+}
+
+/// `name`, `name:port`, `[address]:port`.
+fn name_of(authority: &str) -> &str {
+    match authority.rsplit_once(':') {
+        Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => authority,
+    }
+}
+
+/// A page served here may call; a page of any other origin may not, whatever it asks.
+fn same_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
+    for origin in headers.get_all(ORIGIN) {
+        let text = String::from_utf8_lossy(origin.as_bytes()).to_ascii_lowercase();
+        if text.strip_prefix("http://") != Some(authority) {
+            let expected = format!("none, or http://{authority}");
+            return Err(Problem::at(
+                StatusCode::FORBIDDEN,
+                "header Origin",
+                expected,
+                text,
+            ));
+        }
+    }
+    for site in headers.get_all(FETCH_SITE) {
+        if site != "same-origin" && site != "none" {
+            let found = String::from_utf8_lossy(site.as_bytes()).into_owned();
+            let place = "header Sec-Fetch-Site";
+            return Err(Problem::at(
+                StatusCode::FORBIDDEN,
+                place,
+                "same-origin or none",
+                found,
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// A form of a web page cannot send JSON.
+fn json_only(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
+    if method == Method::GET || method == Method::HEAD || method == Method::OPTIONS {
+        return Ok(());
+    }
+    let length = headers.get(CONTENT_LENGTH);
+    let has_body = headers.contains_key(TRANSFER_ENCODING) || length.is_some_and(|length| length != "0");
+    let given = headers
+        .get(CONTENT_TYPE)
+        .map(|kind| String::from_utf8_lossy(kind.as_bytes()));
+    let essence = given.as_ref().and_then(|kind| kind.split(';').next());
+    let is_json = essence.is_some_and(|kind| kind.trim().eq_ignore_ascii_case("application/json"));
+    if is_json || (given.is_none() && !has_body) {
+        return Ok(());
+    }
+    let found = given.as_deref().unwrap_or("none").to_owned();
+    let place = "header Content-Type";
+    Err(Problem::at(
+        StatusCode::UNSUPPORTED_MEDIA_TYPE,
+        place,
+        "application/json",
+        found,
+    ))
+}

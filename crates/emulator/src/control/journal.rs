@@ -1,0 +1,164 @@
+//! What has happened, for those who look later: the last events by number, all findings, and the counters. The
+//! hub writes, the calls of the control interface read.
+
+use super::event::Happening;
+use super::metrics::Metrics;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tokio::sync::watch;
+use ts3100_controller::input::Input;
+use ts3100_controller::output::Output;
+use ts3100_controller::time::Time;
+
+/// Events that are kept; of more, the oldest are forgotten.
+pub const KEPT_EVENTS: usize = 4_096;
+/// Findings that are kept; of more, the oldest are forgotten.
+pub const KEPT_FINDINGS: usize = 1_024;
+
+#[derive(Default)]
+struct Pages {
+    events: VecDeque<Arc<Happening>>,
+    findings: VecDeque<Arc<Happening>>,
+    /// How many events there have been.
+    count: u64,
+    metrics: Metrics,
+}
+
+/// The journal of one emulator.
+pub struct Journal {
+    pages: Mutex<Pages>,
+    changed: watch::Sender<u64>,
+}
+
+/// Events from a number on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Extract {
+    /// In order, at most as many as asked for.
+    pub events: Vec<Arc<Happening>>,
+    /// How many between the number asked for and the first one were forgotten.
+    pub missed: u64,
+    /// The number behind the last one.
+    pub next: u64,
+}
+
+impl Default for Journal {
+    fn default() -> Journal {
+        Journal {
+            pages: Mutex::default(),
+            changed: watch::Sender::new(0),
+        }
+    }
+}
+
+impl Journal {
+    /// The pages are whole between any two statements, so a panic elsewhere does not matter.
+    fn pages(&self) -> MutexGuard<'_, Pages> {
+        self.pages.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Something is about to happen to the controller.
+    pub fn input(&self, now: Time, input: &Input) {
+        self.pages().metrics.input(input);
+        if let Some(happening) = Happening::of_input(now, input) {
+            self.put(happening);
+        }
+    }
+
+    /// The controller put something out.
+    pub fn output(&self, now: Time, output: &Output) {
+        self.pages().metrics.output(output);
+        self.put(Happening::of_output(now, output));
+    }
+
+    /// Everything is as at the start: findings begin anew; events and counters go on.
+    pub fn reset(&self) {
+        self.pages().findings.clear();
+        self.put(Happening::new(Time::ZERO, "reset"));
+    }
+
+    fn put(&self, mut happening: Happening) {
+        let mut pages = self.pages();
+        pages.count += 1;
+        happening.seq = pages.count;
+        let happening = Arc::new(happening);
+        if happening.event == "finding" {
+            keep(&mut pages.findings, KEPT_FINDINGS, &happening);
+        }
+        keep(&mut pages.events, KEPT_EVENTS, &happening);
+        self.changed.send_replace(pages.count);
+    }
+
+    /// At most `most` events with numbers from `from` on.
+    #[must_use]
+    pub fn extract(&self, from: u64, most: usize) -> Extract {
+        let pages = self.pages();
+        let first = pages
+            .events
+            .front()
+            .map_or(pages.count + 1, |happening| happening.seq);
+        let begin = from.max(1).max(first);
+        let skipped = usize::try_from(begin - first).unwrap_or(usize::MAX);
+        let events: Vec<_> = pages.events.iter().skip(skipped).take(most).cloned().collect();
+        let next = events.last().map_or(begin, |last| last.seq + 1);
+        Extract {
+            events,
+            missed: begin - from.max(1).min(begin),
+            next,
+        }
+    }
+
+    /// The number the next event will have.
+    #[must_use]
+    pub fn next_number(&self) -> u64 {
+        self.pages().count + 1
+    }
+
+    /// Changes with every event.
+    #[must_use]
+    pub fn watch(&self) -> watch::Receiver<u64> {
+        self.changed.subscribe()
+    }
+
+    /// The findings kept, oldest first.
+    #[must_use]
+    pub fn findings(&self) -> Vec<Arc<Happening>> {
+        self.pages().findings.iter().cloned().collect()
+    }
+
+    /// The counters as they are now.
+    #[must_use]
+    pub fn metrics(&self) -> Metrics {
+        self.pages().metrics.clone()
+    }
+}
+
+fn keep(pages: &mut VecDeque<Arc<Happening>>, most: usize, happening: &Arc<Happening>) {
+    if pages.len() >= most {
+        pages.pop_front();
+    }
+    pages.push_back(Arc::clone(happening));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_forgotten_is_counted() {
+        let journal = Journal::default();
+        assert_eq!(journal.extract(1, 10).next, 1);
+        for _ in 0..KEPT_EVENTS + 3 {
+            journal.output(Time::ZERO, &Output::PowerOff);
+        }
+        let extract = journal.extract(2, 2);
+        assert_eq!((extract.missed, extract.next), (2, 6));
+        assert_eq!(extract.events[0].seq, 4);
+        let rest = journal.extract(extract.next, usize::MAX);
+        assert_eq!(
+            (rest.missed, rest.events.len(), rest.next),
+            (0, KEPT_EVENTS - 2, journal.next_number())
+        );
+        let ahead = journal.extract(1_000_000, 5);
+        assert_eq!((ahead.events.len(), ahead.missed, ahead.next), (0, 0, 1_000_000));
+    }
+}

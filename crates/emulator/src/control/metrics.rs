@@ -1,0 +1,202 @@
+//! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
+
+use super::event::outcome;
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use ts3100_controller::input::Input;
+use ts3100_controller::output::{Event, Output};
+
+/// Different values one label may take before the rest is counted together: commands are what hosts make up.
+const MAX_SERIES: usize = 256;
+/// What stands for everything beyond.
+const OTHER: &str = "other";
+
+/// A family of counters: name, help, names of its labels.
+struct Family {
+    name: &'static str,
+    help: &'static str,
+    labels: &'static [&'static str],
+}
+
+const BYTES: Family = Family {
+    name: "ts3100_bytes_total",
+    help: "Bytes on a port, by direction.",
+    labels: &["port", "direction"],
+};
+const TEXTS: Family = Family {
+    name: "ts3100_texts_total",
+    help: "Whole texts on a protocol port, by direction.",
+    labels: &["port", "direction"],
+};
+const COMMANDS: Family = Family {
+    name: "ts3100_commands_total",
+    help: "Commands of the permission tables, by outcome.",
+    labels: &["port", "command", "outcome"],
+};
+const REFUSALS: Family = Family {
+    name: "ts3100_refusals_total",
+    help: "Texts answered NG, by their first letters.",
+    labels: &["port", "command"],
+};
+const DROPPED: Family = Family {
+    name: "ts3100_dropped_bytes_total",
+    help: "Bytes that belonged to no text or to one that was given up.",
+    labels: &["port"],
+};
+const CONNECTIONS: Family = Family {
+    name: "ts3100_connections_total",
+    help: "Peers that connected.",
+    labels: &["port"],
+};
+const ALARMS: Family = Family {
+    name: "ts3100_alarms_total",
+    help: "Alarms raised.",
+    labels: &["number"],
+};
+const FINDINGS: Family = Family {
+    name: "ts3100_findings_total",
+    help: "Findings about hosts.",
+    labels: &["rule"],
+};
+const FAMILIES: [&Family; 8] = [
+    &REFUSALS,
+    &BYTES,
+    &TEXTS,
+    &COMMANDS,
+    &DROPPED,
+    &CONNECTIONS,
+    &ALARMS,
+    &FINDINGS,
+];
+
+/// The counters.
+#[derive(Debug, Clone, Default)]
+pub struct Metrics {
+    counters: BTreeMap<&'static str, BTreeMap<Vec<String>, u64>>,
+}
+
+/// A value that goes up and down.
+#[derive(Debug, Clone)]
+pub struct Gauge {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is.
+    pub help: &'static str,
+    /// Its value now.
+    pub value: f64,
+}
+
+impl Metrics {
+    fn count(&mut self, family: &Family, labels: &[&str], by: usize) {
+        let series = self.counters.entry(family.name).or_default();
+        let key: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
+        let key = if series.len() >= MAX_SERIES && !series.contains_key(&key) {
+            labels.iter().map(|_| OTHER.to_owned()).collect()
+        } else {
+            key
+        };
+        *series.entry(key).or_default() += by as u64;
+    }
+
+    /// Something is about to happen to the controller.
+    pub fn input(&mut self, input: &Input) {
+        match input {
+            Input::Received { port, bytes } => self.count(&BYTES, &[port.name(), "in"], bytes.len()),
+            Input::Connected { port, .. } => self.count(&CONNECTIONS, &[port.name()], 1),
+            _ => {}
+        }
+    }
+
+    /// The controller put something out.
+    pub fn output(&mut self, output: &Output) {
+        match output {
+            Output::Send { port, bytes } => self.count(&BYTES, &[port.name(), "out"], bytes.len()),
+            Output::Event(event) => self.event(event),
+            _ => {}
+        }
+    }
+
+    fn event(&mut self, event: &Event) {
+        match event {
+            Event::TextIn { port, .. } => self.count(&TEXTS, &[port.name(), "in"], 1),
+            Event::TextOut { port, .. } => self.count(&TEXTS, &[port.name(), "out"], 1),
+            Event::Dropped { port, bytes, .. } => self.count(&DROPPED, &[port.name()], *bytes),
+            Event::Answered {
+                port, row, verdict, ..
+            } => {
+                self.count(&COMMANDS, &[port.name(), row, outcome(*verdict)], 1);
+            }
+            Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
+            Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
+            Event::Alarm { number, .. } => self.count(&ALARMS, &[number], 1),
+            Event::AlarmsReset
+            | Event::Status { .. }
+            | Event::Statement { .. }
+            | Event::Servo(_)
+            | Event::Selected(_) => {}
+        }
+    }
+
+    /// In the text format of Prometheus, version 0.0.4.
+    #[must_use]
+    pub fn text(&self, gauges: &[Gauge]) -> String {
+        let mut text = String::new();
+        for family in FAMILIES {
+            head(&mut text, family.name, family.help, "counter");
+            for (labels, value) in self.counters.get(family.name).into_iter().flatten() {
+                let pairs: Vec<String> = family
+                    .labels
+                    .iter()
+                    .zip(labels)
+                    .map(|(name, value)| format!("{name}=\"{}\"", escaped(value)))
+                    .collect();
+                // Writing to a String cannot fail.
+                let _ = writeln!(text, "{}{{{}}} {value}", family.name, pairs.join(","));
+            }
+        }
+        for gauge in gauges {
+            head(&mut text, gauge.name, gauge.help, "gauge");
+            let _ = writeln!(text, "{} {}", gauge.name, gauge.value);
+        }
+        text
+    }
+}
+
+fn head(text: &mut String, name: &str, help: &str, kind: &str) {
+    let _ = writeln!(text, "# HELP {name} {help}\n# TYPE {name} {kind}");
+}
+
+fn escaped(value: &str) -> String {
+    value
+        .replace('\\', "\\\\")
+        .replace('"', "\\\"")
+        .replace('\n', "\\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ts3100_controller::port::Port;
+
+    #[test]
+    fn what_hosts_make_up_does_not_grow_without_end() {
+        let mut metrics = Metrics::default();
+        for number in 0..1_000 {
+            let command = format!("{number}\"\n");
+            let reason = String::new();
+            metrics.output(&Output::Event(Event::Refused {
+                port: Port::Ip0,
+                command,
+                reason,
+            }));
+        }
+        let text = metrics.text(&[]);
+        let lines = text
+            .lines()
+            .filter(|line| line.starts_with("ts3100_refusals_total{"));
+        assert_eq!(lines.count(), MAX_SERIES + 1);
+        assert!(text.contains("command=\"0\\\"\\n\"} 1\n"));
+        let rest = "ts3100_refusals_total{port=\"other\",command=\"other\"} 744\n";
+        assert!(text.contains(rest), "{text}");
+    }
+}

@@ -1,0 +1,193 @@
+//! The control interface: everything a real controller denies a test, over HTTP. One file a resource; each adds its
+//! calls to the [`table`]. What a call does goes through the hub's queue: nothing here owns or changes a controller.
+
+mod alarms;
+mod body;
+mod channels;
+mod clock;
+pub mod event;
+mod events;
+mod files;
+mod guard;
+mod handle;
+pub mod journal;
+mod lines;
+mod listener;
+mod metrics;
+mod panel;
+mod parameters;
+mod pendant;
+mod power;
+mod problem;
+mod service;
+mod settings;
+mod state;
+mod table;
+mod variables;
+mod words;
+
+pub use settings::{ControlChoice, ControlError, ControlSettings, MIN_TOKEN, PORT};
+
+use crate::hub::request::Request;
+use axum::Router;
+use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
+use axum::response::IntoResponse;
+use axum::routing::get;
+use guard::Guard;
+use handle::Handle;
+use journal::Journal;
+use listener::{Bounded, Place};
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use table::Table;
+use tokio::net::TcpListener;
+use tokio::sync::mpsc;
+use tracing::error;
+use utoipa::openapi::OpenApi;
+
+/// The environment variable that says where `ts3100 ctl` finds the interface.
+pub const URL_VARIABLE: &str = "TS3100_CONTROL_URL";
+/// The page for people.
+const PAGE: &str = include_str!("../../assets/control.html");
+/// What the page may do: speak to where it comes from.
+const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'unsafe-inline'; \
+    script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
+
+/// Every call there is.
+fn calls() -> Table {
+    let resources = [
+        state::add,
+        panel::add,
+        pendant::add,
+        alarms::add,
+        lines::add,
+        variables::add,
+        files::add,
+        channels::add,
+        parameters::add,
+        clock::add,
+        power::add,
+        events::add,
+        service::add,
+    ];
+    resources.into_iter().fold(Table::new(), |table, add| add(table))
+}
+
+/// The OpenAPI document of all calls.
+#[must_use]
+pub fn document() -> OpenApi {
+    calls().into_parts(env!("CARGO_PKG_VERSION")).1
+}
+
+/// The operations of the OpenAPI document: path and method.
+#[must_use]
+pub fn operations() -> Vec<(String, String)> {
+    let document = document();
+    let operations = table::operations(&document);
+    operations
+        .map(|(path, method, _)| {
+            let method = match method {
+                utoipa::openapi::HttpMethod::Put => "PUT",
+                utoipa::openapi::HttpMethod::Post => "POST",
+                utoipa::openapi::HttpMethod::Delete => "DELETE",
+                _ => "GET",
+            };
+            (path.to_owned(), method.to_owned())
+        })
+        .collect()
+}
+
+/// The bound socket of the interface; it answers once it is served.
+pub struct Server {
+    listener: TcpListener,
+    address: SocketAddr,
+    guard: Guard,
+}
+
+impl Server {
+    /// Binds the socket.
+    ///
+    /// # Errors
+    /// The system's.
+    pub fn bind(settings: &ControlSettings) -> io::Result<Server> {
+        let socket = std::net::TcpListener::bind(settings.address)?;
+        socket.set_nonblocking(true)?;
+        let listener = TcpListener::from_std(socket)?;
+        let address = listener.local_addr()?;
+        let hosts = settings.hosts.iter().map(|host| host.to_ascii_lowercase());
+        let guard = Guard {
+            token: settings.token.clone(),
+            hosts: hosts.collect(),
+        };
+        Ok(Server {
+            listener,
+            address,
+            guard,
+        })
+    }
+
+    /// Where it is bound.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Answers in tasks of the present runtime until that ends.
+    pub fn serve(self, hub: mpsc::Sender<Request>, journal: Arc<Journal>) {
+        let router = router(Handle::new(hub, journal), self.guard);
+        let service = router.into_make_service_with_connect_info::<Place>();
+        let listener = Bounded::new(self.listener);
+        tokio::spawn(async move {
+            if let Err(reason) = axum::serve(listener, service).await {
+                error!("the control interface has ended: {reason}");
+            }
+        });
+    }
+}
+
+fn router(handle: Handle, guard: Guard) -> Router {
+    let (router, mut document) = calls().into_parts(env!("CARGO_PKG_VERSION"));
+    if guard.token.is_some() {
+        table::require_token(&mut document);
+    }
+    // It consists of texts and numbers only, which can always be written.
+    let document: Arc<str> = document.to_json().unwrap_or_default().into();
+    let open_api = move || {
+        let document = document.to_string();
+        async move { ([(CONTENT_TYPE, "application/json")], document) }
+    };
+    router
+        .route("/openapi.json", get(open_api))
+        .route("/", get(page))
+        .layer(axum::middleware::from_fn_with_state(
+            Arc::new(guard),
+            guard::check,
+        ))
+        .layer(axum::middleware::map_response(hardened))
+        .with_state(handle)
+}
+
+async fn page() -> impl IntoResponse {
+    let headers = [
+        (CONTENT_TYPE, "text/html; charset=utf-8"),
+        (CONTENT_SECURITY_POLICY, PAGE_POLICY),
+    ];
+    (headers, PAGE)
+}
+
+/// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.
+async fn hardened(mut response: axum::response::Response) -> axum::response::Response {
+    let headers = response.headers_mut();
+    for (name, value) in [
+        (CACHE_CONTROL, "no-store"),
+        (HeaderName::from_static("x-content-type-options"), "nosniff"),
+        (
+            HeaderName::from_static("cross-origin-resource-policy"),
+            "same-origin",
+        ),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    response
+}

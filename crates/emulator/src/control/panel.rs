@@ -1,0 +1,270 @@
+//! `/key-switch`, `/control-right` and the switches and buttons of the panel: what an operator's hand does.
+
+use super::body::{Body, NoBody};
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use super::words::{KeyWord, RightWord, StatusWord};
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use serde::{Deserialize, Serialize};
+use ts3100_controller::deed::Deed;
+use ts3100_controller::input::Panel;
+use utoipa::ToSchema;
+
+type Answer<T> = Result<Json<T>, Problem>;
+
+/// Position of the key switch.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KeySwitch {
+    /// Where it stands.
+    position: KeyWord,
+}
+
+/// The parameter EXTERNAL mode control right.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ControlRight {
+    /// Who commands the robot in EXT.
+    holder: RightWord,
+}
+
+/// A button that stays pressed.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Button {
+    /// It is pressed.
+    pressed: bool,
+}
+
+/// The safety switch (fence).
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fence {
+    /// It is open: the robot stops as by the emergency stop.
+    open: bool,
+}
+
+/// Something that is on or off.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Switch {
+    /// It is on.
+    on: bool,
+}
+
+/// The battery of the RAM drive.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Battery {
+    /// It is low.
+    low: bool,
+}
+
+/// Where the selected program stands.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Program {
+    /// The selected file; empty when none is.
+    file: String,
+    /// Execution status.
+    status: StatusWord,
+    /// File line at which the program stands; 0 when no file is selected.
+    line: u32,
+}
+
+impl Program {
+    /// As it is now.
+    pub fn of(sight: &Sight<'_>) -> Program {
+        let controller = sight.controller;
+        Program {
+            file: controller.selected().to_owned(),
+            status: controller.status().into(),
+            line: controller.line(),
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group(
+            "panel",
+            "Key switch, control right, switches and buttons of the operating panel.",
+        )
+        .call::<__path_get_key_switch, _, _>(get_key_switch)
+        .call::<__path_put_key_switch, _, _>(put_key_switch)
+        .call::<__path_get_control_right, _, _>(get_control_right)
+        .call::<__path_put_control_right, _, _>(put_control_right)
+        .call::<__path_get_emergency_stop, _, _>(get_emergency_stop)
+        .call::<__path_put_emergency_stop, _, _>(put_emergency_stop)
+        .call::<__path_get_safety_switch, _, _>(get_safety_switch)
+        .call::<__path_put_safety_switch, _, _>(put_safety_switch)
+        .call::<__path_get_servo, _, _>(get_servo)
+        .call::<__path_put_servo, _, _>(put_servo)
+        .call::<__path_get_feed_hold, _, _>(get_feed_hold)
+        .call::<__path_put_feed_hold, _, _>(put_feed_hold)
+        .call::<__path_get_machine_lock, _, _>(get_machine_lock)
+        .call::<__path_put_machine_lock, _, _>(put_machine_lock)
+        .call::<__path_get_battery, _, _>(get_battery)
+        .call::<__path_put_battery, _, _>(put_battery)
+        .call::<__path_get_program, _, _>(get_program)
+        .call::<__path_start, _, _>(start)
+        .call::<__path_stop, _, _>(stop)
+}
+
+/// Position of the key switch
+#[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
+async fn get_key_switch(State(hub): State<Handle>) -> Answer<KeySwitch> {
+    let look = |sight: &Sight<'_>| sight.controller.state().key.into();
+    let position = hub.look(look).await?;
+    Ok(Json(KeySwitch { position }))
+}
+
+/// Turn the key switch
+///
+/// A program that runs stops behind its present step.
+#[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
+async fn put_key_switch(state: State<Handle>, Body(body): Body<KeySwitch>) -> Answer<KeySwitch> {
+    let panel = Panel::Key(body.position.into());
+    state.deed(Deed::Panel(panel)).await?;
+    get_key_switch(state).await
+}
+
+/// Who commands the robot in EXT
+#[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
+async fn get_control_right(State(hub): State<Handle>) -> Answer<ControlRight> {
+    let look = |sight: &Sight<'_>| sight.controller.state().control_right.into();
+    let holder = hub.look(look).await?;
+    Ok(Json(ControlRight { holder }))
+}
+
+/// Set the parameter EXTERNAL mode control right
+#[utoipa::path(put, path = "/control-right", request_body = ControlRight,
+    responses((status = 200, body = ControlRight)))]
+async fn put_control_right(state: State<Handle>, Body(body): Body<ControlRight>) -> Answer<ControlRight> {
+    let panel = Panel::ControlRight(body.holder.into());
+    state.deed(Deed::Panel(panel)).await?;
+    get_control_right(state).await
+}
+
+/// Whether the emergency stop is pressed
+#[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
+async fn get_emergency_stop(State(hub): State<Handle>) -> Answer<Button> {
+    let look = |sight: &Sight<'_>| sight.controller.state().emergency_stop;
+    let pressed = hub.look(look).await?;
+    Ok(Json(Button { pressed }))
+}
+
+/// Press or release the emergency stop
+///
+/// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
+#[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
+async fn put_emergency_stop(state: State<Handle>, Body(body): Body<Button>) -> Answer<Button> {
+    let panel = Panel::EmergencyStop(body.pressed);
+    state.deed(Deed::Panel(panel)).await?;
+    get_emergency_stop(state).await
+}
+
+/// Whether the safety switch is open
+#[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = Fence)))]
+async fn get_safety_switch(State(hub): State<Handle>) -> Answer<Fence> {
+    let look = |sight: &Sight<'_>| sight.controller.state().safety_open;
+    let open = hub.look(look).await?;
+    Ok(Json(Fence { open }))
+}
+
+/// Open or close the safety switch
+#[utoipa::path(put, path = "/safety-switch", request_body = Fence, responses((status = 200, body = Fence)))]
+async fn put_safety_switch(state: State<Handle>, Body(body): Body<Fence>) -> Answer<Fence> {
+    let panel = Panel::SafetySwitch(body.open);
+    state.deed(Deed::Panel(panel)).await?;
+    get_safety_switch(state).await
+}
+
+/// Whether servo power is on
+#[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
+async fn get_servo(State(hub): State<Handle>) -> Answer<Switch> {
+    let look = |sight: &Sight<'_>| sight.controller.state().servo;
+    let on = hub.look(look).await?;
+    Ok(Json(Switch { on }))
+}
+
+/// Turn servo power on or off
+///
+/// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
+/// level 8 is active.
+#[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
+async fn put_servo(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+    let panel = Panel::Servo(body.on);
+    state.deed(Deed::Panel(panel)).await?;
+    get_servo(state).await
+}
+
+/// Whether feed hold is on
+#[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
+async fn get_feed_hold(State(hub): State<Handle>) -> Answer<Switch> {
+    let look = |sight: &Sight<'_>| sight.controller.state().feed_hold;
+    let on = hub.look(look).await?;
+    Ok(Json(Switch { on }))
+}
+
+/// Turn feed hold on or off
+#[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
+async fn put_feed_hold(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+    state.deed(Deed::FeedHold(body.on)).await?;
+    get_feed_hold(state).await
+}
+
+/// Whether the machine lock is on
+#[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
+async fn get_machine_lock(State(hub): State<Handle>) -> Answer<Switch> {
+    let look = |sight: &Sight<'_>| sight.controller.state().machine_lock;
+    let on = hub.look(look).await?;
+    Ok(Json(Switch { on }))
+}
+
+/// Turn the machine lock on or off: programs run without the arm moving
+#[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
+async fn put_machine_lock(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+    let panel = Panel::MachineLock(body.on);
+    state.deed(Deed::Panel(panel)).await?;
+    get_machine_lock(state).await
+}
+
+/// Whether the battery of the RAM drive is low
+#[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
+async fn get_battery(State(hub): State<Handle>) -> Answer<Battery> {
+    let look = |sight: &Sight<'_>| sight.controller.state().battery_low;
+    let low = hub.look(look).await?;
+    Ok(Json(Battery { low }))
+}
+
+/// Make the battery low or good
+#[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
+async fn put_battery(state: State<Handle>, Body(body): Body<Battery>) -> Answer<Battery> {
+    let panel = Panel::Battery(body.low);
+    state.deed(Deed::Panel(panel)).await?;
+    get_battery(state).await
+}
+
+/// Where the selected program stands
+#[utoipa::path(get, path = "/program", responses((status = 200, body = Program)))]
+async fn get_program(State(hub): State<Handle>) -> Answer<Program> {
+    Ok(Json(hub.look(Program::of).await?))
+}
+
+/// Press START: the selected program starts or goes on, whatever the control right
+#[utoipa::path(post, path = "/program/start", responses((status = 200, body = Program)))]
+async fn start(state: State<Handle>, _: NoBody) -> Answer<Program> {
+    state.deed(Deed::Panel(Panel::Start)).await?;
+    get_program(state).await
+}
+
+/// Press STOP: the program stops behind its present step
+#[utoipa::path(post, path = "/program/stop", responses((status = 200, body = Program)))]
+async fn stop(state: State<Handle>, _: NoBody) -> Answer<Program> {
+    state.deed(Deed::Panel(Panel::Stop)).await?;
+    get_program(state).await
+}

@@ -1,0 +1,134 @@
+//! `/parameters`: what USER.PAR and ETHERNET.PAR said when the power last came on. Changing them is changing the
+//! files of the RAM drive.
+
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use ts3100_controller::port::Port;
+use ts3100_proto::parameter::SerialLine;
+use ts3100_proto::status::AlarmLevel;
+use utoipa::ToSchema;
+
+/// Parameters in effect.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Parameters {
+    /// ETHERNET.PAR.
+    ethernet: Ethernet,
+    /// USER.PAR [U06] of HOST.
+    host: Serial,
+    /// USER.PAR [U06] of COM1.
+    com1: Serial,
+}
+
+/// ETHERNET.PAR.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Ethernet {
+    /// [E01] address of the controller.
+    address: String,
+    /// [E02] name of the controller.
+    name: String,
+    /// [E03] subnet mask.
+    mask: String,
+    /// [E04] default gateway.
+    gateway: String,
+    /// [E08] community name.
+    community: String,
+    /// [E09] DHCP, 0 or 1.
+    dhcp: u8,
+    /// IP0 to IP3.
+    channels: Vec<EthernetChannel>,
+}
+
+/// One channel in ETHERNET.PAR.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct EthernetChannel {
+    /// Its name.
+    port: &'static str,
+    /// [E00] 0 not used, 1 server, 2 client.
+    open_mode: u8,
+    /// [E05] own port.
+    own_port: u16,
+    /// [E06] port of the peer, for a client.
+    peer_port: u16,
+    /// [E07] address of the peer, for a client.
+    peer_address: String,
+    /// [E10] level of the alarm when the connection drops while a program runs; absent for none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    alarm_level: Option<u8>,
+}
+
+/// A serial line.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct Serial {
+    /// Speed in bit/s.
+    speed: u32,
+    /// Character length in bits.
+    length: u8,
+    /// 0 none, otherwise as the manual numbers odd and even.
+    parity: u8,
+    /// Stop bits.
+    stop: u8,
+}
+
+impl Serial {
+    fn of(line: SerialLine) -> Serial {
+        Serial {
+            speed: line.speed,
+            length: line.length,
+            parity: line.parity.number(),
+            stop: line.stop,
+        }
+    }
+}
+
+fn dotted([a, b, c, d]: [u8; 4]) -> String {
+    format!("{a}.{b}.{c}.{d}")
+}
+
+impl Parameters {
+    /// As of the last power-on.
+    pub fn of(sight: &Sight<'_>) -> Parameters {
+        let (ethernet, user) = (sight.controller.ethernet(), sight.controller.user());
+        let channels = Port::ETHERNET.into_iter().enumerate();
+        let channels = channels.map(|(index, port)| EthernetChannel {
+            port: port.name(),
+            open_mode: ethernet.open_mode[index].number(),
+            own_port: ethernet.own_port[index],
+            peer_port: ethernet.peer_port[index],
+            peer_address: dotted(ethernet.peer_address[index]),
+            alarm_level: ethernet.alarm_level[index].map(AlarmLevel::number),
+        });
+        Parameters {
+            ethernet: Ethernet {
+                address: dotted(ethernet.address),
+                name: ethernet.name.clone(),
+                mask: dotted(ethernet.mask),
+                gateway: dotted(ethernet.gateway),
+                community: ethernet.community.clone(),
+                dhcp: ethernet.dhcp,
+                channels: channels.collect(),
+            },
+            host: Serial::of(user.host),
+            com1: Serial::of(user.com1),
+        }
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group("parameters", "USER.PAR and ETHERNET.PAR as of the last power-on.")
+        .call::<__path_get_parameters, _, _>(get_parameters)
+}
+
+/// Parameters in effect
+///
+/// Put the files USER.PAR and ETHERNET.PAR on the RAM drive and turn the power off and on to change them.
+#[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
+async fn get_parameters(State(hub): State<Handle>) -> Result<Json<Parameters>, Problem> {
+    Ok(Json(hub.look(Parameters::of).await?))
+}

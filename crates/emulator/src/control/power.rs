@@ -1,0 +1,92 @@
+//! `/power` and `/reset`: off, on, cycle; everything as at the start.
+
+use super::body::NoBody;
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use crate::hub::request::{EdgeDeed, Sight};
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use ts3100_controller::deed::Deed;
+use ts3100_controller::input::Panel;
+use utoipa::ToSchema;
+
+/// The power, and the ports it keeps open.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct PowerDoc {
+    /// It is on.
+    on: bool,
+    /// The server channels and the TCP port each accepts on.
+    ports: Vec<OpenPort>,
+}
+
+/// A server channel.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct OpenPort {
+    /// The channel.
+    port: &'static str,
+    /// The TCP port it accepts on.
+    accepts: u16,
+}
+
+type Answer = Result<Json<PowerDoc>, Problem>;
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group("power", "Power off, on, cycle; reset between tests.")
+        .call::<__path_get_power, _, _>(get_power)
+        .call::<__path_power_off, _, _>(power_off)
+        .call::<__path_power_on, _, _>(power_on)
+        .call::<__path_power_cycle, _, _>(power_cycle)
+        .call::<__path_reset, _, _>(reset)
+}
+
+/// Whether the power is on
+#[utoipa::path(get, path = "/power", responses((status = 200, body = PowerDoc)))]
+async fn get_power(State(hub): State<Handle>) -> Answer {
+    let look = |sight: &Sight<'_>| PowerDoc {
+        on: sight.controller.state().powered,
+        ports: sight
+            .ports
+            .iter()
+            .map(|(port, accepts)| OpenPort {
+                port: port.name(),
+                accepts: *accepts,
+            })
+            .collect(),
+    };
+    Ok(Json(hub.look(look).await?))
+}
+
+/// Turn the power off: every connection ends, no port is open
+#[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerDoc)))]
+async fn power_off(state: State<Handle>, _: NoBody) -> Answer {
+    state.deed(Deed::PowerOff).await?;
+    get_power(state).await
+}
+
+/// Turn the power on: as at power-on; the RAM drive, the posture and the selection are as they were
+#[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerDoc)))]
+async fn power_on(state: State<Handle>, _: NoBody) -> Answer {
+    state.deed(Deed::PowerOn).await?;
+    get_power(state).await
+}
+
+/// Turn the power off and on
+#[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerDoc)))]
+async fn power_cycle(state: State<Handle>, _: NoBody) -> Answer {
+    state.deed(Deed::Panel(Panel::PowerCycle)).await?;
+    get_power(state).await
+}
+
+/// Everything as when the emulator was started, for between tests
+///
+/// Files, variables, lines, alarms, forces and findings; time begins at 0 again; connections are closed; the TCP ports
+/// and the way time passes stay. Events and counters go on.
+#[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerDoc)))]
+async fn reset(state: State<Handle>, _: NoBody) -> Answer {
+    state.edge(EdgeDeed::Reset).await?;
+    get_power(state).await
+}

@@ -1,0 +1,89 @@
+//! What is answered when a call has no effect: a status, and words in JSON that say what was expected, what was
+//! found, and where.
+
+use axum::Json;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use serde::Serialize;
+use ts3100_controller::deed::{Refusal, RefusalKind};
+use utoipa::ToSchema;
+
+/// Why a call had no effect.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, ToSchema)]
+pub struct Problem {
+    #[serde(skip)]
+    status: StatusCode,
+    /// The whole of it in one sentence.
+    error: String,
+    /// What would have been taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    expected: Option<String>,
+    /// What was there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    found: Option<String>,
+    /// Where: the header, the field of the body, the line, the variable.
+    #[serde(rename = "where", skip_serializing_if = "Option::is_none")]
+    place: Option<String>,
+}
+
+impl Problem {
+    /// A problem in one sentence.
+    pub fn new(status: StatusCode, error: impl Into<String>) -> Problem {
+        Problem {
+            status,
+            error: error.into(),
+            expected: None,
+            found: None,
+            place: None,
+        }
+    }
+
+    /// A problem with its parts; the sentence is made of them.
+    pub fn at(
+        status: StatusCode,
+        place: impl Into<String>,
+        expected: impl Into<String>,
+        found: impl Into<String>,
+    ) -> Problem {
+        let (place, expected, found) = (place.into(), expected.into(), found.into());
+        Problem {
+            status,
+            error: format!("{place}: {expected} expected, {found} found"),
+            expected: Some(expected),
+            found: Some(found),
+            place: Some(place),
+        }
+    }
+
+    /// There is no such thing.
+    pub fn missing(place: &str, expected: &str, found: impl Into<String>) -> Problem {
+        Problem::at(StatusCode::NOT_FOUND, place, expected, found)
+    }
+
+    /// The emulator is ending.
+    pub fn ending() -> Problem {
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, "the emulator is ending")
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Problem {
+        let status = match refusal.kind {
+            RefusalKind::Missing => StatusCode::NOT_FOUND,
+            RefusalKind::Conflict => StatusCode::CONFLICT,
+        };
+        Problem {
+            status,
+            error: refusal.to_string(),
+            expected: Some(refusal.expected),
+            found: Some(refusal.found),
+            place: Some(refusal.place),
+        }
+    }
+}
+
+impl IntoResponse for Problem {
+    fn into_response(self) -> Response {
+        (self.status, Json(self)).into_response()
+    }
+}

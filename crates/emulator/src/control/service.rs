@@ -1,0 +1,127 @@
+//! `/health`, `/version`, `/metrics`, `/findings`: for those who look after the emulator and its hosts.
+
+use super::event::{Happening, seconds};
+use super::handle::Handle;
+use super::metrics::Gauge;
+use super::problem::Problem;
+use super::table::Table;
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::IntoResponse;
+use serde::Serialize;
+use ts3100_proto::status::ExecutionStatus;
+use utoipa::ToSchema;
+
+/// Media type of the text format of Prometheus.
+const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
+
+/// The emulator answers.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Health {
+    /// `ok`: whoever reads this has been served by the loop that serves the hosts.
+    status: &'static str,
+    /// The power of the controller is on.
+    power: bool,
+    /// Virtual time in seconds.
+    t: f64,
+}
+
+/// What runs here.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Version {
+    /// `ts3100`.
+    name: &'static str,
+    /// Version of the emulator.
+    version: &'static str,
+    /// The controller it stands in for.
+    controller: &'static str,
+    /// The arm model.
+    model: String,
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group("service", "For those who look after the emulator and its hosts.")
+        .call::<__path_get_health, _, _>(get_health)
+        .call::<__path_get_version, _, _>(get_version)
+        .call::<__path_get_metrics, _, _>(get_metrics)
+        .call::<__path_get_findings, _, _>(get_findings)
+}
+
+/// Whether the emulator answers
+#[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
+async fn get_health(State(hub): State<Handle>) -> Result<Json<Health>, Problem> {
+    let look = |sight: &Sight<'_>| Health {
+        status: "ok",
+        power: sight.controller.state().powered,
+        t: seconds(sight.controller.now()),
+    };
+    Ok(Json(hub.look(look).await?))
+}
+
+/// What runs here
+#[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
+async fn get_version(State(hub): State<Handle>) -> Result<Json<Version>, Problem> {
+    let look = |sight: &Sight<'_>| Version {
+        name: "ts3100",
+        version: env!("CARGO_PKG_VERSION"),
+        controller: match sight.controller.config().controller {
+            ts3100_controller::ControllerType::Ts3100 => "TS3100",
+            ts3100_controller::ControllerType::Tsl3100 => "TSL3100",
+        },
+        model: sight.controller.config().model.name.clone(),
+    };
+    Ok(Json(hub.look(look).await?))
+}
+
+/// Counters and gauges in the text format of Prometheus
+#[utoipa::path(get, path = "/metrics",
+    responses((status = 200, body = String, content_type = "text/plain")))]
+async fn get_metrics(State(hub): State<Handle>) -> Result<impl IntoResponse, Problem> {
+    let gauges = hub.look(gauges).await?;
+    let text = hub.journal.metrics().text(&gauges);
+    Ok(([(CONTENT_TYPE, PROMETHEUS)], text))
+}
+
+fn gauges(sight: &Sight<'_>) -> Vec<Gauge> {
+    let controller = sight.controller;
+    let state = controller.state();
+    let peers = controller.ports().into_iter();
+    let peers = peers.filter(|view| view.peer.is_some()).count();
+    let gauge = |name, help, value: f64| Gauge { name, help, value };
+    let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));
+    #[expect(clippy::cast_precision_loss, reason = "there are six ports and 32 alarms")]
+    let (peers, alarms) = (peers as f64, controller.alarms().active().len() as f64);
+    vec![
+        gauge(
+            "ts3100_virtual_seconds",
+            "Virtual time since the start or the last reset.",
+            seconds(controller.now()),
+        ),
+        switch(
+            "ts3100_power",
+            "1 while the power of the controller is on.",
+            state.powered,
+        ),
+        switch("ts3100_servo", "1 while servo power is on.", state.servo),
+        switch(
+            "ts3100_running",
+            "1 while a program or the statement of DO runs.",
+            controller.status() == ExecutionStatus::Running,
+        ),
+        gauge("ts3100_alarms_active", "Alarms that are active.", alarms),
+        gauge("ts3100_peers", "Peers that are connected.", peers),
+    ]
+}
+
+/// What hosts did that the manual advises against or that was forgiven, the last 1024, oldest first
+#[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<Happening>)))]
+async fn get_findings(State(hub): State<Handle>) -> Result<Json<Vec<Happening>>, Problem> {
+    // A look, so that what came before has been served.
+    hub.look(|_| ()).await?;
+    let findings = hub.journal.findings();
+    Ok(Json(findings.iter().map(|finding| (**finding).clone()).collect()))
+}

@@ -1,0 +1,116 @@
+//! Where the control interface listens and who may call it. That nobody listens beyond the loopback without a token
+//! is decided here.
+
+use std::fmt;
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::str::FromStr;
+
+/// The port, if nothing else is said.
+pub const PORT: u16 = 3_100;
+/// Fewest characters of a token.
+pub const MIN_TOKEN: usize = 16;
+
+/// The flag `--control`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ControlChoice {
+    /// No control interface.
+    Off,
+    /// There.
+    At(SocketAddr),
+}
+
+impl FromStr for ControlChoice {
+    type Err = String;
+
+    /// `off`, `ADDR:PORT`, or a port of 127.0.0.1; port 0 is a free one.
+    fn from_str(text: &str) -> Result<ControlChoice, String> {
+        let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);
+        if text == "off" {
+            return Ok(ControlChoice::Off);
+        }
+        let port = text.parse::<u16>().map(|port| SocketAddr::new(loopback, port));
+        port.or_else(|_| text.parse())
+            .map(ControlChoice::At)
+            .map_err(|_| format!("expected `off`, ADDRESS:PORT or a port of 127.0.0.1, found `{text}`"))
+    }
+}
+
+impl fmt::Display for ControlChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ControlChoice::Off => f.write_str("off"),
+            ControlChoice::At(address) => address.fmt(f),
+        }
+    }
+}
+
+/// What the control interface is made of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ControlSettings {
+    /// Where it listens; port 0 is a free one.
+    pub address: SocketAddr,
+    /// The bearer token; needed beyond the loopback.
+    pub token: Option<String>,
+    /// Names besides those of the loopback by which it may be called.
+    pub hosts: Vec<String>,
+}
+
+/// Why there can be no control interface.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ControlError {
+    /// Nothing keeps others out.
+    #[error(
+        "--control {0} can be reached from other machines: give a token by --control-token-file, \
+         --control-token or TS3100_CONTROL_TOKEN, or choose 127.0.0.1"
+    )]
+    NoToken(SocketAddr),
+    /// The token is none.
+    #[error("--control-token: expected at least {MIN_TOKEN} visible ASCII characters, found {0}")]
+    Token(String),
+    /// The name is none.
+    #[error("--control-host: expected a name without scheme and port, found `{0}`")]
+    Host(String),
+    /// The port does not exist.
+    #[error(
+        "--port-offset {0}: the control interface would be on port {PORT} + {0}; say --control off or \
+         --control ADDRESS:PORT"
+    )]
+    Offset(u16),
+}
+
+impl ControlSettings {
+    /// On a free port of the loopback, without a token.
+    #[must_use]
+    pub fn free() -> ControlSettings {
+        ControlSettings {
+            address: SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0),
+            token: None,
+            hosts: Vec::new(),
+        }
+    }
+
+    /// Says whether it may be so.
+    ///
+    /// # Errors
+    /// See [`ControlError`].
+    pub fn check(self) -> Result<ControlSettings, ControlError> {
+        if let Some(token) = &self.token {
+            if token.len() < MIN_TOKEN {
+                return Err(ControlError::Token(format!("{} characters", token.len())));
+            }
+            if !token.bytes().all(|byte| byte.is_ascii_graphic()) {
+                return Err(ControlError::Token("a blank or another character".to_owned()));
+            }
+        } else if !self.address.ip().to_canonical().is_loopback() {
+            return Err(ControlError::NoToken(self.address));
+        }
+        let is_name = |host: &str| {
+            let letter = |letter: char| letter.is_ascii_alphanumeric() || "-._".contains(letter);
+            !host.is_empty() && (host.chars().all(letter) || host.starts_with('[') && host.ends_with(']'))
+        };
+        match self.hosts.iter().find(|host| !is_name(host)) {
+            Some(host) => Err(ControlError::Host(host.clone())),
+            None => Ok(self),
+        }
+    }
+}

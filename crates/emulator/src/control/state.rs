@@ -1,0 +1,268 @@
+//! `/state`: everything at one moment in one document.
+
+use super::alarms::ActiveAlarm;
+use super::channels::ChannelDoc;
+use super::event::seconds;
+use super::handle::Handle;
+use super::lines::LinesDoc;
+use super::parameters::Parameters;
+use super::problem::Problem;
+use super::table::Table;
+use super::words::{KeyWord, PortWord, RightWord, StatusWord};
+use crate::hub::request::Sight;
+use axum::Json;
+use axum::extract::State;
+use serde::Serialize;
+use ts3100_controller::deed::Side;
+use ts3100_controller::port::Port;
+use utoipa::ToSchema;
+
+/// Everything at one moment.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Everything {
+    /// Virtual time in seconds.
+    t: f64,
+    /// How time passes: `real`, `xN`, `stepped`, `auto`.
+    time_mode: String,
+    /// Date and time as the error history writes them.
+    calendar: String,
+    /// The power is on.
+    power: bool,
+    /// Position of the key switch.
+    key: KeyWord,
+    /// Who commands the robot in EXT.
+    control_right: RightWord,
+    /// The column of the permission tables that holds.
+    master_mode: &'static str,
+    /// Operation mode: `continuous`, `cycle`, `step`, `segment`.
+    run_mode: &'static str,
+    /// Servo power is on.
+    servo: bool,
+    /// The emergency stop is pressed.
+    emergency_stop: bool,
+    /// The safety switch is open.
+    safety_open: bool,
+    /// Feed hold is on.
+    feed_hold: bool,
+    /// The machine lock is on.
+    machine_lock: bool,
+    /// The battery of the RAM drive is low.
+    battery_low: bool,
+    /// Speed override in percent.
+    override_percent: u8,
+    /// Guidance by hand.
+    guide: GuideDoc,
+    /// The selected file; empty when none is.
+    file: String,
+    /// Execution status.
+    status: StatusWord,
+    /// File line at which the main program stands.
+    line: u32,
+    /// File line that is executed: of the motion, while one is under way.
+    executed_line: u32,
+    /// File line that is analysed.
+    analysed_line: u32,
+    /// The main program, its tasks, and the statement of DO.
+    tasks: Vec<TaskDoc>,
+    /// The arm.
+    arm: ArmDoc,
+    /// Hand 1 and hand 2: `open`, `closed` or `neither`.
+    hands: [&'static str; 2],
+    /// Active alarms, oldest first.
+    alarms: Vec<ActiveAlarm>,
+    /// Din.
+    inputs: LinesDoc,
+    /// Dout.
+    outputs: LinesDoc,
+    /// The six communication ports.
+    channels: Vec<ChannelDoc>,
+    /// The watchdog of a host, while it is armed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    watchdog: Option<WatchdogDoc>,
+    /// Parameters in effect.
+    parameters: Parameters,
+    /// What PRINT has shown on the teach pendant.
+    pendant: String,
+    /// The three pages [ETHER] of the teach pendant.
+    ether_pages: Vec<Page>,
+    /// Whole minutes since the power came on.
+    power_on_minutes: u32,
+    /// Whole minutes in which a program ran since then.
+    run_minutes: u32,
+}
+
+/// Guidance by hand, as SF shows it.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct GuideDoc {
+    /// 0 joint, 1 tool, 2 work, 3 world.
+    coordinate: u16,
+    /// 0 slow, 1 mid, 2 fast.
+    rate: u16,
+    /// 0 jog, 1 inching, 2 free.
+    mode: u16,
+}
+
+/// A task.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct TaskDoc {
+    /// 1 the main program, 0 the statement of DO.
+    id: u16,
+    /// File line at which it stands.
+    line: u32,
+    /// What it is doing: `stopped`, `ready`, `running`, `held`, `moving`, `queued`, `resting`, `delay`, `input`,
+    /// `wait`.
+    doing: &'static str,
+    /// The port from which it waits for values; absent for the teach pendant.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reads: Option<PortWord>,
+}
+
+/// The arm.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct ArmDoc {
+    /// The model.
+    model: String,
+    /// Joint values: degrees, of the SCARA's third axis mm.
+    joints: Vec<f64>,
+    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
+    world: Vec<f64>,
+    /// The tool point in the work coordinate system.
+    work: Vec<f64>,
+    /// Name of that coordinate system; empty when it has none.
+    work_name: String,
+    /// The configuration as a program writes it.
+    configuration: i64,
+    /// A motion is under way or held.
+    moving: bool,
+    /// Percentage of it completed; 100 when none is under way.
+    percent: f64,
+}
+
+/// The watchdog of a host.
+#[derive(Debug, Clone, Copy, Serialize, ToSchema)]
+pub struct WatchdogDoc {
+    /// Longest pause between two SM, in seconds.
+    timeout: f64,
+    /// Level of the alarm that follows a longer one.
+    level: u8,
+    /// Virtual time in seconds at which it barks.
+    due: f64,
+}
+
+/// One page of the teach pendant.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Page {
+    /// For example `ETHERNET STATUS [1/3]`.
+    heading: String,
+    /// The lines below it.
+    lines: Vec<String>,
+}
+
+/// The pages [ETHER] of the teach pendant.
+pub fn ether_pages(sight: &Sight<'_>) -> Vec<Page> {
+    let pages = sight.controller.ethernet_pages().into_iter();
+    pages
+        .map(|page| Page {
+            heading: page.heading,
+            lines: page.lines,
+        })
+        .collect()
+}
+
+impl Everything {
+    /// As it is now.
+    pub fn of(sight: &Sight<'_>) -> Everything {
+        let controller = sight.controller;
+        let state = controller.state();
+        let now = controller.now();
+        let (executed_line, analysed_line) = controller.steps();
+        let hand = |open: Option<bool>| match open {
+            Some(true) => "open",
+            Some(false) => "closed",
+            None => "neither",
+        };
+        Everything {
+            t: seconds(now),
+            time_mode: sight.clock.mode().to_string(),
+            calendar: super::alarms::moment(controller.calendar_now()),
+            power: state.powered,
+            key: state.key.into(),
+            control_right: state.control_right.into(),
+            master_mode: state.master_mode().words(),
+            run_mode: state.run_mode.word(),
+            servo: state.servo,
+            emergency_stop: state.emergency_stop,
+            safety_open: state.safety_open,
+            feed_hold: state.feed_hold,
+            machine_lock: state.machine_lock,
+            battery_low: state.battery_low,
+            override_percent: state.override_percent,
+            guide: GuideDoc {
+                coordinate: state.guide.coordinate,
+                rate: state.guide.rate,
+                mode: state.guide.mode,
+            },
+            file: controller.selected().to_owned(),
+            status: controller.status().into(),
+            line: controller.line(),
+            executed_line,
+            analysed_line,
+            tasks: tasks(sight),
+            arm: arm(sight),
+            hands: controller.hands().map(hand),
+            alarms: controller.alarms().active().iter().map(ActiveAlarm::of).collect(),
+            inputs: LinesDoc::of(sight, Side::Input),
+            outputs: LinesDoc::of(sight, Side::Output),
+            channels: ChannelDoc::all(sight),
+            watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogDoc {
+                timeout: watchdog.timeout.as_secs_f64(),
+                level: watchdog.level.number(),
+                due: seconds(watchdog.deadline()),
+            }),
+            parameters: Parameters::of(sight),
+            pendant: controller.pendant().to_owned(),
+            ether_pages: ether_pages(sight),
+            power_on_minutes: state.power_on_minutes(now),
+            run_minutes: state.run_minutes(now),
+        }
+    }
+}
+
+fn tasks(sight: &Sight<'_>) -> Vec<TaskDoc> {
+    let tasks = sight.controller.tasks().into_iter();
+    tasks
+        .map(|task| TaskDoc {
+            id: task.id,
+            line: task.line,
+            doing: task.doing,
+            reads: task.reads.and_then(Port::of_channel).map(PortWord::from),
+        })
+        .collect()
+}
+
+fn arm(sight: &Sight<'_>) -> ArmDoc {
+    let arm = sight.controller.arm_view();
+    ArmDoc {
+        model: sight.controller.config().model.name.clone(),
+        joints: arm.joints,
+        world: arm.world,
+        work: arm.work,
+        work_name: arm.work_name,
+        configuration: arm.configuration,
+        moving: arm.moving,
+        percent: arm.percent,
+    }
+}
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group("state", "Everything at one moment.")
+        .call::<__path_get_state, _, _>(get_state)
+}
+
+/// Everything at one moment
+#[utoipa::path(get, path = "/state", responses((status = 200, body = Everything)))]
+async fn get_state(State(hub): State<Handle>) -> Result<Json<Everything>, Problem> {
+    Ok(Json(hub.look(Everything::of).await?))
+}

@@ -1,0 +1,206 @@
+//! The table of all calls. A resource adds its handlers; where each is served, by which method, and what stands of
+//! it in the OpenAPI document, all comes from the one description at the handler.
+
+use super::handle::Handle;
+use super::problem::Problem;
+use axum::Router;
+use axum::handler::Handler;
+use axum::http::{Method, StatusCode, Uri};
+use axum::routing::{MethodFilter, on};
+use utoipa::openapi::path::{HttpMethod, Operation, PathItem, Paths};
+use utoipa::openapi::schema::{AdditionalProperties, Schema};
+use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
+use utoipa::openapi::{
+    Components, ContentBuilder, Info, License, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder, Tag,
+};
+use utoipa::{PartialSchema as _, Path, ToSchema as _};
+
+/// What the OpenAPI document says first.
+const DESCRIPTION: &str = "Everything a real controller denies a test: look at all of it, set any of it, move \
+    time by hand. Changes go through one queue and are done, with all that follows at once, when the call \
+    returns. Durations and moments are seconds of virtual time.";
+
+/// All calls.
+pub struct Table {
+    router: Router<Handle>,
+    paths: Paths,
+    schemas: Vec<(String, RefOr<Schema>)>,
+    tags: Vec<Tag>,
+    tag: String,
+}
+
+impl Table {
+    /// Empty.
+    #[must_use]
+    pub fn new() -> Table {
+        Table {
+            router: Router::new(),
+            paths: Paths::new(),
+            schemas: vec![(Problem::name().into_owned(), Problem::schema())],
+            tags: Vec::new(),
+            tag: String::new(),
+        }
+    }
+
+    /// The calls added from now on belong together.
+    #[must_use]
+    pub fn group(mut self, name: &str, description: &str) -> Table {
+        let mut tag = Tag::new(name);
+        tag.description = Some(description.to_owned());
+        self.tags.push(tag);
+        name.clone_into(&mut self.tag);
+        self
+    }
+
+    /// Adds the handler that `P`, made by `#[utoipa::path]` beside it, describes.
+    #[must_use]
+    pub fn call<P, H, T>(mut self, handler: H) -> Table
+    where
+        P: Path + utoipa::__dev::SchemaReferences,
+        H: Handler<T, Handle>,
+        T: 'static,
+    {
+        let path = P::path();
+        let methods = P::methods();
+        let filters = methods.iter().map(filter);
+        if let Some(filter) = filters.reduce(MethodFilter::or) {
+            self.router = self.router.route(&path, on(filter, handler));
+        }
+        let changes = methods.iter().any(|method| *method != HttpMethod::Get);
+        let mut operation = P::operation();
+        operation.tags = Some(vec![self.tag.clone()]);
+        document(&mut operation, changes);
+        self.paths.add_path_operation(&path, methods, operation);
+        P::schemas(&mut self.schemas);
+        self
+    }
+
+    /// The router, the document not yet in it.
+    pub fn into_parts(self, version: &str) -> (Router<Handle>, OpenApi) {
+        let mut info = Info::new("TS3100 control interface", version);
+        info.description = Some(DESCRIPTION.to_owned());
+        info.license = Some(License::new("MIT OR Apache-2.0"));
+        let mut components = Components::new();
+        components.schemas.extend(self.schemas);
+        components.schemas.values_mut().for_each(close);
+        let scheme = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).build();
+        components.add_security_scheme("token", SecurityScheme::Http(scheme));
+        let document = OpenApiBuilder::new()
+            .info(info)
+            .paths(self.paths)
+            .components(Some(components))
+            .tags(Some(self.tags))
+            .build();
+        let router = self
+            .router
+            .fallback(no_such_path)
+            .method_not_allowed_fallback(no_such_method);
+        (router, document)
+    }
+}
+
+/// Whether a token is needed is said once for all calls.
+pub fn require_token(document: &mut OpenApi) {
+    let scopes: [&str; 0] = [];
+    document.security = Some(vec![SecurityRequirement::new("token", scopes)]);
+}
+
+/// Exactly one of several keys: the document says of each alternative that it has no others.
+fn close(schema: &mut RefOr<Schema>) {
+    let RefOr::T(Schema::OneOf(alternatives)) = schema else {
+        return;
+    };
+    for alternative in &mut alternatives.items {
+        if let RefOr::T(Schema::Object(object)) = alternative
+            && !object.properties.is_empty()
+        {
+            object.additional_properties = Some(Box::new(AdditionalProperties::FreeForm(false)));
+        }
+    }
+}
+
+/// The operations of a document by path and method.
+pub fn operations(document: &OpenApi) -> impl Iterator<Item = (&str, HttpMethod, &Operation)> {
+    document.paths.paths.iter().flat_map(|(path, item)| {
+        let PathItem {
+            get,
+            put,
+            post,
+            delete,
+            ..
+        } = item;
+        let named = [
+            (HttpMethod::Get, get),
+            (HttpMethod::Put, put),
+            (HttpMethod::Post, post),
+            (HttpMethod::Delete, delete),
+        ];
+        named
+            .into_iter()
+            .filter_map(move |(method, operation)| Some((path.as_str(), method, operation.as_ref()?)))
+    })
+}
+
+/// The refusals that every call shares.
+fn document(operation: &mut Operation, changes: bool) {
+    let mut refusals = vec![
+        ("400", "The path, the query or the body cannot be read."),
+        ("401", "The token is missing or another one."),
+        (
+            "403",
+            "The header `Host`, `Origin` or `Sec-Fetch-Site` tells of a foreign web page.",
+        ),
+        ("404", "There is no such thing."),
+        ("405", "The path has no such method."),
+        ("503", "The emulator is ending, or too many listen."),
+    ];
+    if changes {
+        refusals.extend([
+            ("408", "The body, or what was waited for, did not come in time."),
+            (
+                "409",
+                "The state of the controller forbids it, or the value does not fit.",
+            ),
+            ("413", "The body is too large."),
+            ("415", "The header `Content-Type` is not `application/json`."),
+            ("422", "The body is JSON but not of the form described."),
+        ]);
+    }
+    for (status, description) in refusals {
+        let content = ContentBuilder::new()
+            .schema(Some(Ref::from_schema_name(Problem::name())))
+            .build();
+        let response = ResponseBuilder::new()
+            .description(description)
+            .content("application/json", content)
+            .build();
+        operation
+            .responses
+            .responses
+            .entry(status.to_owned())
+            .or_insert(response.into());
+    }
+}
+
+fn filter(method: &HttpMethod) -> MethodFilter {
+    match method {
+        HttpMethod::Put => MethodFilter::PUT,
+        HttpMethod::Post => MethodFilter::POST,
+        HttpMethod::Delete => MethodFilter::DELETE,
+        _ => MethodFilter::GET,
+    }
+}
+
+async fn no_such_path(uri: Uri) -> Problem {
+    Problem::missing("path", "one of /openapi.json", uri.path())
+}
+
+async fn no_such_method(method: Method, uri: Uri) -> Problem {
+    let expected = format!("a method that /openapi.json lists for {}", uri.path());
+    Problem::at(
+        StatusCode::METHOD_NOT_ALLOWED,
+        "method",
+        expected,
+        method.as_str(),
+    )
+}

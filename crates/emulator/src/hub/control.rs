@@ -1,0 +1,242 @@
+//! How the hub serves requests: deeds, looks, waits, time that is moved by hand. What may be asked, and how it is
+//! written, is `control`'s.
+
+use super::Hub;
+use super::request::{EdgeDeed, Pending, Request, Sight, Waited};
+use crate::clock::{self, TimeMode, Wake};
+use crate::transcript::Party;
+use std::time::Duration;
+use tracing::{error, info};
+use ts3100_controller::deed::{Deed, Refusal, RefusalKind};
+use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::output::Output;
+use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
+
+impl Hub {
+    /// Does what was asked.
+    pub(super) async fn serve_request(&mut self, request: Request) {
+        match request {
+            Request::Panel { panel, done } => {
+                self.clock.stir();
+                self.feed(Input::Panel(panel)).await;
+                // Fails only when nobody waits for it.
+                let _ = done.send(());
+            }
+            Request::Deed { deed, done } => {
+                self.clock.stir();
+                let result = self.deed(deed).await;
+                let _ = done.send(result);
+            }
+            Request::Edge { deed, done } => {
+                self.clock.stir();
+                let result = self.edge_deed(deed).await;
+                let _ = done.send(result);
+            }
+            Request::Look(look) => {
+                // What is due by now has happened when it is looked at.
+                self.feed(Input::Tick).await;
+                look(&Sight {
+                    controller: &self.controller,
+                    clock: &self.clock,
+                    ports: &self.ports,
+                    serial: &self.lines.places(),
+                });
+            }
+            Request::Wait { seek, done } => {
+                self.feed(Input::Tick).await;
+                let since = self.controller.now();
+                let limit = since + seek.within;
+                self.waits.push(Pending {
+                    seek,
+                    since,
+                    limit,
+                    done,
+                });
+                self.end_waits();
+            }
+        }
+    }
+
+    async fn deed(&mut self, deed: Deed) -> Result<(), Refusal> {
+        self.refusal = None;
+        self.feed(Input::Deed(deed)).await;
+        self.refusal.take().map_or(Ok(()), Err)
+    }
+
+    async fn edge_deed(&mut self, deed: EdgeDeed) -> Result<(), Refusal> {
+        match deed {
+            EdgeDeed::Inject { port, bytes } => {
+                self.peer_of(port, port.protocol().is_some())?;
+                self.feed(Input::Received { port, bytes }).await;
+                Ok(())
+            }
+            EdgeDeed::Drop { port } => {
+                self.peer_of(port, true)?;
+                if self.lines.has(port) {
+                    return Err(Refusal {
+                        kind: RefusalKind::Conflict,
+                        expected: "a channel of Ethernet".to_owned(),
+                        found: "a serial line, of which the host holds its own end".to_owned(),
+                        place: port.name().to_owned(),
+                    });
+                }
+                for input in self.links.drop_peer(port) {
+                    self.feed_by(input, Party::Robot).await;
+                }
+                Ok(())
+            }
+            EdgeDeed::TimeMode(mode) => {
+                self.clock.set_mode(mode);
+                info!("time: {mode}");
+                Ok(())
+            }
+            EdgeDeed::Reset => {
+                self.reset().await;
+                Ok(())
+            }
+        }
+    }
+
+    /// A power that is off and a peer that is wanted and not there refuse.
+    fn peer_of(&self, port: Port, wanted: bool) -> Result<(), Refusal> {
+        let refused = |expected: &str, found: &str| Refusal {
+            kind: RefusalKind::Conflict,
+            expected: expected.to_owned(),
+            found: found.to_owned(),
+            place: port.name().to_owned(),
+        };
+        if !self.controller.state().powered {
+            return Err(refused("power on", "the power is off"));
+        }
+        if wanted && self.controller.peer_of(port).is_none() {
+            return Err(refused("a connected peer", "nobody is connected"));
+        }
+        Ok(())
+    }
+
+    /// Everything as at the start, with the connections closed and time at its beginning.
+    async fn reset(&mut self) {
+        for port in self.links.close().await {
+            self.feed_by(Input::Disconnected { port }, Party::Robot).await;
+        }
+        let before = self.controller.drive().directory();
+        self.controller = self.initial.clone();
+        if matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)) {
+            self.controller.set_calendar(clock::calendar_now());
+        }
+        self.clock.restart();
+        self.clock.set(self.controller.now());
+        for waiting in std::mem::take(&mut self.waits) {
+            let _ = waiting.done.send(Waited {
+                reached: false,
+                at: Time::ZERO,
+                passed: Duration::ZERO,
+            });
+        }
+        if let Some(journal) = &self.journal {
+            journal.reset();
+        }
+        self.restore_store(before.iter().map(|entry| entry.name.as_str()));
+        self.open_links();
+        info!("reset; ports: {:?}", self.ports);
+        for input in self.lines.power_cycled(&self.controller) {
+            self.feed(input).await;
+        }
+        self.begin().await;
+    }
+
+    /// The backing directory as the drive now is.
+    fn restore_store<'a>(&mut self, before: impl Iterator<Item = &'a str>) {
+        let Some(store) = &mut self.store else { return };
+        let (now, drive) = (self.clock.now(), self.controller.drive());
+        for name in before.filter(|name| !drive.contains(name)) {
+            if let Err(reason) = store.remove(name) {
+                self.log.not_removed(now, name, &reason);
+            }
+        }
+        for entry in drive.directory() {
+            let content = drive.get(&entry.name).unwrap_or_default();
+            if let Err(reason) = store.put(&entry.name, content) {
+                self.log.not_kept(now, &entry.name, &reason);
+            }
+        }
+    }
+
+    /// The first input, behind the power coming on.
+    pub(super) async fn begin(&mut self) {
+        if self.servo_on {
+            self.feed(Input::Panel(Panel::Servo(true))).await;
+        } else {
+            self.feed(Input::Tick).await;
+        }
+    }
+
+    /// Opens the channels as the parameters ask; when that fails none is open.
+    pub(super) fn open_links(&mut self) {
+        match self.links.open(self.controller.network()) {
+            Ok(ports) => self.ports = ports,
+            Err(reason) => {
+                error!("no port is open: {reason}");
+                self.ports.clear();
+            }
+        }
+    }
+
+    /// Whether somebody waits for a single statement.
+    pub(super) fn waits_for_a_line(&self) -> bool {
+        self.waits.iter().any(Pending::traces)
+    }
+
+    /// What the waits see of an output.
+    pub(super) fn notice(&mut self, output: &Output) {
+        for waiting in &mut self.waits {
+            waiting.seek.notice(output);
+        }
+    }
+
+    /// Answers the waits that are over, and forgets those nobody waits for any more.
+    pub(super) fn end_waits(&mut self) {
+        let now = self.controller.now();
+        let mut index = 0;
+        while let Some(waiting) = self.waits.get(index) {
+            let reached = waiting.seek.is_met(&self.controller);
+            if !reached && now < waiting.limit && !waiting.done.is_closed() {
+                index += 1;
+                continue;
+            }
+            let waiting = self.waits.swap_remove(index);
+            let passed = now.since(waiting.since);
+            // Fails only when nobody waits for it.
+            let _ = waiting.done.send(Waited {
+                reached,
+                at: now,
+                passed,
+            });
+        }
+        let traces = self.record_lines || self.waits_for_a_line();
+        self.controller.trace(traces);
+    }
+
+    /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
+    pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
+        let deadline = self.deadline();
+        let advancing = self.waits.iter().filter(|waiting| waiting.seek.advance);
+        if let Some(limit) = advancing.map(|waiting| waiting.limit).min() {
+            let next = deadline.map_or(limit, |deadline| deadline.min(limit));
+            return (Wake::JumpAfter(Duration::ZERO), Some(next));
+        }
+        let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+        let limit = self.waits.iter().map(|waiting| waiting.limit).min();
+        // The end of a wait is no reason to jump.
+        let left = limit.and_then(|limit| self.clock.real_until(limit));
+        let wake = match (wake, left) {
+            (wake, None) => wake,
+            (Wake::Never, Some(left)) => Wake::After(left),
+            (Wake::After(before), Some(left)) => Wake::After(before.min(left)),
+            (Wake::JumpAfter(before), Some(left)) if left < before => Wake::After(left),
+            (Wake::JumpAfter(before), Some(_)) => Wake::JumpAfter(before),
+        };
+        (wake, deadline)
+    }
+}

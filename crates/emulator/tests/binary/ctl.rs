@@ -1,0 +1,215 @@
+//! `ts3100 ctl` and `completions` against a running `ts3100 serve`: exit codes, both forms of an answer, the token.
+
+use crate::support::{Serve, TempDir, run, stderr, stdout, ts3100};
+use serde_json::{Value, json};
+use std::process::Output;
+
+fn ctl(serve: &Serve, words: &[&str]) -> Output {
+    let url = serve.control.as_deref().unwrap();
+    let mut all = vec!["ctl", "--at", url];
+    all.extend(words);
+    run(&all)
+}
+
+/// What a call that succeeds answers, as JSON.
+fn answer(serve: &Serve, words: &[&str]) -> Value {
+    let mut all = vec!["--json"];
+    all.extend(words);
+    let output = ctl(serve, &all);
+    assert_eq!(output.status.code(), Some(0), "{words:?}: {}", stderr(&output));
+    serde_json::from_str(&stdout(&output)).unwrap()
+}
+
+fn code(serve: &Serve, words: &[&str]) -> Option<i32> {
+    ctl(serve, words).status.code()
+}
+
+#[test]
+fn every_switch_has_its_words() {
+    let serve = Serve::start(&[]);
+    for (words, expected) in [
+        ("key teaching", json!({"position": "teaching"})),
+        ("key ext", json!({"position": "ext"})),
+        ("right sig", json!({"holder": "sig"})),
+        ("right ether", json!({"holder": "ether"})),
+        ("safety-switch open", json!({"open": true})),
+        ("safety-switch close", json!({"open": false})),
+        ("emergency-stop press", json!({"pressed": true})),
+        ("emergency-stop release", json!({"pressed": false})),
+        ("machine-lock on", json!({"on": true})),
+        ("machine-lock off", json!({"on": false})),
+        ("battery low", json!({"low": true})),
+        ("battery good", json!({"low": false})),
+        ("feed-hold on", json!({"on": true})),
+        ("feed-hold off", json!({"on": false})),
+    ] {
+        let words: Vec<&str> = words.split(' ').collect();
+        assert_eq!(answer(&serve, &words), expected, "{words:?}");
+        assert_eq!(answer(&serve, &words[..1]), expected, "{words:?}");
+    }
+    assert_eq!(answer(&serve, &["alarms"])["active"].as_array().unwrap().len(), 3);
+    assert_eq!(answer(&serve, &["alarms", "reset"])["active"], json!([]));
+    answer(&serve, &["alarms", "raise", "1-102", "by hand"]);
+    assert_eq!(answer(&serve, &["alarms", "table", "1-102"])["level"], 1);
+}
+
+#[test]
+fn every_resource_has_its_words() {
+    let directory = TempDir::new();
+    let serve = Serve::start(&["--time", "stepped"]);
+    let program = directory.file(
+        "cell.scol",
+        "GLOBAL\nN = 1\nEND\nPROGRAM CELL\nDELAY 5\nDOUT(3)\nPRINT COM1, \"DONE\", CR\nEND\nDATA\n\
+         POINT P1 = 300,0,400,0,0,0,0,0\nEND\n",
+    );
+    answer(&serve, &["file", "put", "CELL", &program]);
+    assert_eq!(answer(&serve, &["file", "select", "CELL"])["file"], "CELL");
+    assert_eq!(answer(&serve, &["variable", "N", "-7"])["value"], json!([-7]));
+    assert_eq!(answer(&serve, &["variable", "N"])["value"], json!([-7]));
+    answer(&serve, &["position", "P1", "--teach", "--restore"]);
+    assert_eq!(
+        answer(
+            &serve,
+            &["position", "P1", "1", "2", "3", "0", "0", "0", "0", "0", "0"]
+        )["value"][1],
+        2.0
+    );
+    answer(&serve, &["input", "9", "on"]);
+    assert_eq!(answer(&serve, &["input"])["on"], json!([9]));
+    answer(&serve, &["input", "9", "force", "off"]);
+    assert_eq!(answer(&serve, &["input", "9", "release"])["on"], true);
+    answer(&serve, &["output", "9", "pulse", "0.5"]);
+    answer(&serve, &["servo", "on"]);
+    assert_eq!(answer(&serve, &["program", "start"])["status"], "running");
+    let reached = answer(
+        &serve,
+        &["clock", "advance-until", "output", "3", "on", "--within", "60"],
+    );
+    assert_eq!(reached["passed"], 5.0);
+    assert_eq!(answer(&serve, &["clock", "advance", "2"])["now"], 7.0);
+    assert_eq!(
+        answer(&serve, &["wait", "status", "reset", "--within", "0"])["reached"],
+        true
+    );
+    assert_eq!(
+        answer(&serve, &["input", "9", "wait", "on", "--within", "1"])["reached"],
+        true
+    );
+    answer(&serve, &["channel", "ip1", "inject", r"1,2\r"]);
+    assert_eq!(answer(&serve, &["channel", "ip1"])["buffer"], "1,2<CR>");
+    answer(&serve, &["pendant", r"5\r"]);
+    assert_eq!(answer(&serve, &["parameters"])["host"]["speed"], 9600);
+    assert_eq!(answer(&serve, &["power", "cycle"])["on"], true);
+    assert_eq!(answer(&serve, &["clock", "mode", "auto"])["mode"], "auto");
+    assert_eq!(answer(&serve, &["reset"])["on"], true);
+    assert_eq!(answer(&serve, &["call", "GET", "/program"])["file"], "");
+    for words in [
+        "state", "health", "version", "findings", "channel", "file", "variable",
+    ] {
+        answer(&serve, &[words]);
+    }
+}
+
+#[test]
+fn the_exit_code_says_how_it_ended() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    ctl(&serve, &["emergency-stop", "press"]);
+    let refused = ctl(&serve, &["servo", "on"]);
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        stderr(&refused).contains("the emergency stop is on"),
+        "{}",
+        stderr(&refused)
+    );
+    for words in [
+        vec!["servo", "sideways"],
+        vec!["wait", "moon"],
+        vec!["variable", "N", "one"],
+        vec!["call", "GET", "state"],
+        vec!["position", "--teach"],
+        vec!["file", "put", "A", "/does/not/exist"],
+        vec!["nothing"],
+    ] {
+        assert_eq!(code(&serve, &words), Some(2), "{words:?}");
+    }
+    let late = ["clock", "advance-until", "output", "3", "on", "--within", "1"];
+    assert_eq!(code(&serve, &late), Some(4));
+    assert_eq!(
+        run(&["ctl", "--at", "http://127.0.0.1:1", "state"]).status.code(),
+        Some(3)
+    );
+    assert_eq!(
+        run(&["ctl", "--at", "https://a:1", "state"]).status.code(),
+        Some(2)
+    );
+}
+
+#[test]
+fn people_get_names_and_values_and_files_as_they_are() {
+    let directory = TempDir::new();
+    let program = directory.file("p.scol", "PROGRAM P\nEND\n");
+    let serve = Serve::start(&[]);
+    ctl(&serve, &["file", "put", "P", &program]);
+    assert_eq!(stdout(&ctl(&serve, &["file", "get", "P"])), "PROGRAM P\nEND\n");
+    assert_eq!(stdout(&ctl(&serve, &["servo", "on"])), "on: true\n");
+    assert!(stdout(&ctl(&serve, &["metrics"])).contains("ts3100_servo 1\n"));
+    let events = stdout(&ctl(&serve, &["events", "--since", "1", "--count", "2"]));
+    assert!(events.contains(" stored        bytes=14 file=P\n"), "{events}");
+}
+
+#[test]
+fn url_and_token_come_from_the_environment() {
+    let directory = TempDir::new();
+    let file = directory.file("token", "0123456789abcdef\n");
+    let serve = Serve::start(&["--control-token-file", &file]);
+    let url = serve.control.as_deref().unwrap();
+    let with = |token: &str| {
+        let mut command = ts3100(&["ctl", "health"]);
+        command.env("TS3100_CONTROL_URL", url);
+        if !token.is_empty() {
+            command.env("TS3100_CONTROL_TOKEN", token);
+        }
+        command.output().unwrap().status.code()
+    };
+    assert_eq!(with("0123456789abcdef"), Some(0));
+    assert_eq!(with("0123456789abcdee"), Some(1));
+    assert_eq!(with(""), Some(1));
+    assert_eq!(code(&serve, &["--token", "0123456789abcdef", "health"]), Some(0));
+}
+
+#[test]
+fn serve_says_why_there_can_be_no_interface() {
+    let everywhere = run(&["serve", "--ports", "auto", "--control", "0.0.0.0:0"]);
+    assert_eq!(everywhere.status.code(), Some(2));
+    assert!(
+        stderr(&everywhere).contains("--control-token"),
+        "{}",
+        stderr(&everywhere)
+    );
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap().to_string();
+    let output = run(&["serve", "--ports", "auto", "--control", &address]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains(&address), "{}", stderr(&output));
+    let far = run(&["serve", "--port-offset", "64000"]);
+    assert!(stderr(&far).contains("--control off"), "{}", stderr(&far));
+    let off = Serve::start(&["--control", "off"]);
+    assert_eq!(off.control, None);
+}
+
+#[test]
+fn shells_get_their_completions() {
+    for (shell, part) in [
+        ("bash", "complete -F _ts3100"),
+        ("zsh", "#compdef ts3100"),
+        ("fish", "complete -c ts3100"),
+    ] {
+        let output = run(&["completions", shell]);
+        let script = stdout(&output);
+        assert!(output.status.success() && script.contains(part), "{shell}");
+        for word in ["advance-until", "emergency-stop", "control-token-file"] {
+            assert!(script.contains(word), "{shell}: {word}");
+        }
+    }
+    assert_eq!(run(&["completions", "cmd"]).status.code(), Some(2));
+}

@@ -1,0 +1,120 @@
+//! Time in the hand of the test: advance, advance until, wait, the modes.
+
+use crate::support::{Robot, builder, running};
+use serde_json::json;
+use std::time::{Duration, Instant};
+use ts3100_controller::port::Port;
+
+const SLOW: &str = "PROGRAM TEST\nDELAY 3600\nDOUT(4)\nDELAY 10\nPRINT IP1, \"DONE\", CR\nDOUT(-4)\nEND\n";
+
+#[test]
+fn stepped_time_passes_only_by_advance() {
+    let robot = running(SLOW);
+    let begun = Instant::now();
+    robot.post("/program/start", "");
+    let clock = robot.get("/clock");
+    assert_eq!(
+        (&clock["mode"], &clock["now"], &clock["next"]),
+        (&json!("stepped"), &json!(0.0), &json!(3600.0))
+    );
+    let ended = robot.post("/clock/advance", r#"{"seconds":3599.999999}"#);
+    assert_eq!(
+        ended,
+        json!({"reached":true,"now":3599.999999,"passed":3599.999999})
+    );
+    assert_eq!(robot.get("/outputs/4")["on"], false);
+    robot.post("/clock/advance", r#"{"seconds":0.000001}"#);
+    assert_eq!(robot.get("/outputs/4")["on"], true);
+    assert!(begun.elapsed() < Duration::from_secs(60), "an hour is no hour");
+}
+
+#[test]
+fn time_advances_until_something_happens() {
+    let robot = running(SLOW);
+    let _peer = robot.dial(Port::Ip1);
+    let _host = robot.host();
+    robot.post("/program/start", "");
+    let until = |condition: &str, within: f64| {
+        let body = format!("{{\"condition\":{condition},\"within\":{within}}}");
+        robot.post("/clock/advance-until", &body)
+    };
+    let at = until(r#"{"output":{"line":4,"on":true}}"#, 10_000.0);
+    assert_eq!(at, json!({"reached":true,"now":3600.0,"passed":3600.0}));
+    let late = until(r#"{"output":{"line":4,"on":false}}"#, 9.5);
+    assert_eq!(late, json!({"reached":false,"now":3609.5,"passed":9.5}));
+    let printed = until(r#"{"printed":{"channel":"IP1","text":"ONE"}}"#, 100.0);
+    assert_eq!(printed["now"], 3610.0);
+    let idle = until(r#"{"idle":{}}"#, 1.0);
+    assert_eq!(idle["reached"], true);
+    robot.post("/program/start", "");
+    assert_eq!(until(r#"{"status":"running"}"#, 0.0)["reached"], true);
+    let line = until(r#"{"line":5}"#, 4_000.0);
+    assert_eq!(
+        (&line["reached"], &line["passed"]),
+        (&json!(true), &json!(3610.0))
+    );
+    assert_eq!(until(r#"{"alarm":"any"}"#, 5.0)["reached"], false);
+    robot.post("/alarms", r#"{"number":"1-102"}"#);
+    assert_eq!(until(r#"{"alarm":"1-102"}"#, 5.0)["reached"], true);
+}
+
+#[test]
+fn a_wait_does_not_move_time() {
+    let robot = running(SLOW);
+    let words = robot.refused(
+        408,
+        "POST",
+        "/wait",
+        r#"{"condition":{"output":{"line":4,"on":true}},"within":1,"wall":0.1}"#,
+    );
+    assert!(words.starts_with("wall"), "{words}");
+    assert_eq!(robot.get("/clock")["now"], 0.0);
+    std::thread::scope(|scope| {
+        let waits = scope.spawn(|| {
+            robot.post(
+                "/wait",
+                r#"{"condition":{"input":{"line":9,"on":true}},"within":1}"#,
+            )
+        });
+        robot.put("/inputs/9", r#"{"on":true}"#);
+        assert_eq!(waits.join().unwrap()["reached"], true);
+    });
+    robot.put("/clock", r#"{"mode":"x1000"}"#);
+    let over = robot.post("/wait", r#"{"condition":{"alarm":"any"},"within":1}"#);
+    assert_eq!(over["reached"], false);
+    assert!(over["passed"].as_f64().unwrap() >= 1.0, "{over}");
+}
+
+#[test]
+fn the_mode_is_changed_without_a_jump() {
+    let robot = Robot::start(builder());
+    robot.post("/clock/advance", r#"{"seconds":100}"#);
+    for mode in ["real", "x2", "auto", "stepped"] {
+        let clock = robot.put("/clock", &format!("{{\"mode\":\"{mode}\"}}"));
+        assert_eq!(clock["mode"], mode);
+        let now = clock["now"].as_f64().unwrap();
+        assert!((100.0..130.0).contains(&now), "{clock}");
+    }
+    let stands = robot.get("/clock")["now"].clone();
+    assert_eq!(robot.get("/clock")["now"], stands);
+    for mode in ["fast", "x0", "x-1", ""] {
+        robot.refused(422, "PUT", "/clock", &format!("{{\"mode\":\"{mode}\"}}"));
+    }
+}
+
+#[test]
+fn what_cannot_be_waited_for_is_refused() {
+    let robot = Robot::start(builder());
+    for (status, body) in [
+        (404, r#"{"condition":{"output":{"line":0,"on":true}},"within":1}"#),
+        (404, r#"{"condition":{"alarm":"7-777"},"within":1}"#),
+        (422, r#"{"condition":{"printed":{"text":""}},"within":1}"#),
+        (422, r#"{"condition":{"moon":{}},"within":1}"#),
+        (422, r#"{"condition":{"idle":{}}}"#),
+        (422, r#"{"condition":{"idle":{}},"within":-1}"#),
+        (422, r#"{"condition":{"idle":{}},"within":1,"wall":1000}"#),
+    ] {
+        robot.refused(status, "POST", "/clock/advance-until", body);
+        robot.refused(status, "POST", "/wait", body);
+    }
+}

@@ -1,0 +1,253 @@
+//! Who may call: token, Host, Origin, kinds of body, sizes, garbage.
+
+use crate::support::{Robot, builder};
+use ts3100_emulator::client::Client;
+use ts3100_emulator::control::{ControlSettings, operations};
+
+const TOKEN: &str = "0123456789abcdef";
+
+fn with_headers(robot: &Robot, headers: &str) -> u16 {
+    let answer = robot.raw(format!("GET /state HTTP/1.1\r\nConnection: close\r\n{headers}\r\n").as_bytes());
+    answer
+        .split(' ')
+        .nth(1)
+        .and_then(|status| status.parse().ok())
+        .unwrap_or_default()
+}
+
+#[test]
+fn only_a_host_of_this_machine_is_served() {
+    let robot = Robot::start(builder());
+    let port = robot.emulator.control().unwrap().port();
+    for host in [
+        "localhost",
+        "LOCALHOST:1",
+        "127.0.0.1",
+        &format!("127.0.0.1:{port}"),
+        "[::1]",
+        "[::1]:3100",
+    ] {
+        assert_eq!(with_headers(&robot, &format!("Host: {host}\r\n")), 200, "{host}");
+    }
+    for headers in [
+        "Host: evil.example\r\n",
+        "Host: evil.example:3100\r\n",
+        "Host: localhost.evil.example\r\n",
+        "Host: 127.0.0.1.evil.example\r\n",
+        "Host: 10.0.0.1\r\n",
+        "Host: [::2]\r\n",
+        "Host: \r\n",
+        "Host: user@localhost\r\n",
+    ] {
+        assert_eq!(with_headers(&robot, headers), 403, "{headers}");
+    }
+    assert_eq!(
+        with_headers(&robot, "Host: localhost\r\nHost: evil.example\r\n"),
+        403
+    );
+    let none = robot.raw(b"GET /state HTTP/1.0\r\n\r\n");
+    assert!(none.starts_with("HTTP/1.0 403"), "{none}");
+    let absolute =
+        robot.raw(b"GET http://evil.example/state HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    assert!(absolute.starts_with("HTTP/1.1 403"), "{absolute}");
+}
+
+#[test]
+fn a_name_may_be_allowed() {
+    let control = ControlSettings {
+        hosts: vec!["Robot-7".to_owned()],
+        ..ControlSettings::free()
+    };
+    let robot = Robot::start(builder().control(control));
+    assert_eq!(with_headers(&robot, "Host: robot-7:80\r\n"), 200);
+    assert_eq!(with_headers(&robot, "Host: robot-8\r\n"), 403);
+}
+
+#[test]
+fn no_page_of_another_origin_is_served() {
+    let robot = Robot::start(builder());
+    let own = "Host: localhost:3100\r\n";
+    for headers in [
+        "Origin: http://localhost:3100\r\n",
+        "Sec-Fetch-Site: none\r\n",
+        "Sec-Fetch-Site: same-origin\r\nOrigin: http://LOCALHOST:3100\r\n",
+    ] {
+        assert_eq!(with_headers(&robot, &format!("{own}{headers}")), 200, "{headers}");
+    }
+    for headers in [
+        "Origin: http://evil.example\r\n",
+        "Origin: null\r\n",
+        "Origin: https://localhost:3100\r\n",
+        "Origin: http://localhost:8080\r\n",
+        "Origin: http://localhost\r\n",
+        "Origin: \r\n",
+        "Sec-Fetch-Site: cross-site\r\n",
+        "Sec-Fetch-Site: same-site\r\n",
+    ] {
+        assert_eq!(with_headers(&robot, &format!("{own}{headers}")), 403, "{headers}");
+    }
+    for path in ["/events", "/openapi.json", "/", "/metrics"] {
+        let request = format!(
+            "GET {path} HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\nConnection: close\r\n\r\n"
+        );
+        let answer = robot.raw(request.as_bytes());
+        assert!(answer.starts_with("HTTP/1.1 403"), "{path}: {answer}");
+        assert!(
+            !answer.to_ascii_lowercase().contains("access-control-"),
+            "{answer}"
+        );
+    }
+    let preflight = robot.raw(
+        b"OPTIONS /servo HTTP/1.1\r\nHost: localhost\r\nOrigin: http://evil.example\r\n\
+          Access-Control-Request-Method: PUT\r\nConnection: close\r\n\r\n",
+    );
+    assert!(preflight.starts_with("HTTP/1.1 403"), "{preflight}");
+}
+
+#[test]
+fn with_a_token_every_call_needs_it() {
+    let control = ControlSettings {
+        token: Some(TOKEN.to_owned()),
+        ..ControlSettings::free()
+    };
+    let robot = Robot::start(builder().control(control));
+    for (path, method) in operations() {
+        let path = path
+            .replace("{line}", "1")
+            .replace("{number}", "2-046")
+            .replace("{port}", "IP0")
+            .replace("{name}", "TEST");
+        robot.refused(401, &method, &path, "");
+    }
+    robot.refused(401, "GET", "/openapi.json", "");
+    let url = format!("http://{}", robot.emulator.control().unwrap());
+    for wrong in ["0123456789abcdee", "0123456789abcde", "0123456789abcdeff"] {
+        let client = Client::new(&url, Some(wrong.to_owned())).unwrap();
+        assert_eq!(client.call("GET", "/state", None).unwrap().0, 401, "{wrong}");
+    }
+    let client = Client::new(&url, Some(TOKEN.to_owned())).unwrap();
+    assert_eq!(client.call("GET", "/state", None).unwrap().0, 200);
+    let own = "Host: localhost\r\n";
+    for (headers, status) in [
+        (format!("authorization: bearer {TOKEN}\r\n"), 200),
+        (format!("Authorization: Basic {TOKEN}\r\n"), 401),
+        (format!("Authorization: {TOKEN}\r\n"), 401),
+        (
+            format!("Authorization: Bearer {TOKEN}\r\nAuthorization: Bearer {TOKEN}\r\n"),
+            401,
+        ),
+    ] {
+        assert_eq!(
+            with_headers(&robot, &format!("{own}{headers}")),
+            status,
+            "{headers}"
+        );
+    }
+    // The page asks for the token itself.
+    let page = robot.raw(b"GET / HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+}
+
+#[test]
+fn beyond_the_loopback_there_is_no_interface_without_a_token() {
+    let everywhere = ControlSettings {
+        address: "0.0.0.0:0".parse().unwrap(),
+        ..ControlSettings::free()
+    };
+    let words = everywhere.clone().check().unwrap_err().to_string();
+    assert!(words.contains("--control-token"), "{words}");
+    let short = ControlSettings {
+        token: Some("short".to_owned()),
+        ..everywhere.clone()
+    };
+    assert!(short.check().is_err());
+    let allowed = ControlSettings {
+        token: Some(TOKEN.to_owned()),
+        ..everywhere
+    };
+    assert!(allowed.check().is_ok());
+}
+
+#[test]
+fn what_changes_something_is_json() {
+    let robot = Robot::start(builder());
+    for kind in [
+        "text/plain",
+        "application/x-www-form-urlencoded",
+        "multipart/form-data; boundary=a",
+        "application/jsonp",
+    ] {
+        let request = format!(
+            "PUT /servo HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Type: {kind}\r\n\
+             Content-Length: 11\r\n\r\n{{\"on\":true}}"
+        );
+        let answer = robot.raw(request.as_bytes());
+        assert!(answer.starts_with("HTTP/1.1 415"), "{kind}: {answer}");
+    }
+    let bare = b"PUT /servo HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 11\r\n\r\n{\"on\":true}";
+    assert!(robot.raw(bare).starts_with("HTTP/1.1 415"));
+    let form = b"POST /program/stop HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+        Content-Type: text/plain\r\nContent-Length: 0\r\n\r\n";
+    assert!(robot.raw(form).starts_with("HTTP/1.1 415"));
+    assert_eq!(robot.get("/servo")["on"], false);
+}
+
+#[test]
+fn what_cannot_be_read_is_refused_with_words() {
+    let robot = Robot::start(builder());
+    for (status, body) in [
+        (400, "{"),
+        (400, "{\"on\":tru}"),
+        (422, "{}"),
+        (422, "{\"on\":1}"),
+        (422, "{\"on\":true,\"off\":false}"),
+        (422, "[]"),
+    ] {
+        let words = robot.refused(status, "PUT", "/servo", body);
+        assert!(words.starts_with("body: "), "{words}");
+    }
+    robot.refused(400, "POST", "/program/stop", "{\"now\":true}");
+    robot.refused(404, "GET", "/no/such/path", "");
+    robot.refused(405, "POST", "/state", "");
+    robot.refused(400, "GET", "/inputs/first", "");
+    robot.refused(400, "GET", "/events?since=x", "");
+    let large = format!("{{\"text\":\"{}\"}}", "A".repeat(300_000));
+    robot.refused(413, "PUT", "/files/LARGE", &large);
+    for garbage in [
+        b"\x02SO\r\x03\r\n\r\n".as_slice(),
+        b"GET\r\n\r\n",
+        b"\xff\xfe\x00",
+    ] {
+        let answer = robot.raw(&[garbage, b"\r\n\r\n"].concat());
+        assert!(
+            answer.is_empty() || answer.starts_with("HTTP/1.1 400"),
+            "{answer}"
+        );
+    }
+    assert_eq!(robot.get("/health")["status"], "ok");
+}
+
+#[test]
+fn every_operation_of_the_document_is_served() {
+    let robot = Robot::start(builder());
+    let found = operations();
+    assert!(found.len() > 50, "{}", found.len());
+    for (path, method) in found {
+        let path = path.replace("{line}", "999").replace("{number}", "9-999");
+        let path = path.replace("{port}", "IP0").replace("{name}", "NONE");
+        // A body that no call takes: nothing happens, and the path is known.
+        let body = if method == "GET" { "" } else { "[1]" };
+        if path == "/events" {
+            continue;
+        }
+        let (status, answer) = robot.call_text(&method, &path, body);
+        assert!(
+            [200, 400, 404, 422].contains(&status),
+            "{method} {path}: {status} {answer}"
+        );
+        assert!(
+            !answer.contains("one of /openapi.json"),
+            "{method} {path}: {answer}"
+        );
+    }
+}

@@ -1,0 +1,432 @@
+//! What each call does, and that hosts see it.
+
+use crate::support::{Robot, builder, running};
+use serde_json::json;
+use std::io::Write as _;
+use ts3100_controller::port::Port;
+
+const DATA: &str = "GLOBAL\nCOUNT = 3\nX = 1.5\nDIM A(2) AS INTEGER\nEND\nPROGRAM TEST\nDOUT(5)\nWAIT DIN(7)\nDOUT(-5)\n\
+    END\nDATA\nPOINT P1 = 300,0,400,0,0,0,0,0\nEND\n";
+
+#[test]
+fn an_emergency_stop_is_seen_by_the_host() {
+    let robot = running("PROGRAM TEST\nEND\n");
+    let mut host = robot.host();
+    assert_eq!(
+        (host.sf()[0], robot.get("/servo")["on"].as_bool()),
+        (1, Some(true))
+    );
+    robot.put("/emergency-stop", r#"{"pressed":true}"#);
+    let sf = host.sf();
+    assert_eq!((sf[0], sf[1]), (0, 1), "servo off, emergency stop");
+    assert!(host.command("AC").starts_with("FL,1,8-027,Emergency stop ON,"));
+    assert_eq!(host.command("DO,MOVE HERE"), "NG");
+    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-027");
+    let words = robot.refused(409, "PUT", "/servo", r#"{"on":true}"#);
+    assert!(words.contains("emergency stop"), "{words}");
+    robot.post("/alarms/reset", "");
+    assert_eq!(
+        robot.get("/alarms")["active"][0]["number"],
+        "8-027",
+        "its cause persists"
+    );
+    robot.put("/emergency-stop", r#"{"pressed":false}"#);
+    assert_eq!(robot.post("/alarms/reset", "{}")["active"], json!([]));
+    assert_eq!(robot.put("/servo", r#"{"on":true}"#)["on"], true);
+    assert_eq!(host.sf()[0], 1);
+}
+
+#[test]
+fn key_and_control_right_decide_what_the_host_may() {
+    let robot = running("PROGRAM TEST\nEND\n");
+    let mut host = robot.host();
+    robot.put("/key-switch", r#"{"position":"teaching"}"#);
+    assert_eq!(host.command("RN"), "NG");
+    robot.put("/key-switch", r#"{"position":"ext"}"#);
+    robot.put("/control-right", r#"{"holder":"rs232c"}"#);
+    assert_eq!(host.command("RN"), "NG");
+    assert_eq!(robot.get("/state")["master_mode"], "EXT (RS-232C)");
+    robot.put("/control-right", r#"{"holder":"ether"}"#);
+    assert_eq!(host.command("RN"), "OK");
+    assert_eq!(robot.get("/control-right")["holder"], "ether");
+    robot.refused(422, "PUT", "/key-switch", r#"{"position":"sideways"}"#);
+}
+
+#[test]
+fn every_switch_is_read_as_it_was_set() {
+    let robot = running("PROGRAM TEST\nEND\n");
+    for (path, key) in [
+        ("/safety-switch", "open"),
+        ("/machine-lock", "on"),
+        ("/battery", "low"),
+        ("/feed-hold", "on"),
+    ] {
+        for state in [true, true, false] {
+            let body = json!({ key: state }).to_string();
+            assert_eq!(robot.put(path, &body)[key], state, "{path}");
+            assert_eq!(robot.get(path)[key], state, "{path}");
+        }
+    }
+    let active = robot.get("/alarms");
+    let numbers: Vec<_> = active["active"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|alarm| alarm["number"].clone())
+        .collect();
+    assert_eq!(numbers, ["8-203", "1-102"], "fence and battery");
+}
+
+#[test]
+fn feed_hold_refuses_a_start_and_start_starts() {
+    let robot = running(DATA);
+    robot.put("/feed-hold", r#"{"on":true}"#);
+    robot.refused(409, "POST", "/program/start", "");
+    robot.put("/feed-hold", r#"{"on":false}"#);
+    assert_eq!(robot.post("/program/start", "")["status"], "running");
+    let mut host = robot.host();
+    assert_eq!(host.command("HI,7 1"), "FL,0\r\u{1a}");
+    assert_eq!(robot.get("/outputs/5")["on"], true);
+    assert_eq!(robot.get("/state")["tasks"][0]["doing"], "wait");
+    robot.put("/inputs/7", r#"{"on":true}"#);
+    assert_eq!(robot.get("/outputs/5")["on"], false);
+    assert_eq!(robot.get("/program")["status"], "reset");
+    assert_eq!(host.text(), b"SP\r", "the end of the cycle is told");
+}
+
+#[test]
+fn stop_ends_the_step() {
+    let robot = running(DATA);
+    robot.post("/program/start", "");
+    assert_eq!(robot.post("/program/stop", "")["status"], "continue");
+}
+
+#[test]
+fn an_alarm_of_the_table_acts_by_its_level() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    robot.post("/program/start", "");
+    let alarms = robot.post("/alarms", r#"{"number":"4-101","detail":"by hand"}"#);
+    assert_eq!(alarms["active"][0]["text"], "Position out of reach: by hand");
+    assert!(
+        alarms["active"][0]["remedy"]
+            .as_str()
+            .unwrap()
+            .starts_with("Correct")
+    );
+    assert_eq!(robot.get("/program")["status"], "retry");
+    assert_eq!(host.text(), b"SP\r");
+    assert!(host.command("EU").contains("004-101"));
+    robot.refused(404, "POST", "/alarms", r#"{"number":"4-999"}"#);
+    robot.refused(422, "POST", "/alarms", r#"{"number":"4-101","detail":"a,b"}"#);
+    let table = robot.get("/alarms/table");
+    for row in table.as_array().unwrap() {
+        let number = row["number"].as_str().unwrap();
+        assert_eq!(robot.get(&format!("/alarms/table/{number}")), *row);
+    }
+    robot.refused(404, "GET", "/alarms/table/0-000", "");
+}
+
+#[test]
+fn lines_are_driven_forced_and_released() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    robot.put("/inputs/101", r#"{"on":true}"#);
+    assert_eq!(host.command("HI,101 1"), "FL,1\r\u{1a}");
+    let forced = robot.put("/inputs/101/force", r#"{"on":false}"#);
+    assert_eq!(forced, json!({"line":101,"on":false,"forced":true}));
+    assert_eq!(host.command("HI,101 1"), "FL,0\r\u{1a}");
+    robot.put("/inputs/101", r#"{"on":true}"#);
+    assert_eq!(host.command("HI,101 1"), "FL,0\r\u{1a}", "whatever drives it");
+    robot.ok("DELETE", "/inputs/101/force", "");
+    assert_eq!(host.command("HI,101 1"), "FL,1\r\u{1a}");
+    robot.put("/outputs/3/force", r#"{"on":true}"#);
+    assert_eq!(host.command("IW,3 0"), "OK");
+    assert_eq!(robot.get("/outputs")["forced"], json!([{"line":3,"on":true}]));
+    assert_eq!(robot.get("/outputs/3")["on"], true);
+    robot.ok("DELETE", "/outputs/3/force", "");
+    assert_eq!(robot.get("/outputs/3")["on"], false);
+    robot.put("/outputs/3", r#"{"on":true}"#);
+    let lines = robot.get("/outputs");
+    assert!(lines["on"].as_array().unwrap().contains(&json!(3)));
+    for line in ["0", "65", "265"] {
+        robot.refused(404, "PUT", &format!("/inputs/{line}"), r#"{"on":true}"#);
+        robot.refused(404, "PUT", &format!("/outputs/{line}/force"), r#"{"on":true}"#);
+    }
+    robot.refused(404, "PUT", "/outputs/249", r#"{"on":true}"#);
+}
+
+#[test]
+fn a_forced_system_input_acts_as_a_driven_one() {
+    let robot = running(DATA);
+    robot.put("/control-right", r#"{"holder":"sig"}"#);
+    robot.put("/inputs/255/force", r#"{"on":true}"#);
+    assert_eq!(robot.get("/program")["status"], "running");
+}
+
+#[test]
+fn pulses_last_their_virtual_time() {
+    let robot = running(DATA);
+    robot.post("/inputs/9/pulse", r#"{"seconds":0.5}"#);
+    robot.post("/outputs/9/pulse", r#"{"seconds":0.25}"#);
+    robot.post("/clock/advance", r#"{"seconds":0.249999}"#);
+    assert_eq!(robot.get("/outputs/9")["on"], true);
+    robot.post("/clock/advance", r#"{"seconds":0.000001}"#);
+    assert_eq!(robot.get("/outputs/9")["on"], false);
+    assert_eq!(robot.get("/inputs/9")["on"], true);
+    robot.post("/clock/advance", r#"{"seconds":0.25}"#);
+    assert_eq!(robot.get("/inputs/9")["on"], false);
+    robot.refused(422, "POST", "/inputs/9/pulse", r#"{"seconds":-1}"#);
+    robot.refused(422, "POST", "/inputs/9/pulse", r#"{"seconds":1e300}"#);
+    robot.refused(409, "POST", "/outputs/250/pulse", r#"{"seconds":1}"#);
+}
+
+#[test]
+fn variables_are_those_of_the_host() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    assert_eq!(robot.get("/variables/count")["value"], json!([3]));
+    assert_eq!(
+        robot.put("/variables/COUNT", r#"{"value":[-7]}"#)["value"],
+        json!([-7])
+    );
+    assert_eq!(host.command("MR,COUNT 0"), "FL,-7\r\u{1a}");
+    assert_eq!(host.command("MW,0 COUNT 0 12"), "OK");
+    assert_eq!(robot.get("/variables/COUNT")["value"], json!([12]));
+    robot.put("/variables/A(1)", r#"{"value":[5]}"#);
+    assert_eq!(robot.get("/variables/A")["elements"][1], json!([5]));
+    assert_eq!(robot.get("/variables/A%281%29")["value"], json!([5]));
+    robot.refused(409, "PUT", "/variables/COUNT", r#"{"value":[1.5]}"#);
+    robot.refused(409, "PUT", "/variables/COUNT", r#"{"value":[1,2]}"#);
+    robot.refused(404, "PUT", "/variables/NONE", r#"{"value":[1]}"#);
+    robot.refused(404, "GET", "/variables/A(3)", "");
+    robot.refused(404, "GET", "/variables/1A", "");
+    let names = robot.get("/variables");
+    let names: Vec<_> = names
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|row| row["name"].clone())
+        .collect();
+    assert_eq!(names, ["A", "COUNT", "P1", "X"]);
+    let nothing = Robot::start(builder());
+    nothing.refused(404, "GET", "/variables/COUNT", "");
+    assert_eq!(nothing.get("/variables"), json!([]));
+}
+
+#[test]
+fn a_position_is_taught_and_restored() {
+    let robot = running(DATA);
+    let world = robot.get("/state")["arm"]["world"].clone();
+    let taught = robot.post("/positions/P1/teach", r#"{"restore":true}"#);
+    for (taught, shown) in taught["value"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip(world.as_array().unwrap())
+    {
+        assert!(
+            (taught.as_f64().unwrap() - shown.as_f64().unwrap()).abs() < 1e-3,
+            "{taught} {shown}"
+        );
+    }
+    let file = robot.get("/files/TEST");
+    assert!(
+        !file["text"].as_str().unwrap().contains("P1 = 300,0,400"),
+        "{file}"
+    );
+    let set = robot.put("/positions/P1", r#"{"value":[1,2,3,4,5,6,7,8,0]}"#);
+    assert_eq!(set["value"][7], 8.0);
+    assert_eq!(
+        robot.host().command("MR,P1 4"),
+        "FL,1.000 2.000 3.000 4.000 5.000 6.000 7.000 8.000 0.000\r\u{1a}"
+    );
+    assert_eq!(robot.get("/positions").as_array().unwrap().len(), 1);
+    robot.refused(404, "POST", "/positions/COUNT/teach", "{}");
+    robot.refused(409, "PUT", "/positions/P1", r#"{"value":[1]}"#);
+}
+
+#[test]
+fn files_go_to_the_drive_and_come_back() {
+    let robot = Robot::start(builder());
+    let mut host = robot.host();
+    let put = robot.put("/files/pick", r#"{"text":"PROGRAM PICK\nEND\n"}"#);
+    assert_eq!(put["name"], "PICK");
+    assert_eq!(host.command("UL,PICK"), "FL,PROGRAM PICK\nEND\n\u{1a}");
+    assert_eq!(robot.post("/files/PICK/select", "")["file"], "PICK");
+    assert!(host.command("SU").contains("FILE:PICK"));
+    robot.refused(409, "DELETE", "/files/PICK", "");
+    robot.put(
+        "/files/HEX",
+        r#"{"hex":"50 52 4f 47 52 41 4d 20 48 45 58 0a 45 4e 44 0a"}"#,
+    );
+    assert_eq!(robot.get("/files/HEX")["text"], "PROGRAM HEX\nEND\n");
+    let listed = robot.ok("DELETE", "/files/HEX", "");
+    assert!(!listed.to_string().contains("HEX"));
+    robot.refused(404, "GET", "/files/HEX", "");
+    robot.refused(404, "DELETE", "/files/HEX", "");
+    robot.put("/files/BAD", r#"{"text":"PROGRAM BAD\nMOVE\n"}"#);
+    let words = robot.refused(409, "POST", "/files/BAD/select", "");
+    assert!(words.contains('^'), "the diagnostics: {words}");
+    robot.refused(404, "PUT", "/files/1BAD", r#"{"text":""}"#);
+    robot.refused(422, "PUT", "/files/ODD", r#"{"hex":"5"}"#);
+    robot.refused(409, "DELETE", "/files/USER.PAR", "");
+}
+
+#[test]
+fn bytes_are_injected_and_peers_dropped() {
+    let robot = running("PROGRAM TEST\nINPUT IP1, N\nPRINT IP1, N, CR\nEND\n");
+    let words = robot.refused(409, "POST", "/channels/IP0/inject", r#"{"text":"x"}"#);
+    assert!(words.contains("nobody is connected"), "{words}");
+    let mut host = robot.host();
+    let mut peer = robot.dial(Port::Ip1);
+    peer.write_all(b"").unwrap();
+    robot.post("/wait", r#"{"condition":{"status":"reset"},"within":0}"#);
+    robot.post("/channels/IP0/inject", r#"{"text":"\u0002SP\r\u0003"}"#);
+    assert_eq!(host.text(), b"OK\r");
+    robot.post("/channels/IP1/inject", r#"{"hex":"34 32"}"#);
+    assert_eq!(robot.get("/channels/IP1")["buffer"], "42");
+    assert_eq!(robot.get("/channels").as_array().unwrap().len(), 6);
+    robot.post("/channels/IP0/drop", "");
+    assert!(host.has_ended());
+    assert_eq!(robot.get("/channels/IP0")["peer"], json!(null));
+    robot.host();
+    robot.refused(409, "POST", "/channels/IP2/drop", "");
+    robot.refused(400, "GET", "/channels/IP9", "");
+}
+
+#[test]
+fn the_pendant_takes_keys_and_shows_prints() {
+    let robot = running("PROGRAM TEST\nINPUT N\nPRINT \"GOT \", N, CR\nEND\n");
+    robot.post("/program/start", "");
+    assert_eq!(robot.get("/state")["tasks"][0]["doing"], "input");
+    let pendant = robot.post("/pendant/keys", r#"{"keys":"42\r"}"#);
+    assert!(pendant["text"].as_str().unwrap().starts_with("GOT"), "{pendant}");
+    assert_eq!(pendant["ether_pages"].as_array().unwrap().len(), 3);
+    robot.refused(422, "POST", "/pendant/keys", r#"{"keys":""}"#);
+}
+
+#[test]
+fn without_power_nothing_answers() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    let before = robot.get("/power");
+    let off = robot.post("/power/off", "");
+    assert_eq!(off, json!({"on":false,"ports":[]}));
+    assert!(host.has_ended());
+    let address = robot.emulator.address(Port::Ip0).unwrap();
+    assert!(std::net::TcpStream::connect(address).is_err());
+    robot.refused(409, "PUT", "/servo", r#"{"on":true}"#);
+    robot.refused(409, "PUT", "/files/A", r#"{"text":""}"#);
+    robot.put("/emergency-stop", r#"{"pressed":true}"#);
+    assert_eq!(robot.get("/alarms")["active"], json!([]));
+    assert_eq!(robot.get("/outputs")["on"], json!([]));
+    assert_eq!(robot.get("/state")["power"], false);
+    assert_eq!(robot.post("/power/on", ""), before, "the ports are the same");
+    assert_eq!(robot.get("/alarms")["active"][0]["number"], "8-027");
+    let state = robot.get("/state");
+    assert_eq!((&state["file"], &state["servo"]), (&json!("TEST"), &json!(false)));
+    assert!(robot.host().command("SU").starts_with("FL,MODE:"));
+    robot.post("/power/cycle", "");
+    assert_eq!(robot.get("/power")["on"], true);
+}
+
+#[test]
+fn a_reset_leaves_nothing_behind() {
+    let robot = running(DATA);
+    let mut host = robot.host();
+    let clean = |robot: &Robot| {
+        let mut state = robot.get("/state");
+        state["t"] = json!(0);
+        state
+    };
+    let fresh = {
+        robot.post("/reset", "");
+        clean(&robot)
+    };
+    assert!(host.has_ended());
+    let mut host = robot.host();
+    host.command("NONSENSE");
+    robot.post("/program/start", "");
+    robot.put("/variables/COUNT", r#"{"value":[99]}"#);
+    robot.put("/files/EXTRA", r#"{"text":"PROGRAM E\nEND\n"}"#);
+    robot.put("/inputs/3/force", r#"{"on":true}"#);
+    robot.put("/emergency-stop", r#"{"pressed":true}"#);
+    robot.post("/clock/advance", r#"{"seconds":60}"#);
+    assert_ne!(clean(&robot), fresh);
+    robot.post("/reset", "");
+    assert_eq!(clean(&robot), fresh);
+    assert_eq!(robot.get("/state")["t"], 0.0);
+    robot.refused(404, "GET", "/files/EXTRA", "");
+    assert_eq!(robot.get("/variables/COUNT")["value"], json!([3]));
+    assert_eq!(robot.get("/findings"), json!([]));
+    assert_eq!(robot.host().command("SO"), "OK");
+}
+
+#[test]
+fn metrics_count_and_findings_are_listed() {
+    let robot = Robot::start(builder());
+    let mut host = robot.host();
+    host.command("SL,NONE");
+    host.0.write_all(b"\x02SO\x03").unwrap();
+    host.text();
+    let (_, text) = robot.client.call("GET", "/metrics", None).unwrap();
+    for line in [
+        "ts3100_commands_total{port=\"IP0\",command=\"SU\",outcome=\"served\"} 1\n",
+        "ts3100_commands_total{port=\"IP0\",command=\"SL\",outcome=\"refused\"} 1\n",
+        "ts3100_connections_total{port=\"IP0\"} 1\n",
+        "ts3100_findings_total{rule=\"no-cr\"} 1\n",
+        "ts3100_servo 0\n",
+        "ts3100_peers 1\n",
+    ] {
+        assert!(text.contains(line), "{line} is missing in\n{text}");
+    }
+    let findings = robot.get("/findings");
+    let rules: Vec<_> = findings
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|found| found["rule"].clone())
+        .collect();
+    assert!(rules.contains(&json!("no-cr")), "{findings}");
+    assert_eq!(robot.get("/version")["name"], "ts3100");
+    assert_eq!(robot.get("/parameters")["ethernet"]["address"], "192.168.0.124");
+}
+
+#[test]
+fn events_are_told_in_order_and_the_missed_are_counted() {
+    let robot = Robot::start(builder());
+    let mut host = robot.host();
+    host.command("SO");
+    let (_, stream) = robot
+        .client
+        .call("GET", "/events?since=1&count=12", None)
+        .unwrap();
+    let events: Vec<serde_json::Value> = stream
+        .lines()
+        .filter_map(|line| line.strip_prefix("data: "))
+        .map(|data| serde_json::from_str(data).unwrap())
+        .collect();
+    assert_eq!(events.len(), 12, "{stream}");
+    for (number, event) in (1..).zip(&events) {
+        assert_eq!(event["seq"], number, "{event}");
+    }
+    let served = events.iter().find(|event| event["event"] == "answered").unwrap();
+    assert_eq!(
+        (&served["command"], &served["mode"]),
+        (&json!("SU"), &json!("EXT (ETHER)"))
+    );
+    let text = events.iter().find(|event| event["event"] == "text-in").unwrap();
+    assert_eq!(
+        (&text["text"], &text["hex"]),
+        (&json!("SU<CR>"), &json!("53550d"))
+    );
+    for line in 0..2_500 {
+        host.command(if line % 2 == 0 { "SO" } else { "SP" });
+    }
+    let (_, stream) = robot.client.call("GET", "/events?since=1&count=1", None).unwrap();
+    assert!(
+        stream.starts_with("event: missed\ndata: {\"missed\":"),
+        "{stream}"
+    );
+}

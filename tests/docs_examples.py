@@ -1,0 +1,184 @@
+#!/usr/bin/env python3
+"""Runs the examples of docs/*.md as they are written.
+
+    python3 tests/docs_examples.py --serve target/release/ts3100 [docs/CONTROL-API.md ...]
+
+A fenced block of shell behind one of these lines is run by `bash -euo pipefail` in a directory of its own that the
+blocks of one page share, with the directory of the binary first in PATH:
+
+    <!-- ci:run-example -->               as it is
+    <!-- ci:control FLAGS -->             against a fresh `ts3100 serve --ports auto --ready-json FLAGS`: its control
+                                          interface is in TS3100_CONTROL_URL, its ports in IP0 to IP3 as HOST:PORT
+    <!-- ci:output -->                    the block is what the example before it printed; in it a line of three dots
+                                          stands for any lines, and three dots in a line for any text
+
+The exit code is 0 when every block ended with 0 and printed what the page says."""
+
+import argparse
+import fnmatch
+import glob
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+
+LIMIT = 120
+MARK = re.compile(r"<!-- ci:(run-example|control|output)\s*(.*?) *-->$")
+
+
+class Failed(Exception):
+    """An example did not do what its page says."""
+
+
+def blocks(path):
+    """(kind, flags, number of the first line, text) of every marked block."""
+    with open(path, encoding="utf-8") as page:
+        lines = page.read().split("\n")
+    mark = None
+    at = 0
+    while at < len(lines):
+        found = MARK.match(lines[at])
+        if found:
+            mark = found
+        elif mark and lines[at].startswith("```"):
+            end = next((k for k in range(at + 1, len(lines)) if lines[k].startswith("```")), None)
+            if end is None:
+                raise Failed("%s:%d: the block has no end" % (path, at + 1))
+            yield mark.group(1), mark.group(2).split(), at + 2, "\n".join(lines[at + 1:end]) + "\n"
+            mark, at = None, end
+        elif mark and lines[at].strip():
+            raise Failed("%s:%d: a block expected behind the mark" % (path, at + 1))
+        at += 1
+
+
+def ended(process):
+    """Ends a process group of ours."""
+    if process.poll() is None:
+        os.killpg(process.pid, signal.SIGTERM)
+        try:
+            process.wait(10)
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+
+
+def environment(binary):
+    """Ours, with the binary in PATH and nothing said to it."""
+    found = {name: value for name, value in os.environ.items() if not name.startswith("TS3100_")}
+    found["PATH"] = os.path.dirname(binary) + os.pathsep + found.get("PATH", "")
+    return found
+
+
+def shell(text, surroundings, directory):
+    """Runs a block; what it printed. Whatever it has started in the background ends with it."""
+    process = subprocess.Popen(["bash", "-euo", "pipefail", "-c", text], cwd=directory, env=surroundings,
+                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                               start_new_session=True)
+    try:
+        printed, _ = process.communicate(timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        printed, _ = process.communicate()
+        raise Failed("not ended within %d s; it printed\n%s" % (LIMIT, printed.decode(errors="replace")))
+    finally:
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+    printed = printed.decode(errors="replace")
+    if process.returncode != 0:
+        raise Failed("exit code %d; it printed\n%s" % (process.returncode, printed))
+    return printed
+
+
+def against_an_emulator(binary, flags, text, directory):
+    """Runs a block beside a fresh emulator."""
+    surroundings = environment(binary)
+    with tempfile.TemporaryFile() as log:
+        emulator = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", *flags], cwd=directory,
+                                    env=surroundings, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log,
+                                    start_new_session=True)
+        try:
+            line = emulator.stdout.readline()
+            if not line:
+                emulator.wait(10)
+                log.seek(0)
+                raise Failed("the emulator did not start: %s" % log.read().decode(errors="replace"))
+            ready = json.loads(line)
+            surroundings["TS3100_CONTROL_URL"] = ready["control"]
+            for name, port in ready["ports"].items():
+                surroundings[name.upper()] = "127.0.0.1:%d" % port
+            return shell(text, surroundings, directory)
+        finally:
+            ended(emulator)
+            emulator.stdout.close()
+
+
+def as_shown(printed, shown):
+    """Whether the output is what the page shows."""
+    def pattern(line):
+        escaped = re.sub(r"[\[*?]", r"[\g<0>]", line)
+        return escaped.replace("...", "*")
+
+    def fits(have, want):
+        if not want:
+            return not have
+        if want[0].strip() == "...":
+            return any(fits(have[k:], want[1:]) for k in range(len(have) + 1))
+        return bool(have) and fnmatch.fnmatchcase(have[0].rstrip(), pattern(want[0].rstrip())) \
+            and fits(have[1:], want[1:])
+
+    return fits(printed.rstrip("\n").split("\n"), shown.rstrip("\n").split("\n"))
+
+
+def run_page(path, binary):
+    """Runs every block of a page; how many there were."""
+    count, printed = 0, None
+    with tempfile.TemporaryDirectory(prefix="ts3100-docs-") as directory:
+        for kind, flags, line, text in blocks(path):
+            place = "%s:%d" % (path, line)
+            try:
+                if kind == "output":
+                    if printed is None:
+                        raise Failed("no example stands before it")
+                    if not as_shown(printed, text):
+                        raise Failed("the example printed\n%s\n     expected\n%s" % (printed, text))
+                    continue
+                if kind == "control":
+                    printed = against_an_emulator(binary, flags, text, directory)
+                else:
+                    printed = shell(text, environment(binary), directory)
+            except Failed as failure:
+                raise Failed("%s: %s" % (place, failure)) from None
+            count += 1
+            print("ok   %s" % place, flush=True)
+    return count
+
+
+def main():
+    parser = argparse.ArgumentParser(description="runs the examples of the documents as they are written")
+    parser.add_argument("--serve", required=True, metavar="BINARY", help="the ts3100 to be used")
+    parser.add_argument("pages", nargs="*", help="docs/*.md if none is given")
+    options = parser.parse_args()
+    binary = os.path.abspath(options.serve)
+    root = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..")
+    pages = options.pages or sorted(glob.glob(os.path.join(root, "docs", "*.md")))
+    count = 0
+    try:
+        for page in pages:
+            count += run_page(os.path.relpath(page), binary)
+    except Failed as failure:
+        print("FAILED %s" % failure, file=sys.stderr)
+        return 1
+    if count == 0:
+        print("FAILED no page has an example", file=sys.stderr)
+        return 1
+    print("%d examples did what their pages say" % count)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
