@@ -27,15 +27,28 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 /// Accepts no more than [`MAX_CONNECTIONS`].
 pub struct Bounded {
     listener: TcpListener,
+    /// Accepted, not yet served.
+    first: Option<(TcpStream, SocketAddr)>,
     places: Arc<Semaphore>,
 }
 
 impl Bounded {
-    /// Around a bound socket.
-    pub fn new(listener: TcpListener) -> Bounded {
+    /// Around a bound socket, as soon as somebody has called there.
+    pub async fn called(listener: TcpListener) -> Bounded {
+        let first = next(&listener).await;
         Bounded {
             listener,
+            first: Some(first),
             places: Arc::new(Semaphore::new(MAX_CONNECTIONS)),
+        }
+    }
+}
+
+async fn next(listener: &TcpListener) -> (TcpStream, SocketAddr) {
+    loop {
+        match listener.accept().await {
+            Ok(caller) => return caller,
+            Err(_) => tokio::time::sleep(ACCEPT_PAUSE).await,
         }
     }
 }
@@ -51,10 +64,11 @@ impl Listener for Bounded {
                 std::future::pending::<()>().await;
                 continue;
             };
-            match self.listener.accept().await {
-                Ok((stream, peer)) => return (Line::new(stream, place), peer),
-                Err(_) => tokio::time::sleep(ACCEPT_PAUSE).await,
-            }
+            let (stream, peer) = match self.first.take() {
+                Some(first) => first,
+                None => next(&self.listener).await,
+            };
+            return (Line::new(stream, place), peer);
         }
     }
 

@@ -21,6 +21,7 @@ mod power;
 mod problem;
 mod service;
 mod settings;
+mod snapshots;
 mod state;
 mod table;
 mod variables;
@@ -68,6 +69,7 @@ fn calls() -> Table {
         parameters::add,
         clock::add,
         power::add,
+        snapshots::add,
         events::add,
         service::add,
     ];
@@ -135,10 +137,12 @@ impl Server {
 
     /// Answers in tasks of the present runtime until that ends.
     pub fn serve(self, hub: mpsc::Sender<Request>, journal: Arc<Journal>) {
-        let router = router(Handle::new(hub, journal), self.guard);
-        let service = router.into_make_service_with_connect_info::<Place>();
-        let listener = Bounded::new(self.listener);
         tokio::spawn(async move {
+            // The table of calls and its document take longer to build than everything else of a start: a robot whose
+            // interface nobody asks is up without them.
+            let listener = Bounded::called(self.listener).await;
+            let router = router(Handle::new(hub, journal), self.guard);
+            let service = router.into_make_service_with_connect_info::<Place>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
             }

@@ -33,6 +33,7 @@ impl Hub {
                 let result = self.edge_deed(deed).await;
                 let _ = done.send(result);
             }
+            Request::Snapshot(order) => self.serve_order(order).await,
             Request::Look(look) => {
                 // What is due by now has happened when it is looked at.
                 self.feed(Input::Tick).await;

@@ -112,6 +112,11 @@ pub enum Command {
     Power { action: Option<Power> },
     /// Everything as when the emulator was started
     Reset,
+    /// Snapshots: list, take, restore, delete; print the present state as a file has it
+    Snapshot {
+        #[command(subcommand)]
+        action: Option<Snapshot>,
+    },
     /// What happens, as it happens
     Events(Events),
     /// What hosts did that the manual advises against
@@ -196,6 +201,18 @@ pub enum Battery {
 pub enum StartStop {
     Start,
     Stop,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub enum Snapshot {
+    /// Keep the present state under a name
+    Take { name: String },
+    /// Go on from the state of a name
+    Restore { name: String },
+    /// Forget the state of a name
+    Delete { name: String },
+    /// Print the present state as the file of a snapshot has it
+    Show,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
