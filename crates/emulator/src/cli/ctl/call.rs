@@ -166,9 +166,9 @@ fn snapshot(action: Option<&Snapshot>) -> Call {
     match action {
         None => get("/snapshots"),
         Some(Snapshot::Show) => get("/snapshot"),
-        Some(Snapshot::Take { name }) => put(&format!("/snapshots/{}", encoded(name)), json!({})),
-        Some(Snapshot::Restore { name }) => post(&format!("/snapshots/{}/restore", encoded(name)), json!({})),
-        Some(Snapshot::Delete { name }) => delete(&format!("/snapshots/{}", encoded(name))),
+        Some(Snapshot::Take { name }) => put(format!("/snapshots/{}", encoded(name)), json!({})),
+        Some(Snapshot::Restore { name }) => post(format!("/snapshots/{}/restore", encoded(name)), json!({})),
+        Some(Snapshot::Delete { name }) => delete(format!("/snapshots/{}", encoded(name))),
     }
 }
 
