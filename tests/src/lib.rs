@@ -8,8 +8,10 @@
 
 pub mod clauses;
 pub mod kinematics;
-pub use ts3100_emulator::transcript::notation;
+pub mod paper;
 pub mod transcript;
+
+pub use ts3100_emulator::transcript::notation;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -27,6 +29,8 @@ pub struct Robot {
     sent: BTreeMap<Port, Vec<u8>>,
     /// Everything else it has put out, in order.
     pub outputs: Vec<Output>,
+    /// After everything that happens it is written down and read back.
+    on_paper: paper::Paper,
     /// What the host did that it had better not.
     pub findings: Findings,
 }
@@ -53,10 +57,24 @@ impl Robot {
             now: Time::ZERO,
             sent: BTreeMap::new(),
             outputs: Vec::new(),
+            on_paper: paper::wanted(),
             findings: Findings::default(),
         };
         robot.feed(Input::Tick);
         robot
+    }
+
+    /// A controller that has lived already.
+    #[must_use]
+    pub fn of(controller: Controller) -> Robot {
+        Robot {
+            now: controller.now(),
+            controller,
+            sent: BTreeMap::new(),
+            outputs: Vec::new(),
+            on_paper: paper::wanted(),
+            findings: Findings::default(),
+        }
     }
 
     /// A field-dialect controller with a host on IP0, a peer on IP1, servo on, and this program selected.
@@ -91,7 +109,8 @@ impl Robot {
         self.now
     }
 
-    fn feed(&mut self, input: Input) {
+    /// One thing happens now.
+    pub fn feed(&mut self, input: Input) {
         for output in self.controller.feed(self.now, input) {
             if let Output::Event(event) = &output {
                 self.findings.take(event);
@@ -100,6 +119,9 @@ impl Robot {
                 Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),
                 other => self.outputs.push(other),
             }
+        }
+        if self.on_paper.is_due() {
+            self.controller = paper::again(&self.controller);
         }
     }
 

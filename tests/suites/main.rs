@@ -32,6 +32,7 @@ mod serial;
 mod settings;
 mod signals;
 mod simulation;
+mod snapshots;
 mod status;
 mod transcripts;
 mod variables;

@@ -20,7 +20,7 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/scol/run")
 }
 
-fn programs() -> Vec<(PathBuf, String)> {
+pub fn programs() -> Vec<(PathBuf, String)> {
     let mut list: Vec<(PathBuf, String)> = std::fs::read_dir(folder())
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -162,7 +162,7 @@ fn runs(robot: &Robot) -> bool {
     status(robot)[2] == 1
 }
 
-fn play(source: &str) -> String {
+pub fn play(source: &str) -> String {
     let arm = directive(source, "arm");
     let small = arm.is_some();
     let mut robot = match arm {

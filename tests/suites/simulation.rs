@@ -59,10 +59,10 @@ const COMMANDS: [&str; 34] = [
 ];
 
 /// xorshift: small, and the same everywhere.
-struct Dice(u64);
+pub struct Dice(pub u64);
 
 impl Dice {
-    fn next(&mut self, sides: usize) -> usize {
+    pub fn next(&mut self, sides: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -161,7 +161,7 @@ fn step(robot: &mut Robot, dice: &mut Dice) {
     }
 }
 
-fn run(seed: u64) -> Vec<u8> {
+pub fn run(seed: u64) -> Vec<u8> {
     let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
     let mut robot = Robot::new(Dialect::Field);
     for (number, program) in PROGRAMS.iter().enumerate() {

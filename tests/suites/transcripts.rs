@@ -7,7 +7,7 @@ use ts3100_tests::transcript::{Cut, Transcript};
 
 const FEWEST: usize = 25;
 
-fn transcripts() -> Vec<(String, Transcript)> {
+pub fn transcripts() -> Vec<(String, Transcript)> {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../fixtures/transcripts");
     let entries = std::fs::read_dir(&folder)
         .unwrap()

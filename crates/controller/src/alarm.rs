@@ -124,6 +124,11 @@ pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
 
 /// An alarm that was raised.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Alarm {
     /// Its row.
     pub code: AlarmCode,
@@ -165,6 +170,11 @@ impl Alarm {
 
 /// Active alarms and the history.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Alarms {
     active: Vec<Alarm>,
     history: VecDeque<Alarm>,

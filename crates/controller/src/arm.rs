@@ -24,6 +24,11 @@ pub struct Pace {
 
 /// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 struct Asked {
     speed: f64,
     accel: f64,
@@ -59,6 +64,11 @@ impl Asked {
 
 /// A motion under way.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 struct Active {
     motion: Motion,
     start: Time,
@@ -71,6 +81,11 @@ struct Active {
 
 /// The coordinate systems in force, with their names.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Systems {
     /// BASE.
     pub base: Frame,
@@ -98,7 +113,13 @@ impl Systems {
 
 /// The arm.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Arm {
+    #[cfg_attr(feature = "serde", serde(skip, default = "ArmModel::tv800"))]
     model: ArmModel,
     /// Posture while no motion is under way.
     rest: Joints,
@@ -184,6 +205,38 @@ impl Arm {
             active: None,
             position_work: None,
         }
+    }
+
+    /// The same, of this model; for a snapshot, which does not hold the model twice.
+    #[cfg(feature = "serde")]
+    pub(crate) fn of_model(self, model: ArmModel) -> Arm {
+        Arm { model, ..self }
+    }
+
+    /// Whether the arm can stand and move so; the field and what is wrong with it.
+    #[cfg(feature = "serde")]
+    pub(crate) fn check(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
+        use alloc::string::ToString as _;
+        let posture = |place, joints: &Joints| {
+            let checked = self.model.check_limits(joints);
+            checked.map_err(|reason| (place, reason.to_string()))
+        };
+        posture("arm.rest", &self.rest)?;
+        let Some(active) = &self.active else {
+            return Ok(());
+        };
+        let wrong = |reason: &str| Err(("arm.active", reason.to_string()));
+        if active.start > now && active.locked {
+            return wrong("a motion that begins later, of a locked machine");
+        }
+        if !active.motion.is_sound(&self.model) {
+            return wrong("a motion whose times or places are no numbers");
+        }
+        posture(
+            "arm.active.motion",
+            &active.motion.joints_at(now.since(active.start)),
+        )?;
+        posture("arm.active.motion", &active.motion.end())
     }
 
     /// The model.

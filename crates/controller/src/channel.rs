@@ -26,9 +26,15 @@ pub enum Datum {
 
 /// The receive side of a channel.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Channel {
     /// The peer, while there is one.
     pub peer: Option<String>,
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
     ring: VecDeque<u8>,
     /// A comma was the last byte read: a CR right behind it ends the record without a further value.
     after_comma: bool,

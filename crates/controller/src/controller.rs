@@ -86,7 +86,7 @@ pub struct Controller {
     pub(crate) vary: Option<Vary>,
     /// What leaves later.
     pub(crate) outbox: Outbox,
-    outputs: VecDeque<Output>,
+    pub(crate) outputs: VecDeque<Output>,
 }
 
 impl Controller {

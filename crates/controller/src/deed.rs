@@ -117,6 +117,7 @@ impl From<FaultOrder> for Input {
 
 /// Which way a line leads, seen from the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Side {
     /// Din.
     Input,

@@ -52,7 +52,13 @@ pub enum DriveError {
 
 /// The files.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Drive {
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::files"))]
     files: BTreeMap<String, Vec<u8>>,
     capacity: usize,
 }

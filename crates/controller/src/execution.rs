@@ -19,7 +19,7 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program};
+use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program, compile_direct};
 use ts3100_proto::status::ExecutionStatus;
 
 /// ID of the main program (M-58762 p.2-27).
@@ -27,6 +27,7 @@ pub const MAIN_TASK: u16 = 1;
 
 /// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum By {
     /// A command of the host.
     Host,
@@ -36,6 +37,7 @@ pub enum By {
 
 /// Automatic operation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Course {
     /// At step 1.
     Reset,
@@ -52,6 +54,7 @@ pub enum Course {
 
 /// What a task is doing.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Doing {
     /// Nothing: the next statement may run.
     Ready,
@@ -176,6 +179,11 @@ impl Task {
 
 /// The running timer of TIMER.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Stopwatch {
     /// When it was set.
     pub set_at: Time,
@@ -209,6 +217,8 @@ pub struct Selected {
 /// The statement of a DO command.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direct {
+    /// Its text.
+    pub statement: String,
     /// Its machine.
     pub task: Task,
     /// When it was accepted.
@@ -297,6 +307,23 @@ impl Execution {
         }
     }
 
+    /// What the data of DO is while no file is selected.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn spare_state(&self) -> scol_mini::MemoryState {
+        self.spare_memory.state(&self.spare_program)
+    }
+
+    /// The data of DO while no file is selected becomes this.
+    ///
+    /// # Errors
+    /// It does not fit the program without anything.
+    #[cfg(feature = "serde")]
+    pub fn restore_spare(&mut self, state: scol_mini::MemoryState) -> Result<(), scol_mini::RestoreError> {
+        self.spare_memory = Memory::restore(&self.spare_program, state)?;
+        Ok(())
+    }
+
     /// The program whose names a DO statement sees.
     #[must_use]
     pub fn program(&self) -> &Arc<Program> {
@@ -333,6 +360,11 @@ impl Execution {
             if self.arm_owner == Some(task.id()) && matches!(task.acting().doing, Doing::Moving { .. }) {
                 self.motion_line = task.acting().machine.line();
             }
+        }
+        if let Some(direct) = &mut self.direct
+            && let Ok(program) = compile_direct(&direct.statement, &program)
+        {
+            direct.task.machine.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
             selected.program = program;

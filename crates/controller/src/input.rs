@@ -75,6 +75,7 @@ pub enum Input {
 
 /// Something done at the controller itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Panel {
     /// The key switch is turned.
     Key(KeySwitch),
@@ -113,6 +114,7 @@ pub enum Panel {
 
 /// Position of the key switch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum KeySwitch {
     /// Teaching (test run).
     Teaching,
@@ -125,6 +127,7 @@ pub enum KeySwitch {
 
 /// Who commands the robot in EXT mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ControlRight {
     /// The external operation signals.
     Sig,

@@ -33,6 +33,24 @@ impl Controller {
         self.config.options.language(self.arm.kind())
     }
 
+    /// Whether an input is on.
+    #[must_use]
+    pub fn is_input_on(&self, line: u16) -> bool {
+        self.signals.input(line)
+    }
+
+    /// Whether an output is on.
+    #[must_use]
+    pub fn is_output_on(&self, line: u16) -> bool {
+        self.signals.output(line)
+    }
+
+    /// Whether texts have a checksum.
+    #[must_use]
+    pub fn checksum(&self) -> ts3100_proto::text::Checksum {
+        self.config.options.text.checksum
+    }
+
     /// The files of the RAM drive in alphabetical order, each with its content without EOF.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.drive.files()

@@ -48,6 +48,7 @@ mod outbox;
 pub mod output;
 mod panel;
 mod parameters;
+mod peers;
 pub mod port;
 mod run;
 mod serial;
@@ -55,6 +56,8 @@ mod serve;
 mod session;
 mod sig;
 pub mod signals;
+#[cfg(feature = "serde")]
+mod snapshot;
 pub mod state;
 mod stop;
 mod talk;
@@ -77,4 +80,6 @@ pub use options::{Config, ControllerType, Dialect, Options};
 pub use output::{Event, Output, Verdict};
 pub use parameters::ParameterError;
 pub use port::Port;
+#[cfg(feature = "serde")]
+pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHead};
 pub use time::Time;

@@ -60,6 +60,8 @@ pub const FAULT_MOMENTS: usize = 100;
 pub const MAX_STRIKES: usize = 256;
 /// Most bytes that wait on a port because a fault or a variation delays them.
 pub const OUTBOX: usize = 65_536;
+/// Parcels that can wait on a port: more of them than bytes there are none, and few that hold no bytes.
+pub const MAX_PARCELS: usize = OUTBOX + 1_024;
 /// Most writes in which a text leaves under variation.
 pub const VARY_PIECES: u64 = 4;
 /// Longest pause between two of them, in ms.

@@ -5,6 +5,11 @@ use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 
 /// One channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct ChannelPlan {
     /// Not used, server, or client.
     pub mode: OpenMode,
@@ -18,6 +23,11 @@ pub struct ChannelPlan {
 
 /// The four channels IP0 to IP3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct NetworkPlan {
     /// In the order of the parameter file.
     pub channels: [ChannelPlan; 4],

@@ -24,6 +24,7 @@ pub enum Dialect {
 
 /// How SF travels (option `sf.split`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SfTexts {
     /// One text, whatever its length; what the vendor's library reads.
     One,
@@ -33,6 +34,7 @@ pub enum SfTexts {
 
 /// What PRINT and INPUT do on an Ethernet channel without a peer (option `channel.no_peer`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NoPeer {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -42,6 +44,7 @@ pub enum NoPeer {
 
 /// What INPUT does with a datum that is no number (option `input.malformed`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Malformed {
     /// Alarm 2-046, the program stops.
     Alarm,
@@ -51,6 +54,7 @@ pub enum Malformed {
 
 /// Where a program goes on that was stopped by SP inside a WAIT (option `wait.after_stop`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WaitAfterStop {
     /// With the step after the WAIT, as after an INPUT (CMD-RN-02 to the letter).
     Next,
@@ -60,6 +64,7 @@ pub enum WaitAfterStop {
 
 /// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Strobe {
     /// Each acts on its own rising edge.
     Free,
@@ -69,6 +74,7 @@ pub enum Strobe {
 
 /// What becomes of a character with a parity or framing error (option `serial.bad_character`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum BadCharacter {
     /// It is dropped; the text around it lacks it.
     Drop,
@@ -78,6 +84,7 @@ pub enum BadCharacter {
 
 /// What becomes of characters that come in on HOST while the robot sends (option `serial.while_sending`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum WhileSending {
     /// They are lost: the port is half-duplex.
     Lost,
@@ -87,6 +94,11 @@ pub enum WhileSending {
 
 /// The controller's readings of what the manual leaves open.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Options {
     /// `text.stx` and `text.checksum`.
     pub text: TextOptions,
@@ -211,6 +223,7 @@ impl Options {
 
 /// Which controller it is: the TSL3100 has no INTERNAL position on its key switch (GEN-05).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ControllerType {
     /// TS3100.
     #[default]
@@ -221,6 +234,11 @@ pub enum ControllerType {
 
 /// What a controller is made of.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Config {
     /// The readings.
     pub options: Options,

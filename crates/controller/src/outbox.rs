@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::faults::kind::{Leaving, Parcel};
-use crate::limits::{MAX_SEND, OUTBOX};
+use crate::limits::{MAX_PARCELS, MAX_SEND, OUTBOX};
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::time::Time;
@@ -12,6 +12,11 @@ use alloc::vec::Vec;
 
 /// What waits, by port.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Outbox {
     queues: BTreeMap<Port, VecDeque<(Time, Leaving)>>,
 }
@@ -35,15 +40,12 @@ impl Outbox {
         self.queues.remove(&port);
     }
 
-    /// Bytes that wait on a port.
-    fn waiting(&self, port: Port) -> usize {
+    /// Bytes that wait on a port, and parcels.
+    pub(crate) fn waiting(&self, port: Port) -> (usize, usize) {
         let queue = self.queues.get(&port).into_iter().flatten();
-        queue
-            .map(|(_, what)| match what {
-                Leaving::Bytes(bytes) | Leaving::Held(bytes) => bytes.len(),
-                Leaving::Cut(_) | Leaving::Deaf => 0,
-            })
-            .sum()
+        queue.fold((0, 0), |(bytes, parcels), (_, what)| {
+            (bytes + what.length(), parcels + 1)
+        })
     }
 
     /// Puts a parcel behind what waits; returns when it is due.
@@ -104,11 +106,9 @@ impl Controller {
         }
         let mut last = self.now;
         for parcel in parcels {
-            let surplus = match &parcel.what {
-                Leaving::Bytes(bytes) | Leaving::Held(bytes) => bytes.len(),
-                Leaving::Cut(_) | Leaving::Deaf => 0,
-            };
-            if surplus > 0 && self.outbox.waiting(port) + surplus > OUTBOX {
+            let surplus = parcel.what.length();
+            let (bytes, parcels) = self.outbox.waiting(port);
+            if bytes + surplus > OUTBOX || parcels >= MAX_PARCELS {
                 self.event(Event::Dropped {
                     port,
                     bytes: surplus,
@@ -208,7 +208,7 @@ mod tests {
             Time::from_millis(5),
             Parcel::after(Duration::ZERO, Leaving::Cut(Cut::Close)),
         );
-        assert_eq!(outbox.waiting(Port::Ip0), 1);
+        assert_eq!(outbox.waiting(Port::Ip0), (1, 2));
         outbox.clear(Port::Ip0);
         assert!(!outbox.is_busy(Port::Ip0));
     }

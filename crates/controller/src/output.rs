@@ -58,6 +58,7 @@ pub enum Output {
 
 /// How a connection ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Cut {
     /// By a reset (RST): what is under way is lost.
     Reset,

@@ -28,8 +28,12 @@ use ts3100_proto::name::FileName;
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::{Framing, TextDecoder, TextOptions};
 
+/// Letters of a command, as its table has them.
+pub type Letters = &'static str;
+
 /// The exchange that is open on a port.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Exchange {
     /// None: the port waits for a command.
     Idle,
@@ -51,6 +55,11 @@ pub enum Exchange {
 
 /// State of one protocol port.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Session {
     /// The port.
     pub port: Port,
@@ -75,7 +84,8 @@ pub struct Session {
     /// Before this time it does not come.
     pub sp_after: Time,
     /// Letters of the command that is served or was served last; empty before the first.
-    pub asked: &'static str,
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::letters"))]
+    pub asked: Letters,
     /// FL texts of its exchange that have passed, in either direction.
     pub block: u32,
     /// The SU body as last served here, for the SU request flag (SF-21).
@@ -154,6 +164,18 @@ impl Session {
     #[must_use]
     pub fn receives(&self, file: &FileName) -> bool {
         matches!(&self.exchange, Exchange::Receiving { name, .. } if name == file)
+    }
+
+    /// Whether a run with these options can lead to this state of the conversation.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self, options: TextOptions) -> bool {
+        let exchange = match &self.exchange {
+            Exchange::Idle => true,
+            Exchange::Sending { sender } => sender.is_sound(),
+            Exchange::Receiving { receiver, .. } => receiver.is_sound(),
+        };
+        exchange && self.joiner.is_sound() && self.decoder.is_sound(options)
     }
 
     /// Takes in bytes, the last of which came at `at`.

@@ -17,6 +17,11 @@ const RESET_OUTPUTS: (u16, u16) = (1, 24);
 
 /// State of all lines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Signals {
     inputs: BTreeSet<u16>,
     outputs: BTreeSet<u16>,
@@ -25,6 +30,7 @@ pub struct Signals {
     /// Inputs that the outside drives the other way by itself: when, and to what.
     drives: BTreeMap<u16, (Time, bool)>,
     /// Lines that show this state whatever drives them.
+    #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::pairs"))]
     forced: BTreeMap<(Side, u16), bool>,
 }
 
@@ -169,6 +175,21 @@ impl Signals {
             }
             lasts
         });
+    }
+
+    /// The lines that are on or end a pulse, for a snapshot: each with its field. A pulse of an output that is off
+    /// counts as line 0.
+    #[cfg(feature = "serde")]
+    pub(crate) fn lines_held(&self) -> impl Iterator<Item = (&'static str, u16)> {
+        let inputs = self.inputs.iter().map(|line| ("inputs", *line));
+        let outputs = self.outputs.iter().map(|line| ("outputs", *line));
+        let pulses = self.pulses.keys().map(|line| {
+            let line = if self.outputs.contains(line) { *line } else { 0 };
+            ("pulses", line)
+        });
+        let drives = self.drives.keys().map(|line| ("drives", *line));
+        let forced = self.forced.keys().map(|(_, line)| ("forced", *line));
+        inputs.chain(outputs).chain(pulses).chain(drives).chain(forced)
     }
 
     /// RS,SIG: Dout1 to Dout24 off.

@@ -9,6 +9,11 @@ use ts3100_proto::status::{AlarmLevel, MasterMode};
 
 /// Guidance of the arm by hand, as SF shows it (SF-14 to SF-16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Guide {
     /// 0 joint, 1 tool, 2 work, 3 world.
     pub coordinate: u16,
@@ -20,6 +25,11 @@ pub struct Guide {
 
 /// A host promised to ask SM at least so often (WD).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Watchdog {
     /// Longest pause between two SM.
     pub timeout: Duration,
@@ -39,6 +49,11 @@ impl Watchdog {
 
 /// State of the controller apart from program and arm.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct State {
     /// The power is on; nothing else happens while it is off.
     pub powered: bool,

@@ -7,6 +7,7 @@ use core::time::Duration;
 
 /// A moment of virtual time, in microseconds since the controller value was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Time(u64);
 
 /// The time a program has written in seconds, to the nearest microsecond: `0.1` is a real of 32 bits and a little

@@ -67,6 +67,11 @@ const SHORTEST_TEXT: u64 = 128;
 
 /// What varies in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Vary {
     seed: u64,
     segments: Dice,

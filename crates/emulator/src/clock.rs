@@ -167,6 +167,12 @@ impl Clock {
         }
     }
 
+    /// Virtual time is this from now on.
+    pub fn set(&mut self, now: Time) {
+        self.base = now;
+        self.origin = Instant::now();
+    }
+
     fn at(&self, wall: Instant) -> Time {
         let passed = wall.saturating_duration_since(self.origin);
         match self.mode {

@@ -18,11 +18,13 @@ use crate::evidence::{CoverageReport, Evidence};
 use crate::hub::request::Request;
 use crate::hub::{Hub, StartError};
 use crate::line::SerialEnd;
+use crate::snapshot;
+use crate::snapshot::desk::{Desk, DeskError, Done, Task};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
@@ -182,6 +184,13 @@ impl Builder {
         Ok(self)
     }
 
+    /// Begins with this snapshot; everything said of the controller, its files and its selection is lost.
+    #[must_use]
+    pub fn restore(mut self, path: impl Into<PathBuf>) -> Builder {
+        self.settings.restore = Some(path.into());
+        self
+    }
+
     /// Starts it in a thread of its own and returns when every port accepts.
     ///
     /// # Errors
@@ -208,9 +217,9 @@ impl Builder {
                     Ok((runtime, mut hub, requests, control)) => {
                         hub.watched_by(feeder);
                         let (ports, evidence) = (hub.ports().clone(), hub.evidence());
-                        let serial = hub.serial();
+                        let (serial, desk) = (hub.serial(), hub.desk());
                         if tell
-                            .send(Ok((ports, serial, control, requests, evidence)))
+                            .send(Ok((ports, serial, control, requests, desk, evidence)))
                             .is_ok()
                         {
                             runtime.block_on(hub.run(async {
@@ -228,12 +237,13 @@ impl Builder {
                 source,
             })?;
         match told.recv() {
-            Ok(Ok((ports, serial, control, requests, evidence))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests, desk, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 control,
                 requests,
+                desk,
                 evidence,
                 controller,
                 watch,
@@ -285,6 +295,7 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEnd>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
+    desk: Desk,
     evidence: Evidence,
     controller: Config,
     watch: Watch,
@@ -381,6 +392,43 @@ impl Emulator {
             .try_send(Request::Order { deed, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
+    }
+
+    /// Keeps the present state under a name.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn snapshot(&self, name: &str) -> Result<(), DeskError> {
+        self.desk.ask_blocking(Task::Keep(name.to_owned())).map(drop)
+    }
+
+    /// Goes on from the state of that name: between two tests, as if the first had never been. The hosts that are
+    /// connected stay so and are new to the controller, as behind a cable that was pulled and plugged in again.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn restore(&self, name: &str) -> Result<(), DeskError> {
+        self.desk.ask_blocking(Task::Restore(name.to_owned())).map(drop)
+    }
+
+    /// Writes the present state into a file.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn write_snapshot(&self, path: &Path) -> Result<(), DeskError> {
+        if let Done::State(controller) = self.desk.ask_blocking(Task::Tell)? {
+            snapshot::write(path, &controller)?;
+        }
+        Ok(())
+    }
+
+    /// Goes on from the state of a file, as [`Emulator::restore`] does.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn read_snapshot(&self, path: &Path) -> Result<(), DeskError> {
+        let controller = Box::new(snapshot::read(path)?);
+        self.desk.ask_blocking(Task::PutIn(controller)).map(drop)
     }
 
     /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.

@@ -11,6 +11,9 @@ use crate::line::{LineError, Lines, SerialEnd};
 use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
+use crate::scenario::Play;
+use crate::snapshot::desk::{Desk, Order};
+use crate::snapshot::{self, Shelf};
 use crate::store::Store;
 use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
@@ -20,7 +23,7 @@ use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use tokio::sync::mpsc;
-use tracing::info;
+use tracing::{error, info};
 use ts3100_controller::Controller;
 use ts3100_controller::deed::Refusal;
 use ts3100_controller::faults::Fault;
@@ -82,6 +85,9 @@ pub enum StartError {
     /// A transcript.
     #[error(transparent)]
     Transcript(#[from] RecorderError),
+    /// The snapshot to begin with.
+    #[error(transparent)]
+    Snapshot(#[from] snapshot::FileError),
     /// The runtime or the thread of an embedded emulator.
     #[error("the operating system refuses a {what}: {source}")]
     System {
@@ -101,8 +107,12 @@ pub struct Hub {
     store: Option<Store>,
     log: EventLog,
     requests: mpsc::Receiver<Request>,
+    orders: mpsc::Receiver<Order>,
+    desk: Desk,
+    shelf: Shelf,
     watch: Option<Feeder>,
     tape: Tape,
+    play: Option<Play>,
     journal: Option<Arc<Journal>>,
     evidence: Evidence,
     record_lines: bool,
@@ -130,17 +140,24 @@ impl Hub {
         let powered = loading::power_on(settings)?;
         let tape = Tape::begin(settings, &powered)?;
         let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
+        let (desk, orders) = Desk::open();
+        let mut clock = Clock::start(settings.time);
+        clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
             controller: powered.controller,
-            clock: Clock::start(settings.time),
+            clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
             store: powered.store,
             log: EventLog::default(),
             requests,
+            orders,
+            desk,
+            shelf: Shelf::default(),
             watch: None,
             tape,
+            play: None,
             journal: None,
             evidence: Evidence::default(),
             record_lines: settings.record_lines,
@@ -154,7 +171,10 @@ impl Hub {
         };
         hub.evidence.begin(&hub.controller);
         hub.controller.trace(settings.record_lines);
-        hub.ports = hub.links.open(hub.controller.network())?;
+        // A snapshot may be one of a controller that is off.
+        if hub.controller.state().powered {
+            hub.ports = hub.links.open(hub.controller.network())?;
+        }
         hub.lines.open(&hub.controller)?;
         hub.begin().await;
         Ok((hub, sender))
@@ -182,6 +202,18 @@ impl Hub {
     #[must_use]
     pub fn has_demo(&self) -> bool {
         self.demo
+    }
+
+    /// Where snapshots are asked for.
+    #[must_use]
+    pub fn desk(&self) -> Desk {
+        self.desk.clone()
+    }
+
+    /// From now on this scenario is played.
+    pub fn play(&mut self, play: Play) {
+        play.begin(&self.controller);
+        self.play = Some(play);
     }
 
     /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
@@ -212,12 +244,14 @@ impl Hub {
         self.watch = Some(feeder);
     }
 
-    /// Serves until `stop` is ready, then says what became of the faults and closes every port.
-    pub async fn run(mut self, stop: impl Future<Output = ()>) {
+    /// Serves until `stop` is ready, then says what became of the faults and closes every port. The controller as it
+    /// was then.
+    pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
         faults::tell(self.controller.faults(), self.report.as_deref());
         self.links.close().await;
         self.lines.close().await;
+        self.controller
     }
 
     async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -233,6 +267,8 @@ impl Hub {
                     Some(request) => self.serve_request(request).await,
                     None => requests_open = false,
                 },
+                // The hub holds a desk itself: orders never end.
+                Some(order) = self.orders.recv() => self.serve_order(order).await,
                 message = self.links.next() => if let Some(message) = message {
                     self.clock.stir();
                     for input in self.links.take(message) {
@@ -266,19 +302,39 @@ impl Hub {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            // However late the wall is: what was due before is recorded with the time at which it was due.
-            while let Some(due) = self.controller.poll_deadline().filter(|due| *due < now) {
-                let at = due.max(self.controller.now());
-                self.step(at, Input::Tick, by, &mut inputs).await;
-            }
+            self.catch_up(now, by, &mut inputs).await;
             self.step(now, input, by, &mut inputs).await;
             // What follows from the first input is the controller's own doing.
             by = Party::Robot;
+            if inputs.is_empty() {
+                self.catch_up(now, by, &mut inputs).await;
+            }
         }
         // Not before: room for bytes that still wait here would be given away twice.
         self.lines.grant(&self.controller);
         self.tape.flush();
         self.end_waits();
+    }
+
+    /// When something happens by itself.
+    fn deadline(&self) -> Option<Time> {
+        let play = self.play.as_ref().and_then(Play::deadline);
+        self.controller.poll_deadline().into_iter().chain(play).min()
+    }
+
+    /// However late the wall is: what was due before is done, and recorded with the time at which it was due.
+    async fn catch_up(&mut self, now: Time, by: Party, inputs: &mut VecDeque<Input>) {
+        loop {
+            let due = self.controller.poll_deadline().filter(|due| *due < now);
+            let play = self.play.as_ref();
+            let action = play.and_then(|play| play.due(due.unwrap_or(now)));
+            let (at, input) = match (action, due) {
+                (Some((at, input)), _) => (at, input),
+                (None, Some(due)) => (due, Input::Tick),
+                (None, None) => return,
+            };
+            self.step(at.max(self.controller.now()), input, by, inputs).await;
+        }
     }
 
     /// One input at its time, and what the controller puts out.
@@ -287,6 +343,9 @@ impl Hub {
             self.log.new_peer(*port);
         }
         self.tape.input(at, &input, by);
+        if let Some(play) = &self.play {
+            play.input(at, &input);
+        }
         if let Some(journal) = &self.journal {
             journal.input(at, &input);
         }
@@ -296,6 +355,9 @@ impl Hub {
                 continue;
             }
             self.tape.output(at, &output);
+            if let Some(play) = &self.play {
+                play.output(at, &output);
+            }
             self.evidence.take(&output);
             self.notice(&output);
             // They are told for the record of lines alone, and there are very many.
@@ -311,6 +373,9 @@ impl Hub {
                 feeder.put(output);
             }
         }
+        if let Some(play) = &self.play {
+            play.settled(at, &self.controller);
+        }
     }
 
     /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
@@ -319,6 +384,17 @@ impl Hub {
             return false;
         };
         !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
+    }
+
+    /// Closes every port and opens those that the controller now has.
+    async fn open_anew(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), LinkError> {
+        let gone = self.links.close().await;
+        inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
+        self.ports.clear();
+        if self.controller.state().powered {
+            self.ports = self.links.open(self.controller.network())?;
+        }
+        Ok(())
     }
 
     async fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
@@ -351,10 +427,10 @@ impl Hub {
             }
             Output::PowerCycled => {
                 inputs.extend(self.lines.power_cycled(&self.controller));
-                let gone = self.links.close().await;
-                inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
-                self.open_links();
-                info!("power on; ports: {:?}", self.ports);
+                match self.open_anew(inputs).await {
+                    Ok(()) => info!("power cycled; ports: {:?}", self.ports),
+                    Err(reason) => error!("after the power cycle no port is open: {reason}"),
+                }
             }
             Output::Undone(refusal) => {
                 info!(event = "undone", "{refusal}");
@@ -382,5 +458,7 @@ async fn sleep(wake: Wake) {
     }
 }
 
+pub mod proof;
+mod snapshots;
 #[cfg(test)]
 mod tests;

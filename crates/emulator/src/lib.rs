@@ -18,6 +18,8 @@ pub mod link;
 pub mod loading;
 pub mod log;
 pub mod ready;
+pub mod scenario;
+pub mod snapshot;
 pub mod store;
 pub mod tap;
 #[cfg(test)]

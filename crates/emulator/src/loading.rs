@@ -3,6 +3,7 @@
 
 use crate::config::Settings;
 use crate::hub::StartError;
+use crate::snapshot;
 use crate::store::{Store, StoreError, StoredFiles};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -95,12 +96,33 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
             reason: error.to_string(),
         })?;
     }
+    let mut store = store;
+    if let Some(path) = &settings.restore {
+        controller = restored(path, &controller, store.as_mut())?;
+    }
     Ok(Powered {
         controller,
         store,
         files,
-        demo,
+        demo: demo && settings.restore.is_none(),
     })
+}
+
+/// The controller of a snapshot in place of a fresh one, without peers, and the directory with its files.
+fn restored(path: &Path, fresh: &Controller, store: Option<&mut Store>) -> Result<Controller, StartError> {
+    let mut controller = snapshot::read(path)?;
+    controller.take_peers_of(fresh);
+    if let Some(store) = store {
+        for (name, content) in controller.files() {
+            store.put(name, content).map_err(LoadError::from)?;
+        }
+        for (name, _) in fresh.files() {
+            if !controller.files().any(|(other, _)| other == name) {
+                store.remove(name).map_err(LoadError::from)?;
+            }
+        }
+    }
+    Ok(controller)
 }
 
 /// Collects the files for these settings.

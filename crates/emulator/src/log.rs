@@ -18,11 +18,26 @@ use ts3100_proto::text::{self, Framing};
 /// Starts logging to stderr for the whole process; the second and later calls change nothing.
 /// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
 pub fn start(verbose: u8, format: LogFormat) {
-    let level = match verbose {
-        0 => LevelFilter::INFO,
-        1 => LevelFilter::DEBUG,
-        _ => LevelFilter::TRACE,
-    };
+    start_at(
+        match verbose {
+            0 => LevelFilter::INFO,
+            1 => LevelFilter::DEBUG,
+            _ => LevelFilter::TRACE,
+        },
+        format,
+    );
+}
+
+/// The same for an emulator beside a command, whose output is the one people read: `verbose` 0 shows warnings and
+/// errors only, each further one a step more.
+pub fn start_quiet(verbose: u8, format: LogFormat) {
+    match verbose.checked_sub(1) {
+        None => start_at(LevelFilter::WARN, format),
+        Some(verbose) => start(verbose, format),
+    }
+}
+
+fn start_at(level: LevelFilter, format: LogFormat) {
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)

@@ -3,6 +3,11 @@
 
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct CalendarTime {
     /// Year, 0 to 65535.
     pub year: u16,

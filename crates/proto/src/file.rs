@@ -13,6 +13,7 @@ const PREFIX: &[u8] = b"FL,";
 
 /// What is asked of the content of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FileRule {
     /// A user file: printable ASCII, CR and LF; lines of at most [`MAX_LINE`] characters.
     User,
@@ -71,6 +72,11 @@ pub fn check_user_file(content: &[u8]) -> Result<(), FileFault> {
 
 /// Where the check of a file that comes in blocks stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 struct LineCheck {
     rule: FileRule,
     line: u32,
@@ -124,7 +130,13 @@ impl LineCheck {
 
 /// Cuts a file into the data sections of its texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct FlSender {
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     bytes: Vec<u8>,
     sent: usize,
     per_text: usize,
@@ -179,6 +191,13 @@ impl FlSender {
         self.lengths = lengths.into_iter().collect();
     }
 
+    /// Whether texts come of it to the end, for one that was read.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.sent <= self.bytes.len() && self.per_text > 0
+    }
+
     /// Whether all texts have been given out.
     #[must_use]
     pub fn is_done(&self) -> bool {
@@ -199,9 +218,15 @@ pub enum Received {
 
 /// Puts a file together from the data sections of its texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct FlReceiver {
     limit: usize,
     check: LineCheck,
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     content: Vec<u8>,
     begun: bool,
     ended: bool,
@@ -230,6 +255,13 @@ impl FlReceiver {
                 Received::Refused(fault)
             }
         }
+    }
+
+    /// Whether the content is within its limit and its place in it is one, for one that was read.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.content.len() <= self.limit && self.check.column <= self.content.len()
     }
 
     /// Whether the first text has come.

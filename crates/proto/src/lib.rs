@@ -12,6 +12,8 @@ pub mod command;
 pub mod file;
 pub mod message;
 pub mod name;
+#[cfg(feature = "serde")]
+pub mod paper;
 pub mod parameter;
 pub mod parts;
 pub mod permission;

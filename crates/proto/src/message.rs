@@ -22,7 +22,13 @@ pub enum Joined {
 
 /// Joins the data sections of texts to messages.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct MessageJoiner {
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     parts: Vec<u8>,
     too_long: bool,
 }
@@ -49,6 +55,13 @@ impl MessageJoiner {
             (false, true) => Joined::Whole(message),
             (false, false) => Joined::NoCr(message),
         }
+    }
+
+    /// Whether it holds no more than a message has, for one that was read.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.parts.len() <= MAX_MESSAGE
     }
 
     /// Forgets the parts kept so far.

@@ -50,6 +50,8 @@ pub enum NameError {
 
 /// Name of a file of the RAM drive, in upper case.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "String", into = "String"))]
 pub struct FileName(String);
 
 impl FileName {
@@ -97,6 +99,20 @@ impl FileName {
     #[must_use]
     pub fn is_parameter(&self) -> bool {
         matches!(self.as_str(), "USER.PAR" | "ETHERNET.PAR")
+    }
+}
+
+impl TryFrom<String> for FileName {
+    type Error = NameError;
+
+    fn try_from(text: String) -> Result<FileName, NameError> {
+        FileName::parse(&text)
+    }
+}
+
+impl From<FileName> for String {
+    fn from(name: FileName) -> String {
+        name.0
     }
 }
 

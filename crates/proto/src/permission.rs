@@ -21,6 +21,7 @@ impl ProtocolPort {
 
 /// A cell of the tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Permission {
     /// Circle: valid.
     Valid,
@@ -49,6 +50,11 @@ type Rows<const N: usize> = [Row; N];
 
 /// The tables of either port, the manual's and that of the extensions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,

@@ -26,6 +26,7 @@ pub const MAX_BINARY: usize = 1024;
 
 /// Form of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Framing {
     /// With STX, as the manual has it.
     #[default]
@@ -36,6 +37,7 @@ pub enum Framing {
 
 /// What bytes outside a text mean (option `text.stx`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StxRule {
     /// They begin a text without STX.
     #[default]
@@ -46,6 +48,7 @@ pub enum StxRule {
 
 /// Whether a checksum follows ETX (option `text.checksum`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Checksum {
     /// No.
     #[default]
@@ -56,6 +59,11 @@ pub enum Checksum {
 
 /// How texts are formed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct TextOptions {
     /// What bytes outside a text mean.
     pub stx: StxRule,
@@ -65,10 +73,16 @@ pub struct TextOptions {
 
 /// One text as it came.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Text {
     /// Its form; the answer takes the same.
     pub framing: Framing,
     /// The bytes between STX and ETX; of an over-long text the first [`MAX_DATA`].
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     pub data: Vec<u8>,
     /// What is wrong with it, if anything.
     pub fault: Option<TextFault>,
@@ -76,6 +90,7 @@ pub struct Text {
 
 /// What is wrong with a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TextFault {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
     #[error("at most {MAX_DATA} data bytes expected, {length} found")]
@@ -114,9 +129,15 @@ pub enum Decoded {
 
 /// A text that has begun.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 struct Partial {
     framing: Framing,
     /// The first bytes of the data section, as many as are kept.
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     data: Vec<u8>,
     /// All bytes of the data section so far.
     length: usize,
@@ -173,6 +194,7 @@ impl Partial {
 ///                                                  \--ETX, with checksum--> Sum --one byte--> Outside
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Place {
     Outside,
     Inside(Partial),
@@ -183,8 +205,14 @@ enum Place {
 /// read may depend on the texts before (see [`TextDecoder::expect_binary`]); it holds at most
 /// [`MAX_BUFFERED`] bytes and one text.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct TextDecoder {
     options: TextOptions,
+    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
     input: BytesMut,
     place: Place,
     /// Bytes read that belong to no text and are not reported yet.
@@ -260,7 +288,8 @@ impl TextDecoder {
 
     /// Forgets everything that is not given out yet; returns the number of bytes dropped.
     pub fn reset(&mut self) -> usize {
-        let dropped = self.input.len() + self.begun() + self.noise + self.lost;
+        let seen = self.noise.saturating_add(self.lost);
+        let dropped = seen.saturating_add(self.input.len()).saturating_add(self.begun());
         *self = TextDecoder::new(self.options);
         dropped
     }
@@ -270,6 +299,20 @@ impl TextDecoder {
     /// which is unsolicited, the long text is still awaited.
     pub fn expect_binary(&mut self, data_len: usize) {
         self.binary = Some(data_len.min(MAX_BINARY));
+    }
+
+    /// Whether a decoder with these options can come to hold this, for one that was read.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self, options: TextOptions) -> bool {
+        let kept = match &self.place {
+            Place::Outside => true,
+            Place::Inside(partial) => partial.data.len() <= partial.length.min(MAX_BINARY),
+            Place::Sum { text, .. } => text.data.len() <= MAX_BINARY,
+        };
+        kept && self.options == options
+            && self.input.len() <= MAX_BUFFERED
+            && self.binary.is_none_or(|length| length <= MAX_BINARY)
     }
 
     /// Bytes held that are not given out yet.

@@ -5,9 +5,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use ts3100_controller::faults::{Fault, FaultOrder, FaultReport};
 use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+use ts3100_tests::paper::{self, Paper};
 
 /// Inputs and deadlines of one test before the controller is taken to hang.
 const MOST_STEPS: u32 = 200_000;
+
+/// After so many happenings the controller is written down and read back: a snapshot holds what faults and variation
+/// are in the middle of.
+const ON_PAPER: u32 = 5;
 
 /// Why a read gave nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +37,7 @@ pub struct World {
     /// When and how bytes left, for comparisons.
     pub sent: Vec<(Time, Port, Vec<u8>)>,
     steps: u32,
+    paper: Paper,
 }
 
 impl World {
@@ -49,6 +55,7 @@ impl World {
             fired: Vec::new(),
             sent: Vec::new(),
             steps: 0,
+            paper: Paper::every(ON_PAPER),
         };
         if let Some((name, _)) = files.first() {
             world.controller.select(Time::ZERO, name).unwrap();
@@ -78,6 +85,9 @@ impl World {
         while let Some(input) = inputs.pop_front() {
             for output in self.controller.feed(self.now, input) {
                 self.perform(output, &mut inputs);
+            }
+            if self.paper.is_due() {
+                self.controller = paper::again(&self.controller);
             }
         }
     }

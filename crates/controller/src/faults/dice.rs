@@ -6,6 +6,7 @@ pub const MILLION: u32 = 1_000_000;
 
 /// A row of numbers that follows from its seed.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Dice(u64);
 
 impl Dice {

@@ -161,15 +161,27 @@ pub struct Parcel {
 
 /// What leaves a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Leaving {
     /// These bytes, in one write.
-    Bytes(Vec<u8>),
+    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
     /// These bytes, in one write with what is sent next, if that comes before their time.
-    Held(Vec<u8>),
+    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
     /// The connection ends.
     Cut(Cut),
     /// From now on nothing is read or written, until the connection ends.
     Deaf,
+}
+
+impl Leaving {
+    /// Bytes of it.
+    #[must_use]
+    pub fn length(&self) -> usize {
+        match self {
+            Leaving::Bytes(bytes) | Leaving::Held(bytes) => bytes.len(),
+            Leaving::Cut(_) | Leaving::Deaf => 0,
+        }
+    }
 }
 
 impl Parcel {

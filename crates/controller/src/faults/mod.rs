@@ -22,6 +22,8 @@ pub use spec::FaultError;
 
 use crate::Controller;
 use crate::deed::Refusal;
+#[cfg(feature = "serde")]
+use crate::limits::MAX_STRIKES;
 use crate::limits::{FAULT_MOMENTS, MAX_FAULTS};
 use crate::output::Event;
 use crate::port::Port;
@@ -78,6 +80,11 @@ pub enum FaultOrder {
 
 /// A fault and what has become of it.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct FaultReport {
     /// The fault.
     pub fault: Fault,
@@ -116,6 +123,11 @@ impl FaultReport {
 
 /// All faults of a controller.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Faults {
     reports: Vec<FaultReport>,
     dice: Dice,
@@ -131,6 +143,7 @@ pub struct Faults {
 
 /// Where a record that comes in stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Record {
     /// It goes through.
     Taken,
@@ -174,7 +187,8 @@ impl Faults {
     }
 
     /// Whether nothing is read or written on this port.
-    pub(crate) fn is_deaf(&self, port: Port) -> bool {
+    #[must_use]
+    pub fn is_deaf(&self, port: Port) -> bool {
         self.deaf.contains(&port)
     }
 
@@ -186,6 +200,46 @@ impl Faults {
     pub(crate) fn forget_peer(&mut self, port: Port) {
         self.deaf.remove(&port);
         self.records.remove(&port);
+    }
+
+    /// Whether they are such as a run leads to, for those that were read: where not, what was expected and found.
+    #[cfg(feature = "serde")]
+    pub(crate) fn check(&self) -> Result<(), (&'static str, String, String)> {
+        let at_most = |place, found: usize, most: usize| match found <= most {
+            true => Ok(()),
+            false => Err((place, format!("at most {most}"), found.to_string())),
+        };
+        at_most("reports", self.reports.len(), MAX_FAULTS)?;
+        at_most("strikes", self.strikes.len(), MAX_STRIKES)?;
+        let ids: Vec<u32> = self.reports.iter().map(|report| report.fault.id).collect();
+        if !(ids.first().is_none_or(|first| *first > 0) && ids.is_sorted_by(|one, other| one < other)) {
+            return Err((
+                "reports",
+                "numbers that rise from 1".to_string(),
+                format!("{ids:?}"),
+            ));
+        }
+        for FaultReport {
+            fault,
+            armed,
+            seen,
+            fired,
+            at,
+        } in &self.reports
+        {
+            at_most("reports.at", at.len(), FAULT_MOMENTS)?;
+            let over = fault.times > 0 && (*fired > fault.times || *armed && *fired == fault.times);
+            if fired > seen || at.len() > *fired as usize || over {
+                let expected =
+                    "no more bites than occasions and times, and a moment for each of the first".to_string();
+                return Err((
+                    "reports",
+                    expected,
+                    format!("{seen} seen, {fired} fired, {} moments", at.len()),
+                ));
+            }
+        }
+        Ok(())
     }
 
     fn arm(&mut self, mut fault: Fault) -> Result<u32, String> {
@@ -279,6 +333,16 @@ impl Controller {
     #[must_use]
     pub fn faults(&self) -> &Faults {
         &self.faults
+    }
+
+    /// This controller with nothing broken and nothing varied: every text leaves at once, whatever was armed.
+    #[must_use]
+    pub fn unbroken(&self) -> Controller {
+        Controller {
+            faults: Faults::new(self.config.fault_seed),
+            vary: None,
+            ..self.clone()
+        }
     }
 
     pub(crate) fn fault_order(&mut self, order: FaultOrder) -> Result<(), Refusal> {

@@ -10,6 +10,7 @@ use core::time::Duration;
 
 /// One deed of a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Strike {
     /// Something is done at the panel.
     Panel(Panel),

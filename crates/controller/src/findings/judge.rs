@@ -30,6 +30,11 @@ const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
 
 /// What is remembered of a host from text to text.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Habits {
     /// The last request for each status, told apart by its letters, and when it came.
     polls: Vec<(Vec<u8>, Time)>,

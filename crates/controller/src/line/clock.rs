@@ -8,6 +8,11 @@ use ts3100_proto::parameter::SerialLine;
 
 /// When the characters so far have passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Clock {
     since: Time,
     /// In bit/s; 0 before the first character.

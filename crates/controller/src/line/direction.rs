@@ -12,8 +12,14 @@ use ts3100_proto::text::{CR, ETX, LF};
 
 /// Bytes that were handed over with the same settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 struct Burst {
     sender: SerialLine,
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
     bytes: VecDeque<u8>,
 }
 
@@ -32,6 +38,11 @@ pub struct Arrival {
 
 /// One direction.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Direction {
     bursts: VecDeque<Burst>,
     queued: usize,
@@ -169,6 +180,16 @@ impl Direction {
             arrivals.extend(read.drain(..).map(|character| arrival(character, ended, end)));
         }
         arrivals
+    }
+
+    /// Whether as many bytes are queued as are counted, and the receiver is within a character.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let bursts = &self.bursts;
+        bursts.iter().all(|burst| !burst.bytes.is_empty())
+            && self.queued == bursts.iter().map(|burst| burst.bytes.len()).sum::<usize>()
+            && self.receiver.as_ref().is_none_or(Receiver::is_sound)
     }
 
     /// Bytes of which no character has begun are forgotten.

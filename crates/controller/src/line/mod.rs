@@ -15,6 +15,11 @@ use ts3100_proto::parameter::{Parity, SerialLine};
 
 /// What is known of the settings of the host's port. What is not known counts as matching.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct HostSettings {
     /// Speed in bit/s.
     pub speed: Option<u32>,
@@ -28,6 +33,7 @@ pub struct HostSettings {
 
 /// What is between the controller and its peer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum HostLine {
     /// Nothing real: characters take their time, and are garbled, in here.
     Modelled(HostSettings),
@@ -160,6 +166,11 @@ fn words_stop(stop: u8) -> String {
 
 /// The line of a serial port.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Line {
     /// What is at its far end.
     pub host: HostLine,
@@ -177,6 +188,11 @@ pub struct Line {
 
 /// A peer that is gone.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Leaving {
     /// Bytes of it that have not passed; those behind them are the next one's.
     pub left: usize,

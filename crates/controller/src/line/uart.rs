@@ -79,6 +79,7 @@ fn levels(line: SerialLine, byte: u8) -> impl Iterator<Item = bool> {
 /// Where a receiver stands. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
 /// in which the bits of both, and half a bit, are whole numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum State {
     /// It waits for the line to fall.
     #[default]
@@ -98,6 +99,11 @@ enum State {
 
 /// A receiver and the line it listens to: the sender's settings, and its own.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Receiver {
     sender: SerialLine,
     own: SerialLine,
@@ -132,6 +138,17 @@ impl Receiver {
     #[must_use]
     pub fn is_matched(&self) -> bool {
         self.sender == self.own
+    }
+
+    /// Whether no more bits have been taken than a character has.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let samples = 2 + self.own.length + u8::from(has_parity(self.own));
+        match self.state {
+            State::Idle | State::Low => true,
+            State::Frame { taken, .. } => taken < samples,
+        }
     }
 
     /// Whether it is inside a character.

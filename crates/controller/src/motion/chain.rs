@@ -14,6 +14,8 @@ use super::kinematics::place;
 use super::path::Path;
 use super::pose::{Transform, minus, norm, plus_times};
 use super::profile::{Profile, Rates, State};
+#[cfg(feature = "serde")]
+use crate::model::ArmKind;
 use crate::model::{ArmModel, Joints};
 use alloc::vec::Vec;
 use libm::sqrt;
@@ -33,6 +35,11 @@ const MOST_LEGS: usize = 3;
 
 /// One motion of a chain.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub(super) struct Leg {
     pub(super) path: Path,
     /// Its course as its own SPEED, ACCEL and DECEL ask for it.
@@ -117,6 +124,11 @@ impl Leg {
 
 /// Motions that overlap, in seconds from the beginning of the first.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub(super) struct Chain {
     legs: Vec<Leg>,
     pub(super) duration: f64,
@@ -128,6 +140,18 @@ impl Chain {
             duration: first.ends(),
             legs: Vec::from([first]),
         }
+    }
+
+    /// Whether it is one of an arm of this kind, for a chain that was read.
+    #[cfg(feature = "serde")]
+    pub(super) fn is_of(&self, kind: &ArmKind) -> bool {
+        let legs = 1..=MOST_LEGS + 1;
+        legs.contains(&self.legs.len())
+            && self.duration > 0.0
+            && self
+                .legs
+                .iter()
+                .all(|leg| !matches!(leg.path, Path::Chain(_)) && leg.path.is_of(kind))
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.

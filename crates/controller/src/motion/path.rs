@@ -18,6 +18,7 @@ const HALF_TURN: f64 = 1e-6;
 
 /// The way of the tool point.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Shape {
     Line {
         from: [f64; 3],
@@ -106,6 +107,11 @@ impl Shape {
 
 /// A turn about a fixed axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub(super) struct Turn {
     axis: [f64; 3],
     /// Degrees, 0 to 180.
@@ -175,6 +181,11 @@ impl Turn {
 
 /// The way of the tool in space.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub(super) struct Guided {
     pub(super) kind: ArmKind,
     pub(super) shape: Shape,
@@ -230,6 +241,7 @@ impl Guided {
 
 /// A path.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Path {
     /// All joints together.
     Joint { from: Joints, to: Joints },
@@ -240,6 +252,16 @@ pub(super) enum Path {
 }
 
 impl Path {
+    /// Whether it is one of an arm of this kind, for a path that was read.
+    #[cfg(feature = "serde")]
+    pub(super) fn is_of(&self, kind: &ArmKind) -> bool {
+        match self {
+            Path::Joint { .. } => true,
+            Path::Guided(guided) => guided.kind == *kind && !guided.samples.is_empty(),
+            Path::Chain(chain) => chain.is_of(kind),
+        }
+    }
+
     /// Whether the path is a function of time that rests at its end by itself.
     pub(super) fn is_timed(&self) -> bool {
         match self {

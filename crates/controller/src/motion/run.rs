@@ -23,6 +23,7 @@ const MAX_TIME_RATE: f64 = 1e6;
 ///   +-----stop------+--> Stopped (final)
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 enum Phase {
     /// On the way to the end.
     Moving,
@@ -35,6 +36,11 @@ enum Phase {
 /// A motion under way: a value, asked with the time since its start. It keeps the course since the last change
 /// (hold, resume, stop, new limits) only: an earlier time is answered as the time of that change.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Motion {
     path: Path,
     /// What the arm can do on this path.
@@ -290,6 +296,18 @@ impl Motion {
     #[must_use]
     pub fn end(&self) -> Joints {
         self.path.joints_at(self.profile.end())
+    }
+
+    /// Whether its times and places are numbers, with an end; for a motion that was read.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self, model: &ArmModel) -> bool {
+        let longest = Duration::from_micros(u64::MAX);
+        let times = [self.since, self.joined, self.before];
+        let places = [self.profile.duration(), self.profile.end(), self.tool_way];
+        times.iter().all(|time| *time <= longest)
+            && places.iter().all(|place| place.is_finite())
+            && self.path.is_of(&model.kind)
     }
 
     fn rates(&self) -> Rates {

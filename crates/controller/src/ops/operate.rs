@@ -5,7 +5,7 @@ use crate::execution::{By, Course, Direct, Task};
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use scol_mini::{Machine, compile_direct};
 use ts3100_proto::command::{Internal, LineWrite};
@@ -110,6 +110,7 @@ impl Controller {
             Ok(program) => {
                 let task = Task::new(Machine::direct(program), self.now);
                 self.execution.direct = Some(Direct {
+                    statement: statement.to_string(),
                     task,
                     since: self.now,
                     moved: false,

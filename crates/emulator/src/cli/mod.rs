@@ -1,10 +1,11 @@
-//! The command line `ts3100 serve | host | check | fmt | run | faults | tap | diff | coverage | ctl | completions`: reads
-//! it, runs one of them, says the exit code.
+//! The command line `ts3100 serve | exec | host | check | fmt | run | faults | tap | diff | coverage | ctl |
+//! completions`: reads it, runs one of them, says the exit code.
 
 mod check;
 mod coverage;
 mod ctl;
 mod diff;
+mod exec;
 mod faults;
 mod format;
 mod host;
@@ -30,6 +31,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Serve(Box<ServeArgs>),
+    Exec(Box<exec::ExecArgs>),
     Host(host::HostArgs),
     Check(check::CheckArgs),
     Fmt(format::FormatArgs),
@@ -51,6 +53,7 @@ enum Command {
 pub fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Serve(args) => serve::run(*args),
+        Command::Exec(args) => exec::run(*args),
         Command::Host(args) => host::run(&args),
         Command::Check(args) => check::run(&args),
         Command::Fmt(args) => format::run(&args),

@@ -2,15 +2,20 @@
 
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
-use crate::evidence::Ending;
+use crate::evidence::{Ending, Evidence};
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
+use crate::scenario::{Outcome, Play};
+use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::process::ExitCode;
 use tracing::{error, info, warn};
+use ts3100_controller::Controller;
 
+/// Exit code when an expectation of the scenario was not met.
+const SCENARIO_FAILED: u8 = 5;
 /// Exit code when the emulator could not start.
 const COULD_NOT_START: u8 = 2;
 
@@ -63,15 +68,65 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
                 banner(&settings, hub.ports(), &hub.serial(), control, hub.has_demo())
             );
         }
+        let served = Served::begin(&settings, &mut hub);
+        let controller = hub.run(stop).await;
+        let code = served.end(&args, &settings, &controller)?;
+        info!("ended");
+        Ok(code)
+    })
+}
+
+/// What is recorded while an emulator is served, and written at its end; `exec` does the same.
+pub(super) struct Served {
+    play: Option<Play>,
+    evidence: Evidence,
+}
+
+impl Served {
+    /// From now on.
+    pub(super) fn begin(settings: &Settings, hub: &mut Hub) -> Served {
+        let play = settings.scenario.clone().map(Play::new);
+        if let Some(play) = &play {
+            hub.play(play.clone());
+        }
         let evidence = hub.evidence();
-        hub.run(stop).await;
+        Served { play, evidence }
+    }
+
+    /// Writes everything; the exit code that follows from it.
+    pub(super) fn end(
+        self,
+        args: &ServeArgs,
+        settings: &Settings,
+        controller: &Controller,
+    ) -> anyhow::Result<u8> {
+        if let Some(path) = &args.snapshot_on_exit {
+            snapshot::write(path, controller)?;
+        }
         let ending = settings
             .reports
-            .finish(&evidence, &settings.controller, &settings.load)?;
+            .finish(&self.evidence, controller.config(), &settings.load)?;
         say(&ending);
-        info!("ended");
-        Ok(ending.exit_code())
-    })
+        let failed = match self.play {
+            Some(play) => tell(&play.end(controller.now()), args)?,
+            None => false,
+        };
+        Ok(match ending.exit_code() {
+            0 if failed => SCENARIO_FAILED,
+            code => code,
+        })
+    }
+}
+
+/// The results of a scenario; whether it has failed.
+fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
+    if let Some(path) = &args.junit {
+        std::fs::write(path, outcome.junit()).with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    for failure in outcome.failures() {
+        error!(event = "scenario-failed", "scenario: {failure}");
+    }
+    Ok(outcome.has_failed())
 }
 
 /// Why the exit code is not 0.

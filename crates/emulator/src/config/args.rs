@@ -79,6 +79,18 @@ pub struct ServeArgs {
     /// File of the RAM drive to select
     #[arg(long, value_name = "NAME")]
     pub select: Option<String>,
+    /// Begin with this snapshot: options, arm, files, selection and everything else are its own
+    #[arg(long, value_name = "FILE")]
+    pub restore: Option<PathBuf>,
+    /// Write a snapshot when the emulator ends
+    #[arg(long, value_name = "FILE")]
+    pub snapshot_on_exit: Option<PathBuf>,
+    /// Play this scenario; exit code 5 if it fails
+    #[arg(long, value_name = "FILE")]
+    pub scenario: Option<PathBuf>,
+    /// Write the results of the scenario as JUnit XML
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
     /// Servo power on at the start
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub servo_on: Option<bool>,
@@ -170,6 +182,10 @@ impl ServeArgs {
                 self.load
             },
             select: self.select.or(below.select),
+            restore: self.restore.or(below.restore),
+            snapshot_on_exit: self.snapshot_on_exit.or(below.snapshot_on_exit),
+            scenario: self.scenario.or(below.scenario),
+            junit: self.junit.or(below.junit),
             servo_on: self.servo_on.or(below.servo_on),
             key: self.key.or(below.key),
             control_right: self.control_right.or(below.control_right),

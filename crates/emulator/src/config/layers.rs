@@ -102,6 +102,15 @@ pub enum ConfigError {
     /// A file of faults.
     #[error(transparent)]
     FaultFile(#[from] crate::faults::FaultFileError),
+    /// Flags that would make a controller beside the one of a snapshot.
+    #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
+    Restore(String),
+    /// The file of the scenario.
+    #[error(transparent)]
+    Scenario(#[from] crate::scenario::ScenarioError),
+    /// Results of nothing.
+    #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
+    JunitAlone,
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,

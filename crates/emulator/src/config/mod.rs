@@ -21,13 +21,14 @@ use crate::clock::{self, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
 use crate::evidence::Reports;
 use crate::line::SerialEnd;
+use crate::scenario::Scenario;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
-use ts3100_controller::options::{Config, ControllerType};
+use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
 use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 
@@ -69,6 +70,10 @@ pub struct Settings {
     pub faults: Vec<Fault>,
     /// Where the report at the end goes.
     pub report: Option<PathBuf>,
+    /// Snapshot to begin with, in place of a controller whose power has just come on.
+    pub restore: Option<PathBuf>,
+    /// What is to happen while it runs, and what the hosts are expected to do.
+    pub scenario: Option<Scenario>,
     /// The control interface, if there is one.
     pub control: Option<ControlSettings>,
     /// Where transcripts go.
@@ -99,6 +104,8 @@ impl Settings {
             servo_on: false,
             faults: Vec::new(),
             report: None,
+            restore: None,
+            scenario: None,
             control: None,
             transcripts: Vec::new(),
             flags: Vec::new(),
@@ -156,6 +163,14 @@ impl Settings {
             Some(args::PortsWord::Auto) => Ports::Auto,
             Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
+        let scenario = args.scenario.as_deref().map(Scenario::read).transpose()?;
+        let args = &begun_by(args, scenario.as_ref());
+        if args.restore.is_some() {
+            nothing_beside_a_snapshot(args, &controller)?;
+        }
+        if args.junit.is_some() && scenario.is_none() {
+            return Err(ConfigError::JunitAlone);
+        }
         let defaults = Settings::new(controller);
         let listen = args.listen.unwrap_or(defaults.listen);
         Ok(Settings {
@@ -170,6 +185,8 @@ impl Settings {
             servo_on: args.servo_on.unwrap_or(false),
             faults,
             report: args.report.clone(),
+            restore: args.restore.clone(),
+            scenario,
             control: control(args, ports)?,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
@@ -178,6 +195,42 @@ impl Settings {
             ..defaults
         })
     }
+}
+
+/// The arguments, and where they are silent the beginning of the scenario.
+fn begun_by(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
+    let mut args = args.clone();
+    if let Some(Scenario { start, .. }) = scenario {
+        args.load.extend(start.load.iter().cloned());
+        args.select = args.select.or_else(|| start.select.clone());
+        args.restore = args.restore.or_else(|| start.restore.clone());
+    }
+    args
+}
+
+/// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
+fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
+    let mut given: Vec<String> = controller_flags(args)
+        .iter()
+        .filter_map(|flag| Some(format!("--{}", flag.split_once('=')?.0)))
+        .filter(|flag| flag != "--set")
+        .collect();
+    let others = [
+        ("--load", !args.load.is_empty()),
+        ("--select", args.select.is_some()),
+        ("--servo-on", args.servo_on == Some(true)),
+        ("--set", controller.options != Options::of(Dialect::default())),
+    ];
+    given.extend(
+        others
+            .iter()
+            .filter(|(_, is)| *is)
+            .map(|(flag, _)| (*flag).to_owned()),
+    );
+    if given.is_empty() {
+        return Ok(());
+    }
+    Err(ConfigError::Restore(given.join(", ")))
 }
 
 /// The control interface: on unless it is said to be off.

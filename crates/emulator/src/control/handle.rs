@@ -4,6 +4,7 @@ use super::journal::Journal;
 use super::problem::Problem;
 use crate::hub::condition::Seek;
 use crate::hub::request::{EdgeDeed, Request, Sight, Waited};
+use crate::snapshot::desk::{DeskError, Done, Order, Task};
 use axum::http::StatusCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -68,6 +69,13 @@ impl Handle {
             }))
         })
         .await
+    }
+
+    /// Has something done with snapshots.
+    pub async fn snapshot(&self, task: Task) -> Result<Done, Problem> {
+        let result: Result<Done, DeskError> =
+            self.ask(|done| Request::Snapshot(Order { task, done })).await?;
+        result.map_err(Problem::from)
     }
 
     /// Waits for something, for at most so long on the wall.

@@ -22,6 +22,7 @@ mod power;
 mod problem;
 mod service;
 mod settings;
+mod snapshots;
 mod state;
 mod table;
 mod variables;
@@ -70,6 +71,7 @@ fn calls() -> Table {
         clock::add,
         power::add,
         faults::add,
+        snapshots::add,
         events::add,
         service::add,
     ];

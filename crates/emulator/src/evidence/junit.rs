@@ -67,7 +67,7 @@ fn case(xml: &mut String, rule: &Rule, tally: Option<&Tally>, fails: bool) {
 }
 
 /// Text in XML; what XML 1.0 cannot hold becomes `?`.
-fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
         match letter {

@@ -12,6 +12,7 @@ mod sarif;
 
 pub use coverage::CoverageReport;
 pub use findings::FindingsView;
+pub(crate) use junit::escape;
 pub use reports::{
     BELOW_COVERAGE, DENIED, Deny, Ending, FindingsFormat, ReportError, Reports, coverage_text,
 };

@@ -39,6 +39,7 @@ impl Hub {
                 let result = self.edge_deed(deed).await;
                 let _ = done.send(result);
             }
+            Request::Snapshot(order) => self.serve_order(order).await,
             Request::Look(look) => {
                 // What is due by now has happened when it is looked at.
                 self.feed(Input::Tick).await;
@@ -132,6 +133,7 @@ impl Hub {
             self.controller.set_calendar(clock::calendar_now());
         }
         self.clock.restart();
+        self.clock.set(self.controller.now());
         for waiting in std::mem::take(&mut self.waits) {
             let _ = waiting.done.send(Waited {
                 reached: false,
@@ -229,7 +231,7 @@ impl Hub {
 
     /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
-        let deadline = self.controller.poll_deadline();
+        let deadline = self.deadline();
         let advancing = self.waits.iter().filter(|waiting| waiting.seek.advance);
         if let Some(limit) = advancing.map(|waiting| waiting.limit).min() {
             let next = deadline.map_or(limit, |deadline| deadline.min(limit));

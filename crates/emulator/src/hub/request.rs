@@ -5,6 +5,7 @@ use super::condition::{Condition, Seek};
 use crate::clock::Clock;
 use crate::clock::TimeMode;
 use crate::line::SerialEnd;
+use crate::snapshot::desk::Order;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use tokio::sync::oneshot;
@@ -44,6 +45,8 @@ pub enum Request {
         /// As of [`Request::Deed`].
         done: oneshot::Sender<Result<(), Refusal>>,
     },
+    /// Something done with snapshots.
+    Snapshot(Order),
     /// A look at everything.
     Look(Box<dyn FnOnce(&Sight<'_>) + Send>),
     /// A wait for something to happen.

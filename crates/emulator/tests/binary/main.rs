@@ -10,6 +10,7 @@
 mod client;
 mod ctl;
 mod evidence;
+mod exec;
 mod extensions;
 #[cfg(unix)]
 mod faults;
@@ -18,5 +19,6 @@ mod recordings;
 #[cfg(unix)]
 mod serial;
 mod serve;
+mod snapshots;
 mod support;
 mod tools;

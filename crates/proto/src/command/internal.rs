@@ -29,6 +29,7 @@ pub enum Internal {
 
 /// Operation mode (CMD-RN-06).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RunMode {
     /// Begins again at the end.
     Continuous,

@@ -9,6 +9,7 @@ use alloc::vec::Vec;
 
 /// How a channel is opened ([E00]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OpenMode {
     /// 0: not used.
     NotUsed,
@@ -32,6 +33,11 @@ impl OpenMode {
 
 /// What ETHERNET.PAR holds. Arrays are in the order IP0, IP1, IP2, IP3.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct EthernetParameters {
     /// [E00] open mode; IP0 is never a client (PAR-E00-02).
     pub open_mode: [OpenMode; 4],

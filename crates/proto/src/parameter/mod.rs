@@ -23,6 +23,7 @@ const MAX_QUOTE: usize = 40;
 
 /// What ends a line of a parameter file that the controller writes (option `parameter.line_end`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LineEnd {
     /// LF, as real hosts write it (hosts 1.7).
     Lf,

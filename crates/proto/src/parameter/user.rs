@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 
 /// Parity of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parity {
     /// 0: without.
     None,
@@ -19,19 +20,64 @@ pub enum Parity {
 
 /// One serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialLine {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also 115200.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::speed"))]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::length"))]
     pub length: u8,
     /// Parity.
     pub parity: Parity,
     /// Stop bits, 1 or 2.
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::stop"))]
     pub stop: u8,
+}
+
+/// The settings of a line that was read, which may be the far end's: whatever a port can be opened with.
+#[cfg(feature = "serde")]
+mod on_paper {
+    use core::fmt::Display;
+    use core::ops::RangeInclusive;
+    use serde::{Deserialize, Deserializer, de::Error};
+
+    fn within<'de, T, D>(from: D, range: &RangeInclusive<T>) -> Result<T, D::Error>
+    where
+        T: Deserialize<'de> + PartialOrd + Display,
+        D: Deserializer<'de>,
+    {
+        let found = T::deserialize(from)?;
+        if range.contains(&found) {
+            return Ok(found);
+        }
+        let (low, high) = (range.start(), range.end());
+        Err(D::Error::custom(format_args!(
+            "expected {low} to {high}, found {found}"
+        )))
+    }
+
+    pub(super) fn speed<'de, D: Deserializer<'de>>(from: D) -> Result<u32, D::Error> {
+        within(from, &(1..=u32::MAX))
+    }
+
+    pub(super) fn length<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
+        within(from, &(5..=8))
+    }
+
+    pub(super) fn stop<'de, D: Deserializer<'de>>(from: D) -> Result<u8, D::Error> {
+        within(from, &(1..=2))
+    }
 }
 
 /// What the controller reads of USER.PAR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct UserParameters {
     /// `{COM1}`.
     pub com1: SerialLine,

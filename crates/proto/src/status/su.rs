@@ -10,6 +10,11 @@ use alloc::vec::Vec;
 
 /// What SU tells.
 #[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct StatusBody {
     /// Controller mode.
     pub master_mode: MasterMode,
@@ -29,6 +34,7 @@ pub struct StatusBody {
 
 /// How the six items are written (option `su.layout`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum SuLayout {
     /// One record, items separated by one blank, no blank within, no CR at the end (hosts 7.1).
     OneRecord,

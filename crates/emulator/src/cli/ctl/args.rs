@@ -117,6 +117,11 @@ pub enum Command {
         #[command(subcommand)]
         action: Option<Faults>,
     },
+    /// Snapshots: list, take, restore, delete; print the present state as a file has it
+    Snapshot {
+        #[command(subcommand)]
+        action: Option<Snapshot>,
+    },
     /// What happens, as it happens
     Events(Events),
     /// What hosts did that the manual advises against
@@ -201,6 +206,18 @@ pub enum Battery {
 pub enum StartStop {
     Start,
     Stop,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub enum Snapshot {
+    /// Keep the present state under a name
+    Take { name: String },
+    /// Go on from the state of a name
+    Restore { name: String },
+    /// Forget the state of a name
+    Delete { name: String },
+    /// Print the present state as the file of a snapshot has it
+    Show,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

@@ -2,7 +2,7 @@
 
 use super::args::{
     Alarms, Battery, Channel, Clock, Command, Events, Faults, Fence, File, Limits, Line, Method, OnOff,
-    Power, Press, StartStop, Until,
+    Power, Press, Snapshot, StartStop, Until,
 };
 use crate::client::encoded;
 use crate::faults::fault_json;
@@ -154,6 +154,7 @@ impl Call {
                 Power::Cycle => post("/power/cycle", json!({})),
             },
             Command::Reset => post("/reset", json!({})),
+            Command::Snapshot { action } => snapshot(action.as_ref()),
             Command::Events(events) => get(events_path(*events)),
             Command::Findings => get("/findings"),
             Command::Metrics => get("/metrics"),
@@ -161,6 +162,16 @@ impl Call {
             Command::Version => get("/version"),
             Command::Call { method, path, body } => raw(*method, path, body.as_deref())?,
         })
+    }
+}
+
+fn snapshot(action: Option<&Snapshot>) -> Call {
+    match action {
+        None => get("/snapshots"),
+        Some(Snapshot::Show) => get("/snapshot"),
+        Some(Snapshot::Take { name }) => put(format!("/snapshots/{}", encoded(name)), json!({})),
+        Some(Snapshot::Restore { name }) => post(format!("/snapshots/{}/restore", encoded(name)), json!({})),
+        Some(Snapshot::Delete { name }) => delete(format!("/snapshots/{}", encoded(name))),
     }
 }
 

@@ -1,0 +1,244 @@
+//! Whether the parts of a restored controller are such as a run leads to: every bound that the code elsewhere keeps by
+//! the way it changes them. Tasks and programs are `execution`'s, single fields their types'.
+
+use super::SnapshotError;
+use crate::Controller;
+use crate::channel::Channel;
+use crate::controller::fresh_lines;
+use crate::drive::Drive;
+use crate::input::KeySwitch;
+use crate::limits::{
+    LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_PARCELS, MAX_SEND, OUTBOX, PENDANT_TEXT, RING_BUFFER,
+};
+use crate::options::{Config, ControllerType};
+use crate::port::Port;
+use crate::signals::Signals;
+use crate::vary::Vary;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::ToString;
+use core::fmt::Display;
+use core::ops::RangeInclusive;
+use core::time::Duration;
+use ts3100_proto::name::FileName;
+
+/// Longest duration anything is counted with: as long as virtual time can last.
+const LONGEST: Duration = Duration::from_micros(u64::MAX);
+/// Most bytes of a serial line in one direction: both queues, and a text on its way into them.
+const MOST_ON_LINE: usize = 2 * LINE_QUEUE + MAX_SEND;
+
+type Checked = Result<(), SnapshotError>;
+
+fn within<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<T>) -> Checked {
+    if range.contains(&found) {
+        return Ok(());
+    }
+    let expected = format!("{} to {}", range.start(), range.end());
+    Err(SnapshotError::value(place, &expected, found))
+}
+
+fn at_most(place: &str, found: usize, most: usize) -> Checked {
+    within(place, found, 0..=most)
+}
+
+fn lasting(place: &str, found: Duration) -> Checked {
+    if found <= LONGEST {
+        return Ok(());
+    }
+    Err(SnapshotError::value(
+        place,
+        "microseconds of 64 bits at most",
+        format!("{found:?}"),
+    ))
+}
+
+fn ports<T>(place: &str, found: &BTreeMap<Port, T>, expected: &[Port]) -> Checked {
+    if found.keys().eq(expected) {
+        return Ok(());
+    }
+    let names = |ports: &mut dyn Iterator<Item = &Port>| {
+        ports
+            .map(|port| port.name())
+            .collect::<alloc::vec::Vec<_>>()
+            .join(", ")
+    };
+    let expected = names(&mut expected.iter());
+    Err(SnapshotError::value(place, &expected, names(&mut found.keys())))
+}
+
+/// The configuration, before anything is made of it.
+pub(super) fn config(config: &Config) -> Checked {
+    let model = config.model.check();
+    model.map_err(|error| SnapshotError::value("config.model", "an arm", error))?;
+    within("config.options.low_speed", config.options.low_speed, 1..=100)?;
+    lasting("config.options.do_min_run", config.options.do_min_run)?;
+    if !config.calendar.is_valid() {
+        let found = format!("{:?}", config.calendar);
+        return Err(SnapshotError::value("config.calendar", "a date and time", found));
+    }
+    if config.controller == ControllerType::Tsl3100 && config.key == KeySwitch::Internal {
+        let expected = "TEACHING or EXT, which the TSL3100 has";
+        return Err(SnapshotError::value("config.key", expected, "INTERNAL"));
+    }
+    Ok(())
+}
+
+impl Controller {
+    pub(super) fn check(&self) -> Checked {
+        self.check_state()?;
+        self.check_drive()?;
+        self.check_alarms()?;
+        self.signals.check()?;
+        self.check_talk()?;
+        self.check_arm()?;
+        self.check_faults()?;
+        at_most("pendant", self.pendant.len(), PENDANT_TEXT)?;
+        match self.poll_deadline() {
+            Some(due) if due < self.now => {
+                let expected = format!("nothing that was due before {}", self.now);
+                Err(SnapshotError::value("now", &expected, due))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn check_state(&self) -> Checked {
+        let state = &self.state;
+        within("state.override_percent", state.override_percent, 1..=100)?;
+        within("state.guide.coordinate", state.guide.coordinate, 0..=3)?;
+        within("state.guide.rate", state.guide.rate, 0..=2)?;
+        within("state.guide.mode", state.guide.mode, 0..=2)?;
+        lasting("state.run_total", state.run_total)?;
+        if let Some(watchdog) = &state.watchdog {
+            lasting("state.watchdog.timeout", watchdog.timeout)?;
+        }
+        let servo = state.servo && (state.emergency_stop || state.safety_open);
+        if servo {
+            let expected = "no servo power in an emergency stop or with the safety switch open";
+            return Err(SnapshotError::value("state.servo", expected, "servo power"));
+        }
+        if self.config.controller == ControllerType::Tsl3100 && state.key == KeySwitch::Internal {
+            let expected = "TEACHING or EXT, which the TSL3100 has";
+            return Err(SnapshotError::value("state.key", expected, "INTERNAL"));
+        }
+        Ok(())
+    }
+
+    fn check_drive(&self) -> Checked {
+        let mut fresh = Drive::new(self.config.options.drive_capacity);
+        for (name, content) in self.drive.files() {
+            let place = format!("drive.files.{name}");
+            let normal = FileName::parse(name)
+                .ok()
+                .filter(|normal| normal.as_str() == name);
+            let Some(normal) = normal else {
+                return Err(SnapshotError::value(&place, "a file name in upper case", name));
+            };
+            let stored = fresh.store(&normal, content);
+            stored.map_err(|error| SnapshotError::value(&place, "a file the RAM drive takes", error))?;
+        }
+        if fresh == self.drive {
+            return Ok(());
+        }
+        let expected = format!(
+            "{}, as config.options.drive_capacity",
+            self.config.options.drive_capacity
+        );
+        Err(SnapshotError::value("drive.capacity", &expected, "another"))
+    }
+
+    fn check_alarms(&self) -> Checked {
+        at_most("alarms.active", self.alarms.active().len(), MAX_ALARMS)?;
+        at_most("alarms.history", self.alarms.history().count(), MAX_HISTORY)?;
+        let mut all = self.alarms.active().iter().chain(self.alarms.history());
+        match all.find(|alarm| !alarm.at.is_valid()) {
+            Some(alarm) => Err(SnapshotError::value(
+                "alarms",
+                "dates and times that exist",
+                format!("{:?}", alarm.at),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn check_talk(&self) -> Checked {
+        ports("sessions", &self.sessions, &[Port::Host, Port::Ip0])?;
+        for (port, session) in &self.sessions {
+            if session.port != *port {
+                let place = format!("sessions.{port}.port");
+                return Err(SnapshotError::value(&place, port.name(), session.port));
+            }
+            if !session.is_sound(self.config.options.text) {
+                let expected = "a text, a message and a file within their bounds";
+                return Err(SnapshotError::value(
+                    &format!("sessions.{port}"),
+                    expected,
+                    "more",
+                ));
+            }
+        }
+        let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
+        ports("channels", &self.channels, &scol)?;
+        let ring = |place: &str, channel: &Channel| at_most(place, channel.len(), RING_BUFFER);
+        for (port, channel) in &self.channels {
+            ring(&format!("channels.{port}.ring"), channel)?;
+        }
+        ring("keys.ring", &self.keys)?;
+        let serial: alloc::vec::Vec<Port> = fresh_lines().into_keys().collect();
+        ports("lines", &self.lines, &serial)?;
+        for (port, line) in &self.lines {
+            for (direction, name) in [(&line.inbound, "inbound"), (&line.outbound, "outbound")] {
+                let place = format!("lines.{port}.{name}");
+                at_most(&place, direction.queued(), MOST_ON_LINE)?;
+                if !direction.is_sound() {
+                    let expected = "as many bytes as are counted, and a character within its bits";
+                    return Err(SnapshotError::value(&place, expected, "others"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_faults(&self) -> Checked {
+        self.faults.check().map_err(|(place, expected, found)| {
+            SnapshotError::value(&format!("faults.{place}"), &expected, found)
+        })?;
+        let (vary, seed) = (self.vary.as_ref().map(Vary::seed), self.config.vary);
+        if vary != seed {
+            let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
+            let expected = format!("{}, as config.vary", seed(self.config.vary));
+            return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
+        }
+        for port in Port::ALL {
+            let (bytes, parcels) = self.outbox.waiting(port);
+            let place = format!("outbox.queues.{port}");
+            at_most(&place, bytes, OUTBOX)?;
+            at_most(&place, parcels, MAX_PARCELS)?;
+        }
+        Ok(())
+    }
+
+    fn check_arm(&self) -> Checked {
+        self.arm
+            .check(self.now)
+            .map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
+        let text = self.jogging.map(|port| (port, port.protocol().is_some()));
+        match text {
+            Some((port, false)) => Err(SnapshotError::value("jogging", "HOST or IP0", port)),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Signals {
+    fn check(&self) -> Checked {
+        for (place, line) in self.lines_held() {
+            if !Signals::exists(line) {
+                let place = format!("signals.{place}");
+                let expected = "lines 1-64, 101-164, 201-264; a pulse of an output that is on";
+                return Err(SnapshotError::value(&place, expected, line.to_string()));
+            }
+        }
+        Ok(())
+    }
+}

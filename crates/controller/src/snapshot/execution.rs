@@ -1,0 +1,327 @@
+//! What runs, on paper: a task is the state of its machine and what it is doing, a program its source.
+
+use super::SnapshotError;
+use crate::execution::{Course, Direct, Doing, Execution, MAIN_TASK, Selected, Stopwatch, Task};
+use crate::limits::STATEMENTS_PER_SCAN;
+use crate::time::Time;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::sync::Arc;
+use scol_mini::{
+    LanguageOptions, MAX_TASKS, Machine, MachineState, Memory, MemoryState, Program, compile, compile_direct,
+};
+
+/// A [`Task`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TaskPaper {
+    machine: MachineState,
+    doing: Doing,
+    budget: u32,
+    scan_at: Time,
+    handler: Option<Box<TaskPaper>>,
+    look_at: Option<Time>,
+}
+
+/// A [`Selected`] file.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SelectedPaper {
+    name: String,
+    source: String,
+    memory: MemoryState,
+    stale: bool,
+}
+
+/// A [`Direct`] statement.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+struct DirectPaper {
+    statement: String,
+    task: TaskPaper,
+    since: Time,
+    moved: bool,
+    shown_until: Option<Time>,
+}
+
+/// An [`Execution`].
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct ExecutionPaper {
+    selected: Option<SelectedPaper>,
+    main: Option<TaskPaper>,
+    tasks: BTreeMap<u16, TaskPaper>,
+    turn: u16,
+    next_task: u16,
+    arm_owner: Option<u16>,
+    motion_line: u32,
+    pass: f64,
+    paused: bool,
+    timer: Stopwatch,
+    course: Course,
+    direct: Option<DirectPaper>,
+    direct_done: bool,
+    /// The data of DO while no file is selected.
+    spare_memory: MemoryState,
+}
+
+impl TaskPaper {
+    fn of(task: &Task) -> TaskPaper {
+        TaskPaper {
+            machine: task.machine.state(),
+            doing: task.doing.clone(),
+            budget: task.budget,
+            scan_at: task.scan_at,
+            handler: task.handler.as_deref().map(TaskPaper::of).map(Box::new),
+            look_at: task.look_at,
+        }
+    }
+
+    fn restore(self, place: &str, program: &Arc<Program>) -> Result<Task, SnapshotError> {
+        let machine = Machine::restore(Arc::clone(program), self.machine)
+            .map_err(|reason| SnapshotError::run(&format!("{place}.machine"), reason))?;
+        let handler = match self.handler {
+            Some(handler) if handler.handler.is_some() => {
+                let place = format!("{place}.handler.handler");
+                return Err(SnapshotError::value(&place, "none: a handler has none", "one"));
+            }
+            Some(handler) => Some(Box::new(handler.restore(&format!("{place}.handler"), program)?)),
+            None => None,
+        };
+        let task = Task {
+            machine,
+            doing: self.doing,
+            budget: self.budget,
+            scan_at: self.scan_at,
+            handler,
+            look_at: self.look_at,
+        };
+        check_task(&task, place)?;
+        Ok(task)
+    }
+}
+
+fn check_task(task: &Task, place: &str) -> Result<(), SnapshotError> {
+    if task.budget > STATEMENTS_PER_SCAN {
+        let expected = format!("at most {STATEMENTS_PER_SCAN}");
+        return Err(SnapshotError::value(
+            &format!("{place}.budget"),
+            &expected,
+            task.budget,
+        ));
+    }
+    let doing = format!("{place}.doing");
+    let pending = task.machine.pending().is_some();
+    let asks = match &task.doing {
+        Doing::Ready | Doing::Pausing { .. } | Doing::Watching { .. } => return Ok(()),
+        Doing::Reading { wanted, got, .. } => {
+            if got.len() > *wanted {
+                let expected = format!("at most {wanted} values");
+                return Err(SnapshotError::value(&doing, &expected, got.len()));
+            }
+            pending
+        }
+        Doing::Resting => return Ok(()),
+        Doing::Holding | Doing::Moving { .. } | Doing::Queued { .. } | Doing::Delaying { .. } => pending,
+    };
+    if asks {
+        return Ok(());
+    }
+    Err(SnapshotError::value(
+        &doing,
+        "a statement that waits for its answer",
+        "none",
+    ))
+}
+
+impl SelectedPaper {
+    fn of(selected: &Selected) -> SelectedPaper {
+        SelectedPaper {
+            name: selected.name.clone(),
+            source: selected.source.clone(),
+            memory: selected.memory.state(&selected.program),
+            stale: selected.stale,
+        }
+    }
+
+    fn restore(self, language: &LanguageOptions) -> Result<Selected, SnapshotError> {
+        let name = ts3100_proto::name::FileName::parse(&self.name).ok();
+        if !name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter()) {
+            return Err(SnapshotError::value(
+                "execution.selected.name",
+                "the name of a user file, in upper case",
+                &self.name,
+            ));
+        }
+        let compilation = compile(&self.source, language);
+        let Some(program) = compilation.program else {
+            let errors = compilation.diagnostics.first();
+            let found = errors.map_or_else(String::new, |error| error.render(&self.source, &self.name));
+            return Err(SnapshotError::value(
+                "execution.selected.source",
+                "a program that compiles",
+                found,
+            ));
+        };
+        let memory = Memory::restore(&program, self.memory)
+            .map_err(|reason| SnapshotError::run("execution.selected.memory", reason))?;
+        Ok(Selected {
+            name: self.name,
+            source: self.source,
+            program,
+            memory,
+            stale: self.stale,
+        })
+    }
+}
+
+impl DirectPaper {
+    fn of(direct: &Direct) -> DirectPaper {
+        DirectPaper {
+            statement: direct.statement.clone(),
+            task: TaskPaper::of(&direct.task),
+            since: direct.since,
+            moved: direct.moved,
+            shown_until: direct.shown_until,
+        }
+    }
+
+    fn restore(self, program: &Program) -> Result<Direct, SnapshotError> {
+        let program = compile_direct(&self.statement, program).map_err(|diagnostics| {
+            let first = diagnostics.first();
+            let found = first.map_or_else(String::new, |error| error.render(&self.statement, "DO"));
+            SnapshotError::value(
+                "execution.direct.statement",
+                "a statement that can be executed",
+                found,
+            )
+        })?;
+        let task = self.task.restore("execution.direct.task", &program)?;
+        if task.id() != 0 || task.handler.is_some() {
+            let found = format!("task {}", task.id());
+            return Err(SnapshotError::value(
+                "execution.direct.task",
+                "task 0 without a handler",
+                found,
+            ));
+        }
+        Ok(Direct {
+            statement: self.statement,
+            task,
+            since: self.since,
+            moved: self.moved,
+            shown_until: self.shown_until,
+        })
+    }
+}
+
+impl ExecutionPaper {
+    pub(super) fn of(execution: &Execution) -> ExecutionPaper {
+        let tasks = execution.tasks.iter();
+        ExecutionPaper {
+            selected: execution.selected.as_ref().map(SelectedPaper::of),
+            main: execution.main.as_ref().map(TaskPaper::of),
+            tasks: tasks.map(|(id, task)| (*id, TaskPaper::of(task))).collect(),
+            turn: execution.turn,
+            next_task: execution.next_task,
+            arm_owner: execution.arm_owner,
+            motion_line: execution.motion_line,
+            pass: execution.pass,
+            paused: execution.paused,
+            timer: execution.timer,
+            course: execution.course,
+            direct: execution.direct.as_ref().map(DirectPaper::of),
+            direct_done: execution.direct_done,
+            spare_memory: execution.spare_state(),
+        }
+    }
+
+    pub(super) fn restore(self, language: &LanguageOptions) -> Result<Execution, SnapshotError> {
+        let mut execution = Execution::new(language);
+        execution
+            .restore_spare(self.spare_memory)
+            .map_err(|reason| SnapshotError::run("execution.spare_memory", reason))?;
+        execution.selected = self
+            .selected
+            .map(|selected| selected.restore(language))
+            .transpose()?;
+        let program = Arc::clone(execution.program());
+        let main = self.main.map(|task| task.restore("execution.main", &program));
+        execution.main = main.transpose()?;
+        for (id, task) in self.tasks {
+            let place = format!("execution.tasks.{id}");
+            let task = task.restore(&place, &program)?;
+            if task.id() != id || id <= MAIN_TASK {
+                return Err(SnapshotError::value(&place, "the task of that number", task.id()));
+            }
+            execution.tasks.insert(id, task);
+        }
+        execution.direct = self.direct.map(|direct| direct.restore(&program)).transpose()?;
+        execution.turn = self.turn;
+        execution.next_task = self.next_task;
+        execution.arm_owner = self.arm_owner;
+        execution.motion_line = self.motion_line;
+        execution.pass = self.pass;
+        execution.paused = self.paused;
+        execution.timer = self.timer;
+        execution.course = self.course;
+        execution.direct_done = self.direct_done;
+        check(&execution)?;
+        Ok(execution)
+    }
+}
+
+fn check(execution: &Execution) -> Result<(), SnapshotError> {
+    let fail = |place: &str, expected: &str, found: String| {
+        Err(SnapshotError::value(
+            &format!("execution.{place}"),
+            expected,
+            found,
+        ))
+    };
+    let word = |is: bool| if is { "one" } else { "none" }.to_string();
+    let selected = execution.selected.is_some();
+    if execution.main.is_some() != selected {
+        let found = word(execution.main.is_some());
+        return fail("main", "a main program exactly while a file is selected", found);
+    }
+    if let Some(main) = execution.main.as_ref().filter(|main| main.id() != MAIN_TASK) {
+        return fail("main", "task 1", format!("task {}", main.id()));
+    }
+    let count = execution.tasks.len();
+    if count >= MAX_TASKS || (count > 0 && !selected) {
+        let expected = format!("fewer than {MAX_TASKS} tasks of a selected file");
+        return fail("tasks", &expected, count.to_string());
+    }
+    if let Some(last) = execution.tasks.keys().next_back().copied()
+        && execution.next_task < last
+    {
+        return fail(
+            "next_task",
+            &format!("more than {last}"),
+            execution.next_task.to_string(),
+        );
+    }
+    if execution.next_task <= MAIN_TASK {
+        return fail("next_task", "2 or more", execution.next_task.to_string());
+    }
+    if execution.program_runs() && !selected {
+        return fail(
+            "course",
+            "no operation without a file",
+            format!("{:?}", execution.course),
+        );
+    }
+    if execution.program_runs() && execution.direct.is_some() {
+        return fail("direct", "none while a program runs", word(true));
+    }
+    if !(0.0..=100.0).contains(&execution.pass) {
+        return fail("pass", "0 to 100 percent", execution.pass.to_string());
+    }
+    if !execution.timer.seconds.is_finite() {
+        return fail("timer.seconds", "a number", execution.timer.seconds.to_string());
+    }
+    Ok(())
+}

@@ -1,0 +1,123 @@
+//! Single fields of a snapshot whose form on paper is not that of memory: the files of the RAM drive as text, an alarm
+//! as its number, a fault as it is armed.
+
+use crate::alarm::{ALARMS, AlarmCode};
+use crate::faults::{Fault, FaultError};
+use alloc::collections::BTreeMap;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+
+/// The content of a file.
+#[derive(Serialize, Deserialize)]
+#[serde(transparent)]
+struct Content(#[serde(with = "ts3100_proto::paper")] Vec<u8>);
+
+/// The files of the RAM drive.
+pub mod files {
+    use super::{BTreeMap, Content, Deserialize, Deserializer, Serializer, String, Vec};
+
+    pub fn serialize<S: Serializer>(files: &BTreeMap<String, Vec<u8>>, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_map(
+            files
+                .iter()
+                .map(|(name, content)| (name, Content(content.clone()))),
+        )
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Vec<u8>>, D::Error> {
+        let files = BTreeMap::<String, Content>::deserialize(from)?;
+        Ok(files
+            .into_iter()
+            .map(|(name, Content(content))| (name, content))
+            .collect())
+    }
+}
+
+/// A map whose keys are no text, as a list of pairs.
+pub mod pairs {
+    use super::{BTreeMap, Deserialize, Deserializer, Serialize, Serializer, Vec};
+
+    pub fn serialize<K: Serialize, V: Serialize, S: Serializer>(
+        map: &BTreeMap<K, V>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        to.collect_seq(map)
+    }
+
+    pub fn deserialize<'de, K, V, D>(from: D) -> Result<BTreeMap<K, V>, D::Error>
+    where
+        K: Deserialize<'de> + Ord,
+        V: Deserialize<'de>,
+        D: Deserializer<'de>,
+    {
+        Ok(Vec::<(K, V)>::deserialize(from)?.into_iter().collect())
+    }
+}
+
+/// The letters of a command, none for no command.
+pub mod letters {
+    use super::{COMMANDS, Deserialize, Deserializer, EXTENSIONS, Serializer, String, format};
+    use serde::de::Error as _;
+
+    pub fn serialize<S: Serializer>(letters: &&'static str, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(letters)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
+        let found = String::deserialize(from)?;
+        let mut known = COMMANDS
+            .iter()
+            .chain(EXTENSIONS)
+            .map(|row| row.letters)
+            .chain([""]);
+        known
+            .find(|letters| *letters == found)
+            .ok_or_else(|| D::Error::custom(format!("expected the letters of a command, found `{found}`")))
+    }
+}
+
+/// A fault: its number, and the rest as `--fault` takes it.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FaultPaper {
+    id: u32,
+    spec: String,
+}
+
+impl Serialize for Fault {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        let (id, spec) = (self.id, self.to_string());
+        FaultPaper { id, spec }.serialize(to)
+    }
+}
+
+impl<'de> Deserialize<'de> for Fault {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Fault, D::Error> {
+        let FaultPaper { id, spec } = FaultPaper::deserialize(from)?;
+        let fault = spec.parse::<Fault>();
+        let fault = fault.map_err(|error: FaultError| D::Error::custom(error))?;
+        Ok(Fault { id, ..fault })
+    }
+}
+
+impl Serialize for AlarmCode {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_str(&self.number())
+    }
+}
+
+impl<'de> Deserialize<'de> for AlarmCode {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<AlarmCode, D::Error> {
+        let number = String::deserialize(from)?;
+        let row = ALARMS.iter().find(|row| row.number() == number).copied();
+        row.ok_or_else(|| {
+            D::Error::custom(format!(
+                "expected the number of an alarm of the table, found `{number}`"
+            ))
+        })
+    }
+}

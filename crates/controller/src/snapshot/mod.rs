@@ -1,0 +1,242 @@
+//! The whole controller as one versioned value that can be written down: taken between two inputs, restored to a
+//! controller that goes on as the one it was taken of. Nothing in it is believed: what no run leads to is refused
+//! with what was expected and found, and where. The form on paper, names, and files are the edge's.
+//!
+//! A snapshot holds the programs as their sources; they are compiled anew and shared again. Outputs that were not
+//! fetched are not in it: fetch them first, as [`Controller::feed`] does.
+
+mod check;
+mod execution;
+pub(crate) mod field;
+
+use crate::Controller;
+use crate::alarm::Alarms;
+use crate::arm::Arm;
+use crate::channel::Channel;
+use crate::drive::Drive;
+use crate::faults::Faults;
+use crate::line::Line;
+use crate::network::NetworkPlan;
+use crate::options::Config;
+use crate::outbox::Outbox;
+use crate::port::Port;
+use crate::session::Session;
+use crate::signals::Signals;
+use crate::state::State;
+use crate::time::Time;
+use crate::vary::Vary;
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::string::{String, ToString};
+use execution::ExecutionPaper;
+use scol_mini::RestoreError;
+use thiserror::Error;
+use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+
+/// What a snapshot says it is.
+pub const SNAPSHOT_FORMAT: &str = "ts3100-snapshot";
+/// Version of the snapshots that this version writes and reads. A field more or less is another version.
+pub const SNAPSHOT_VERSION: u32 = 1;
+
+/// Why a snapshot cannot be restored.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum SnapshotError {
+    /// A value that no run leads to.
+    #[error("snapshot, {place}: expected {expected}, found {found}")]
+    Value {
+        /// Where: the fields, joined by dots.
+        place: String,
+        /// What could stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A machine or a memory that does not fit its program.
+    #[error("snapshot, {place}: {reason}")]
+    Run {
+        /// Where.
+        place: String,
+        /// What is wrong with it.
+        reason: RestoreError,
+    },
+}
+
+impl SnapshotError {
+    #[expect(clippy::needless_pass_by_value, reason = "numbers, words and errors alike")]
+    pub(crate) fn value(place: &str, expected: &str, found: impl ToString) -> SnapshotError {
+        SnapshotError::Value {
+            place: place.to_string(),
+            expected: expected.to_string(),
+            found: found.to_string(),
+        }
+    }
+
+    pub(crate) fn run(place: &str, reason: RestoreError) -> SnapshotError {
+        let place = place.to_string();
+        SnapshotError::Run { place, reason }
+    }
+}
+
+/// What stands at the head of every snapshot, to be read before the rest is believed to be one.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct SnapshotHead {
+    /// [`SNAPSHOT_FORMAT`].
+    pub format: String,
+    /// [`SNAPSHOT_VERSION`].
+    pub version: u32,
+}
+
+impl SnapshotHead {
+    fn present() -> SnapshotHead {
+        SnapshotHead {
+            format: SNAPSHOT_FORMAT.to_string(),
+            version: SNAPSHOT_VERSION,
+        }
+    }
+
+    /// Whether it is a snapshot, of this version.
+    ///
+    /// # Errors
+    /// [`SnapshotError::Value`] of `format` or `version`.
+    pub fn check(&self) -> Result<(), SnapshotError> {
+        if self.format != SNAPSHOT_FORMAT {
+            return Err(SnapshotError::value("format", SNAPSHOT_FORMAT, &self.format));
+        }
+        if self.version != SNAPSHOT_VERSION {
+            let expected = SNAPSHOT_VERSION.to_string();
+            return Err(SnapshotError::value("version", &expected, self.version));
+        }
+        Ok(())
+    }
+}
+
+/// A controller on paper.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Snapshot {
+    format: String,
+    version: u32,
+    config: Config,
+    now: Time,
+    state: State,
+    drive: Drive,
+    alarms: Alarms,
+    signals: Signals,
+    sessions: BTreeMap<Port, Session>,
+    channels: BTreeMap<Port, Channel>,
+    lines: BTreeMap<Port, Line>,
+    keys: Channel,
+    pendant: String,
+    execution: ExecutionPaper,
+    arm: Arm,
+    jogging: Option<Port>,
+    ethernet: EthernetParameters,
+    user: UserParameters,
+    network: NetworkPlan,
+    traced: bool,
+    faults: Faults,
+    vary: Option<Vary>,
+    outbox: Outbox,
+}
+
+impl Snapshot {
+    /// The moment it was taken.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.now
+    }
+}
+
+impl Controller {
+    /// This controller on paper.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let SnapshotHead { format, version } = SnapshotHead::present();
+        Snapshot {
+            format,
+            version,
+            config: self.config.clone(),
+            now: self.now,
+            state: self.state.clone(),
+            drive: self.drive.clone(),
+            alarms: self.alarms.clone(),
+            signals: self.signals.clone(),
+            sessions: self.sessions.clone(),
+            channels: self.channels.clone(),
+            lines: self.lines.clone(),
+            keys: self.keys.clone(),
+            pendant: self.pendant.clone(),
+            execution: ExecutionPaper::of(&self.execution),
+            arm: self.arm.clone(),
+            jogging: self.jogging,
+            ethernet: self.ethernet.clone(),
+            user: self.user,
+            network: self.network,
+            traced: self.traced,
+            faults: self.faults.clone(),
+            vary: self.vary.clone(),
+            outbox: self.outbox.clone(),
+        }
+    }
+
+    /// The controller that `snapshot` was taken of.
+    ///
+    /// # Errors
+    /// [`SnapshotError`]: it is of another version, or no run leads to it.
+    pub fn restore(snapshot: Snapshot) -> Result<Controller, SnapshotError> {
+        let Snapshot {
+            format,
+            version,
+            config,
+            now,
+            state,
+            drive,
+            alarms,
+            signals,
+            sessions,
+            channels,
+            lines,
+            keys,
+            pendant,
+            execution,
+            arm,
+            jogging,
+            ethernet,
+            user,
+            network,
+            traced,
+            faults,
+            vary,
+            outbox,
+        } = snapshot;
+        SnapshotHead { format, version }.check()?;
+        check::config(&config)?;
+        let arm = arm.of_model(config.model.clone());
+        let execution = execution.restore(&config.options.language(arm.kind()))?;
+        let controller = Controller {
+            config,
+            now,
+            state,
+            drive,
+            alarms,
+            signals,
+            sessions,
+            channels,
+            lines,
+            keys,
+            pendant,
+            execution,
+            arm,
+            jogging,
+            ethernet,
+            user,
+            network,
+            traced,
+            faults,
+            vary,
+            outbox,
+            outputs: VecDeque::new(),
+        };
+        controller.check()?;
+        Ok(controller)
+    }
+}

@@ -1,0 +1,225 @@
+//! `ts3100 exec [serve options] -- COMMAND...`: an emulator for the time of one command. How the emulator is
+//! configured and served is `serve`'s.
+
+use super::serve::Served;
+use crate::config::args::PortsWord;
+use crate::config::{self, ServeArgs, Settings};
+use crate::embed::single_threaded;
+use crate::hub::Hub;
+use crate::hub::proof::dialled;
+use crate::log;
+use anyhow::Context as _;
+use clap::Args;
+use std::ffi::{OsStr, OsString};
+use std::io;
+use std::net::SocketAddr;
+use std::process::{ExitCode, ExitStatus};
+use tokio::process::{Child, Command};
+use ts3100_controller::port::Port;
+
+/// Set in the exit code when the reports say that the run failed, whatever the command says.
+pub const REPORTS_FAILED: u8 = 64;
+/// Exit code when the emulator could not be started or its reports not be written.
+const EMULATOR_FAILED: u8 = 125;
+/// Exit code when the command cannot be executed, as shells have it.
+const NOT_EXECUTABLE: u8 = 126;
+/// Exit code when there is no such command, as shells have it.
+const NOT_FOUND: u8 = 127;
+/// What is added to the number of the signal that ended the command, as shells have it.
+const BY_SIGNAL: i32 = 128;
+
+/// Starts an emulator on free ports, runs a command, ends the emulator.
+///
+/// The command begins when the emulator has answered SU. It finds it by the environment: TS3100_HOST, and
+/// TS3100_IP0_PORT to TS3100_IP3_PORT. All options of `serve` hold; ports are free ones unless --ports or
+/// --port-offset say otherwise. Signals are passed on. The exit code is the command's (128 + N when signal N ended
+/// it); 64 is added to it, as a bit, when a scenario fails, a denied finding was made or the coverage is too low.
+/// 125: the emulator could not be started; 126, 127: the command could not be.
+#[derive(Debug, Clone, Args)]
+pub(super) struct ExecArgs {
+    #[command(flatten)]
+    serve: ServeArgs,
+    /// The command with its arguments
+    #[arg(last = true, required = true, value_name = "COMMAND")]
+    command: Vec<OsString>,
+}
+
+/// Why the command was not run.
+enum Trouble {
+    Emulator(anyhow::Error),
+    Command(OsString, io::Error),
+}
+
+impl From<anyhow::Error> for Trouble {
+    fn from(error: anyhow::Error) -> Trouble {
+        Trouble::Emulator(error)
+    }
+}
+
+/// Runs to the end of the command.
+pub(super) fn run(args: ExecArgs) -> ExitCode {
+    let code = match exec(args) {
+        Ok(code) => code,
+        Err(Trouble::Emulator(error)) => {
+            eprintln!("ts3100: {error:#}");
+            EMULATOR_FAILED
+        }
+        Err(Trouble::Command(command, error)) => {
+            eprintln!("ts3100: cannot run {}: {error}", command.to_string_lossy());
+            if error.kind() == io::ErrorKind::NotFound {
+                NOT_FOUND
+            } else {
+                NOT_EXECUTABLE
+            }
+        }
+    };
+    ExitCode::from(code)
+}
+
+fn exec(args: ExecArgs) -> Result<u8, Trouble> {
+    let ExecArgs {
+        serve: flags,
+        command,
+    } = args;
+    let (mut args, _) = config::read(flags, &std::env::vars_os().collect()).map_err(anyhow::Error::from)?;
+    if args.ports.is_none() && args.port_offset.is_none() {
+        args.ports = Some(PortsWord::Auto);
+    }
+    log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
+    let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
+    settings.reports.prepare().map_err(anyhow::Error::from)?;
+    let runtime = single_threaded().map_err(anyhow::Error::from)?;
+    runtime.block_on(async {
+        let (mut hub, requests) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;
+        hub.prove(settings.listen).await.map_err(anyhow::Error::from)?;
+        let control = hub
+            .open_control(&settings, &requests)
+            .map_err(anyhow::Error::from)?;
+        let mut signals = Signals::listen().context("cannot listen for signals")?;
+        let (program, rest) = command.split_first().context("expected a command behind --")?;
+        let mut child = command_of(program, rest, &settings, &hub, control)
+            .spawn()
+            .map_err(|error| Trouble::Command(program.clone(), error))?;
+        let mut status = None;
+        let served = Served::begin(&settings, &mut hub);
+        let controller = hub
+            .run(async { status = Some(signals.pass_on(&mut child).await) })
+            .await;
+        let failed = served.end(&args, &settings, &controller)? != 0;
+        let status = status.context("the command was not waited for")?;
+        let status = status.context("cannot wait for the command")?;
+        Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })
+    })
+}
+
+fn command_of(
+    program: &OsStr,
+    rest: &[OsString],
+    settings: &Settings,
+    hub: &Hub,
+    control: Option<SocketAddr>,
+) -> Command {
+    let mut command = Command::new(program);
+    command.args(rest).kill_on_drop(true);
+    command.env("TS3100_HOST", dialled(settings.listen).to_string());
+    for port in Port::ETHERNET {
+        let name = format!("TS3100_{}_PORT", port.name());
+        match hub.ports().get(&port) {
+            Some(number) => command.env(name, number.to_string()),
+            // One of somebody else's emulator would mislead.
+            None => command.env_remove(name),
+        };
+    }
+    if let Some(address) = control {
+        let address = SocketAddr::new(dialled(address.ip()), address.port());
+        command.env("TS3100_CONTROL_URL", format!("http://{address}"));
+    }
+    for (port, place) in hub.serial() {
+        command.env(format!("TS3100_{}_LINE", port.name()), place.to_string());
+    }
+    command
+}
+
+#[cfg(unix)]
+fn exit_code(status: ExitStatus) -> u8 {
+    use std::os::unix::process::ExitStatusExt as _;
+    let code = status
+        .code()
+        .or_else(|| status.signal().map(|signal| BY_SIGNAL + signal));
+    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(1)
+}
+
+#[cfg(not(unix))]
+fn exit_code(status: ExitStatus) -> u8 {
+    let code = status.code().unwrap_or(BY_SIGNAL);
+    u8::try_from(code).unwrap_or(1)
+}
+
+#[cfg(unix)]
+struct Signals {
+    interrupt: tokio::signal::unix::Signal,
+    terminate: tokio::signal::unix::Signal,
+    hang_up: tokio::signal::unix::Signal,
+    quit: tokio::signal::unix::Signal,
+}
+
+#[cfg(unix)]
+impl Signals {
+    fn listen() -> io::Result<Signals> {
+        use tokio::signal::unix::{SignalKind, signal};
+        Ok(Signals {
+            interrupt: signal(SignalKind::interrupt())?,
+            terminate: signal(SignalKind::terminate())?,
+            hang_up: signal(SignalKind::hangup())?,
+            quit: signal(SignalKind::quit())?,
+        })
+    }
+
+    /// Waits for the end of the command; what is sent to us is sent to it.
+    async fn pass_on(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+        use rustix::process::Signal;
+        loop {
+            let (signal, by_terminal) = tokio::select! {
+                status = child.wait() => return status,
+                _ = self.interrupt.recv() => (Signal::INT, true),
+                _ = self.quit.recv() => (Signal::QUIT, true),
+                _ = self.terminate.recv() => (Signal::TERM, false),
+                _ = self.hang_up.recv() => (Signal::HUP, false),
+            };
+            // The terminal has told the command itself.
+            if by_terminal && is_in_foreground() {
+                continue;
+            }
+            let id = child.id().and_then(|id| i32::try_from(id).ok());
+            if let Some(id) = id.and_then(rustix::process::Pid::from_raw) {
+                // It may have ended just now.
+                let _ = rustix::process::kill_process(id, signal);
+            }
+        }
+    }
+}
+
+#[cfg(unix)]
+fn is_in_foreground() -> bool {
+    rustix::termios::tcgetpgrp(io::stdin()).is_ok_and(|group| group == rustix::process::getpgrp())
+}
+
+#[cfg(not(unix))]
+struct Signals;
+
+#[cfg(not(unix))]
+impl Signals {
+    fn listen() -> io::Result<Signals> {
+        Ok(Signals)
+    }
+
+    /// Waits for the end of the command; Ctrl-C has reached it too.
+    async fn pass_on(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+        loop {
+            tokio::select! {
+                status = child.wait() => return status,
+                _ = tokio::signal::ctrl_c() => {}
+            }
+        }
+    }
+}

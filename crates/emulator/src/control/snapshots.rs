@@ -1,0 +1,121 @@
+//! `/snapshots`: states of the whole controller, kept under names and put back; `/snapshot`: the present one as a file
+//! has it.
+
+use super::body::{InPath, NoBody};
+use super::event::seconds;
+use super::handle::Handle;
+use super::problem::Problem;
+use super::table::Table;
+use crate::snapshot::NamedError;
+use crate::snapshot::desk::{DeskError, Done, Task};
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use serde::Serialize;
+use ts3100_controller::Time;
+use utoipa::ToSchema;
+
+/// The snapshots under names.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Snapshots {
+    /// In alphabetical order.
+    snapshots: Vec<Named>,
+}
+
+/// A snapshot under a name.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct Named {
+    /// Its name.
+    name: String,
+    /// The virtual time at which it was taken, in seconds.
+    t: f64,
+}
+
+type Answer = Result<Json<Snapshots>, Problem>;
+
+/// Adds the calls of this file.
+pub fn add(table: Table) -> Table {
+    table
+        .group(
+            "snapshots",
+            "The whole controller at a moment, kept and put back.",
+        )
+        .call::<__path_get_snapshots, _, _>(get_snapshots)
+        .call::<__path_put_snapshot, _, _>(put_snapshot)
+        .call::<__path_restore_snapshot, _, _>(restore_snapshot)
+        .call::<__path_delete_snapshot, _, _>(delete_snapshot)
+        .call::<__path_get_snapshot, _, _>(get_snapshot)
+}
+
+/// The snapshots there are
+#[utoipa::path(get, path = "/snapshots", responses((status = 200, body = Snapshots)))]
+async fn get_snapshots(State(hub): State<Handle>) -> Answer {
+    let names = match hub.snapshot(Task::List).await? {
+        Done::Names(names) => names,
+        Done::Well | Done::State(_) => Vec::new(),
+    };
+    let named = |(name, micros)| Named {
+        name,
+        t: seconds(Time::from_micros(micros)),
+    };
+    let snapshots = names.into_iter().map(named).collect();
+    Ok(Json(Snapshots { snapshots }))
+}
+
+/// Keep the present state under a name, in place of one of the same name
+#[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
+    responses((status = 200, body = Snapshots)))]
+async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    state.snapshot(Task::Keep(name)).await?;
+    get_snapshots(state).await
+}
+
+/// Go on from the state of that name
+///
+/// Hosts that are connected stay so and are new to the controller; virtual time is that of the snapshot. Waits that are
+/// under way end unreached.
+#[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
+    responses((status = 200, body = Snapshots)))]
+async fn restore_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    state.snapshot(Task::Restore(name)).await?;
+    get_snapshots(state).await
+}
+
+/// Forget the state of that name
+#[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
+    responses((status = 200, body = Snapshots)))]
+async fn delete_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    state.snapshot(Task::Forget(name)).await?;
+    get_snapshots(state).await
+}
+
+/// The present state as the file of a snapshot has it, which `serve --restore` takes
+#[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
+async fn get_snapshot(State(hub): State<Handle>) -> Result<Json<serde_json::Value>, Problem> {
+    let Done::State(controller) = hub.snapshot(Task::Tell).await? else {
+        return Err(Problem::ending());
+    };
+    let document = serde_json::to_value(controller.snapshot());
+    let document = document.map_err(|error| {
+        Problem::new(
+            StatusCode::INTERNAL_SERVER_ERROR,
+            format!("the snapshot: {error}"),
+        )
+    })?;
+    Ok(Json(document))
+}
+
+impl From<DeskError> for Problem {
+    fn from(error: DeskError) -> Problem {
+        match error {
+            DeskError::Named(NamedError::Unknown { expected, found }) => {
+                Problem::missing("name", &expected, found)
+            }
+            DeskError::Named(NamedError::Name(found)) => {
+                Problem::missing("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
+            }
+            DeskError::Busy => Problem::ending(),
+            other => Problem::new(StatusCode::CONFLICT, other.to_string()),
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Another state put in the place of the running controller: clock, links and backing directory follow it. What a
+//! snapshot is and where it is kept is `snapshot`'s.
+
+use super::Hub;
+use super::request::Waited;
+use crate::snapshot::desk::{DeskError, Done, Order, Task};
+use std::collections::VecDeque;
+use std::time::Duration;
+use tracing::info;
+use ts3100_controller::output::Cut;
+use ts3100_controller::port::Port;
+use ts3100_controller::{Controller, Input};
+
+impl Hub {
+    /// Does what was asked at the desk.
+    pub(super) async fn serve_order(&mut self, order: Order) {
+        let Order { task, done } = order;
+        let result = match task {
+            Task::Keep(name) => {
+                let kept = self.shelf.keep(&name, self.controller.clone());
+                kept.map(|()| Done::Well).map_err(DeskError::from)
+            }
+            Task::Restore(name) => match self.shelf.get(&name) {
+                Ok(controller) => self.put_in(controller).await.map(|()| Done::Well),
+                Err(error) => Err(error.into()),
+            },
+            Task::PutIn(controller) => self.put_in(*controller).await.map(|()| Done::Well),
+            Task::Forget(name) => self
+                .shelf
+                .forget(&name)
+                .map(|()| Done::Well)
+                .map_err(DeskError::from),
+            Task::List => Ok(Done::Names(self.shelf.list())),
+            Task::Tell => Ok(Done::State(Box::new(self.controller.clone()))),
+        };
+        // Fails only when nobody waits for it.
+        let _ = done.send(result);
+    }
+
+    /// The controller goes on as this one: the time is its time, the peers that are connected stay and are new to it,
+    /// the backing directory has its files, and if its channels are others, the ports are opened anew.
+    pub(super) async fn put_in(&mut self, mut next: Controller) -> Result<(), DeskError> {
+        self.clock.stir();
+        self.end_half_open().await;
+        next.take_peers_of(&self.controller);
+        self.keep_files(&next);
+        self.clock.set(next.now());
+        let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
+        let same_ports = ports(&next) == ports(&self.controller);
+        self.controller = next;
+        // Who waits, waits on another time than this.
+        for waiting in std::mem::take(&mut self.waits) {
+            let at = self.controller.now();
+            let (reached, passed) = (false, Duration::ZERO);
+            let _ = waiting.done.send(Waited { reached, at, passed });
+        }
+        self.evidence.begin(&self.controller);
+        let mut opened = Ok(());
+        if !same_ports {
+            let mut inputs = VecDeque::new();
+            opened = self
+                .open_anew(&mut inputs)
+                .await
+                .map_err(|error| DeskError::Links(error.to_string()));
+            for input in inputs {
+                self.feed(input).await;
+            }
+        }
+        info!(event = "restored", t = %self.clock.now(), "snapshot restored");
+        // What the change of peers has brought about leaves now.
+        self.feed(Input::Tick).await;
+        opened
+    }
+
+    /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.
+    async fn end_half_open(&mut self) {
+        let deaf = |port: &Port| self.controller.faults().is_deaf(*port) && port.ethernet_index().is_some();
+        let ports: Vec<Port> = Port::ALL.into_iter().filter(deaf).collect();
+        for port in ports {
+            for input in self.links.end(port, Cut::Reset) {
+                self.feed(input).await;
+            }
+        }
+    }
+
+    /// The backing directory gets the files of `next` in place of those of the present controller.
+    fn keep_files(&mut self, next: &Controller) {
+        let Some(store) = &mut self.store else { return };
+        let now = self.clock.now();
+        for (name, content) in next.files() {
+            let same = self.controller.files().any(|present| present == (name, content));
+            if !same && let Err(reason) = store.put(name, content) {
+                self.log.not_kept(now, name, &reason);
+            }
+        }
+        for (name, _) in self.controller.files() {
+            let stays = next.files().any(|(other, _)| other == name);
+            if !stays && let Err(reason) = store.remove(name) {
+                self.log.not_removed(now, name, &reason);
+            }
+        }
+    }
+}

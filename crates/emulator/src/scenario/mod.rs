@@ -1,0 +1,122 @@
+//! Scenarios: a file that says what happens to the robot while a host is tested, when or on which occasion, and what
+//! the host is expected to do. `read` reads the file, `words` its conditions and actions, `play` carries it out,
+//! `results` tells what came of it. Every key and word is in docs/SCENARIOS.md.
+
+mod play;
+mod read;
+mod results;
+mod words;
+
+pub use play::Play;
+pub use read::{ScenarioError, TABLES};
+pub use results::{Outcome, Verdict};
+pub use words::{ACTIONS, Action, CONDITIONS, Condition};
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+/// Largest file in bytes.
+pub const MAX_BYTES: u64 = 1024 * 1024;
+/// Most entries of all kinds together.
+pub const MAX_ENTRIES: usize = 1_000;
+
+/// What a file says.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scenario {
+    /// Its name in the results.
+    pub name: String,
+    /// The state it begins with.
+    pub start: Start,
+    /// What happens.
+    pub steps: Vec<Step>,
+    /// What the hosts are to do, or not.
+    pub expectations: Vec<Expectation>,
+}
+
+/// The state a scenario begins with.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Start {
+    /// A snapshot in place of a controller whose power has just come on.
+    pub restore: Option<PathBuf>,
+    /// Files of the PC to put on the RAM drive.
+    pub load: Vec<PathBuf>,
+    /// File to select.
+    pub select: Option<String>,
+    /// What is done before anything else.
+    pub actions: Vec<Action>,
+}
+
+/// Something that happens.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// Its line of the file.
+    pub line: usize,
+    /// When.
+    pub on: Occasion,
+    /// How often at most; 0 for as often as its condition comes.
+    pub times: u32,
+    /// What, in order.
+    pub actions: Vec<Action>,
+}
+
+/// When a step happens.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Occasion {
+    /// At a time after the beginning.
+    At(Duration),
+    /// So long after something has happened.
+    When(Condition, Duration),
+}
+
+/// What the hosts are to do, or not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Expectation {
+    /// Its line of the file.
+    pub line: usize,
+    /// Its name in the results.
+    pub name: String,
+    /// What.
+    pub what: Condition,
+    /// From when on: from the beginning, or from something that happens.
+    pub after: Option<Condition>,
+    /// What is wanted.
+    pub wanted: Wanted,
+}
+
+/// What is wanted of a condition.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wanted {
+    /// It comes at least so often, in time if one is given.
+    Comes {
+        /// How often.
+        times: u32,
+        /// Within this time.
+        within: Option<Duration>,
+    },
+    /// It never comes, until something happens if that is given.
+    Never {
+        /// Until this.
+        until: Option<Condition>,
+    },
+}
+
+impl Scenario {
+    /// Reads a file; paths in it are relative to it.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], with the line.
+    pub fn read(path: &Path) -> Result<Scenario, ScenarioError> {
+        read::file(path)
+    }
+
+    /// Reads a text; `origin` stands for its file, and paths are relative to the directory of that.
+    ///
+    /// # Errors
+    /// [`ScenarioError`], with the line.
+    pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
+        read::text(origin, text)
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,375 @@
+//! Reading a scenario file: TOML, every key known, every message with the line it is about. What conditions and
+//! actions say is `words`'s.
+
+use super::words::{Action, Condition};
+use super::{Expectation, MAX_BYTES, MAX_ENTRIES, Occasion, Scenario, Start, Step, Wanted};
+use std::io;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+use ts3100_controller::input::{ControlRight, KeySwitch, Panel};
+
+/// The tables and their keys; the first is the file itself.
+pub const TABLES: [(&str, &[&str]); 5] = [
+    ("", &["name", "start", "do", "expect", "never"]),
+    (
+        "start",
+        &[
+            "restore",
+            "load",
+            "select",
+            "servo",
+            "key",
+            "control-right",
+            "inputs",
+        ],
+    ),
+    ("do", &["at", "when", "after", "times", "actions"]),
+    ("expect", &["name", "what", "within", "after", "times"]),
+    ("never", &["name", "what", "after", "until"]),
+];
+
+/// Longest time a scenario can name.
+const LONGEST: Duration = Duration::from_secs(365 * 86_400);
+/// How different a key may be from one that is suggested for it.
+const SUGGEST_WITHIN: usize = 3;
+
+/// Why a scenario cannot be played.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file.
+    #[error("cannot read the scenario {}: {source}", path.display())]
+    Io {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// What stands in it.
+    #[error("{}, line {line}: {reason}", path.display())]
+    Text {
+        /// Which file.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+        /// What was expected and found.
+        reason: String,
+    },
+}
+
+/// Something wrong at a place of the text.
+struct Wrong(Range<usize>, String);
+
+type Read<T> = Result<T, Wrong>;
+type Value<'a> = Spanned<DeValue<'a>>;
+
+pub(super) fn file(path: &Path) -> Result<Scenario, ScenarioError> {
+    let io_error = |source| ScenarioError::Io {
+        path: path.to_path_buf(),
+        source,
+    };
+    let size = std::fs::metadata(path).map_err(io_error)?.len();
+    if size > MAX_BYTES {
+        let words = format!("at most {MAX_BYTES} bytes expected, {size} found");
+        return Err(io_error(io::Error::other(words)));
+    }
+    text(path, &std::fs::read_to_string(path).map_err(io_error)?)
+}
+
+pub(super) fn text(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
+    let read = DeTable::parse(text)
+        .map_err(|error| Wrong(error.span().unwrap_or(0..0), error.message().to_owned()))
+        .and_then(|table| scenario(origin, text, table.get_ref()));
+    read.map_err(|Wrong(span, reason)| ScenarioError::Text {
+        path: origin.to_path_buf(),
+        line: line_of(text, span.start),
+        reason,
+    })
+}
+
+fn line_of(text: &str, at: usize) -> usize {
+    let before = text.as_bytes().get(..at).unwrap_or(text.as_bytes());
+    1 + before.iter().filter(|byte| **byte == b'\n').count()
+}
+
+fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> Read<Scenario> {
+    known("", table)?;
+    let stem = origin.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let mut scenario = Scenario {
+        name: table.get("name").map_or(Ok(stem.unwrap_or_default()), string)?,
+        start: Start::default(),
+        steps: Vec::new(),
+        expectations: Vec::new(),
+    };
+    if let Some(start) = table.get("start") {
+        let folder = origin.parent().unwrap_or(Path::new(""));
+        scenario.start = begin(folder, sub_table("start", start)?)?;
+    }
+    for entry in entries("do", table)? {
+        scenario.steps.push(step(text, entry)?);
+    }
+    for kind in ["expect", "never"] {
+        for entry in entries(kind, table)? {
+            scenario.expectations.push(expectation(kind, text, entry)?);
+        }
+    }
+    scenario.expectations.sort_by_key(|expectation| expectation.line);
+    let count = scenario.steps.len() + scenario.expectations.len();
+    if count > MAX_ENTRIES {
+        return Err(Wrong(
+            0..0,
+            format!("expected at most {MAX_ENTRIES} entries, found {count}"),
+        ));
+    }
+    Ok(scenario)
+}
+
+/// The entries `[[name]]`, each with its place.
+fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> Read<Vec<(Range<usize>, &'a DeTable<'a>)>> {
+    let Some(value) = table.get(name) else {
+        return Ok(Vec::new());
+    };
+    let DeValue::Array(array) = value.get_ref() else {
+        return Err(expected(value, &format!("tables [[{name}]]")));
+    };
+    let entry = |value: &'a Value<'a>| Ok((value.span(), sub_table(name, value)?));
+    array.iter().map(entry).collect()
+}
+
+fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
+    let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
+    let mut actions = Vec::new();
+    if let Some(value) = table.get("key") {
+        let key = match string(value)?.as_str() {
+            "teaching" => KeySwitch::Teaching,
+            "internal" => KeySwitch::Internal,
+            "ext" => KeySwitch::Ext,
+            _ => return Err(expected(value, "teaching, internal or ext")),
+        };
+        actions.push(Panel::Key(key));
+    }
+    if let Some(value) = table.get("control-right") {
+        let right = match string(value)?.as_str() {
+            "sig" => ControlRight::Sig,
+            "rs232c" => ControlRight::Rs232c,
+            "ether" => ControlRight::Ether,
+            _ => return Err(expected(value, "sig, rs232c or ether")),
+        };
+        actions.push(Panel::ControlRight(right));
+    }
+    if let Some(value) = table.get("inputs") {
+        for value in array(value)? {
+            let line = whole(value)?;
+            let action = Action::parse(&format!("input {line} on"));
+            action.map_err(|reason| Wrong(value.span(), reason))?;
+            actions.push(Panel::InputLine {
+                line: u16::try_from(line).unwrap_or(0),
+                on: true,
+            });
+        }
+    }
+    if let Some(value) = table.get("servo") {
+        let DeValue::Boolean(on) = value.get_ref() else {
+            return Err(expected(value, "true or false"));
+        };
+        actions.push(Panel::Servo(*on));
+    }
+    let load = table.get("load").map(array).transpose()?;
+    Ok(Start {
+        restore: table.get("restore").map(path).transpose()?,
+        load: load.into_iter().flatten().map(path).collect::<Read<_>>()?,
+        select: table.get("select").map(string).transpose()?,
+        actions: actions.iter().map(Action::at_panel).collect(),
+    })
+}
+
+fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> Read<Step> {
+    let after = table.get("after").map(duration).transpose()?;
+    let times = table.get("times").map(whole).transpose()?;
+    let on = match (table.get("at"), table.get("when")) {
+        (Some(at), None) => {
+            if let Some(surplus) = table.get("after").or(table.get("times")) {
+                let reason = "expected `at` alone, found `after` or `times`, which belong to `when`";
+                return Err(Wrong(surplus.span(), reason.to_owned()));
+            }
+            Occasion::At(duration(at)?)
+        }
+        (None, Some(when)) => Occasion::When(condition(when)?, after.unwrap_or_default()),
+        (at, _) => {
+            let found = if at.is_some() { "both" } else { "neither" };
+            return Err(Wrong(
+                span,
+                format!("expected `at` or `when` in [[do]], found {found}"),
+            ));
+        }
+    };
+    let Some(actions) = table.get("actions") else {
+        return Err(Wrong(span, "expected `actions` in [[do]], found none".to_owned()));
+    };
+    let one =
+        |value: &Value<'_>| Action::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason));
+    Ok(Step {
+        line: line_of(text, span.start),
+        on,
+        times: times.unwrap_or(1),
+        actions: array(actions)?.iter().map(one).collect::<Read<_>>()?,
+    })
+}
+
+fn expectation(kind: &str, text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> Read<Expectation> {
+    let Some(what) = table.get("what") else {
+        return Err(Wrong(span, format!("expected `what` in [[{kind}]], found none")));
+    };
+    let what = condition(what)?;
+    let after = table.get("after").map(condition).transpose()?;
+    let wanted = if kind == "never" {
+        Wanted::Never {
+            until: table.get("until").map(condition).transpose()?,
+        }
+    } else {
+        let times = table.get("times").map_or(Ok(1), whole)?;
+        if times == 0 {
+            let reason = "expected 1 or more times, found 0: what is not to come is a [[never]]";
+            return Err(Wrong(span, reason.to_owned()));
+        }
+        Wanted::Comes {
+            times,
+            within: table.get("within").map(duration).transpose()?,
+        }
+    };
+    let name = table
+        .get("name")
+        .map_or_else(|| Ok(format!("{kind} {what}")), string)?;
+    Ok(Expectation {
+        line: line_of(text, span.start),
+        name,
+        what,
+        after,
+        wanted,
+    })
+}
+
+fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> Read<&'a DeTable<'a>> {
+    let DeValue::Table(table) = value.get_ref() else {
+        return Err(expected(value, &format!("a table [{name}]")));
+    };
+    known(name, table)?;
+    Ok(table)
+}
+
+/// Every key of the table is one of those of its name.
+fn known(name: &str, table: &DeTable<'_>) -> Read<()> {
+    let keys = TABLES
+        .iter()
+        .find(|(table, _)| *table == name)
+        .map_or(&[][..], |(_, keys)| *keys);
+    for (key, _) in table {
+        let found = key.get_ref();
+        if keys.iter().any(|known| *known == found.as_ref()) {
+            continue;
+        }
+        let nearest = keys.iter().map(|known| (distance(known, found), *known)).min();
+        let suggestion = nearest.filter(|(far, _)| *far <= SUGGEST_WITHIN);
+        let hint = suggestion.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
+        let place = if name.is_empty() {
+            "the file".to_owned()
+        } else {
+            format!("[{name}]")
+        };
+        let reason = format!(
+            "unknown key `{found}` in {place}: expected {}{hint}",
+            keys.join(", ")
+        );
+        return Err(Wrong(key.span(), reason));
+    }
+    Ok(())
+}
+
+/// How many letters have to be changed, added or left out to make one word of another.
+fn distance(one: &str, other: &str) -> usize {
+    let mut row: Vec<usize> = (0..=other.chars().count()).collect();
+    for (i, a) in one.chars().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        let mut next = vec![left];
+        for (b, above) in other.chars().zip(row.iter().skip(1)) {
+            left = (left + 1).min(above + 1).min(diagonal + usize::from(a != b));
+            diagonal = *above;
+            next.push(left);
+        }
+        row = next;
+    }
+    row.last().copied().unwrap_or_default()
+}
+
+fn expected(value: &Value<'_>, what: &str) -> Wrong {
+    let found = match value.get_ref() {
+        DeValue::String(text) => format!("`{text}`"),
+        DeValue::Integer(number) => number.to_string(),
+        DeValue::Float(number) => number.to_string(),
+        DeValue::Boolean(is) => is.to_string(),
+        DeValue::Datetime(_) => "a date".to_owned(),
+        DeValue::Array(_) => "an array".to_owned(),
+        DeValue::Table(_) => "a table".to_owned(),
+    };
+    Wrong(value.span(), format!("expected {what}, found {found}"))
+}
+
+fn string(value: &Value<'_>) -> Read<String> {
+    match value.get_ref() {
+        DeValue::String(text) => Ok(text.as_ref().to_owned()),
+        _ => Err(expected(value, "text")),
+    }
+}
+
+fn array<'a>(value: &'a Value<'a>) -> Read<&'a [Value<'a>]> {
+    match value.get_ref() {
+        DeValue::Array(array) => Ok(array),
+        _ => Err(expected(value, "an array")),
+    }
+}
+
+fn whole(value: &Value<'_>) -> Read<u32> {
+    let number = match value.get_ref() {
+        DeValue::Integer(number) => u32::from_str_radix(number.as_str(), number.radix()).ok(),
+        _ => None,
+    };
+    number.ok_or_else(|| expected(value, "a whole number"))
+}
+
+fn condition(value: &Value<'_>) -> Read<Condition> {
+    Condition::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
+}
+
+fn duration(value: &Value<'_>) -> Read<Duration> {
+    let text = string(value)?;
+    let wrong = || {
+        expected(
+            value,
+            "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"",
+        )
+    };
+    let split = text
+        .find(|letter: char| !letter.is_ascii_digit() && letter != '.')
+        .ok_or_else(wrong)?;
+    let (number, unit) = text.split_at_checked(split).ok_or_else(wrong)?;
+    let seconds = match unit.trim() {
+        "us" => 1e-6,
+        "ms" => 1e-3,
+        "s" => 1.0,
+        "min" => 60.0,
+        _ => return Err(wrong()),
+    };
+    let number: f64 = number.parse().map_err(|_| wrong())?;
+    let time = Duration::try_from_secs_f64(number * seconds).map_err(|_| wrong())?;
+    // To the microsecond, which is what virtual time counts.
+    let time = Duration::from_micros(
+        u64::try_from((time + Duration::from_nanos(500)).as_micros()).unwrap_or(u64::MAX),
+    );
+    if time > LONGEST {
+        return Err(expected(value, "a time of at most 365 days"));
+    }
+    Ok(time)
+}

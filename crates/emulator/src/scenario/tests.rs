@@ -1,0 +1,373 @@
+//! Scenarios read and played against a controller without sockets.
+
+use super::{ACTIONS, Action, CONDITIONS, Condition, Play, Scenario, TABLES, Verdict};
+use std::path::Path;
+use std::time::Duration;
+use ts3100_controller::port::Port;
+use ts3100_controller::{Config, Controller, Dialect, Input, Time};
+
+fn read(text: &str) -> Result<Scenario, String> {
+    Scenario::parse(Path::new("dir/s.toml"), text).map_err(|error| error.to_string())
+}
+
+#[test]
+#[expect(clippy::too_many_lines, reason = "a flat table")]
+fn what_is_wrong_is_said_with_its_line() {
+    for (text, expected) in [
+        ("name = 5", "dir/s.toml, line 1: expected text, found 5"),
+        (
+            "\n\nnmae = \"x\"",
+            "line 3: unknown key `nmae` in the file: expected name, start, do, expect, never; did you mean `name`?",
+        ),
+        (
+            "[start]\nkeyswitch = 1",
+            "line 2: unknown key `keyswitch` in [start]",
+        ),
+        (
+            "[start]\nkey = \"Ext\"",
+            "line 2: expected teaching, internal or ext, found `Ext`",
+        ),
+        (
+            "[start]\ninputs = [1, 77]",
+            "line 2: expected line 1-64, 101-164 or 201-264, found 77",
+        ),
+        ("do = 3", "line 1: expected tables [[do]], found 3"),
+        (
+            "[[do]]\nactions = []",
+            "line 1: expected `at` or `when` in [[do]], found neither",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nwhen = \"alarm\"\nactions = []",
+            "found both",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\ntimes = 2\nactions = []",
+            "line 3: expected `at` alone",
+        ),
+        (
+            "[[do]]\nat = \"1 hour\"\nactions = []",
+            "line 2: expected a time such as",
+        ),
+        (
+            "[[do]]\nat = \"-1 s\"\nactions = []",
+            "line 2: expected a time such as",
+        ),
+        (
+            "[[do]]\nat = \"9999999999 s\"\nactions = []",
+            "line 2: expected a time of at most 365 days",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\n \"servo on\",\n \"servo up\"]",
+            "line 5: expected an action",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"channel IP0 x\"]",
+            "expected the channel COM1, IP1 or IP2, found `IP0`",
+        ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"raise 9-999\"]",
+            "line 3: expected the number of an alarm",
+        ),
+        ("[[expect]]\nwhat = \"command\"", "line 2: expected text"),
+        (
+            "[[expect]]\nwithin = \"1 s\"",
+            "line 1: expected `what` in [[expect]], found none",
+        ),
+        ("[[expect]]\nwhat = \"alarm\"\ntimes = 0", "is a [[never]]"),
+        (
+            "[[expect]]\nwhat = \"alarm 9-999\"",
+            "line 2: expected the number of an alarm, for example 2-046, found `9-999`",
+        ),
+        (
+            "[[never]]\nwhat = \"dance\"",
+            "line 2: expected a condition (command TEXT",
+        ),
+        (
+            "[[never]]\nwhat = \"alarm\"\nwithin = \"1 s\"",
+            "line 3: unknown key `within` in [never]",
+        ),
+        ("a = [", "line 1:"),
+    ] {
+        let error = read(text).unwrap_err();
+        assert!(error.contains(expected), "{text}\n{error}");
+    }
+}
+
+#[test]
+fn every_condition_reads_back_and_every_form_is_listed() {
+    let words = [
+        "command DO,MOVE",
+        "answer NG<CR>",
+        "refused RN",
+        "printed TP X",
+        "printed IP1 1<CR>",
+        "received COM1 2",
+        "connected IP0",
+        "disconnected HOST",
+        "alarm",
+        "alarm 2-046",
+        "alarms-reset",
+        "status stop(retry)",
+        "servo off",
+        "selected none",
+        "selected TEST",
+        "stored A",
+        "erased A",
+        "finding no-cr",
+        "input 3 on",
+        "output 264 off",
+    ];
+    for words in words {
+        assert_eq!(Condition::parse(words).unwrap().to_string(), words);
+    }
+    for form in CONDITIONS {
+        let name = form.split(' ').next().unwrap();
+        assert!(words.iter().any(|words| words.starts_with(name)), "{form}");
+    }
+    for form in ACTIONS {
+        let name = form.split(' ').next().unwrap();
+        let examples = [
+            "channel IP1 5<CR>",
+            "raise 2-046 by hand",
+            "power off",
+            "feed-hold on",
+            "pulse input 3 on 250us",
+            "output 5 on",
+            "force output 5 off",
+            "release input 3",
+            "set A 1 2.5",
+            "set-restore A 1",
+            "teach P",
+            "put T END<LF>",
+            "erase T",
+            "select T",
+            "fault clear",
+        ];
+        let example = examples
+            .into_iter()
+            .find(|words| words.split(' ').next() == Some(name));
+        assert!(Action::parse(example.unwrap()).is_ok(), "{form}");
+    }
+}
+
+/// docs/SCENARIOS.md names every key, condition and action.
+#[test]
+fn every_key_and_word_is_documented() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/SCENARIOS.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    for (table, keys) in TABLES {
+        for key in keys {
+            let heading = if table.is_empty() {
+                key.to_string()
+            } else {
+                format!("{table}.{key}")
+            };
+            assert!(page.contains(&format!("| `{heading}` |")), "{heading} is missing");
+        }
+    }
+    for form in CONDITIONS.iter().chain(&ACTIONS) {
+        assert!(
+            page.contains(
+                &format!("| `{form}` |")
+                    .replace("on|off", "on\\|off")
+                    .replace("input|output", "input\\|output")
+            ),
+            "{form} is missing"
+        );
+    }
+}
+
+/// A controller and a play, driven as the hub drives them.
+struct Stage {
+    controller: Controller,
+    play: Play,
+}
+
+impl Stage {
+    fn new(text: &str) -> Stage {
+        let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        let program = "PROGRAM T\nINPUT IP1, N\nPRINT IP1, N, CR\nDOUT(7)\nEND\n";
+        controller.put_file("T", program.as_bytes()).unwrap();
+        controller.select(Time::ZERO, "T").unwrap();
+        let play = Play::new(read(text).unwrap());
+        let mut stage = Stage { controller, play };
+        stage.play.begin(&stage.controller);
+        for port in [Port::Ip0, Port::Ip1] {
+            let peer = "test".to_owned();
+            stage.step(Time::ZERO, Input::Connected { port, peer });
+        }
+        stage
+    }
+
+    fn step(&mut self, at: Time, input: Input) {
+        self.play.input(at, &input);
+        self.controller.handle(at, input);
+        while let Some(output) = self.controller.poll_output() {
+            self.play.output(at, &output);
+        }
+        self.play.settled(at, &self.controller);
+    }
+
+    /// Time passes; what is due happens at its time.
+    fn until(&mut self, millis: u64) {
+        let end = Time::from_millis(millis);
+        loop {
+            let due = self.controller.poll_deadline().filter(|due| *due <= end);
+            let action = self
+                .play
+                .deadline()
+                .filter(|at| *at <= end && due.is_none_or(|due| *at <= due));
+            match (action, due) {
+                (Some(at), _) => {
+                    if let Some((_, input)) = self.play.due(at) {
+                        self.step(at, input);
+                    }
+                }
+                (None, Some(due)) => self.step(due, Input::Tick),
+                (None, None) => return self.step(end, Input::Tick),
+            }
+        }
+    }
+
+    fn host(&mut self, command: &str) {
+        let bytes = format!("\x02{command}\r\x03").into_bytes();
+        let port = Port::Ip0;
+        self.step(self.controller.now(), Input::Received { port, bytes });
+    }
+
+    fn verdicts(&self) -> Vec<Verdict> {
+        let outcome = self.play.end(self.controller.now());
+        outcome.entries.into_iter().map(|entry| entry.verdict).collect()
+    }
+}
+
+const PLAY: &str = r#"
+[start]
+servo = true
+inputs = [3]
+
+[[do]]
+when = "command RN"
+after = "200 ms"
+actions = ["channel IP1 5<CR>"]
+
+[[do]]
+at = "2 s"
+actions = ["emergency-stop on"]
+
+[[expect]]
+what = "printed IP1 5"
+within = "1 s"
+
+[[expect]]
+what = "output 7 on"
+after = "status running"
+within = "100 ms"
+
+[[expect]]
+what = "command SU"
+after = "alarm 8-027"
+within = "500 ms"
+
+[[never]]
+what = "command RN"
+after = "alarm"
+
+[[never]]
+what = "command RN"
+after = "alarm"
+until = "alarms-reset"
+
+[[do]]
+when = "finding no-cr"
+actions = ["stop"]
+"#;
+
+#[test]
+fn a_host_that_does_what_is_expected_passes() {
+    let mut stage = Stage::new(PLAY);
+    stage.until(100);
+    stage.host("RN");
+    stage.until(2_400);
+    stage.host("SU");
+    stage.until(3_000);
+    let verdicts = stage.verdicts();
+    assert_eq!(verdicts[0], Verdict::Held, "the step of RN");
+    assert_eq!(verdicts[1], Verdict::Held, "PRINT at 300 ms");
+    let late = "expected within 0.100000 s, came after 0.200000 s";
+    assert_eq!(
+        verdicts[2],
+        Verdict::Failed(late.to_owned()),
+        "the output came with the value"
+    );
+    assert_eq!(verdicts[3..6], [Verdict::Held, Verdict::Held, Verdict::Held]);
+    assert_eq!(
+        verdicts[6],
+        Verdict::Skipped("its condition never came".to_owned())
+    );
+}
+
+#[test]
+fn a_host_that_does_not_fails_with_words() {
+    let mut stage = Stage::new(PLAY);
+    stage.until(2_100);
+    stage.host("RN");
+    stage.until(2_600);
+    stage.host("SU");
+    let failed = |words: &str| Verdict::Failed(words.to_owned());
+    assert_eq!(
+        stage.verdicts()[1..6],
+        [
+            failed("expected 1 times within 1.000000 s, came 0 times; the run ended after 2.600000 s"),
+            failed(
+                "expected within 0.100000 s after `status running`, which never came; the run ended after 2.600000 s"
+            ),
+            failed("expected within 0.500000 s, came after 0.600000 s"),
+            failed("expected never, came at 2.100000"),
+            failed("expected never, came at 2.100000"),
+        ]
+    );
+    let outcome = stage.play.end(stage.controller.now());
+    assert!(outcome.has_failed() && outcome.failures().count() == 5);
+    let xml = outcome.junit();
+    assert!(
+        xml.contains("<testsuite name=\"s\" tests=\"7\" failures=\"5\" errors=\"0\" skipped=\"1\""),
+        "{xml}"
+    );
+    assert!(xml.contains("after `status running`, which never came"), "{xml}");
+}
+
+#[test]
+fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
+    let text = "[[do]]\nwhen = \"servo on\"\ntimes = 0\nactions = [\"servo off\"]\n\
+        [[do]]\nwhen = \"servo off\"\ntimes = 0\nactions = [\"servo on\"]\n";
+    let mut stage = Stage::new(text);
+    stage.host("SO");
+    stage.until(1_000);
+    let outcome = stage.play.end(stage.controller.now());
+    let failures: Vec<String> = outcome.failures().collect();
+    assert!(
+        failures.len() == 1 && failures[0].contains("bring each other about"),
+        "{failures:?}"
+    );
+}
+
+#[test]
+fn a_step_happens_as_often_as_it_says() {
+    for (times, expected) in [("", 1), ("times = 2", 2), ("times = 0", 5)] {
+        let text = format!("[[do]]\nwhen = \"command SU\"\n{times}\nactions = [\"feed-hold\"]\n");
+        let mut stage = Stage::new(&text);
+        let mut held = 0;
+        for _ in 0..5 {
+            stage.host("SU");
+            while let Some((_, input)) = stage.play.due(stage.controller.now()) {
+                held += 1;
+                stage.step(stage.controller.now(), input);
+            }
+            stage.host("OK");
+        }
+        assert_eq!(held, expected, "{times}");
+    }
+    let at = read("[[do]]\nat = \"0.0015 s\"\nactions = [\"start\"]").unwrap();
+    assert_eq!(at.steps[0].on, super::Occasion::At(Duration::from_micros(1_500)));
+}

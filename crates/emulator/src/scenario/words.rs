@@ -1,0 +1,383 @@
+//! The words of a scenario: what may happen (conditions) and what can be done (actions). The actions at the panel are
+//! those of a transcript.
+
+use crate::transcript::{deed, notation, panel};
+use std::fmt;
+use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::output::{Event, Output};
+use ts3100_controller::port::Port;
+use ts3100_controller::{Controller, Deed, alarm};
+
+/// Every form of a condition.
+pub const CONDITIONS: [&str; 18] = [
+    "command TEXT",
+    "answer TEXT",
+    "refused COMMAND",
+    "printed CHANNEL TEXT",
+    "received CHANNEL TEXT",
+    "connected PORT",
+    "disconnected PORT",
+    "alarm",
+    "alarm NUMBER",
+    "alarms-reset",
+    "status WORD",
+    "servo on|off",
+    "selected NAME",
+    "stored NAME",
+    "erased NAME",
+    "finding RULE",
+    "input LINE on|off",
+    "output LINE on|off",
+];
+
+/// Every form of an action beside those at the panel.
+pub const ACTIONS: [&str; 17] = [
+    "channel CHANNEL TEXT",
+    "raise NUMBER TEXT",
+    "power on|off",
+    "feed-hold on|off",
+    "pulse input|output LINE on|off TIME",
+    "output LINE on|off",
+    "force input|output LINE on|off",
+    "release input|output LINE",
+    "set NAME VALUES",
+    "set-restore NAME VALUES",
+    "teach NAME",
+    "put NAME TEXT",
+    "erase NAME",
+    "select NAME",
+    "fault arm SPEC",
+    "fault disarm NUMBER",
+    "fault clear",
+];
+
+/// The forms of actions at the panel.
+pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, machine-lock, battery-low on|off; key \
+    teaching|internal|ext; control-right sig|rs232c|ether; start, stop, feed-hold, alarm-reset, power-cycle; input \
+    LINE on|off; keys TEXT";
+
+/// A place with a peer that a program talks to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A port.
+    Port(Port),
+    /// The teach pendant.
+    Pendant,
+}
+
+/// Something that may happen.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Condition {
+    /// A host sends a text that begins so.
+    Command(Vec<u8>),
+    /// A text of the robot begins so.
+    Answer(Vec<u8>),
+    /// A command with these letters gets NG.
+    Refused(String),
+    /// A program prints something with this in it.
+    Printed(Place, Vec<u8>),
+    /// A peer sends something with this in it.
+    Received(Port, Vec<u8>),
+    /// A peer comes.
+    Connected(Port),
+    /// A peer goes.
+    Disconnected(Port),
+    /// An alarm is raised, this one or any.
+    Alarm(Option<String>),
+    /// Alarms are reset.
+    AlarmsReset,
+    /// The status becomes this.
+    Status(String),
+    /// Servo power goes on or off.
+    Servo(bool),
+    /// A file is selected; none for an empty name.
+    Selected(String),
+    /// A file is stored.
+    Stored(String),
+    /// A file is erased.
+    Erased(String),
+    /// A rule is broken.
+    Finding(String),
+    /// An input becomes so.
+    Input(u16, bool),
+    /// An output becomes so.
+    Output(u16, bool),
+}
+
+/// Something that is done.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Action {
+    /// As it was written.
+    pub words: String,
+    /// What.
+    pub input: Input,
+}
+
+impl Action {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// What was expected and found.
+    pub fn parse(words: &str) -> Result<Action, String> {
+        let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
+        let input = match name {
+            "channel" => {
+                let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
+                Input::Received {
+                    port: scol_port(port)?,
+                    bytes: some_bytes(text)?,
+                }
+            }
+            _ => match deed(words)? {
+                Deed::Panel(panel) => Input::Panel(panel),
+                deed => Input::Deed(deed),
+            },
+        };
+        let words = words.to_owned();
+        Ok(Action { words, input })
+    }
+
+    /// One at the panel, in its words.
+    pub(super) fn at_panel(panel: &Panel) -> Action {
+        Action {
+            words: panel::write(panel),
+            input: Input::Panel(panel.clone()),
+        }
+    }
+}
+
+fn deed(words: &str) -> Result<Deed, String> {
+    let found = deed::read(words).map_err(|reason| {
+        let others = ACTIONS.join(", ");
+        format!("expected an action ({others}; {PANEL_ACTIONS}), found `{words}`: {reason}")
+    })?;
+    match &found {
+        Deed::Panel(Panel::InputLine { line, .. })
+        | Deed::Pulse { line, .. }
+        | Deed::SetOutput { line, .. }
+        | Deed::Force { line, .. }
+        | Deed::Release { line, .. } => known_line(*line)?,
+        Deed::RaiseAlarm { number, .. } => drop(alarm_number(number)?),
+        _ => {}
+    }
+    Ok(found)
+}
+
+impl Condition {
+    /// Reads one.
+    ///
+    /// # Errors
+    /// What was expected and found.
+    pub fn parse(words: &str) -> Result<Condition, String> {
+        let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
+        let whole = || {
+            if rest.is_empty() {
+                Err(format!("expected something behind `{name}`, found nothing"))
+            } else {
+                Ok(rest.to_owned())
+            }
+        };
+        Ok(match name {
+            "command" => Condition::Command(some_bytes(rest)?),
+            "answer" => Condition::Answer(some_bytes(rest)?),
+            "refused" => Condition::Refused(whole()?),
+            "printed" => {
+                let (place, text) = rest.split_once(' ').unwrap_or((rest, ""));
+                let place = if place == "TP" {
+                    Place::Pendant
+                } else {
+                    Place::Port(scol_port(place)?)
+                };
+                Condition::Printed(place, some_bytes(text)?)
+            }
+            "received" => {
+                let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
+                Condition::Received(scol_port(port)?, some_bytes(text)?)
+            }
+            "connected" => Condition::Connected(any_port(rest)?),
+            "disconnected" => Condition::Disconnected(any_port(rest)?),
+            "alarm" if rest.is_empty() => Condition::Alarm(None),
+            "alarm" => Condition::Alarm(Some(alarm_number(rest)?)),
+            "alarms-reset" if rest.is_empty() => Condition::AlarmsReset,
+            "status" => Condition::Status(status(rest)?),
+            "servo" => Condition::Servo(switch(rest)?),
+            "selected" => Condition::Selected(if rest == "none" {
+                String::new()
+            } else {
+                whole()?.to_uppercase()
+            }),
+            "stored" => Condition::Stored(whole()?.to_uppercase()),
+            "erased" => Condition::Erased(whole()?.to_uppercase()),
+            "finding" => Condition::Finding(rule(rest)?),
+            "input" => line(rest).map(|(line, on)| Condition::Input(line, on))?,
+            "output" => line(rest).map(|(line, on)| Condition::Output(line, on))?,
+            _ => {
+                let known = CONDITIONS.join(", ");
+                return Err(format!("expected a condition ({known}), found `{words}`"));
+            }
+        })
+    }
+
+    /// Whether this input is it.
+    pub(super) fn is_input(&self, input: &Input) -> bool {
+        match (self, input) {
+            (Condition::Connected(wanted), Input::Connected { port, .. })
+            | (Condition::Disconnected(wanted), Input::Disconnected { port }) => wanted == port,
+            (Condition::Received(wanted, text), Input::Received { port, bytes }) => {
+                wanted == port && contains(bytes, text)
+            }
+            _ => false,
+        }
+    }
+
+    /// Whether this output is it.
+    pub(super) fn is_output(&self, output: &Output) -> bool {
+        match (self, output) {
+            (Condition::Printed(Place::Port(wanted), text), Output::Send { port, bytes }) => {
+                wanted == port && contains(bytes, text)
+            }
+            (Condition::Printed(Place::Pendant, text), Output::Pendant(shown)) => {
+                contains(shown.as_bytes(), text)
+            }
+            (Condition::Stored(wanted), Output::Stored { name, .. })
+            | (Condition::Erased(wanted), Output::Erased { name }) => wanted == name,
+            (_, Output::Event(event)) => self.is_event(event),
+            _ => false,
+        }
+    }
+
+    fn is_event(&self, event: &Event) -> bool {
+        match (self, event) {
+            (Condition::Command(text), Event::TextIn { data, .. })
+            | (Condition::Answer(text), Event::TextOut { data, .. }) => data.starts_with(text),
+            (Condition::Refused(letters), Event::Refused { command, .. }) => letters == command,
+            (Condition::Alarm(wanted), Event::Alarm { number, .. }) => {
+                wanted.as_ref().is_none_or(|wanted| wanted == number)
+            }
+            (Condition::AlarmsReset, Event::AlarmsReset) => true,
+            (Condition::Status(word), Event::Status { status, .. }) => *word == squeezed(status),
+            (Condition::Servo(wanted), Event::Servo(on)) => wanted == on,
+            (Condition::Selected(wanted), Event::Selected(file)) => {
+                wanted == file.as_deref().unwrap_or_default()
+            }
+            (Condition::Finding(wanted), Event::Finding { rule, .. }) => wanted == rule,
+            _ => false,
+        }
+    }
+
+    /// Whether it is a state that holds now; `None` for what happens and is over.
+    pub(super) fn holds(&self, controller: &Controller) -> Option<bool> {
+        match self {
+            Condition::Input(line, on) => Some(controller.is_input_on(*line) == *on),
+            Condition::Output(line, on) => Some(controller.is_output_on(*line) == *on),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let state = |on: &bool| if *on { "on" } else { "off" };
+        match self {
+            Condition::Command(text) => write!(f, "command {}", notation::write(text)),
+            Condition::Answer(text) => write!(f, "answer {}", notation::write(text)),
+            Condition::Refused(letters) => write!(f, "refused {letters}"),
+            Condition::Printed(Place::Port(port), text) => {
+                write!(f, "printed {port} {}", notation::write(text))
+            }
+            Condition::Printed(Place::Pendant, text) => write!(f, "printed TP {}", notation::write(text)),
+            Condition::Received(port, text) => write!(f, "received {port} {}", notation::write(text)),
+            Condition::Connected(port) => write!(f, "connected {port}"),
+            Condition::Disconnected(port) => write!(f, "disconnected {port}"),
+            Condition::Alarm(None) => f.write_str("alarm"),
+            Condition::Alarm(Some(number)) => write!(f, "alarm {number}"),
+            Condition::AlarmsReset => f.write_str("alarms-reset"),
+            Condition::Status(word) => write!(f, "status {word}"),
+            Condition::Servo(on) => write!(f, "servo {}", state(on)),
+            Condition::Selected(name) if name.is_empty() => f.write_str("selected none"),
+            Condition::Selected(name) => write!(f, "selected {name}"),
+            Condition::Stored(name) => write!(f, "stored {name}"),
+            Condition::Erased(name) => write!(f, "erased {name}"),
+            Condition::Finding(rule) => write!(f, "finding {rule}"),
+            Condition::Input(line, on) => write!(f, "input {line} {}", state(on)),
+            Condition::Output(line, on) => write!(f, "output {line} {}", state(on)),
+        }
+    }
+}
+
+fn contains(bytes: &[u8], text: &[u8]) -> bool {
+    bytes.windows(text.len().max(1)).any(|window| window == text)
+}
+
+fn some_bytes(text: &str) -> Result<Vec<u8>, String> {
+    let bytes = notation::bytes(text)?;
+    if bytes.is_empty() {
+        return Err("expected text, with control codes as <CR>, found nothing".to_owned());
+    }
+    Ok(bytes)
+}
+
+fn any_port(word: &str) -> Result<Port, String> {
+    let port = Port::ALL.into_iter().find(|port| port.name() == word);
+    port.ok_or_else(|| format!("expected HOST, COM1, IP0, IP1, IP2 or IP3, found `{word}`"))
+}
+
+fn scol_port(word: &str) -> Result<Port, String> {
+    let ports = [Port::Com1, Port::Ip1, Port::Ip2];
+    let port = ports.into_iter().find(|port| port.name() == word);
+    port.ok_or_else(|| format!("expected the channel COM1, IP1 or IP2, found `{word}`"))
+}
+
+fn alarm_number(word: &str) -> Result<String, String> {
+    let known = alarm::ALARMS.iter().any(|row| row.number() == word);
+    if known {
+        return Ok(word.to_owned());
+    }
+    Err(format!(
+        "expected the number of an alarm, for example 2-046, found `{word}`"
+    ))
+}
+
+fn squeezed(word: &str) -> String {
+    word.chars().filter(|letter| *letter != ' ').collect()
+}
+
+fn status(word: &str) -> Result<String, String> {
+    let words = ["running", "stop(reset)", "stop(retry)", "stop(continue)"];
+    let found = squeezed(word);
+    if words.contains(&found.as_str()) {
+        return Ok(found);
+    }
+    Err(format!("expected {}, found `{word}`", words.join(", ")))
+}
+
+fn switch(word: &str) -> Result<bool, String> {
+    match word {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err(format!("expected on or off, found `{word}`")),
+    }
+}
+
+fn line(words: &str) -> Result<(u16, bool), String> {
+    let (number, state) = words.split_once(' ').unwrap_or((words, ""));
+    let line = number
+        .parse()
+        .map_err(|_| format!("expected the number of a line, found `{number}`"))?;
+    known_line(line)?;
+    Ok((line, switch(state)?))
+}
+
+fn known_line(line: u16) -> Result<(), String> {
+    if matches!(line, 1..=64 | 101..=164 | 201..=264) {
+        return Ok(());
+    }
+    Err(format!("expected line 1-64, 101-164 or 201-264, found {line}"))
+}
+
+fn rule(word: &str) -> Result<String, String> {
+    if word.is_empty() {
+        return Err("expected the name of a rule, found nothing".to_owned());
+    }
+    Ok(word.to_owned())
+}

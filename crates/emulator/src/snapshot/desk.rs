@@ -1,0 +1,103 @@
+//! Where one who is not the hub asks for snapshots: the embedding API, the control interface. The hub does what is
+//! asked between two inputs.
+
+use super::{FileError, NamedError, TextError};
+use tokio::sync::{mpsc, oneshot};
+use ts3100_controller::Controller;
+
+/// Orders that may wait for the hub.
+pub const WAITING_ORDERS: usize = 16;
+
+/// Why a snapshot was not taken or restored.
+#[derive(Debug, thiserror::Error)]
+pub enum DeskError {
+    /// Its name.
+    #[error(transparent)]
+    Named(#[from] NamedError),
+    /// Its text.
+    #[error(transparent)]
+    Text(#[from] TextError),
+    /// Its file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The ports it asks for cannot be opened.
+    #[error("the snapshot is restored, but no port is open: {0}")]
+    Links(String),
+    /// The emulator takes no more orders.
+    #[error("the emulator takes no more orders: too many are waiting, or it has ended")]
+    Busy,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub enum Task {
+    /// The present state is kept under this name.
+    Keep(String),
+    /// The state of this name becomes the present one.
+    Restore(String),
+    /// This one does.
+    PutIn(Box<Controller>),
+    /// The state of this name is forgotten.
+    Forget(String),
+    /// The names are told.
+    List,
+    /// The present state is told.
+    Tell,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub enum Done {
+    /// Nothing to tell.
+    Well,
+    /// The names, each with the virtual time of its snapshot in microseconds.
+    Names(Vec<(String, u64)>),
+    /// The present state.
+    State(Box<Controller>),
+}
+
+/// A task, and who waits for it.
+#[derive(Debug)]
+pub struct Order {
+    /// What.
+    pub task: Task,
+    /// Told what came of it.
+    pub done: oneshot::Sender<Result<Done, DeskError>>,
+}
+
+/// The desk; clones are the same.
+#[derive(Debug, Clone)]
+pub struct Desk(mpsc::Sender<Order>);
+
+impl Desk {
+    /// A desk and the hub's side of it.
+    #[must_use]
+    pub fn open() -> (Desk, mpsc::Receiver<Order>) {
+        let (sender, receiver) = mpsc::channel(WAITING_ORDERS);
+        (Desk(sender), receiver)
+    }
+
+    fn order(&self, task: Task) -> Result<oneshot::Receiver<Result<Done, DeskError>>, DeskError> {
+        let (done, is_done) = oneshot::channel();
+        self.0
+            .try_send(Order { task, done })
+            .map_err(|_| DeskError::Busy)?;
+        Ok(is_done)
+    }
+
+    /// Has something done and waits for it, in a task of a runtime.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub async fn ask(&self, task: Task) -> Result<Done, DeskError> {
+        self.order(task)?.await.map_err(|_| DeskError::Busy)?
+    }
+
+    /// Has something done and waits for it, in a thread outside of every runtime.
+    ///
+    /// # Errors
+    /// [`DeskError`].
+    pub fn ask_blocking(&self, task: Task) -> Result<Done, DeskError> {
+        self.order(task)?.blocking_recv().map_err(|_| DeskError::Busy)?
+    }
+}

@@ -1,0 +1,262 @@
+//! Snapshots of a controller outside of it: as files that people can read, and under names in memory, where one is
+//! restored as fast as a value is copied. What is in them is the controller's matter; putting one in the place of the
+//! running controller is the hub's (`hub::snapshots`).
+
+pub mod desk;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHead};
+
+/// Largest snapshot that is read, in bytes: a full RAM drive and everything else several times over.
+pub const MAX_BYTES: u64 = 64 * 1024 * 1024;
+/// Most snapshots that are kept under names.
+pub const MAX_NAMED: usize = 64;
+/// Longest name of one.
+pub const MAX_NAME: usize = 64;
+
+/// Why text is no snapshot.
+#[derive(Debug, thiserror::Error)]
+pub enum TextError {
+    /// It is no JSON, or not of the form of a snapshot; the words name line and column.
+    #[error("no snapshot: {0}")]
+    Json(#[from] serde_json::Error),
+    /// It is one of another version, or no run leads to it.
+    #[error(transparent)]
+    Snapshot(#[from] SnapshotError),
+}
+
+/// Why a file of a snapshot cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The system's.
+    #[error("cannot {what} the snapshot {}: {source}", path.display())]
+    Io {
+        /// read or write.
+        what: &'static str,
+        /// Which file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// What is in it.
+    #[error("{}: {source}", path.display())]
+    Text {
+        /// Which file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: TextError,
+    },
+}
+
+/// The controller as text: JSON, one value a line.
+#[must_use]
+pub fn to_text(controller: &Controller) -> String {
+    // Fails only for maps with keys that are no text, and there is none.
+    let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
+    text.push('\n');
+    text
+}
+
+/// The controller of a text.
+///
+/// # Errors
+/// [`TextError`].
+pub fn from_text(text: &str) -> Result<Controller, TextError> {
+    // The head first: of another version every other field may differ.
+    serde_json::from_str::<SnapshotHead>(text)?.check()?;
+    let snapshot: Snapshot = serde_json::from_str(text)?;
+    Ok(Controller::restore(snapshot)?)
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// [`FileError`].
+pub fn read(path: &Path) -> Result<Controller, FileError> {
+    let io_error = |source| FileError::Io {
+        what: "read",
+        path: path.to_path_buf(),
+        source,
+    };
+    let size = fs::metadata(path).map_err(io_error)?.len();
+    if size > MAX_BYTES {
+        let words = format!("at most {MAX_BYTES} bytes expected, {size} found");
+        return Err(io_error(io::Error::other(words)));
+    }
+    let text = fs::read_to_string(path).map_err(io_error)?;
+    from_text(&text).map_err(|source| FileError::Text {
+        path: path.to_path_buf(),
+        source,
+    })
+}
+
+/// Writes a file, whole or not at all.
+///
+/// # Errors
+/// [`FileError::Io`].
+pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
+    let mut beside = path.as_os_str().to_owned();
+    beside.push(".part");
+    let beside = PathBuf::from(beside);
+    let written = fs::write(&beside, to_text(controller)).and_then(|()| fs::rename(&beside, path));
+    written.map_err(|source| {
+        // It may not be there.
+        let _ = fs::remove_file(&beside);
+        FileError::Io {
+            what: "write",
+            path: path.to_path_buf(),
+            source,
+        }
+    })
+}
+
+/// Why a snapshot was not kept or found under a name.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum NamedError {
+    /// No name.
+    #[error("name of a snapshot: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
+    Name(String),
+    /// None has this name.
+    #[error("snapshot: expected {expected}, found `{found}`")]
+    Unknown {
+        /// The names there are.
+        expected: String,
+        /// The name given.
+        found: String,
+    },
+    /// There are too many.
+    #[error("snapshots: at most {MAX_NAMED} expected, one more found; drop one first")]
+    Full,
+}
+
+/// Snapshots under their names.
+#[derive(Debug, Clone, Default)]
+pub struct Shelf(BTreeMap<String, Controller>);
+
+impl Shelf {
+    /// Keeps one, in place of one of the same name.
+    ///
+    /// # Errors
+    /// [`NamedError::Name`] or [`NamedError::Full`].
+    pub fn keep(&mut self, name: &str, controller: Controller) -> Result<(), NamedError> {
+        let letter = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+        if name.is_empty() || name.len() > MAX_NAME || !name.bytes().all(letter) {
+            return Err(NamedError::Name(name.chars().take(MAX_NAME).collect()));
+        }
+        if self.0.len() >= MAX_NAMED && !self.0.contains_key(name) {
+            return Err(NamedError::Full);
+        }
+        self.0.insert(name.to_owned(), controller);
+        Ok(())
+    }
+
+    /// A copy of the one of this name.
+    ///
+    /// # Errors
+    /// [`NamedError::Unknown`].
+    pub fn get(&self, name: &str) -> Result<Controller, NamedError> {
+        self.0.get(name).cloned().ok_or_else(|| self.unknown(name))
+    }
+
+    /// Forgets the one of this name.
+    ///
+    /// # Errors
+    /// [`NamedError::Unknown`].
+    pub fn forget(&mut self, name: &str) -> Result<(), NamedError> {
+        self.0.remove(name).map(drop).ok_or_else(|| self.unknown(name))
+    }
+
+    /// The names, each with the virtual time of its snapshot in microseconds.
+    #[must_use]
+    pub fn list(&self) -> Vec<(String, u64)> {
+        let moments = self.0.iter();
+        moments
+            .map(|(name, at)| (name.clone(), at.now().as_micros()))
+            .collect()
+    }
+
+    fn unknown(&self, name: &str) -> NamedError {
+        let names: Vec<&str> = self.0.keys().map(String::as_str).collect();
+        NamedError::Unknown {
+            expected: if names.is_empty() {
+                "one that was taken before (there is none)".to_owned()
+            } else {
+                format!("one of {}", names.join(", "))
+            },
+            found: name.chars().take(MAX_NAME).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+    use ts3100_controller::{Config, Dialect};
+
+    /// A controller whose outputs have been fetched: those are not in a snapshot.
+    fn fresh() -> Controller {
+        let mut controller = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
+        while controller.poll_output().is_some() {}
+        controller
+    }
+
+    #[test]
+    fn the_shelf_is_bounded_and_says_what_it_has() {
+        let mut shelf = Shelf::default();
+        assert!(shelf.get("a").unwrap_err().to_string().contains("there is none"));
+        for number in 0..MAX_NAMED {
+            shelf.keep(&format!("n{number}"), fresh()).unwrap();
+        }
+        assert_eq!(shelf.keep("more", fresh()), Err(NamedError::Full));
+        shelf.keep("n3", fresh()).unwrap();
+        shelf.forget("n3").unwrap();
+        shelf.keep("more", fresh()).unwrap();
+        assert_eq!(shelf.list().len(), MAX_NAMED);
+        assert!(shelf.get("n3").unwrap_err().to_string().contains("more, n0, n1"));
+        for name in ["", "a b", "../a", &"x".repeat(MAX_NAME + 1)] {
+            assert!(
+                matches!(shelf.keep(name, fresh()), Err(NamedError::Name(_))),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_file_comes_back_and_what_is_wrong_with_one_is_said_with_its_place() {
+        let directory = TempDir::new("snapshot");
+        let path = directory.path().join("a.json");
+        write(&path, &fresh()).unwrap();
+        assert!(read(&path).unwrap() == fresh());
+        assert_eq!(
+            std::fs::read_dir(directory.path()).unwrap().count(),
+            1,
+            "no part is left"
+        );
+        let text = to_text(&fresh());
+        for (from, to, expected) in [
+            ("\"version\": 1", "\"version\": 9", "version: expected 1, found 9"),
+            ("\"servo\": false", "\"servo\": 5", "line "),
+            (
+                "\"override_percent\": 100",
+                "\"override_percent\": 101",
+                "state.override_percent",
+            ),
+            ("\"arm\"", "\"leg\"", "unknown field `leg`"),
+        ] {
+            assert!(text.contains(from), "{from}");
+            std::fs::write(&path, text.replacen(from, to, 1)).unwrap();
+            let error = read(&path).unwrap_err().to_string();
+            assert!(error.contains("a.json") && error.contains(expected), "{error}");
+        }
+        assert!(
+            read(&directory.path().join("b.json"))
+                .unwrap_err()
+                .to_string()
+                .contains("cannot read")
+        );
+    }
+}

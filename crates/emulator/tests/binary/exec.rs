@@ -1,0 +1,159 @@
+//! `ts3100 exec`: an emulator for the time of one command.
+
+use super::support::{TempDir, run, stderr, stdout, ts3100};
+use std::io::{BufRead, BufReader, Write};
+use std::process::Stdio;
+
+/// The binary as a command of `sh`.
+const TS3100: &str = env!("CARGO_BIN_EXE_ts3100");
+
+fn exec(words: &[&str], script: &str) -> std::process::Output {
+    let script = format!("ts3100() {{ '{TS3100}' \"$@\"; }}\n{script}");
+    run(&[&["exec"], words, &["--", "sh", "-c", &script]].concat())
+}
+
+#[test]
+fn the_command_finds_a_robot_that_answers_and_was_not_spoken_to() {
+    let directory = TempDir::new();
+    let coverage = directory.path().join("coverage.json");
+    let transcript = directory.path().join("day.txt");
+    let words = [
+        "--coverage",
+        coverage.to_str().unwrap(),
+        "--transcript",
+        transcript.to_str().unwrap(),
+    ];
+    let output = exec(
+        &words,
+        "ts3100 host $TS3100_HOST:$TS3100_IP0_PORT so && echo $TS3100_HOST $TS3100_IP3_PORT",
+    );
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    assert_eq!(stderr(&output), "", "the emulator keeps quiet");
+    let words = stdout(&output);
+    let last = words.lines().last().unwrap();
+    assert!(
+        last.starts_with("127.0.0.1 ") && last.split(' ').count() == 2,
+        "{words}"
+    );
+    let coverage = std::fs::read_to_string(coverage).unwrap();
+    assert!(coverage.contains("\"SO\""), "{coverage:.300}");
+    let transcript = std::fs::read_to_string(transcript).unwrap();
+    assert!(transcript.contains("> IP0 SO<CR>"), "{transcript}");
+    assert!(
+        !transcript.contains("SU<CR>"),
+        "the question whether it is there leaves no trace: {transcript}"
+    );
+}
+
+#[test]
+fn the_question_whether_it_is_there_wakes_no_fault_and_waits_for_no_stepped_clock() {
+    let words = [
+        "--fault",
+        "no-reply:command=SU",
+        "--vary",
+        "3",
+        "--time",
+        "stepped",
+    ];
+    let output = exec(&words, "exit 7");
+    assert_eq!(output.status.code(), Some(7), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("never fired: it saw no occasion"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
+    let directory = TempDir::new();
+    let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");
+    let results = directory.path().join("results.xml");
+    let results = results.to_str().unwrap();
+    let scenario = ["--scenario", scenario.as_str(), "--junit", results];
+    let ask = "ts3100 host $TS3100_HOST:$TS3100_IP0_PORT su >/dev/null;";
+    let none: [&str; 0] = [];
+    for (words, script, code) in [
+        (&none[..], "exit 7".to_owned(), 7),
+        (&none[..], "kill -KILL $$".to_owned(), 137),
+        (&scenario[..], format!("{ask} exit 7"), 7),
+        (&scenario[..], format!("{ask} exit 0"), 0),
+        (&scenario[..], "exit 7".to_owned(), 7 + 64),
+        (&scenario[..], "exit 0".to_owned(), 64),
+        (&["--min-coverage", "50"][..], "exit 1".to_owned(), 1 + 64),
+    ] {
+        let output = exec(words, &script);
+        assert_eq!(
+            output.status.code(),
+            Some(code),
+            "{words:?} {script}: {}",
+            stderr(&output)
+        );
+    }
+    let output = exec(&scenario, "exit 0");
+    let words = stderr(&output);
+    assert!(
+        words.contains("expect command SU: expected 1 times, came 0 times"),
+        "{words}"
+    );
+    let results = std::fs::read_to_string(results).unwrap();
+    assert!(
+        results.contains("failures=\"1\"") && results.contains("name=\"expect command SU\""),
+        "{results}"
+    );
+}
+
+#[test]
+fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
+    let output = run(&["exec", "--", "no-such-command-anywhere"]);
+    assert_eq!(output.status.code(), Some(127), "{}", stderr(&output));
+    let directory = TempDir::new();
+    let file = directory.file("file", "");
+    assert_eq!(run(&["exec", "--", &file]).status.code(), Some(126));
+    let broken = directory.file("s.toml", "[[expect]]\nwat = 1\n");
+    let output = run(&["exec", "--scenario", &broken, "--", "true"]);
+    assert_eq!(output.status.code(), Some(125));
+    let words = stderr(&output);
+    assert!(
+        words.contains("s.toml, line 2: unknown key `wat`") && words.contains("did you mean `what`?"),
+        "{words}"
+    );
+    assert_eq!(
+        run(&["exec", "--junit", "x.xml", "--", "true"]).status.code(),
+        Some(125)
+    );
+    assert_eq!(run(&["exec"]).status.code(), Some(2), "no command");
+}
+
+#[test]
+fn a_signal_is_passed_on_and_the_reports_are_written_all_the_same() {
+    let directory = TempDir::new();
+    let state = directory.path().join("state.json");
+    let script = "trap 'echo told; exit 9' TERM; echo ready; while :; do read line || exit 3; done";
+    let mut child = ts3100(&[
+        "exec",
+        "--snapshot-on-exit",
+        state.to_str().unwrap(),
+        "--",
+        "sh",
+        "-c",
+        script,
+    ])
+    .stdin(Stdio::piped())
+    .stdout(Stdio::piped())
+    .spawn()
+    .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert_eq!(lines.next().unwrap().unwrap(), "ready");
+    let mut stdin = child.stdin.take().unwrap();
+    let kill = std::process::Command::new("kill")
+        .args(["-s", "TERM", &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+    // The shell acts on a signal when its read has ended; by then it must have been passed on, or the next ends it.
+    while stdin.write_all(b"line\n").is_ok() && child.try_wait().unwrap().is_none() {}
+    drop(stdin);
+    assert_eq!(lines.next().unwrap().unwrap(), "told");
+    assert_eq!(child.wait().unwrap().code(), Some(9));
+    assert!(state.exists());
+}

@@ -1,0 +1,373 @@
+//! Snapshots: conversations, programs and the simulation hold on paper, where the controller is written down and read
+//! back after every input and every deadline; and paper that was tampered with is refused or goes on, but nothing
+//! panics or hangs.
+
+use crate::{programs, simulation, transcripts};
+use serde_json::Value as Json;
+use std::time::Duration;
+use ts3100_controller::faults::FaultOrder;
+use ts3100_controller::{Config, Controller, Dialect, Panel, Port, Snapshot, SnapshotError, SnapshotHead};
+use ts3100_tests::Robot;
+use ts3100_tests::paper::{self, on_paper};
+use ts3100_tests::transcript::Cut;
+
+/// Seeds of the simulation that are run on paper.
+const SEEDS: std::ops::Range<u64> = 100..102;
+/// Programs have so many scans that only every so many-eth is written down.
+const EVERY: u32 = 17;
+
+#[test]
+fn every_transcript_holds_on_paper_whole_and_byte_by_byte() {
+    for (name, transcript) in transcripts::transcripts() {
+        for (cut, every) in [(Cut::Whole, 1), (Cut::Bytes, EVERY)] {
+            let result = on_paper(every, || transcript.run(cut));
+            assert!(result.is_ok(), "{name}: {result:?}");
+        }
+    }
+}
+
+#[test]
+fn the_simulation_gives_the_same_bytes_on_paper() {
+    for seed in SEEDS {
+        assert!(
+            on_paper(1, || simulation::run(seed)) == simulation::run(seed),
+            "seed {seed}"
+        );
+    }
+}
+
+#[test]
+fn programs_do_the_same_on_paper() {
+    for (path, source) in programs::programs() {
+        let plain = programs::play(&source);
+        assert_eq!(
+            on_paper(EVERY, || programs::play(&source)),
+            plain,
+            "{}",
+            path.display()
+        );
+    }
+}
+
+/// Something of everything: two tasks, a motion that overlaps another, an INPUT that waits, a monitor, an exchange.
+const RICH: &str = "GLOBAL\nDIM T(3) AS INTEGER\nA = 1.5\nEND\nPROGRAM M\nON DIN(9) DO PRINT A\nTASK(\"OTHER\")\n\
+    PASS = 50\nAGAIN:\nMOVE H\nMOVES F WITH SPEED=30\nMOVEJ H, POINT(20,30,20)\nPULOUT(3, 0.2)\nGOTO AGAIN\nEND\n\
+    PROGRAM OTHER\nN = 0\nAGAIN:\nINPUT IP1, N, T(1)\nPRINT IP1, N, CR\nDELAY 0.3\nGOTO AGAIN\nEND\nDATA\n\
+    POINT H=400,0,200,0,0,0,0,0/\nPOINT F=400,100,150,0,0,0,0,0/\nEND\n";
+
+/// A controller in the middle of all of it.
+fn busy() -> Robot {
+    let mut config = Config::new(Dialect::Field);
+    config.options.serial_pacing = true;
+    config.vary = Some(11);
+    let mut robot = Robot::with(config);
+    robot.load("RICH", RICH);
+    for port in [Port::Ip0, Port::Ip1, Port::Host] {
+        robot.connect(port);
+    }
+    for spec in [
+        "emergency-stop:command=SU,delay=30000",
+        "late-reply:command=VR",
+        "lost-record:times=2,probability=0.5",
+    ] {
+        let fault = Box::new(spec.parse().unwrap());
+        robot.feed(FaultOrder::Arm(fault).into());
+    }
+    robot.panel(Panel::Servo(true));
+    for command in ["SU", "WD,9000 2", "RN"] {
+        robot.send(Port::Ip0, format!("{command}\r").as_bytes());
+        robot.advance_ms(200);
+    }
+    robot.advance_ms(150);
+    robot.raw(Port::Ip1, b"4,5");
+    robot.send(Port::Ip0, b"CA\r");
+    robot.raw(Port::Host, b"\x02SU");
+    robot.advance_ms(1);
+    robot
+}
+
+#[test]
+fn the_busy_controller_is_busy() {
+    let robot = busy();
+    let json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    assert_eq!(json["format"], "ts3100-snapshot");
+    assert_eq!(json["version"], 1);
+    for place in [
+        "/execution/main/handler",
+        "/execution/tasks/2/doing/Reading/wanted",
+        "/arm/active/motion",
+        "/sessions/IP0/exchange/Sending/sender/bytes",
+        "/lines/HOST/inbound/clock",
+        "/state/watchdog/timeout",
+        "/drive/files/RICH",
+        "/faults/strikes/0/0",
+        "/vary/segments",
+        "/outbox/queues/IP0/0",
+    ] {
+        assert!(json.pointer(place).is_some(), "{place} in {json:#}");
+    }
+    let text = json["drive"]["files"]["RICH"].as_str().unwrap();
+    assert!(text.starts_with("GLOBAL\nDIM T(3)"), "files can be read: {text}");
+    assert_eq!(json["channels"]["IP1"]["ring"], "5");
+}
+
+#[test]
+fn another_version_or_form_is_refused_with_words() {
+    let robot = Robot::new(Dialect::Field);
+    let mut json = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    json["version"] = 2.into();
+    let head: SnapshotHead = serde_json::from_value(json.clone()).unwrap();
+    assert_eq!(
+        head.check().unwrap_err().to_string(),
+        "snapshot, version: expected 1, found 2"
+    );
+    let snapshot: Snapshot = serde_json::from_value(json.clone()).unwrap();
+    assert_eq!(
+        Controller::restore(snapshot).unwrap_err(),
+        head.check().unwrap_err()
+    );
+    json["format"] = "ts3100-recording".into();
+    let head: SnapshotHead = serde_json::from_value(json).unwrap();
+    assert!(matches!(head.check(), Err(SnapshotError::Value { place, .. }) if place == "format"));
+}
+
+/// Places of the busy controller's paper, what is put there, and what the words of the refusal hold.
+#[expect(clippy::too_many_lines, reason = "a flat table")]
+fn impossible() -> Vec<(&'static str, Json, &'static str)> {
+    Vec::from([
+        (
+            "/state/override_percent",
+            0.into(),
+            "state.override_percent: expected 1 to 100, found 0",
+        ),
+        (
+            "/state/guide/rate",
+            7.into(),
+            "state.guide.rate: expected 0 to 2, found 7",
+        ),
+        (
+            "/state/emergency_stop",
+            true.into(),
+            "state.servo: expected no servo power",
+        ),
+        (
+            "/config/model/max_payload",
+            0.into(),
+            "config.model: expected an arm",
+        ),
+        ("/config/calendar/month", 13.into(), "config.calendar"),
+        ("/config/options/low_speed", 0.into(), "config.options.low_speed"),
+        ("/drive/capacity", 7.into(), "drive.capacity"),
+        ("/drive/files/RICH", "\u{7}".into(), "drive.files.RICH"),
+        ("/drive/files/RICH", "\u{1234}".into(), "U+1234"),
+        (
+            "/alarms/history",
+            serde_json::json!([{"code": "9-999", "detail": "", "at": null}]),
+            "9-999",
+        ),
+        ("/signals/inputs", serde_json::json!([77]), "signals.inputs"),
+        ("/signals/pulses", serde_json::json!({"5": 1}), "signals.pulses"),
+        ("/sessions/IP0/port", "HOST".into(), "sessions.IP0.port"),
+        (
+            "/sessions/IP0/exchange/Sending/sender/per_text",
+            0.into(),
+            "sessions.IP0",
+        ),
+        ("/lines/HOST/inbound/queued", 1_000.into(), "lines.HOST.inbound"),
+        (
+            "/lines/HOST/inbound/bursts/0/sender/speed",
+            0.into(),
+            "expected 1 to 4294967295, found 0",
+        ),
+        ("/user/host/length", 255.into(), "expected 5 to 8, found 255"),
+        ("/arm/rest/0", 1e5.into(), "arm.rest"),
+        (
+            "/arm/active/motion/path",
+            serde_json::json!({"Chain": {"legs": [], "duration": 1.0}}),
+            "arm.active",
+        ),
+        (
+            "/execution/main",
+            Json::Null,
+            "execution.main: expected a main program",
+        ),
+        (
+            "/execution/selected/source",
+            "PROGRAM P\nMOVE\nEND\n".into(),
+            "execution.selected.source",
+        ),
+        (
+            "/execution/selected/source",
+            "PROGRAM P\nEND\n".into(),
+            "execution.selected.memory",
+        ),
+        (
+            "/execution/main/machine/at",
+            100_000.into(),
+            "execution.main.machine",
+        ),
+        (
+            "/faults/reports/1/fault/spec",
+            "late".into(),
+            "kind of fault expected, `late` found",
+        ),
+        (
+            "/faults/reports/1/fault/id",
+            1.into(),
+            "faults.reports: expected numbers that rise from 1",
+        ),
+        (
+            "/faults/reports/0/fired",
+            2.into(),
+            "faults.reports: expected no more bites",
+        ),
+        (
+            "/sessions/IP0/asked",
+            "XX".into(),
+            "the letters of a command, found `XX`",
+        ),
+        (
+            "/vary",
+            Json::Null,
+            "vary.seed: expected 11, as config.vary, found none",
+        ),
+        ("/execution/tasks/2/machine/task", 3.into(), "execution.tasks.2"),
+    ])
+}
+
+/// What no run leads to is refused, and the words say where.
+#[test]
+fn what_no_run_leads_to_is_refused_with_its_place() {
+    let whole: Json = serde_json::from_str(&paper::written(&busy().controller)).unwrap();
+    for (place, value, expected) in impossible() {
+        let mut json = whole.clone();
+        let field = json.pointer_mut(place);
+        *field.unwrap_or_else(|| panic!("{place} in {whole:#}")) = value;
+        let error = paper::read(&json.to_string()).map(drop).unwrap_err();
+        assert!(error.contains(expected), "{place}: {error}");
+    }
+    let mut json = whole;
+    json["surplus"] = 1.into();
+    assert!(
+        paper::read(&json.to_string())
+            .unwrap_err()
+            .contains("unknown field `surplus`")
+    );
+}
+
+/// Changes one place of a value.
+fn tamper(json: &mut Json, dice: &mut simulation::Dice) {
+    let inner = dice.next(8) > 0;
+    match json {
+        Json::Array(list) if !list.is_empty() => {
+            let at = dice.next(list.len());
+            match dice.next(10) {
+                0 => drop(list.remove(at)),
+                1 => list.push(list[at].clone()),
+                _ => tamper(&mut list[at], dice),
+            }
+        }
+        Json::Object(fields) if inner && !fields.is_empty() => {
+            let at = dice.next(fields.len());
+            if let Some((_, field)) = fields.iter_mut().nth(at) {
+                tamper(field, dice);
+            }
+        }
+        Json::String(text) if dice.next(4) > 0 => match dice.next(3) {
+            0 => text.push('\r'),
+            1 => drop(text.pop()),
+            _ => *text = text.repeat(1_000),
+        },
+        Json::Number(number) if dice.next(3) > 0 => {
+            let double = number.as_f64().unwrap_or(0.0);
+            *json = match dice.next(4) {
+                0 => (double * 2.0).into(),
+                1 => (double - 1.0).into(),
+                2 => number
+                    .as_u64()
+                    .map_or_else(|| (-double).into(), |whole| whole.saturating_add(1).into()),
+                _ => number
+                    .as_u64()
+                    .map_or_else(|| 0.into(), |whole| (whole / 2).into()),
+            };
+        }
+        other => {
+            let wholes = [0, 1, 2, 3, 17, 255, 65_535, i64::from(u32::MAX), i64::MAX, -1];
+            *other = match dice.next(10) {
+                0 => Json::Null,
+                1 => Json::Bool(dice.next(2) == 0),
+                2 => u64::MAX.into(),
+                3 => ["Ready", "Holding", "Resting", "Reset", "Idle", "Retry", "IP1"][dice.next(7)].into(),
+                4 => [0.5, 1e300, -1e300, 1e-300][dice.next(4)].into(),
+                5 => serde_json::json!({ "Running": { "stop": null } }),
+                _ => wholes[dice.next(wholes.len())].into(),
+            };
+        }
+    }
+}
+
+/// Whatever a controller of tampered paper still does, it does without panic and gets on.
+fn live(controller: Controller) {
+    let mut robot = Robot::of(controller);
+    for port in [Port::Ip0, Port::Ip1, Port::Host] {
+        robot.connect(port);
+    }
+    robot.raw(Port::Host, b"\x02SO\r\x03");
+    robot.raw(Port::Ip1, b"1,2\r");
+    for command in [
+        "SF",
+        "SU",
+        "AC",
+        "CA",
+        "SP",
+        "MR,0 A 0",
+        "DO,MOVE POINT(400,50,180)",
+    ] {
+        robot.send(Port::Ip0, format!("{command}\r").as_bytes());
+        robot.send(Port::Ip0, b"OK\r");
+        robot.advance(Duration::from_millis(300));
+    }
+    for panel in [
+        Panel::FeedHold,
+        Panel::FeedHold,
+        Panel::EmergencyStop(true),
+        Panel::PowerCycle,
+    ] {
+        robot.panel(panel);
+        robot.advance(Duration::from_millis(700));
+    }
+    robot.send(Port::Ip0, b"RN\r");
+    robot.advance(Duration::from_secs(3));
+}
+
+#[test]
+fn tampered_paper_is_refused_or_goes_on_but_never_panics_or_hangs() {
+    let robot = busy();
+    let mut dice = simulation::Dice(0x7533_1006);
+    let whole: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let (mut refused, mut lived) = (0, 0);
+    for _ in 0..tries() {
+        let mut json = whole.clone();
+        for _ in 0..=dice.next(2) {
+            tamper(&mut json, &mut dice);
+        }
+        let text = json.to_string();
+        match paper::read(&text) {
+            Err(error) => {
+                assert!(!error.is_empty());
+                refused += 1;
+            }
+            Ok(controller) => {
+                live(controller);
+                lived += 1;
+            }
+        }
+    }
+    assert!(refused > 500 && lived > 100, "{refused} refused, {lived} lived");
+}
+
+/// As many as the environment asks for (`TS3100_TAMPER`), a quick look otherwise.
+fn tries() -> u32 {
+    let wanted = std::env::var("TS3100_TAMPER").ok();
+    wanted.and_then(|count| count.parse().ok()).unwrap_or(1_500)
+}
