@@ -145,13 +145,6 @@ impl Settings {
                     reason: error.to_string(),
                 })?;
         }
-        let mut faults = match &args.faults {
-            Some(path) => crate::faults::read(path)?,
-            None => Vec::new(),
-        };
-        for spec in &args.fault {
-            faults.push(spec.parse()?);
-        }
         controller.fault_seed = args.fault_seed.unwrap_or(0);
         controller.vary = args.vary.and_then(Seed::number);
         let time = args.time.unwrap_or_default();
@@ -183,7 +176,7 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
-            faults,
+            faults: armed(args)?,
             report: args.report.clone(),
             restore: args.restore.clone(),
             scenario,
@@ -195,6 +188,18 @@ impl Settings {
             ..defaults
         })
     }
+}
+
+/// The faults of the file, and those of the command line behind them.
+fn armed(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
+    let mut faults = match &args.faults {
+        Some(path) => crate::faults::read(path)?,
+        None => Vec::new(),
+    };
+    for spec in &args.fault {
+        faults.push(spec.parse()?);
+    }
+    Ok(faults)
 }
 
 /// The arguments, and where they are silent the beginning of the scenario.
