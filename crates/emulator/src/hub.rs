@@ -314,6 +314,16 @@ impl Hub {
         self.lines.grant(&self.controller);
         self.tape.flush();
         self.end_waits();
+        self.attend();
+    }
+
+    /// Tells the clock whether anybody is there for whom the wall counts.
+    fn attend(&mut self) {
+        let there = |port: &Port| self.controller.peer(*port).is_some();
+        let alone = self.waits.is_empty()
+            && self.controller.host_is_silent()
+            && !Port::ALL.iter().any(there);
+        self.clock.set_alone(alone);
     }
 
     /// When something happens by itself.

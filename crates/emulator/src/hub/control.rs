@@ -61,6 +61,7 @@ impl Hub {
                     done,
                 });
                 self.end_waits();
+                self.attend();
             }
         }
     }
