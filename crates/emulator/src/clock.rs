@@ -294,7 +294,7 @@ mod tests {
     #[test]
     fn auto_jumps_only_while_the_hosts_are_silent() {
         let mut clock = Clock::start(TimeMode::Auto);
-        clock.set_alone(false);
+        clock.alone = false;
         let start = clock.origin;
         let hour = Time::from_millis(3_600_000);
         assert_eq!(

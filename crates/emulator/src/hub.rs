@@ -125,6 +125,8 @@ pub struct Hub {
     report: Option<PathBuf>,
     /// The controller as it was before the first input, for a reset.
     initial: Controller,
+    /// That was a snapshot's.
+    restored: bool,
     waits: Vec<Pending>,
     /// Why the deed that was just fed had no effect.
     refusal: Option<Refusal>,
@@ -145,6 +147,7 @@ impl Hub {
         clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
+            restored: settings.restore.is_some(),
             controller: powered.controller,
             clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
@@ -320,9 +323,7 @@ impl Hub {
     /// Tells the clock whether anybody is there for whom the wall counts.
     fn attend(&mut self) {
         let there = |port: &Port| self.controller.peer(*port).is_some();
-        let alone = self.waits.is_empty()
-            && self.controller.host_is_silent()
-            && !Port::ALL.iter().any(there);
+        let alone = self.waits.is_empty() && self.controller.host_is_silent() && !Port::ALL.iter().any(there);
         self.clock.set_alone(alone);
     }
 

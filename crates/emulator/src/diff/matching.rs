@@ -28,6 +28,17 @@ pub(super) struct Matching<'a> {
     place: (Time, usize),
 }
 
+/// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
+fn is_unheard(line: Line, produced: &Produced, end: Time) -> bool {
+    match produced {
+        Produced::Answer(unit, _) => {
+            let unasked = line.port.protocol().is_none() || reply(&unit.bytes) == Some(Reply::Sp);
+            unasked && unit.at > end
+        }
+        Produced::Ended(..) => false,
+    }
+}
+
 /// What became of an answer of the emulator beside one that was recorded.
 enum Verdict {
     /// They are a pair.
@@ -65,12 +76,14 @@ impl<'a> Matching<'a> {
             }
         }
         // What the last answer of the recording was in time for, the emulator's may be too.
-        let end = self.player.now() + self.tolerance.time;
-        self.player.advance_to(end);
+        let end = self.player.now();
+        self.player.advance_to(end + self.tolerance.time);
         for line in self.player.left() {
             self.player.flush(line);
             while let Some(produced) = self.player.take(line) {
-                self.surplus(line, produced);
+                if !is_unheard(line, &produced, end) {
+                    self.surplus(line, produced);
+                }
             }
         }
         self.report
@@ -89,9 +102,16 @@ impl<'a> Matching<'a> {
         }
         self.player.play(what);
         self.report.inputs += 1;
-        self.anchor = Anchor {
-            recorded: at,
-            played: due,
+        self.anchor = match what {
+            // Times go on from another moment, on both sides.
+            What::Edge(edge) if edge.begins_at().is_some() => Anchor {
+                recorded: edge.begins_at().unwrap_or(at),
+                played: self.player.now(),
+            },
+            _ => Anchor {
+                recorded: at,
+                played: due,
+            },
         };
     }
 

@@ -6,7 +6,8 @@ use crate::config::{SecondConnection, Settings};
 use crate::hub::StartError;
 use crate::link::CLOSE_GRACE;
 use crate::loading;
-use crate::transcript::{Ending, Line, What};
+use crate::snapshot;
+use crate::transcript::{Edge, Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::output::{Cut, Event};
 use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
@@ -38,6 +39,8 @@ struct Newcomer {
 #[derive(Debug, Clone)]
 pub(super) struct Player {
     controller: Controller,
+    /// As it was before the first input.
+    initial: Controller,
     text: TextOptions,
     second: SecondConnection,
     now: Time,
@@ -57,6 +60,7 @@ impl Player {
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
         let mut player = Player {
+            initial: controller.clone(),
             controller,
             text: settings.controller.options.text,
             second: settings.links.second,
@@ -131,8 +135,49 @@ impl Player {
             What::Ended { line, .. } => self.leave(*line),
             What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
             What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
+            What::Edge(edge) => self.edge(edge),
             What::FromRobot { .. } | What::Remark(_) => {}
         }
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        if let Some(input) = edge.input() {
+            self.feed(input);
+        }
+        match edge {
+            // The emulator's own doing, as what ends the connection behind it.
+            Edge::Unread { port } | Edge::Dropped { port } => {
+                if let Some(line) = self.served.remove(port) {
+                    self.end(line, Ending::Closed);
+                    self.feed(Input::Disconnected { port: *port });
+                }
+            }
+            // A recording whose snapshots cannot be read was refused before.
+            Edge::Restored { snapshot, .. } => {
+                if let Ok(next) = snapshot::from_text(snapshot) {
+                    self.put_in(next);
+                }
+            }
+            Edge::Reset { calendar } => {
+                let mut next = self.initial.clone();
+                if let Some(calendar) = calendar {
+                    next.set_calendar(*calendar);
+                }
+                self.served.clear();
+                self.newcomers.clear();
+                self.controller = next;
+                self.now = Time::ZERO;
+            }
+            Edge::Settings { .. } | Edge::Purged { .. } | Edge::Garbled { .. } | Edge::Second { .. } => {}
+        }
+    }
+
+    /// As the hub does it.
+    fn put_in(&mut self, mut next: Controller) {
+        next.take_peers_of(&self.controller);
+        self.now = next.now();
+        self.controller = next;
+        self.feed(Input::Tick);
     }
 
     fn arrive(&mut self, line: Line, peer: &str) {
