@@ -3,7 +3,7 @@
 
 use super::serve::Served;
 use crate::config::args::PortsWord;
-use crate::config::{self, ServeArgs, Settings};
+use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::hub::proof::dialled;
@@ -87,6 +87,10 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
     let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
+    if let Some(Seed::Drawn(seed)) = args.vary {
+        // The log is quiet here, and without the seed a failure could not be repeated.
+        eprintln!("ts3100: legal variation by seed {seed}; --vary {seed} repeats it");
+    }
     settings.reports.prepare().map_err(anyhow::Error::from)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {

@@ -166,15 +166,16 @@ pub fn tell(faults: &Faults, file: Option<&Path>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::vary::Variation;
 
-    fn manual() -> String {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FAULTS.md");
-        std::fs::read_to_string(path).unwrap()
+    fn page(name: &str) -> String {
+        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/");
+        std::fs::read_to_string(format!("{directory}{name}")).unwrap()
     }
 
     #[test]
     fn every_kind_and_every_variation_is_listed_and_documented() {
-        let (text, json, manual) = (kinds_text(), kinds_json(), manual());
+        let (text, json, manual) = (kinds_text(), kinds_json(), page("FAULTS.md"));
         assert_eq!(json["kinds"].as_array().map(Vec::len), Some(KINDS.len()));
         for kind in KINDS {
             assert!(text.contains(&format!("\n{}\n", kind.name)), "{}", kind.name);
@@ -195,11 +196,9 @@ mod tests {
         }
         for variation in VARIATIONS {
             assert!(text.contains(variation.name));
-            assert!(
-                manual.contains(&format!("| `{}` |", variation.name)),
-                "{}",
-                variation.name
-            );
+            let Variation { name, what, source } = variation;
+            let row = format!("| `{name}` | {what} | {source} |");
+            assert!(page("VARIATION.md").contains(&row), "{row}");
         }
     }
 
