@@ -19,7 +19,6 @@ use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
-use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use tokio::sync::mpsc;
@@ -121,8 +120,6 @@ pub struct Hub {
     servo_on: bool,
     /// Faults that are armed from the start.
     faults: Vec<Fault>,
-    /// Where the report at the end goes.
-    report: Option<PathBuf>,
     /// The controller as it was before the first input, for a reset.
     initial: Controller,
     /// That was a snapshot's.
@@ -168,7 +165,6 @@ impl Hub {
             demo: powered.demo,
             servo_on: settings.servo_on,
             faults: settings.faults.clone(),
-            report: settings.report.clone(),
             waits: Vec::new(),
             refusal: None,
         };
@@ -251,7 +247,7 @@ impl Hub {
     /// was then.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
-        faults::tell(self.controller.faults(), self.report.as_deref());
+        faults::tell(self.controller.faults());
         self.links.close().await;
         self.lines.close().await;
         self.controller
@@ -369,7 +365,7 @@ impl Hub {
             if let Some(play) = &self.play {
                 play.output(at, &output);
             }
-            self.evidence.take(&output);
+            self.evidence.take(at, &output);
             self.notice(&output);
             // They are told for the record of lines alone, and there are very many.
             if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {

@@ -1,7 +1,7 @@
 //! `ts3100 exec [serve options] -- COMMAND...`: an emulator for the time of one command. How the emulator is
 //! configured and served is `serve`'s.
 
-use super::serve::Served;
+use super::serve::{Served, prepare};
 use crate::config::args::PortsWord;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
@@ -91,7 +91,7 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
         // The log is quiet here, and without the seed a failure could not be repeated.
         eprintln!("ts3100: legal variation by seed {seed}; --vary {seed} repeats it");
     }
-    settings.reports.prepare().map_err(anyhow::Error::from)?;
+    prepare(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
         let (mut hub, requests) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;
