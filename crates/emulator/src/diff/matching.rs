@@ -1,15 +1,21 @@
 //! The recording and the emulator side by side: each answer recorded finds the emulator's, or does not.
 //!
 //! The host's waits are kept relative to what came before them: a host that sends 50 ms behind an answer does so
-//! behind the emulator's answer, however long that took. So delays do not add up, and causes stay before effects.
+//! behind the emulator's answer, however long that took. So delays do not add up, and causes stay before effects. An
+//! answer that is earlier than the recorded one by no more than a wire takes counts as in time: what comes behind it has
+//! its recorded moment.
 
 use super::compare::{compare, reply};
 use super::player::{Player, Produced};
 use super::unit::{Event, Placed, Unit};
 use super::{Difference, Kind, MAX_DIFFERENCES, Report, Tolerance};
 use crate::transcript::{Ending, Line, What};
+use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::reply::Reply;
+
+/// How much earlier than recorded an answer is because there is no wire between us.
+const JITTER: Duration = Duration::from_millis(5);
 
 /// A moment of the recording and the moment of the replay that stands for it.
 #[derive(Debug, Clone, Copy)]
@@ -243,9 +249,16 @@ impl<'a> Matching<'a> {
             };
             self.differ(line, &question, kind);
         }
+        // What the wire and the machines took moves nothing: a host that asks a moving robot a hundred times would
+        // otherwise ask it each time a little earlier than it did.
+        let played = if apart <= JITTER {
+            unit.at.max(due)
+        } else {
+            unit.at
+        };
         self.anchor = Anchor {
             recorded: recorded.at,
-            played: unit.at.max(self.anchor.played),
+            played: played.max(self.anchor.played),
         };
     }
 
@@ -290,6 +303,7 @@ impl<'a> Matching<'a> {
         }
         let kind = Kind::Missing {
             recorded: recorded.bytes.clone(),
+            reason: self.player.remark(line.port),
         };
         self.differ(line, &recorded.question, kind);
     }

@@ -9,6 +9,7 @@ use crate::loading;
 use crate::snapshot;
 use crate::transcript::{Edge, Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
+use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{Cut, Event};
 use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
 use ts3100_proto::parameter::OpenMode;
@@ -51,6 +52,8 @@ pub(super) struct Player {
     produced: BTreeMap<Line, VecDeque<Produced>>,
     /// Why the last command of a port was refused.
     refused: BTreeMap<Port, String>,
+    /// What was said about the bytes a port has last received: why nothing may come of them.
+    remarks: BTreeMap<Port, String>,
 }
 
 impl Player {
@@ -70,6 +73,7 @@ impl Player {
             cutters: BTreeMap::new(),
             produced: BTreeMap::new(),
             refused: BTreeMap::new(),
+            remarks: BTreeMap::new(),
         };
         if settings.servo_on {
             player.feed(Input::Panel(Panel::Servo(true)));
@@ -110,6 +114,12 @@ impl Player {
     /// Takes the next thing the controller has done on a line.
     pub(super) fn take(&mut self, line: Line) -> Option<Produced> {
         self.produced.get_mut(&line)?.pop_front()
+    }
+
+    /// Why nothing may have come of what a port has last received, as far as that is known.
+    pub(super) fn remark(&self, port: Port) -> Option<String> {
+        let remark = self.refused.get(&port).or_else(|| self.remarks.get(&port));
+        remark.cloned()
     }
 
     /// Lines on which something is left.
@@ -233,6 +243,7 @@ impl Player {
                 cutter.host(bytes);
             }
             self.refused.remove(&port);
+            self.remarks.remove(&port);
             let bytes = bytes.to_vec();
             self.feed(Input::Received { port, bytes });
         }
@@ -319,6 +330,18 @@ impl Player {
                         reason,
                     }) => {
                         self.refused.insert(port, format!("{command} refused: {reason}"));
+                    }
+                    Output::Event(Event::Finding {
+                        rule,
+                        port: Some(port),
+                        message,
+                        ..
+                    }) if !Rule::by_id(rule).is_some_and(|rule| rule.timed) => {
+                        self.remarks.insert(port, format!("{rule}: {message}"));
+                    }
+                    Output::Event(Event::Dropped { port, bytes, reason }) => {
+                        let remark = || format!("{bytes} bytes dropped: {reason}");
+                        self.remarks.entry(port).or_insert_with(remark);
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Deaf { .. } => {}

@@ -93,8 +93,18 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
 
 #[test]
 fn a_report_that_cannot_be_written_is_known_before_the_run() {
+    let directory = TempDir::new();
+    let scenario = directory.file("s.toml", "[[never]]\nwhat = \"alarm\"\n");
     for flag in ["--report", "--junit"] {
-        let output = run(&["serve", "--ports", "auto", flag, "/nowhere-at-all/report.xml"]);
+        let output = run(&[
+            "serve",
+            "--ports",
+            "auto",
+            "--scenario",
+            &scenario,
+            flag,
+            "/nowhere-at-all/report.xml",
+        ]);
         assert_eq!(output.status.code(), Some(2), "{flag}");
         let words = stderr(&output);
         assert!(
