@@ -72,12 +72,12 @@ pub enum StartError {
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The control interface.
-    #[error("the control interface cannot listen on {address}: {source}")]
+    #[error("the control interface cannot listen on {address}: {reason}")]
     Control {
         /// Where.
         address: std::net::SocketAddr,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// A serial line.
     #[error(transparent)]
@@ -89,12 +89,12 @@ pub enum StartError {
     #[error(transparent)]
     Snapshot(#[from] snapshot::FileError),
     /// The runtime or the thread of an embedded emulator.
-    #[error("the operating system refuses a {what}: {source}")]
+    #[error("the operating system refuses a {what}: {reason}")]
     System {
         /// What was asked for.
         what: &'static str,
         /// What it said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
 }
 
@@ -228,9 +228,9 @@ impl Hub {
         let Some(control) = &settings.control else {
             return Ok(None);
         };
-        let server = interface::Server::bind(control).map_err(|source| StartError::Control {
+        let server = interface::Server::bind(control).map_err(|reason| StartError::Control {
             address: control.address,
-            source,
+            reason,
         })?;
         let address = server.address();
         let journal = Arc::new(Journal::default());

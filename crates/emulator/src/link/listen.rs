@@ -44,14 +44,14 @@ pub enum LinkError {
         address: SocketAddr,
     },
     /// Anything else the system says, for example an address that is not this machine's.
-    #[error("{channel} cannot listen on {address}: {source}")]
+    #[error("{channel} cannot listen on {address}: {reason}")]
     Io {
         /// The channel.
         channel: Port,
         /// Where it was to listen.
         address: SocketAddr,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// Own port and offset exceed a port number.
     #[error("{channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
@@ -85,13 +85,13 @@ pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)>
 /// The listening socket of a channel and the port it has.
 pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
-    opened.map_err(|source| match source.kind() {
+    opened.map_err(|reason| match reason.kind() {
         io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
         io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
         _ => LinkError::Io {
             channel,
             address,
-            source,
+            reason,
         },
     })
 }

@@ -172,12 +172,12 @@ pub struct Recording {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     File {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// What stands in it.
     #[error("{}:{line}: {reason}", path.display())]
@@ -267,9 +267,9 @@ impl Recording {
         if Format::of(path) == Some(Format::Pcapng) {
             return Err(ReadError::Capture(path.to_path_buf()));
         }
-        let content = whole().map_err(|source| ReadError::File {
+        let content = whole().map_err(|reason| ReadError::File {
             path: path.to_path_buf(),
-            source,
+            reason,
         })?;
         let read = if Format::of(path) == Some(Format::Json) {
             json::read(&content)
