@@ -233,7 +233,7 @@ impl Hub {
             reason,
         })?;
         let address = server.address();
-        let journal = Arc::new(Journal::default());
+        let journal = Arc::new(Journal::beside(self.tape.kept()));
         self.journal = Some(Arc::clone(&journal));
         server.serve(requests.clone(), journal);
         Ok(Some(address))
@@ -248,6 +248,8 @@ impl Hub {
     /// was then.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
+        // What is due by now has happened in the state that is told.
+        self.feed(Input::Tick).await;
         faults::tell(self.controller.faults(), self.report.as_deref());
         self.links.close().await;
         self.lines.close().await;

@@ -127,13 +127,22 @@ impl Hub {
         for port in self.links.close().await {
             self.feed_by(Input::Disconnected { port }, Party::Robot).await;
         }
-        let before = self.controller.drive().directory();
+        self.feed(Input::Tick).await;
+        let (ended, before) = (self.controller.now(), self.controller.drive().directory());
         self.controller = self.initial.clone();
         if matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)) {
             self.controller.set_calendar(clock::calendar_now());
         }
+        self.tape.remark(
+            ended,
+            "reset: everything is as at the start, and time begins anew",
+        );
+        self.tape.reset(self.controller.config().calendar);
         self.clock.restart();
         self.clock.set(self.controller.now());
+        if let Some(play) = &self.play {
+            play.go_on(ended, &self.controller);
+        }
         for waiting in std::mem::take(&mut self.waits) {
             let _ = waiting.done.send(Waited {
                 reached: false,

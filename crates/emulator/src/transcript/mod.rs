@@ -4,6 +4,7 @@
 
 pub mod deed;
 pub mod json;
+mod kept;
 pub mod notation;
 pub mod panel;
 pub mod pcapng;
@@ -11,6 +12,7 @@ mod recorder;
 mod tape;
 pub mod text;
 
+pub use kept::{KEPT_BYTES, KEPT_RECORDS, Kept};
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use tape::{Observer, Tape};
 

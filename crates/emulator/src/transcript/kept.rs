@@ -1,0 +1,152 @@
+//! The transcript that is kept in memory while the control interface is open: the last records, so that a test asks for
+//! it while everything runs. Files of any length are `recorder`'s.
+
+use super::{Format, Header, Record, What, json, pcapng, text};
+use std::collections::VecDeque;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+use ts3100_proto::calendar::CalendarTime;
+
+/// Records that are kept; of more, the oldest are forgotten.
+pub const KEPT_RECORDS: usize = 16_384;
+/// Bytes of hosts and robot that are kept; of more, the oldest are forgotten.
+pub const KEPT_BYTES: usize = 8 * 1024 * 1024;
+
+/// What one record takes besides its bytes, roughly.
+const OVERHEAD: usize = 64;
+
+#[derive(Debug, Default)]
+struct Pages {
+    header: Header,
+    records: VecDeque<Record>,
+    bytes: usize,
+    forgotten: u64,
+}
+
+/// The last records of a run.
+#[derive(Debug, Default)]
+pub struct Kept(Mutex<Pages>);
+
+fn weight(record: &Record) -> usize {
+    OVERHEAD
+        + match &record.what {
+            What::FromHost { bytes, .. } | What::FromRobot { bytes, .. } => bytes.len(),
+            What::Remark(words) => words.len(),
+            What::Deed(ts3100_controller::Deed::PutFile { content, .. }) => content.len(),
+            What::Connected { .. } | What::Ended { .. } | What::Deed(_) => 0,
+        }
+}
+
+impl Kept {
+    /// Nothing has happened yet.
+    #[must_use]
+    pub fn new(header: Header) -> Kept {
+        Kept(Mutex::new(Pages {
+            header,
+            ..Pages::default()
+        }))
+    }
+
+    /// The pages are whole between any two statements, so a panic elsewhere does not matter.
+    fn pages(&self) -> MutexGuard<'_, Pages> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes a record.
+    pub fn put(&self, record: Record) {
+        let pages = &mut *self.pages();
+        pages.bytes += weight(&record);
+        pages.records.push_back(record);
+        while pages.records.len() > KEPT_RECORDS || pages.bytes > KEPT_BYTES {
+            let Some(oldest) = pages.records.pop_front() else {
+                return;
+            };
+            pages.bytes -= weight(&oldest);
+            pages.forgotten += 1;
+        }
+    }
+
+    /// Everything is as at the start, at this date and time.
+    pub fn begin_anew(&self, calendar: Option<CalendarTime>) {
+        let pages = &mut *self.pages();
+        let header = Header {
+            calendar,
+            ..std::mem::take(&mut pages.header)
+        };
+        *pages = Pages {
+            header,
+            ..Pages::default()
+        };
+    }
+
+    /// The transcript as a file has it. What is no longer kept is a remark in front of the first record.
+    #[must_use]
+    pub fn written(&self, format: Format) -> Vec<u8> {
+        let pages = self.pages();
+        let missing = pages.records.front().filter(|_| pages.forgotten > 0);
+        let missing = missing.map(|first| Record {
+            at: first.at,
+            what: What::Remark(format!(
+                "{} records before this one are no longer kept",
+                pages.forgotten
+            )),
+        });
+        let records = missing.iter().chain(&pages.records);
+        let mut out = Vec::new();
+        match format {
+            Format::Text => {
+                let mut writer = text::Writer::default();
+                writer.header(&pages.header, &mut out);
+                records.for_each(|record| writer.record(record, &mut out));
+            }
+            Format::Json => {
+                json::write_header(&pages.header, &mut out);
+                records.for_each(|record| json::write_record(record, &mut out));
+            }
+            Format::Pcapng => {
+                let mut writer = pcapng::Writer::new(Duration::ZERO);
+                writer.header(&pages.header, &mut out);
+                records.for_each(|record| writer.record(record, &mut out));
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Line;
+    use super::*;
+    use ts3100_controller::{Port, Time};
+
+    fn record(at: u64, length: usize) -> Record {
+        Record {
+            at: Time::from_micros(at),
+            what: What::FromHost {
+                line: Line::first(Port::Ip1),
+                bytes: vec![b'7'; length],
+            },
+        }
+    }
+
+    fn text(kept: &Kept) -> String {
+        String::from_utf8(kept.written(Format::Text)).unwrap()
+    }
+
+    #[test]
+    fn it_is_bounded_in_records_and_bytes_and_says_what_is_gone() {
+        let kept = Kept::default();
+        for at in 0..KEPT_RECORDS as u64 + 2 {
+            kept.put(record(at, 1));
+        }
+        assert_eq!(text(&kept).matches("> IP1 7").count(), KEPT_RECORDS);
+        assert!(text(&kept).contains("# 2 records before this one are no longer kept\n"));
+        kept.put(record(99_999, KEPT_BYTES - OVERHEAD));
+        assert_eq!(text(&kept).matches("> IP1 7").count(), 1);
+        kept.put(record(99_999, KEPT_BYTES));
+        assert!(!text(&kept).contains("> IP1 7"));
+        kept.begin_anew(None);
+        kept.put(record(0, 3));
+        assert!(text(&kept).ends_with("> IP1 777\n") && !text(&kept).contains('#'));
+    }
+}
