@@ -65,35 +65,102 @@ pub enum LinkError {
     },
 }
 
-/// A listening socket and its address; port 0 asks for a free one.
-pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
+/// What a port is bound for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    /// To listen there, alone.
+    Listen,
+    /// To listen there beside the socket that keeps the port reserved.
+    ListenReserved,
+    /// To keep it.
+    Reserve,
+}
+
+fn bound(address: SocketAddr, purpose: Purpose) -> io::Result<TcpSocket> {
     let socket = if address.is_ipv4() {
         TcpSocket::new_v4()?
     } else {
         TcpSocket::new_v6()?
     };
-    // On Windows this option would let two programs share the port.
-    if cfg!(unix) {
+    // Connections that ended a moment ago do not count. A reserved port is nobody else's, though nobody listens; and on
+    // Windows this option would let two programs share the port.
+    if cfg!(unix) && purpose != Purpose::Reserve {
         socket.set_reuseaddr(true)?;
     }
+    #[cfg(target_os = "linux")]
+    socket.set_reuseport(purpose != Purpose::Listen)?;
     socket.bind(address)?;
-    let listener = socket.listen(BACKLOG)?;
+    Ok(socket)
+}
+
+fn listening(address: SocketAddr, purpose: Purpose) -> io::Result<(TcpListener, SocketAddr)> {
+    let listener = bound(address, purpose)?.listen(BACKLOG)?;
     let actual = listener.local_addr()?;
     Ok((listener, actual))
+}
+
+/// A listening socket and its address; port 0 asks for a free one.
+pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
+    listening(address, Purpose::Listen)
+}
+
+/// A free port that stays with its channel while nobody listens there, as during a power cycle: with many emulators on
+/// one machine somebody else would be given it meanwhile. It is a socket that is bound and never listens, so that who
+/// dials is refused. Elsewhere than on Linux such a socket would take connections from the one that listens: there the
+/// port is free meanwhile.
+#[derive(Debug)]
+pub(super) struct Reserved {
+    socket: Option<TcpSocket>,
+    port: u16,
+}
+
+impl Reserved {
+    /// A free port at this address.
+    pub(super) fn new(channel: Port, address: SocketAddr) -> Result<Reserved, LinkError> {
+        let socket = bound(address, Purpose::Reserve);
+        let named = socket.and_then(|socket| Ok((socket.local_addr()?.port(), socket)));
+        let (port, socket) = named.map_err(|reason| LinkError::of(channel, address, reason))?;
+        let socket = cfg!(target_os = "linux").then_some(socket);
+        Ok(Reserved { socket, port })
+    }
+
+    /// The listening socket of the channel.
+    pub(super) fn listen(&self, channel: Port, mut address: SocketAddr) -> Result<TcpListener, LinkError> {
+        address.set_port(self.port);
+        let purpose = match self.socket {
+            Some(_) => Purpose::ListenReserved,
+            None => Purpose::Listen,
+        };
+        match listening(address, purpose) {
+            Ok((listener, _)) => Ok(listener),
+            Err(reason) => Err(LinkError::of(channel, address, reason)),
+        }
+    }
+
+    /// Its number.
+    pub(super) fn port(&self) -> u16 {
+        self.port
+    }
+}
+
+impl LinkError {
+    fn of(channel: Port, address: SocketAddr, reason: io::Error) -> LinkError {
+        match reason.kind() {
+            io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
+            io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
+            _ => LinkError::Io {
+                channel,
+                address,
+                reason,
+            },
+        }
+    }
 }
 
 /// The listening socket of a channel and the port it has.
 pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
-    opened.map_err(|reason| match reason.kind() {
-        io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
-        io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
-        _ => LinkError::Io {
-            channel,
-            address,
-            reason,
-        },
-    })
+    opened.map_err(|reason| LinkError::of(channel, address, reason))
 }
 
 /// Accepts until the hub is gone; who may stay is the hub's decision.

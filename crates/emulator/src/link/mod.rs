@@ -12,10 +12,11 @@ pub(crate) use listen::{bind, open};
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
 use connection::Connection;
+use listen::Reserved;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::{IpAddr, SocketAddr};
 use std::time::Duration;
-use tokio::net::TcpStream;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
 use tracing::{debug, info, warn};
@@ -92,8 +93,8 @@ pub struct Links {
     ports: Ports,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
-    /// Own port of ETHERNET.PAR and port in use, kept so that a power cycle gives the same free port again.
-    assigned: BTreeMap<Port, (u16, u16)>,
+    /// Own port of ETHERNET.PAR and the free port in its place, kept so that a power cycle gives the same again.
+    reserved: BTreeMap<Port, (u16, Reserved)>,
     next_id: u64,
     sender: mpsc::Sender<LinkMessage>,
     receiver: mpsc::Receiver<LinkMessage>,
@@ -104,13 +105,13 @@ impl Links {
     #[must_use]
     pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Links {
         let (sender, receiver) = mpsc::channel(WAITING_MESSAGES);
-        let (channels, assigned) = (BTreeMap::new(), BTreeMap::new());
+        let (channels, reserved) = (BTreeMap::new(), BTreeMap::new());
         Links {
             listen,
             ports,
             options,
             channels,
-            assigned,
+            reserved,
             next_id: 0,
             sender,
             receiver,
@@ -125,18 +126,12 @@ impl Links {
     pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, LinkError> {
         let mut bound = Vec::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
-            let wanted = self.wanted_port(port, channel.own_port)?;
-            bound.push((
-                port,
-                channel.own_port,
-                listen::bind(port, SocketAddr::new(self.listen, wanted))?,
-            ));
+            bound.push((port, self.bind(port, channel.own_port)?));
         }
         let mut ports = BTreeMap::new();
-        for (port, own, (listener, actual)) in bound {
+        for (port, (listener, actual)) in bound {
             let source = tokio::spawn(listen::accept(port, listener, self.sender.clone()));
             self.channels.entry(port).or_default().source = Some(source);
-            self.assigned.insert(port, (own, actual));
             ports.insert(port, actual);
         }
         for (port, channel) in planned(plan, OpenMode::Client) {
@@ -261,18 +256,25 @@ impl Links {
         }
     }
 
-    fn wanted_port(&self, port: Port, own: u16) -> Result<u16, LinkError> {
-        match self.ports {
-            Ports::Offset(offset) => own.checked_add(offset).ok_or(LinkError::PortRange {
-                channel: port,
-                own,
-                offset,
-            }),
-            Ports::Auto => Ok(match self.assigned.get(&port) {
-                Some((same, actual)) if *same == own => *actual,
-                _ => 0,
-            }),
-        }
+    /// The listening socket of a channel and the port it has.
+    fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), LinkError> {
+        let free = SocketAddr::new(self.listen, 0);
+        let Ports::Offset(offset) = self.ports else {
+            let kept = self.reserved.remove(&port).filter(|(same, _)| *same == own);
+            let reserved = match kept {
+                Some((_, reserved)) => reserved,
+                None => Reserved::new(port, free)?,
+            };
+            let bound = (reserved.listen(port, free)?, reserved.port());
+            self.reserved.insert(port, (own, reserved));
+            return Ok(bound);
+        };
+        let wanted = own.checked_add(offset).ok_or(LinkError::PortRange {
+            channel: port,
+            own,
+            offset,
+        })?;
+        listen::bind(port, SocketAddr::new(self.listen, wanted))
     }
 
     fn is_current(&self, port: Port, id: u64) -> bool {

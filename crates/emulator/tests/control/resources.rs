@@ -316,6 +316,14 @@ fn without_power_nothing_answers() {
     assert!(host.has_ended());
     let address = robot.emulator.address(Port::Ip0).unwrap();
     assert!(std::net::TcpStream::connect(address).is_err());
+    #[cfg(target_os = "linux")]
+    assert_eq!(
+        std::net::TcpListener::bind(address)
+            .map_err(|error| error.kind())
+            .err(),
+        Some(std::io::ErrorKind::AddrInUse),
+        "a free port stays the robot's while its power is off"
+    );
     robot.refused(409, "PUT", "/servo", r#"{"on":true}"#);
     robot.refused(409, "PUT", "/files/A", r#"{"text":""}"#);
     robot.put("/emergency-stop", r#"{"pressed":true}"#);
