@@ -149,16 +149,12 @@ impl<'a> Matching<'a> {
 
     fn input(&mut self, at: Time, what: &What) {
         let due = self.due(at).max(self.player.now());
+        let asked = self.asked(due, what);
         self.player.advance_to(due);
-        self.asked = None;
+        // What has come of itself meanwhile would be lost with another moment.
+        self.asked = asked.filter(|_| self.player.left().is_empty());
         if let What::FromHost { line, .. } = what {
             self.drop_answers(*line);
-            self.asked = (line.port.protocol().is_some() && self.player.left().is_empty()).then(|| Asked {
-                before: self.player.clone(),
-                at: due,
-                line: *line,
-                what: what.clone(),
-            });
         }
         self.player.play(what);
         self.report.inputs += 1;
@@ -173,6 +169,21 @@ impl<'a> Matching<'a> {
                 played: due,
             },
         };
+    }
+
+    /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
+    fn asked(&self, at: Time, what: &What) -> Option<Asked> {
+        let What::FromHost { line, .. } = what else {
+            return None;
+        };
+        let goes_on = self.player.deadline().is_some() && !self.tolerance.time.is_zero();
+        let asks = line.port.protocol().is_some() && goes_on && self.player.left().is_empty();
+        asks.then(|| Asked {
+            before: self.player.clone(),
+            at,
+            line: *line,
+            what: what.clone(),
+        })
     }
 
     /// A host asks the next thing: what answered the last one and was not recorded is surplus. SP and what programs
