@@ -187,24 +187,10 @@ impl Controller {
         self.interrupt(By::Host);
         self.jogging = None;
         let rested = self.arm.joints(self.now);
-        let State {
-            emergency_stop,
-            safety_open,
-            machine_lock,
-            battery_low,
-            run_mode,
-            key,
-            control_right,
-            ..
-        } = self.state;
         self.state = State {
             powered: false,
-            emergency_stop,
-            safety_open,
-            machine_lock,
-            battery_low,
-            run_mode,
-            ..State::power_on(self.now, key, control_right)
+            run_mode: self.state.run_mode,
+            ..self.state.as_left_by_hand(self.now)
         };
         self.arm = Arm::at(self.config.model.clone(), rested);
         self.signals.drop_outputs();
@@ -230,24 +216,9 @@ impl Controller {
     /// Power on: links are made anew.
     pub(crate) fn power_on(&mut self) {
         let file = FileName::parse(self.execution.file());
-        let State {
-            emergency_stop,
-            safety_open,
-            machine_lock,
-            battery_low,
-            run_mode,
-            key,
-            control_right,
-            ..
-        } = self.state;
-        self.state = State {
-            emergency_stop,
-            safety_open,
-            machine_lock,
-            battery_low,
-            ..State::power_on(self.now, key, control_right)
-        };
-        if key != KeySwitch::Ext {
+        let run_mode = self.state.run_mode;
+        self.state = self.state.as_left_by_hand(self.now);
+        if self.state.key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
         self.execution = Execution::new(&self.config.options.language(self.arm.kind()));
@@ -259,13 +230,13 @@ impl Controller {
             self.find(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
-        if emergency_stop {
+        if self.state.emergency_stop {
             self.raise(crate::alarm::EMERGENCY_STOP, String::new());
         }
-        if safety_open {
+        if self.state.safety_open {
             self.raise(crate::alarm::SAFETY_STOP, String::new());
         }
-        if battery_low {
+        if self.state.battery_low {
             self.raise(crate::alarm::BATTERY, String::new());
         }
         self.push_output(Output::PowerCycled);

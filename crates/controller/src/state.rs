@@ -125,6 +125,18 @@ impl State {
         }
     }
 
+    /// The state of [`State::power_on`] with what is turned or pressed by hand as it is here.
+    #[must_use]
+    pub fn as_left_by_hand(&self, now: Time) -> State {
+        State {
+            emergency_stop: self.emergency_stop,
+            safety_open: self.safety_open,
+            machine_lock: self.machine_lock,
+            battery_low: self.battery_low,
+            ..State::power_on(now, self.key, self.control_right)
+        }
+    }
+
     /// Whole minutes since the power came on (SF-19).
     #[must_use]
     pub fn power_on_minutes(&self, now: Time) -> u32 {
