@@ -42,6 +42,7 @@ impl Hub {
     pub(super) async fn put_in(&mut self, mut next: Controller) -> Result<(), DeskError> {
         self.clock.stir();
         self.end_half_open().await;
+        self.tape.restored(self.clock.now(), &next);
         next.take_peers_of(&self.controller);
         self.keep_files(&next);
         self.clock.set(next.now());

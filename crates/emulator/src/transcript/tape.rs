@@ -1,14 +1,14 @@
 //! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
 //! down. No sockets here, so embedded, stepped and replayed controllers give the same.
 
-use super::{Ending, Header, Line, Party, Record, Recorder, RecorderError, What, without_port};
+use super::{Edge, Ending, Header, Line, Party, Record, Recorder, RecorderError, What, without_port};
 use crate::config::Settings;
 use crate::loading::Powered;
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Cut;
-use ts3100_controller::{Deed, Event, Input, Output, Port, Time};
+use ts3100_controller::{Controller, Deed, Event, Input, Output, Port, Time};
 
 /// Turns inputs and outputs into what happened on the lines.
 #[derive(Debug, Clone, Default)]
@@ -23,13 +23,22 @@ impl Observer {
     /// An input of the controller; `by` is who has caused it.
     pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
         match input {
-            // A recording is played with both ends of a serial line set alike, and by one host a channel.
-            Input::Tick
-            | Input::Line { .. }
-            | Input::LineFaults { .. }
-            | Input::LinePurged { .. }
-            | Input::SecondPeer { .. }
-            | Input::Unread { .. } => None,
+            Input::Tick => None,
+            Input::Line { port, host } => Some(What::Edge(Edge::Settings {
+                port: *port,
+                host: *host,
+            })),
+            Input::LineFaults { port, bytes } => Some(What::Edge(Edge::Garbled {
+                port: *port,
+                bytes: bytes.clone(),
+            })),
+            Input::LinePurged { port } => Some(What::Edge(Edge::Purged { port: *port })),
+            Input::SecondPeer { port, peer, kept } => Some(What::Edge(Edge::Second {
+                port: *port,
+                peer: without_port(peer),
+                kept: *kept,
+            })),
+            Input::Unread { port } => Some(What::Edge(Edge::Unread { port: *port })),
             Input::Connected { port, peer } => {
                 self.connected.insert(*port);
                 Some(What::Connected {
@@ -107,10 +116,26 @@ impl Tape {
             files: powered.files.clone(),
             select: settings.select.clone(),
         };
-        Ok(Tape {
+        let mut tape = Tape {
             recorder: Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?,
             observer: Observer::default(),
-        })
+        };
+        if settings.restore.is_some() {
+            tape.restored(Time::ZERO, &powered.controller);
+        }
+        Ok(tape)
+    }
+
+    /// The state of this controller is about to take the present one's place.
+    pub fn restored(&mut self, at: Time, controller: &Controller) {
+        if self.recorder.is_on() {
+            self.record(at, Some(What::Edge(Edge::restored(controller))));
+        }
+    }
+
+    /// The edge does something to the controller.
+    pub fn edge(&mut self, at: Time, edge: Edge) {
+        self.record(at, Some(What::Edge(edge)));
     }
 
     /// An input is about to be handled.
