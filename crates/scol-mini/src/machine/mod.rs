@@ -4,6 +4,7 @@
 
 mod arithmetic;
 mod ask;
+mod circle;
 mod compose;
 mod evaluate;
 mod execute;
@@ -15,6 +16,7 @@ mod print;
 mod quick;
 #[cfg(feature = "serde")]
 pub(crate) mod snapshot;
+mod sprint;
 #[cfg(test)]
 mod tests;
 

@@ -9,13 +9,14 @@ use std::vec::Vec;
 fn history(program: &Arc<Program>, portion: u32) -> Vec<String> {
     let (mut machine, mut memory) = (Machine::main(Arc::clone(program)), Memory::new(program));
     let mut seen = Vec::new();
-    for _ in 0..400 {
+    for _ in 0..600 {
         let mut fuel = portion;
         let pause = machine.run(&mut memory, &STILL, &mut fuel);
         let values: Vec<Option<Value>> = (0..program.symbols.cells).map(|at| memory.value(at)).collect();
         seen.push(format!(
-            "{pause:?} left {fuel} line {} loops {:?} arguments {:?} {values:?}",
+            "{pause:?} left {fuel} line {} frames {:?} loops {:?} arguments {:?} {values:?}",
             machine.line(),
+            machine.frames,
             machine.loops,
             machine.arguments
         ));
@@ -58,6 +59,24 @@ const EDGES: &[&str] = &[
     "I = NOT 0\nJ = NOT 2.5\nK = I AND J OR 0\nL = 1 < 2\nL = 1.5 <> 1.5\nPRINT I, J, K, L\nK = 2 ^ 3\nX = 2 ^ -1\nX = -2.0 ^ 0.5\nK = 10 ^ 10",
     "X = SQRT(2)\nX = SQRT(-1)\nX = SIN(30)\nK = INT(-2.9)\nK = INT(3E9)\nK = SGN(-3.5)\nX = ATAN2(1, 1)\nX = MAX(1, 2.5)\nK = MIN(4, 2)\n\
      X = LN(0)\nX = REAL(3)\nX = EXP(100)\nPRINT X, K",
+    // Two, three and four instructions in one: integers, reals, both, undefined, too large; arrays at their ends.
+    "I = 3\nJ = I + I * 4\nJ = J - I * 2\nX = 1.5\nX = X + X * 2.0\nX = X - X * X\nJ = J + X * 2\nX = X + J * 2\nJ = U + I * 2\n\
+     J = I + 46341 * 46341\nJ = 2147483647 + I * I\nX = X + 2E38 * 4.0\nX = 3E38 + 3E38 * 1.0\nU = I + I * I\nU = U + I * 0.6\nPRINT U, X, J",
+    "DIM A(4) AS INTEGER, B(4), C(2,2) AS REAL, D(4)\nFOR I = 1 TO 5\nA(I) = A(I - 1) + I\nB(I) = A(I) * 2\nS = S + A(I)\nS = 1\nS = S + A(I)\nNEXT I\n\
+     K = A(-1 + I)\nK = A(2 + 1)\nK = A(K - 2147483647)\nA(2) = A(2) + 2147483647\nA(2) = A(2) - 1.9\nA(3) = 5 - A(2)\nA(4) = A(3) * A(2)\n\
+     C(1,1) = C(1,1) + 1\nC(1,2) = C(1,1) + 0.5\nD(1) = D(0) + 1\nD(0) = 1\nD(1) = D(0) + 1\nX = D(1 + 0) - 2\nA(X) = A(X + 1) + 1\nI = A(5 - 1) - A(1)",
+    "IF I > 1 THEN I = I + 1\nI = 1\nIF I > 0 THEN I = I + 1\nIF I > 9 THEN I = I - 1\nIF I > 9 THEN I = J\nIF I < 9 THEN J = I\nIF J < 9 THEN J = 7.9\n\
+     I = 2147483647\nIF J > 99 THEN I = I + 1\nIF J < 99 THEN I = I + 1\nX = 3E38\nIF X > 4 THEN X = X + X\nIF X < 4 THEN X = X + X\nIF X > 4 THEN X = X - 1E38\n\
+     IF X > 4 THEN X = X - 1\nIF X < J THEN X = X - 1.0 ELSE J = J + 1\nIF I <> J THEN I = I - 2\nIF I == X THEN J = 0\nIF X >= X THEN X = 2.5\nIF P > 1 THEN I = I + 1\nP = POINT(1)\nIF P > 1 THEN I = I + 1\nPRINT I, J, X",
+    "X = 2.0\nY = 1.0\nX = X + SQRT(Y)\nX = SQRT(X) * 2.0\nX = SIN(X) - 1.0\nX = 3.0 - COS(Y)\nX = X + SQRT(-1.0)\nX = X * SQRT(U)\nX = Y - SIN(4000.0)\n\
+     X = SIN(180.0) + Y\nX = COS(90.0) + 0.0\nI = 4\nI = I + SIN(30.0)\nX = SQRT(I) + I\nX = SIN(I) + COS(I)\nX = SIN(Y) * COS(Y)\nPRINT X, I\nU = 1",
+    // Calls of what stands in the code once more: by value, by reference, what has no value or is no number; back in the
+    // middle; loops, monitors and calls around it.
+    "SHORT(I, 2)\nI = 5\nSHORT(I, 2)\nSHORT(I, I)\nSHORT(J, I + 0.5)\nSHORT(I, J)\nSHORT(X, 1.5)\nSHORT(X, X)\nX = 2.5\nSHORT(X, X)\nSHORT(I, X)\nSHORT(I * 2, X + 1)\n\
+     P = POINT(1)\nSHORT(P, 1)\nSHORT(I, P)\nSHORT(I, 2147483647)\nSHORT(2, U)\nPRINT I, J, X",
+    "FOR I = 1 TO 3\nFOR J = 1 TO 2\nPICK(I + J - 1, K)\nPRINT I, J, K\nNEXT J\nNEXT I\nPICK(1, Z)\nPICK(7, K)\nPICK(K, K)\nPRINT K",
+    "DOWN(14)\nDOWN(15)\nDOWN(16)\nPRINT 1",
+    "ON I > 2 DO GOTO OUT\nFOR J = 1 TO 3\nSHORT(I, J)\nNEXT J\nOUT:\nPRINT I",
     "K = 0\nAGAIN:\nK = K + 1\nIF K < 5 THEN GOTO AGAIN ELSE PRINT K\nIF K THEN IF K - 5 THEN PRINT 1 ELSE PRINT 2\nIF X THEN PRINT 3\nX = 1",
     "WAIT DIN(1)\nWAIT MOTION >= 100\nI = DIN(2)\nON I == 1 DO HALF(J)\nJ = 4\nI = 1\nPRINT J\nINPUT I, Z\nPRINT I, Z",
 ];
@@ -65,7 +84,10 @@ const EDGES: &[&str] = &[
 #[test]
 fn the_quick_form_does_what_the_steps_do() {
     const REST: &str = "\nPRINT \"END\"\nEND\nPROGRAM HALF(N)\nN = N / 2\nPRINT N\nFOR L = 1 TO 2\nIF N > 2 THEN RETURN\nNEXT L\nEND\n\
-        PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n";
+        PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n\
+        PROGRAM SHORT(N, M)\nT = N + M\nIF T > 9 THEN RETURN\nN = T\nM = N + M * 2\nEND\n\
+        PROGRAM PICK(N, M)\nGOTO(N) ONE, TWO\nM = 3\nRETURN\nONE:\nM = 10\nRETURN\nTWO:\nIF N == 2 THEN M = 20 ELSE M = 30\nGOTO ONE\nEND\n\
+        PROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
     let mut quick = 0;
     for body in EDGES {
         for division in [crate::IntDivision::Truncate, crate::IntDivision::Real] {

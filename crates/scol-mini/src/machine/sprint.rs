@@ -1,0 +1,498 @@
+//! Runs the quick form of a program: statements that compute with numbers, as many as there are in a row. What every
+//! round of a loop does is done here, when the kinds are those one expects; the rest is left to `quick`, and what that
+//! leaves, to the steps.
+
+use super::Machine;
+use super::circle;
+use super::quick::{Outcome, Registers};
+use crate::MAX_CALL_NESTING;
+use crate::cell::Cell;
+use crate::code::{Code, Instruction, Join, Near, Quick, Register, Relation, TEMPORARIES};
+use crate::memory::Memory;
+use crate::program::Program;
+
+/// What instructions ask of the machine.
+#[derive(Clone, Copy)]
+struct Around {
+    /// The step of the innermost loop of this program, and its numbers; `usize::MAX` when none is open.
+    opener: usize,
+    limit: Cell,
+    step: Cell,
+    /// One more call may be made.
+    room: bool,
+}
+
+impl Machine {
+    /// Runs quick statements until one has to be done by its step; `true` when the fuel is used up before.
+    pub(super) fn sprint(&mut self, program: &Program, memory: &mut Memory, fuel: &mut u32) -> bool {
+        let code = &program.code;
+        let Some(entry) = code.entries.get(self.at) else {
+            return false;
+        };
+        let mut at = usize::from(*entry);
+        let (cells, temporaries) = (memory.registers(), program.symbols.cells);
+        let instructions = code.instructions.as_slice();
+        let mut left = *fuel;
+        let mut around = self.around();
+        let empty = loop {
+            let Some(Instruction { cost, operation }) = instructions.get(at) else {
+                break false;
+            };
+            let cost = u32::from(*cost);
+            if left < cost {
+                break true;
+            }
+            left -= cost;
+            // Anew for each instruction: what lives longer would be kept in memory.
+            let registers = Registers { cells, temporaries };
+            if let Some(next) = swift(registers, code, operation, &around, at) {
+                at = next;
+                continue;
+            }
+            match self.quick(program, operation, &mut Registers { cells, temporaries }) {
+                Outcome::On => at += 1,
+                Outcome::To(target) => at = usize::from(target),
+                Outcome::Left => {
+                    left += paid(code, at);
+                    break false;
+                }
+            }
+            around = self.around();
+        };
+        *fuel = left;
+        if let Some(call) = code.call_around(at) {
+            // From here on it is a call like any other.
+            self.quick_call(code, call, cells);
+        }
+        if let Some(step) = code.steps.get(at) {
+            self.at = *step as usize;
+        }
+        empty
+    }
+
+    fn around(&self) -> Around {
+        let first = self.frames.last().map_or(0, |frame| frame.loops);
+        let open = self.loops.get(first..).and_then(<[super::Loop]>::last);
+        Around {
+            opener: open.map_or(usize::MAX, |open| open.opener),
+            limit: open.map_or(Cell::EMPTY, |open| open.limit),
+            step: open.map_or(Cell::EMPTY, |open| open.step),
+            room: self.frames.len() <= MAX_CALL_NESTING,
+        }
+    }
+}
+
+/// What the step of an instruction has cost: it begins anew, and pays anew.
+fn paid(code: &Code, at: usize) -> u32 {
+    let step = code.steps.get(at).map_or(0, |step| *step as usize);
+    let first = code
+        .entries
+        .get(step)
+        .and_then(|first| code.instructions.get(usize::from(*first)));
+    first.map_or(0, |first| u32::from(first.cost))
+}
+
+impl Registers<'_> {
+    #[inline(always)]
+    fn read(&self, register: Register) -> Option<Cell> {
+        self.cells.get(usize::from(register)).copied()
+    }
+
+    #[inline(always)]
+    fn read_real(&self, register: Register) -> Option<f32> {
+        self.read(register)?.as_real()
+    }
+
+    #[inline(always)]
+    fn is_temporary(&self, register: Register) -> bool {
+        usize::from(register).wrapping_sub(self.temporaries) < TEMPORARIES
+    }
+
+    /// Stores an integer where one is, or in a temporary.
+    #[inline(always)]
+    fn put_integer(&mut self, to: Register, value: i32) -> Option<()> {
+        let place = self.read(to)?;
+        if !place.is_integer() && !self.is_temporary(to) {
+            return None;
+        }
+        *self.cells.get_mut(usize::from(to))? = Cell::integer(value);
+        Some(())
+    }
+
+    /// Stores a real where one is, or in a temporary; it has to be finite.
+    #[inline(always)]
+    fn put_real(&mut self, to: Register, value: f32) -> Option<()> {
+        let place = self.read(to)?;
+        if !value.is_finite() || !place.is_real() && !self.is_temporary(to) {
+            return None;
+        }
+        *self.cells.get_mut(usize::from(to))? = Cell::real(value);
+        Some(())
+    }
+
+    /// Stores a number of the kind that is there, or in a temporary.
+    #[inline(always)]
+    fn put(&mut self, to: Register, value: Cell) -> Option<()> {
+        if let Some(value) = value.as_integer() {
+            return self.put_integer(to, value);
+        }
+        self.put_real(to, value.as_real()?)
+    }
+
+    #[inline(always)]
+    fn arithmetic(
+        &mut self,
+        (to, a, b): (Register, Register, Register),
+        integers: impl Fn(i32, i32) -> Option<i32>,
+        reals: impl Fn(f32, f32) -> f32,
+    ) -> Option<()> {
+        let (a, b) = (self.read(a)?, self.read(b)?);
+        if let Some([a, b]) = Cell::integers([a, b]) {
+            return self.put_integer(to, integers(a, b)?);
+        }
+        self.put_real(to, reals(a.single()?, b.single()?))
+    }
+
+    #[inline(always)]
+    fn holds(&self, relation: Relation, a: Register, b: Register) -> Option<bool> {
+        let (a, b) = (self.read(a)?, self.read(b)?);
+        if let Some([a, b]) = Cell::integers([a, b]) {
+            return Some(relation.integers(a, b));
+        }
+        Some(relation.reals(a.single()?, b.single()?))
+    }
+
+    /// An element; what is outside the array is nowhere.
+    #[inline(always)]
+    fn element(&self, near: Near) -> Option<Register> {
+        let index = self.read(near.index)?.as_integer()?;
+        // One that wraps around is far beyond any array.
+        let index = index.wrapping_add(i32::from(near.offset)) as u32;
+        (index < u32::from(near.array.length)).then(|| near.array.base.wrapping_add(index as u16))
+    }
+
+    /// `c` joined to `a` times `b`.
+    #[inline(always)]
+    fn multiplied(
+        &mut self,
+        to: Register,
+        [a, b, c]: [Register; 3],
+        integers: impl Fn(i32, i32) -> Option<i32>,
+        reals: impl Fn(f32, f32) -> f32,
+    ) -> Option<()> {
+        let cells = [self.read(a)?, self.read(b)?, self.read(c)?];
+        if let Some([a, b, c]) = Cell::integers(cells) {
+            return self.put_integer(to, integers(c, a.checked_mul(b)?)?);
+        }
+        let [a, b, c] = Cell::reals(cells)?;
+        self.put_real(to, reals(c, finite(a * b)?))
+    }
+
+    /// `it` joined to `with`.
+    #[inline(always)]
+    fn join(&mut self, to: Register, join: Join, with: Register, it: Cell) -> Option<()> {
+        let with = self.read(with)?;
+        if let Some([with, it]) = Cell::integers([with, it]) {
+            return self.put_integer(to, join.integers(with, it)?);
+        }
+        let [with, it] = Cell::reals([with, it])?;
+        self.put_real(to, join.reals(with, it))
+    }
+
+    /// `to` joined to `by` where the relation holds, without a branch: whether it does is often hard to foresee. A result
+    /// that would not fit is left to the others even where it is not wanted.
+    #[inline(always)]
+    fn guarded(
+        &mut self,
+        (relation, a, b): (Relation, Register, Register),
+        (to, by): (Register, Register),
+        integers: impl Fn(i32, i32) -> Option<i32>,
+        reals: impl Fn(f32, f32) -> f32,
+    ) -> Option<()> {
+        let cells = [self.read(a)?, self.read(b)?, self.read(to)?, self.read(by)?];
+        let new = if let Some([a, b, old, by]) = Cell::integers(cells) {
+            let value = integers(old, by)?;
+            Cell::integer(if relation.integers(a, b) { value } else { old })
+        } else {
+            let [a, b, old, by] = Cell::reals(cells)?;
+            let value = finite(reals(old, by))?;
+            Cell::real(if relation.reals(a, b) { value } else { old })
+        };
+        *self.cells.get_mut(usize::from(to))? = new;
+        Some(())
+    }
+
+    /// The counter of a loop one step on, unless that ends it.
+    #[inline(always)]
+    fn count_on(&mut self, variable: Register, around: &Around) -> Option<()> {
+        let now = self.read(variable)?;
+        let [now, step, limit] = Cell::integers([now, around.step, around.limit])?;
+        let now = now.checked_add(step)?;
+        let over = if step > 0 { now > limit } else { now < limit };
+        if over {
+            return None;
+        }
+        *self.cells.get_mut(usize::from(variable))? = Cell::integer(now);
+        Some(())
+    }
+}
+
+/// A real, if it is finite.
+#[inline(always)]
+fn finite(value: f32) -> Option<f32> {
+    value.is_finite().then_some(value)
+}
+
+impl Join {
+    #[inline(always)]
+    fn integers(self, with: i32, it: i32) -> Option<i32> {
+        match self {
+            Join::Add => with.checked_add(it),
+            Join::From => with.checked_sub(it),
+            Join::Less => it.checked_sub(with),
+            Join::Multiply => with.checked_mul(it),
+        }
+    }
+
+    #[inline(always)]
+    fn reals(self, with: f32, it: f32) -> f32 {
+        match self {
+            Join::Add => with + it,
+            Join::From => with - it,
+            Join::Less => it - with,
+            Join::Multiply => with * it,
+        }
+    }
+}
+
+/// Stands on one of two ways, to keep them apart: were they joined in a choice between two numbers, the processor could
+/// not go on before the numbers are compared, while it foresees most jumps.
+#[cold]
+#[inline]
+fn foreseen() {}
+
+/// Does an instruction as long as nothing is special; returns the one that follows. `None`: nothing has happened, and
+/// `quick` has to do it.
+#[inline(always)]
+#[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
+fn swift(
+    mut registers: Registers<'_>,
+    code: &Code,
+    operation: &Quick,
+    around: &Around,
+    at: usize,
+) -> Option<usize> {
+    match *operation {
+        Quick::Jump(target) => Some(usize::from(target)),
+        Quick::Copy { to, a } => {
+            let value = registers.read(a)?;
+            registers.put(to, value)?;
+            Some(at + 1)
+        }
+        Quick::Add { to, a, b } => {
+            registers.arithmetic((to, a, b), i32::checked_add, |a, b| a + b)?;
+            Some(at + 1)
+        }
+        Quick::Subtract { to, a, b } => {
+            registers.arithmetic((to, a, b), i32::checked_sub, |a, b| a - b)?;
+            Some(at + 1)
+        }
+        Quick::Multiply { to, a, b } => {
+            registers.arithmetic((to, a, b), i32::checked_mul, |a, b| a * b)?;
+            Some(at + 1)
+        }
+        Quick::Divide { to, a, b } => {
+            // Nothing is divided by 0: that is not finite.
+            registers.arithmetic((to, a, b), i32::checked_div, |a, b| a / b)?;
+            Some(at + 1)
+        }
+        Quick::Modulo { to, a, b } => {
+            let [a, b] = Cell::integers([registers.read(a)?, registers.read(b)?])?;
+            registers.put_integer(to, a.checked_rem(b)?)?;
+            Some(at + 1)
+        }
+        Quick::Branch {
+            relation,
+            a,
+            b,
+            then,
+            otherwise,
+        } => {
+            if registers.holds(relation, a, b)? {
+                return Some(usize::from(then));
+            }
+            foreseen();
+            Some(usize::from(otherwise))
+        }
+        Quick::Root { to, a } => {
+            let a = registers.read_real(a)?;
+            registers.put_real(to, libm::sqrtf(a))?;
+            Some(at + 1)
+        }
+        Quick::Sine { to, a } => {
+            let a = registers.read_real(a)?;
+            registers.put_real(to, circle::sine(a)?)?;
+            Some(at + 1)
+        }
+        Quick::Cosine { to, a } => {
+            let a = registers.read_real(a)?;
+            registers.put_real(to, circle::cosine(a)?)?;
+            Some(at + 1)
+        }
+        Quick::Load { to, array, index } => {
+            let value = registers.read(registers.element(Near {
+                array,
+                index,
+                offset: 0,
+            })?)?;
+            registers.put(to, value)?;
+            Some(at + 1)
+        }
+        Quick::Store { array, index, a } => {
+            let value = registers.read(a)?;
+            registers.put(
+                registers.element(Near {
+                    array,
+                    index,
+                    offset: 0,
+                })?,
+                value,
+            )?;
+            Some(at + 1)
+        }
+        Quick::Next {
+            variable,
+            opener,
+            body,
+        } => {
+            if around.opener != usize::from(opener) {
+                return None;
+            }
+            registers.count_on(variable, around)?;
+            Some(usize::from(body))
+        }
+        Quick::Enter(target) => around.room.then_some(usize::from(target)),
+        Quick::Choose { a, first, count } => {
+            let number = registers.read(a)?.as_integer()?;
+            let targets = code
+                .choices
+                .get(usize::from(first)..)?
+                .get(..usize::from(count))?;
+            // One by one, as in `foreseen`.
+            let chosen = (1..).zip(targets).find(|(at, _)| *at == number);
+            Some(chosen.map_or(at + 1, |(_, target)| usize::from(*target)))
+        }
+        Quick::MultiplyAdd { to, a, b, c } => {
+            let done = registers.multiplied(to, [a, b, c], i32::checked_add, |c, it| c + it);
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::MultiplyFrom { to, a, b, c } => {
+            let done = registers.multiplied(to, [a, b, c], i32::checked_sub, |c, it| c - it);
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::LoadNear { to, element } => {
+            let done = registers
+                .element(element)
+                .and_then(|cell| registers.read(cell))
+                .and_then(|value| registers.put(to, value));
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::LoadJoin {
+            join,
+            covers,
+            to,
+            element,
+            with,
+        } => {
+            let done = registers
+                .element(element)
+                .and_then(|cell| registers.read(cell))
+                .and_then(|it| registers.join(to, join, with, it));
+            Some(at + 1 + if done.is_some() { usize::from(covers) } else { 0 })
+        }
+        Quick::Update {
+            join,
+            covers,
+            index,
+            element,
+            with,
+        } => {
+            let place = Near {
+                index,
+                offset: 0,
+                ..element
+            };
+            let done = registers
+                .element(element)
+                .and_then(|cell| registers.read(cell))
+                .and_then(|it| registers.join(registers.element(place)?, join, with, it));
+            Some(at + 1 + if done.is_some() { usize::from(covers) } else { 0 })
+        }
+        Quick::RootJoin { join, to, a, with } => {
+            let done = registers
+                .read_real(a)
+                .and_then(|a| finite(libm::sqrtf(a)))
+                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::SineJoin { join, to, a, with } => {
+            let done = registers
+                .read_real(a)
+                .and_then(circle::sine)
+                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::CosineJoin { join, to, a, with } => {
+            let done = registers
+                .read_real(a)
+                .and_then(circle::cosine)
+                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::GuardedAdd {
+            relation,
+            to,
+            a,
+            b,
+            by,
+        } => {
+            let done = registers.guarded((relation, a, b), (to, by), i32::checked_add, |c, by| c + by);
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::GuardedSubtract {
+            relation,
+            to,
+            a,
+            b,
+            by,
+        } => {
+            let done = registers.guarded((relation, a, b), (to, by), i32::checked_sub, |c, by| c - by);
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        Quick::GuardedCopy {
+            relation,
+            to,
+            a,
+            b,
+            by,
+        } => {
+            let done = registers.guarded((relation, a, b), (to, by), |_, by| Some(by), |_, by| by);
+            Some(at + if done.is_some() { 3 } else { 1 })
+        }
+        // All by name: then the processor looks up where to go without asking whether it is in the list.
+        Quick::Leave
+        | Quick::Binary { .. }
+        | Quick::Unary { .. }
+        | Quick::Relate { .. }
+        | Quick::Truth { .. }
+        | Quick::Function { .. }
+        | Quick::Function2 { .. }
+        | Quick::Flatten { .. }
+        | Quick::Fetch { .. }
+        | Quick::Put { .. }
+        | Quick::Hand { .. }
+        | Quick::For(_)
+        | Quick::Call(_)
+        | Quick::Return => None,
+    }
+}
