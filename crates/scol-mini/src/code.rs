@@ -24,6 +24,8 @@ pub(crate) struct Code {
     pub instructions: Vec<Instruction>,
     /// The step of each instruction.
     pub steps: Vec<u32>,
+    /// What each instruction takes of the fuel itself: 1 for the first of a statement.
+    pub costs: Vec<u8>,
     /// The first instruction of each step, and one behind the last.
     pub entries: Vec<Target>,
     /// What the cells behind the temporaries begin with; without a value where a call hands over a number.
@@ -39,8 +41,8 @@ pub(crate) struct Code {
 /// An instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instruction {
-    /// Fuel it takes: 1 for the first of a statement.
-    pub cost: u8,
+    /// The fuel that it and those behind it take, up to one that goes elsewhere.
+    pub charge: u16,
     pub operation: Quick,
 }
 
@@ -211,18 +213,21 @@ pub(crate) enum Quick {
         to: Register,
         element: Near,
     },
-    /// An element, joined to `with`.
-    LoadJoin {
-        join: Join,
-        covers: u8,
+    /// An element and `with`: two instructions, or three with an offset.
+    LoadAdd {
         to: Register,
         element: Near,
         with: Register,
     },
-    /// An element, joined to `with`, becomes the element `index` of the same array.
-    Update {
+    /// An element, joined to `with` otherwise.
+    LoadJoin {
         join: Join,
-        covers: u8,
+        to: Register,
+        element: Near,
+        with: Register,
+    },
+    /// An element and `with` becomes the element `index` of the same array: one instruction more.
+    UpdateAdd {
         index: Register,
         element: Near,
         with: Register,
@@ -245,6 +250,14 @@ pub(crate) enum Quick {
         to: Register,
         a: Register,
         with: Register,
+    },
+    /// A jump to a branch: the jump alone.
+    JumpBranch {
+        relation: Relation,
+        a: Register,
+        b: Register,
+        then: Target,
+        otherwise: Target,
     },
     /// `by` is added to `to` where the relation holds: a branch, and the only instruction it guards.
     GuardedAdd {
@@ -379,6 +392,32 @@ impl Relation {
     }
 }
 
+impl Near {
+    /// How many instructions fetch it.
+    pub fn loads(self) -> usize {
+        if self.offset == 0 { 1 } else { 2 }
+    }
+}
+
+impl Quick {
+    /// What follows it need not be the next instruction.
+    pub fn ends(self) -> bool {
+        matches!(
+            self,
+            Quick::Leave
+                | Quick::Jump(_)
+                | Quick::Branch { .. }
+                | Quick::Truth { .. }
+                | Quick::For(_)
+                | Quick::Next { .. }
+                | Quick::Call(_)
+                | Quick::Enter(_)
+                | Quick::Return
+                | Quick::Choose { .. }
+        )
+    }
+}
+
 impl Code {
     /// What a memory holds behind the variables.
     pub fn working_cells(&self) -> impl Iterator<Item = Cell> {
@@ -405,5 +444,15 @@ impl Code {
             .copies
             .partition_point(|copied| usize::from(copied.first) <= at);
         self.copies.get(behind.checked_sub(1)?).map(|copied| copied.call)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_instructions_fit_a_line_of_the_cache() {
+        assert_eq!(size_of::<Instruction>(), 16);
     }
 }

@@ -51,6 +51,7 @@ pub(super) fn assemble(
         });
     }
     row.enter();
+    row.charge();
     Some(row.code)
 }
 
@@ -74,8 +75,11 @@ impl Row<'_> {
             }
             let head = self.steps.get(draft.step as usize).is_some_and(|step| step.head);
             let mut cost = u8::from(first && head);
-            let ahead = drafts.get(number..).unwrap_or_default();
-            if let Some((fused, covers)) = Some(ahead).filter(|_| covered == 0).and_then(|a| self.fused(a)) {
+            let fused = match drafts.get(number..) {
+                Some(ahead) if covered == 0 => self.fused(ahead).or_else(|| self.jump(drafts, draft)),
+                _ => None,
+            };
+            if let Some((fused, covers)) = fused {
                 self.push(draft.step, cost, fused);
                 (cost, covered) = (0, covers);
             }
@@ -88,7 +92,8 @@ impl Row<'_> {
 
     fn push(&mut self, step: u32, cost: u8, operation: Quick) {
         self.code.steps.push(step);
-        self.code.instructions.push(Instruction { cost, operation });
+        self.code.costs.push(cost);
+        self.code.instructions.push(Instruction { charge: 0, operation });
     }
 
     /// Puts instructions in place of steps.
@@ -107,12 +112,39 @@ impl Row<'_> {
                     own.unwrap_or_default().iter_mut().for_each(at);
                 }
                 Quick::Jump(target) | Quick::Next { body: target, .. } => at(target),
-                Quick::Branch { then, otherwise, .. } | Quick::Truth { then, otherwise, .. } => {
+                Quick::Branch { then, otherwise, .. }
+                | Quick::JumpBranch { then, otherwise, .. }
+                | Quick::Truth { then, otherwise, .. } => {
                     at(then);
                     at(otherwise);
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// Instructions learn what they take together with those behind them.
+    fn charge(&mut self) {
+        let mut behind = 0;
+        let instructions = &mut self.code.instructions;
+        for (at, cost) in self.code.costs.iter().enumerate().rev() {
+            let Some((instruction, rest)) = instructions.get_mut(at..).and_then(<[_]>::split_first_mut)
+            else {
+                continue;
+            };
+            if instruction.operation.ends() {
+                behind = 0;
+            }
+            // A guarded instruction goes on behind the branch, and a jump to a branch ends with that.
+            behind = match instruction.operation {
+                Quick::GuardedAdd { .. } | Quick::GuardedSubtract { .. } | Quick::GuardedCopy { .. } => {
+                    rest.get(2).map_or(0, |behind| behind.charge)
+                }
+                Quick::JumpBranch { .. } => 1,
+                _ => behind,
+            };
+            behind += u16::from(*cost);
+            instruction.charge = behind;
         }
     }
 
@@ -149,6 +181,35 @@ impl Row<'_> {
         match two {
             Some(two) => Some((two, 2)),
             None => self.element(first, second, ahead.next(), ahead.next()),
+        }
+    }
+
+    /// A jump to a branch.
+    fn jump(&self, drafts: &[Draft], draft: &Draft) -> Option<(Quick, usize)> {
+        let Quick::Jump(target) = draft.operation else {
+            return None;
+        };
+        let at = drafts.partition_point(|other| other.step < u32::from(target));
+        let found = drafts.get(at).filter(|found| found.step == u32::from(target))?;
+        let head = self.steps.get(usize::from(target)).is_some_and(|step| step.head);
+        match found.operation {
+            Quick::Branch {
+                relation,
+                a,
+                b,
+                then,
+                otherwise,
+            } if head => Some((
+                Quick::JumpBranch {
+                    relation,
+                    a,
+                    b,
+                    then,
+                    otherwise,
+                },
+                1,
+            )),
+            _ => None,
         }
     }
 
@@ -216,38 +277,31 @@ impl Row<'_> {
             None => (index, 0),
         };
         let element = Near { array, index, offset };
-        let loaded = 1 + usize::from(near.is_some());
         let joined = after
             .next()
             .flatten()
             .and_then(|operation| self.joined(to, operation));
-        let Some((join, to, with)) = joined else {
-            return near.map(|_| (Quick::LoadNear { to, element }, loaded));
+        let (fused, covers) = match (joined, after.next().flatten()) {
+            (Some((Join::Add, sum, with)), Some(Quick::Store { array, index, a }))
+                if array == element.array && a == sum && self.is_temporary(sum) =>
+            {
+                let update = Quick::UpdateAdd { index, element, with };
+                (update, 2)
+            }
+            (Some((Join::Add, to, with)), _) => (Quick::LoadAdd { to, element, with }, 1),
+            (Some((join, to, with)), _) => {
+                let joined = Quick::LoadJoin {
+                    join,
+                    to,
+                    element,
+                    with,
+                };
+                (joined, 1)
+            }
+            (None, _) if offset != 0 => (Quick::LoadNear { to, element }, 0),
+            (None, _) => return None,
         };
-        if let Some(Some(Quick::Store { array, index, a })) = after.next()
-            && array == element.array
-            && a == to
-            && self.is_temporary(to)
-        {
-            let covers = loaded + 2;
-            let update = Quick::Update {
-                join,
-                covers: u8::try_from(covers).ok()?,
-                index,
-                element,
-                with,
-            };
-            return Some((update, covers));
-        }
-        let covers = loaded + 1;
-        let joined = Quick::LoadJoin {
-            join,
-            covers: u8::try_from(covers).ok()?,
-            to,
-            element,
-            with,
-        };
-        Some((joined, covers))
+        Some((fused, element.loads() + covers))
     }
 
     /// `I - 1` and its like: where it goes, the number, and what is added.
@@ -262,7 +316,7 @@ impl Row<'_> {
             return None;
         };
         let offset = i16::try_from(value.checked_mul(sign)?).ok()?;
-        self.is_temporary(to).then_some((to, a, offset))
+        (self.is_temporary(to) && offset != 0).then_some((to, a, offset))
     }
 }
 

@@ -157,10 +157,12 @@ impl Machine {
             | Quick::MultiplyFrom { .. }
             | Quick::LoadNear { .. }
             | Quick::LoadJoin { .. }
-            | Quick::Update { .. }
+            | Quick::LoadAdd { .. }
+            | Quick::UpdateAdd { .. }
             | Quick::RootJoin { .. }
             | Quick::SineJoin { .. }
             | Quick::CosineJoin { .. }
+            | Quick::JumpBranch { .. }
             | Quick::GuardedAdd { .. }
             | Quick::GuardedSubtract { .. }
             | Quick::GuardedCopy { .. } => Outcome::On,

@@ -7,7 +7,7 @@ use super::circle;
 use super::quick::{Outcome, Registers};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
-use crate::code::{Code, Instruction, Join, Near, Quick, Register, Relation, TEMPORARIES};
+use crate::code::{Code, Instruction, Join, Near, Quick, Register, Relation, TEMPORARIES, Target};
 use crate::memory::Memory;
 use crate::program::Program;
 
@@ -34,30 +34,59 @@ impl Machine {
         let instructions = code.instructions.as_slice();
         let mut left = *fuel;
         let mut around = self.around();
-        let empty = loop {
-            let Some(Instruction { cost, operation }) = instructions.get(at) else {
+        let empty = 'block: loop {
+            let Some(Instruction { charge, .. }) = instructions.get(at) else {
                 break false;
             };
-            let cost = u32::from(*cost);
-            if left < cost {
-                break true;
+            let charge = u32::from(*charge);
+            if left < charge {
+                let empty;
+                (empty, at, left) = self.crawl(program, Registers { cells, temporaries }, at, left);
+                break empty;
             }
-            left -= cost;
-            // Anew for each instruction: what lives longer would be kept in memory.
-            let registers = Registers { cells, temporaries };
-            if let Some(next) = swift(registers, code, operation, &around, at) {
-                at = next;
-                continue;
-            }
-            match self.quick(program, operation, &mut Registers { cells, temporaries }) {
-                Outcome::On => at += 1,
-                Outcome::To(target) => at = usize::from(target),
-                Outcome::Left => {
-                    left += paid(code, at);
-                    break false;
+            left -= charge;
+            loop {
+                let Some(Instruction { operation, .. }) = instructions.get(at) else {
+                    break 'block false;
+                };
+                // Anew for each instruction: what lives longer would be kept in memory.
+                let registers = Registers { cells, temporaries };
+                match swift(registers, code, operation, &around) {
+                    Some(Stride::On(by)) => {
+                        at += by;
+                        continue;
+                    }
+                    Some(Stride::To(target)) => {
+                        at = usize::from(target);
+                        continue 'block;
+                    }
+                    Some(Stride::Past) => {
+                        at += 1;
+                        continue 'block;
+                    }
+                    None => {}
+                }
+                match self.quick(program, operation, &mut Registers { cells, temporaries }) {
+                    Outcome::On if operation.ends() => {
+                        at += 1;
+                        around = self.around();
+                        continue 'block;
+                    }
+                    Outcome::On => {
+                        left += undone(code, at);
+                        at += 1;
+                    }
+                    Outcome::To(target) => {
+                        at = usize::from(target);
+                        around = self.around();
+                        continue 'block;
+                    }
+                    Outcome::Left => {
+                        left += ahead(code, at) + paid(code, at);
+                        break 'block false;
+                    }
                 }
             }
-            around = self.around();
         };
         *fuel = left;
         if let Some(call) = code.call_around(at) {
@@ -68,6 +97,33 @@ impl Machine {
             self.at = *step as usize;
         }
         empty
+    }
+
+    /// Runs the last statements for which there is fuel, one by one, until it is used up (`true`) or one has to be done
+    /// by its step (`false`); returns also where that is, and the fuel that is left.
+    #[cold]
+    fn crawl(
+        &mut self,
+        program: &Program,
+        mut registers: Registers<'_>,
+        mut at: usize,
+        mut left: u32,
+    ) -> (bool, usize, u32) {
+        let code = &program.code;
+        loop {
+            let (Some(instruction), Some(cost)) = (code.instructions.get(at), code.costs.get(at)) else {
+                return (false, at, left);
+            };
+            let Some(rest) = left.checked_sub(u32::from(*cost)) else {
+                return (true, at, left);
+            };
+            left = rest;
+            match self.quick(program, &instruction.operation, &mut registers) {
+                Outcome::On => at += 1,
+                Outcome::To(target) => at = usize::from(target),
+                Outcome::Left => return (false, at, left + paid(code, at)),
+            }
+        }
     }
 
     fn around(&self) -> Around {
@@ -85,11 +141,37 @@ impl Machine {
 /// What the step of an instruction has cost: it begins anew, and pays anew.
 fn paid(code: &Code, at: usize) -> u32 {
     let step = code.steps.get(at).map_or(0, |step| *step as usize);
-    let first = code
-        .entries
-        .get(step)
-        .and_then(|first| code.instructions.get(usize::from(*first)));
-    first.map_or(0, |first| u32::from(first.cost))
+    let first = code.entries.get(step);
+    let cost = first.and_then(|first| code.costs.get(usize::from(*first)));
+    cost.map_or(0, |cost| u32::from(*cost))
+}
+
+/// What has been charged for the instructions behind this one, in its block.
+fn ahead(code: &Code, at: usize) -> u32 {
+    let charge = code
+        .instructions
+        .get(at)
+        .map_or(0, |found| u32::from(found.charge));
+    let cost = code.costs.get(at).map_or(0, |cost| u32::from(*cost));
+    charge.saturating_sub(cost)
+}
+
+/// What has been charged too much when an instruction did nothing, and the next one does its work.
+fn undone(code: &Code, at: usize) -> u32 {
+    let next = code
+        .instructions
+        .get(at + 1)
+        .map_or(0, |next| u32::from(next.charge));
+    ahead(code, at).saturating_sub(next)
+}
+
+/// Where an instruction leads.
+enum Stride {
+    /// So many instructions on, in the same block.
+    On(usize),
+    To(Target),
+    /// To the next instruction, in another block.
+    Past,
 }
 
 impl Registers<'_> {
@@ -188,14 +270,33 @@ impl Registers<'_> {
         self.put_real(to, reals(c, finite(a * b)?))
     }
 
-    /// `it` joined to `with`.
+    /// The number in an element.
     #[inline(always)]
-    fn join(&mut self, to: Register, join: Join, with: Register, it: Cell) -> Option<()> {
-        let with = self.read(with)?;
-        if let Some([with, it]) = Cell::integers([with, it]) {
-            return self.put_integer(to, join.integers(with, it)?);
+    fn loaded(&self, near: Near) -> Option<Cell> {
+        self.read(self.element(near)?)
+    }
+
+    /// What comes of a number in a cell and another.
+    #[inline(always)]
+    fn combine(
+        &mut self,
+        to: Register,
+        (with, it): (Register, Cell),
+        integers: impl Fn(i32, i32) -> Option<i32>,
+        reals: impl Fn(f32, f32) -> f32,
+    ) -> Option<()> {
+        let cells = [self.read(with)?, it];
+        if let Some([with, it]) = Cell::integers(cells) {
+            return self.put_integer(to, integers(with, it)?);
         }
-        let [with, it] = Cell::reals([with, it])?;
+        let [with, it] = Cell::reals(cells)?;
+        self.put_real(to, reals(with, it))
+    }
+
+    /// A real joined to `with`.
+    #[inline(always)]
+    fn join(&mut self, to: Register, join: Join, with: Register, it: f32) -> Option<()> {
+        let with = self.read_real(with)?;
         self.put_real(to, join.reals(with, it))
     }
 
@@ -271,45 +372,52 @@ impl Join {
 #[inline]
 fn foreseen() {}
 
+/// Beyond the instructions that an element without an offset replaces, and one more with an offset, if it was done.
+#[inline(always)]
+fn beyond(done: Option<()>, element: Near, by: usize) -> Stride {
+    if done.is_none() {
+        return Stride::On(1);
+    }
+    if element.offset == 0 {
+        return Stride::On(by);
+    }
+    foreseen();
+    Stride::On(by + 1)
+}
+
 /// Does an instruction as long as nothing is special; returns the one that follows. `None`: nothing has happened, and
 /// `quick` has to do it.
 #[inline(always)]
 #[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
-fn swift(
-    mut registers: Registers<'_>,
-    code: &Code,
-    operation: &Quick,
-    around: &Around,
-    at: usize,
-) -> Option<usize> {
+fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &Around) -> Option<Stride> {
     match *operation {
-        Quick::Jump(target) => Some(usize::from(target)),
+        Quick::Jump(target) => Some(Stride::To(target)),
         Quick::Copy { to, a } => {
             let value = registers.read(a)?;
             registers.put(to, value)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Add { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_add, |a, b| a + b)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Subtract { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_sub, |a, b| a - b)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Multiply { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_mul, |a, b| a * b)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Divide { to, a, b } => {
             // Nothing is divided by 0: that is not finite.
             registers.arithmetic((to, a, b), i32::checked_div, |a, b| a / b)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Modulo { to, a, b } => {
             let [a, b] = Cell::integers([registers.read(a)?, registers.read(b)?])?;
             registers.put_integer(to, a.checked_rem(b)?)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Branch {
             relation,
@@ -317,36 +425,43 @@ fn swift(
             b,
             then,
             otherwise,
+        }
+        | Quick::JumpBranch {
+            relation,
+            a,
+            b,
+            then,
+            otherwise,
         } => {
             if registers.holds(relation, a, b)? {
-                return Some(usize::from(then));
+                return Some(Stride::To(then));
             }
             foreseen();
-            Some(usize::from(otherwise))
+            Some(Stride::To(otherwise))
         }
         Quick::Root { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, libm::sqrtf(a))?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Sine { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, circle::sine(a)?)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Cosine { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, circle::cosine(a)?)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Load { to, array, index } => {
-            let value = registers.read(registers.element(Near {
+            let value = registers.loaded(Near {
                 array,
                 index,
                 offset: 0,
-            })?)?;
+            })?;
             registers.put(to, value)?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Store { array, index, a } => {
             let value = registers.read(a)?;
@@ -358,7 +473,7 @@ fn swift(
                 })?,
                 value,
             )?;
-            Some(at + 1)
+            Some(Stride::On(1))
         }
         Quick::Next {
             variable,
@@ -369,9 +484,9 @@ fn swift(
                 return None;
             }
             registers.count_on(variable, around)?;
-            Some(usize::from(body))
+            Some(Stride::To(body))
         }
-        Quick::Enter(target) => around.room.then_some(usize::from(target)),
+        Quick::Enter(target) => around.room.then_some(Stride::To(target)),
         Quick::Choose { a, first, count } => {
             let number = registers.read(a)?.as_integer()?;
             let targets = code
@@ -380,74 +495,76 @@ fn swift(
                 .get(..usize::from(count))?;
             // One by one, as in `foreseen`.
             let chosen = (1..).zip(targets).find(|(at, _)| *at == number);
-            Some(chosen.map_or(at + 1, |(_, target)| usize::from(*target)))
+            Some(chosen.map_or(Stride::Past, |(_, target)| Stride::To(*target)))
         }
         Quick::MultiplyAdd { to, a, b, c } => {
             let done = registers.multiplied(to, [a, b, c], i32::checked_add, |c, it| c + it);
-            Some(at + if done.is_some() { 3 } else { 1 })
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::MultiplyFrom { to, a, b, c } => {
             let done = registers.multiplied(to, [a, b, c], i32::checked_sub, |c, it| c - it);
-            Some(at + if done.is_some() { 3 } else { 1 })
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::LoadNear { to, element } => {
             let done = registers
-                .element(element)
-                .and_then(|cell| registers.read(cell))
+                .loaded(element)
                 .and_then(|value| registers.put(to, value));
-            Some(at + if done.is_some() { 3 } else { 1 })
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+        }
+        Quick::LoadAdd { to, element, with } => {
+            let done = registers
+                .loaded(element)
+                .and_then(|it| registers.combine(to, (with, it), i32::checked_add, |with, it| with + it));
+            Some(beyond(done, element, 3))
         }
         Quick::LoadJoin {
             join,
-            covers,
             to,
             element,
             with,
         } => {
-            let done = registers
-                .element(element)
-                .and_then(|cell| registers.read(cell))
-                .and_then(|it| registers.join(to, join, with, it));
-            Some(at + 1 + if done.is_some() { usize::from(covers) } else { 0 })
+            let done = registers.loaded(element).and_then(|it| {
+                registers.combine(
+                    to,
+                    (with, it),
+                    |with, it| join.integers(with, it),
+                    |with, it| join.reals(with, it),
+                )
+            });
+            Some(beyond(done, element, 3))
         }
-        Quick::Update {
-            join,
-            covers,
-            index,
-            element,
-            with,
-        } => {
+        Quick::UpdateAdd { index, element, with } => {
             let place = Near {
                 index,
                 offset: 0,
                 ..element
             };
-            let done = registers
-                .element(element)
-                .and_then(|cell| registers.read(cell))
-                .and_then(|it| registers.join(registers.element(place)?, join, with, it));
-            Some(at + 1 + if done.is_some() { usize::from(covers) } else { 0 })
+            let done = registers.loaded(element).and_then(|it| {
+                let to = registers.element(place)?;
+                registers.combine(to, (with, it), i32::checked_add, |with, it| with + it)
+            });
+            Some(beyond(done, element, 4))
         }
         Quick::RootJoin { join, to, a, with } => {
             let done = registers
                 .read_real(a)
                 .and_then(|a| finite(libm::sqrtf(a)))
-                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
-            Some(at + if done.is_some() { 3 } else { 1 })
+                .and_then(|it| registers.join(to, join, with, it));
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::SineJoin { join, to, a, with } => {
             let done = registers
                 .read_real(a)
                 .and_then(circle::sine)
-                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
-            Some(at + if done.is_some() { 3 } else { 1 })
+                .and_then(|it| registers.join(to, join, with, it));
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::CosineJoin { join, to, a, with } => {
             let done = registers
                 .read_real(a)
                 .and_then(circle::cosine)
-                .and_then(|it| registers.join(to, join, with, Cell::real(it)));
-            Some(at + if done.is_some() { 3 } else { 1 })
+                .and_then(|it| registers.join(to, join, with, it));
+            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::GuardedAdd {
             relation,
@@ -456,8 +573,8 @@ fn swift(
             b,
             by,
         } => {
-            let done = registers.guarded((relation, a, b), (to, by), i32::checked_add, |c, by| c + by);
-            Some(at + if done.is_some() { 3 } else { 1 })
+            registers.guarded((relation, a, b), (to, by), i32::checked_add, |c, by| c + by)?;
+            Some(Stride::On(3))
         }
         Quick::GuardedSubtract {
             relation,
@@ -466,8 +583,8 @@ fn swift(
             b,
             by,
         } => {
-            let done = registers.guarded((relation, a, b), (to, by), i32::checked_sub, |c, by| c - by);
-            Some(at + if done.is_some() { 3 } else { 1 })
+            registers.guarded((relation, a, b), (to, by), i32::checked_sub, |c, by| c - by)?;
+            Some(Stride::On(3))
         }
         Quick::GuardedCopy {
             relation,
@@ -476,8 +593,8 @@ fn swift(
             b,
             by,
         } => {
-            let done = registers.guarded((relation, a, b), (to, by), |_, by| Some(by), |_, by| by);
-            Some(at + if done.is_some() { 3 } else { 1 })
+            registers.guarded((relation, a, b), (to, by), |_, by| Some(by), |_, by| by)?;
+            Some(Stride::On(3))
         }
         // All by name: then the processor looks up where to go without asking whether it is in the list.
         Quick::Leave
