@@ -232,7 +232,7 @@ pub(crate) enum Quick {
         element: Near,
         with: Register,
     },
-    /// A function, joined to `with`: two instructions.
+    /// A function of `a`, joined to `with`: two instructions.
     RootJoin {
         join: Join,
         to: Register,
@@ -249,6 +249,28 @@ pub(crate) enum Quick {
         join: Join,
         to: Register,
         a: Register,
+        with: Register,
+    },
+    /// A function of `a`, times `by`, joined to `with`: three instructions.
+    RootScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
+        with: Register,
+    },
+    SineScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
+        with: Register,
+    },
+    CosineScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
         with: Register,
     },
     /// A jump to a branch: the jump alone.

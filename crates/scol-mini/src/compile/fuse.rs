@@ -175,13 +175,11 @@ impl Row<'_> {
             .unwrap_or(ahead.len());
         let mut ahead = ahead.iter().take(last).map(|draft| draft.operation);
         let (first, second) = (ahead.next()?, ahead.next()?);
-        let two = self
-            .multiplied(first, second)
-            .or_else(|| self.function(first, second));
-        match two {
-            Some(two) => Some((two, 2)),
-            None => self.element(first, second, ahead.next(), ahead.next()),
-        }
+        let (third, fourth) = (ahead.next(), ahead.next());
+        self.multiplied(first, second)
+            .map(|multiplied| (multiplied, 2))
+            .or_else(|| self.function(first, second, third))
+            .or_else(|| self.element(first, second, third, fourth))
     }
 
     /// A jump to a branch.
@@ -230,17 +228,47 @@ impl Row<'_> {
         }
     }
 
-    fn function(&self, first: Quick, second: Quick) -> Option<Quick> {
-        let (Quick::Root { to, .. } | Quick::Sine { to, .. } | Quick::Cosine { to, .. }) = first else {
+    /// `X + COS(A)`, `X + R * COS(A)` and their like.
+    fn function(&self, first: Quick, second: Quick, third: Option<Quick>) -> Option<(Quick, usize)> {
+        let (Quick::Root { to, a } | Quick::Sine { to, a } | Quick::Cosine { to, a }) = first else {
             return None;
         };
         let (join, to, with) = self.joined(to, second)?;
-        match first {
-            Quick::Root { a, .. } => Some(Quick::RootJoin { join, to, a, with }),
-            Quick::Sine { a, .. } => Some(Quick::SineJoin { join, to, a, with }),
-            Quick::Cosine { a, .. } => Some(Quick::CosineJoin { join, to, a, with }),
+        let scaled = match (join, third.and_then(|third| self.joined(to, third))) {
+            (Join::Multiply, Some((join, to, sum))) if join != Join::Multiply => Some((join, to, with, sum)),
             _ => None,
-        }
+        };
+        Some(match (first, scaled) {
+            (Quick::Root { .. }, None) => (Quick::RootJoin { join, to, a, with }, 2),
+            (Quick::Sine { .. }, None) => (Quick::SineJoin { join, to, a, with }, 2),
+            (_, None) => (Quick::CosineJoin { join, to, a, with }, 2),
+            (_, Some((join, to, by, with))) => {
+                let quick = match first {
+                    Quick::Root { .. } => Quick::RootScaled {
+                        join,
+                        to,
+                        a,
+                        by,
+                        with,
+                    },
+                    Quick::Sine { .. } => Quick::SineScaled {
+                        join,
+                        to,
+                        a,
+                        by,
+                        with,
+                    },
+                    _ => Quick::CosineScaled {
+                        join,
+                        to,
+                        a,
+                        by,
+                        with,
+                    },
+                };
+                (quick, 3)
+            }
+        })
     }
 
     /// How an instruction joins the number in a temporary to another.

@@ -14,6 +14,7 @@ mod monitor;
 mod place;
 mod print;
 mod quick;
+mod registers;
 #[cfg(feature = "serde")]
 pub(crate) mod snapshot;
 mod sprint;

@@ -6,6 +6,7 @@ use super::arithmetic::{binary, truncated, truth, unary};
 use super::functions::numeric;
 use super::loops::past;
 use super::place::{Argument, Place};
+use super::registers::Registers;
 use super::{Frame, Loop, Machine};
 use crate::MAX_CALL_NESTING;
 use crate::builtin::Builtin;
@@ -15,13 +16,6 @@ use crate::options::IntDivision;
 use crate::program::Program;
 use crate::request::Number;
 use crate::tree::Binary;
-
-/// The cells a program works on.
-pub(super) struct Registers<'a> {
-    pub cells: &'a mut [Cell],
-    /// The first temporary.
-    pub temporaries: usize,
-}
 
 impl Registers<'_> {
     fn get(&self, register: Register) -> Cell {
@@ -162,6 +156,9 @@ impl Machine {
             | Quick::RootJoin { .. }
             | Quick::SineJoin { .. }
             | Quick::CosineJoin { .. }
+            | Quick::RootScaled { .. }
+            | Quick::SineScaled { .. }
+            | Quick::CosineScaled { .. }
             | Quick::JumpBranch { .. }
             | Quick::GuardedAdd { .. }
             | Quick::GuardedSubtract { .. }

@@ -4,12 +4,16 @@
 
 use super::Machine;
 use super::circle;
-use super::quick::{Outcome, Registers};
+use super::quick::Outcome;
+use super::registers::{Registers, root};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
-use crate::code::{Code, Instruction, Join, Near, Quick, Register, Relation, TEMPORARIES, Target};
+use crate::code::{Code, Instruction, Near, Quick, Register, Target};
 use crate::memory::Memory;
 use crate::program::Program;
+
+/// So many targets of a computed GOTO are looked at one by one.
+const FORESEEN: usize = 8;
 
 /// What instructions ask of the machine.
 #[derive(Clone, Copy)]
@@ -175,154 +179,6 @@ enum Stride {
 }
 
 impl Registers<'_> {
-    #[inline(always)]
-    fn read(&self, register: Register) -> Option<Cell> {
-        self.cells.get(usize::from(register)).copied()
-    }
-
-    #[inline(always)]
-    fn read_real(&self, register: Register) -> Option<f32> {
-        self.read(register)?.as_real()
-    }
-
-    #[inline(always)]
-    fn is_temporary(&self, register: Register) -> bool {
-        usize::from(register).wrapping_sub(self.temporaries) < TEMPORARIES
-    }
-
-    /// Stores an integer where one is, or in a temporary.
-    #[inline(always)]
-    fn put_integer(&mut self, to: Register, value: i32) -> Option<()> {
-        let place = self.read(to)?;
-        if !place.is_integer() && !self.is_temporary(to) {
-            return None;
-        }
-        *self.cells.get_mut(usize::from(to))? = Cell::integer(value);
-        Some(())
-    }
-
-    /// Stores a real where one is, or in a temporary; it has to be finite.
-    #[inline(always)]
-    fn put_real(&mut self, to: Register, value: f32) -> Option<()> {
-        let place = self.read(to)?;
-        if !value.is_finite() || !place.is_real() && !self.is_temporary(to) {
-            return None;
-        }
-        *self.cells.get_mut(usize::from(to))? = Cell::real(value);
-        Some(())
-    }
-
-    /// Stores a number of the kind that is there, or in a temporary.
-    #[inline(always)]
-    fn put(&mut self, to: Register, value: Cell) -> Option<()> {
-        if let Some(value) = value.as_integer() {
-            return self.put_integer(to, value);
-        }
-        self.put_real(to, value.as_real()?)
-    }
-
-    #[inline(always)]
-    fn arithmetic(
-        &mut self,
-        (to, a, b): (Register, Register, Register),
-        integers: impl Fn(i32, i32) -> Option<i32>,
-        reals: impl Fn(f32, f32) -> f32,
-    ) -> Option<()> {
-        let (a, b) = (self.read(a)?, self.read(b)?);
-        if let Some([a, b]) = Cell::integers([a, b]) {
-            return self.put_integer(to, integers(a, b)?);
-        }
-        self.put_real(to, reals(a.single()?, b.single()?))
-    }
-
-    #[inline(always)]
-    fn holds(&self, relation: Relation, a: Register, b: Register) -> Option<bool> {
-        let (a, b) = (self.read(a)?, self.read(b)?);
-        if let Some([a, b]) = Cell::integers([a, b]) {
-            return Some(relation.integers(a, b));
-        }
-        Some(relation.reals(a.single()?, b.single()?))
-    }
-
-    /// An element; what is outside the array is nowhere.
-    #[inline(always)]
-    fn element(&self, near: Near) -> Option<Register> {
-        let index = self.read(near.index)?.as_integer()?;
-        // One that wraps around is far beyond any array.
-        let index = index.wrapping_add(i32::from(near.offset)) as u32;
-        (index < u32::from(near.array.length)).then(|| near.array.base.wrapping_add(index as u16))
-    }
-
-    /// `c` joined to `a` times `b`.
-    #[inline(always)]
-    fn multiplied(
-        &mut self,
-        to: Register,
-        [a, b, c]: [Register; 3],
-        integers: impl Fn(i32, i32) -> Option<i32>,
-        reals: impl Fn(f32, f32) -> f32,
-    ) -> Option<()> {
-        let cells = [self.read(a)?, self.read(b)?, self.read(c)?];
-        if let Some([a, b, c]) = Cell::integers(cells) {
-            return self.put_integer(to, integers(c, a.checked_mul(b)?)?);
-        }
-        let [a, b, c] = Cell::reals(cells)?;
-        self.put_real(to, reals(c, finite(a * b)?))
-    }
-
-    /// The number in an element.
-    #[inline(always)]
-    fn loaded(&self, near: Near) -> Option<Cell> {
-        self.read(self.element(near)?)
-    }
-
-    /// What comes of a number in a cell and another.
-    #[inline(always)]
-    fn combine(
-        &mut self,
-        to: Register,
-        (with, it): (Register, Cell),
-        integers: impl Fn(i32, i32) -> Option<i32>,
-        reals: impl Fn(f32, f32) -> f32,
-    ) -> Option<()> {
-        let cells = [self.read(with)?, it];
-        if let Some([with, it]) = Cell::integers(cells) {
-            return self.put_integer(to, integers(with, it)?);
-        }
-        let [with, it] = Cell::reals(cells)?;
-        self.put_real(to, reals(with, it))
-    }
-
-    /// A real joined to `with`.
-    #[inline(always)]
-    fn join(&mut self, to: Register, join: Join, with: Register, it: f32) -> Option<()> {
-        let with = self.read_real(with)?;
-        self.put_real(to, join.reals(with, it))
-    }
-
-    /// `to` joined to `by` where the relation holds, without a branch: whether it does is often hard to foresee. A result
-    /// that would not fit is left to the others even where it is not wanted.
-    #[inline(always)]
-    fn guarded(
-        &mut self,
-        (relation, a, b): (Relation, Register, Register),
-        (to, by): (Register, Register),
-        integers: impl Fn(i32, i32) -> Option<i32>,
-        reals: impl Fn(f32, f32) -> f32,
-    ) -> Option<()> {
-        let cells = [self.read(a)?, self.read(b)?, self.read(to)?, self.read(by)?];
-        let new = if let Some([a, b, old, by]) = Cell::integers(cells) {
-            let value = integers(old, by)?;
-            Cell::integer(if relation.integers(a, b) { value } else { old })
-        } else {
-            let [a, b, old, by] = Cell::reals(cells)?;
-            let value = finite(reals(old, by))?;
-            Cell::real(if relation.reals(a, b) { value } else { old })
-        };
-        *self.cells.get_mut(usize::from(to))? = new;
-        Some(())
-    }
-
     /// The counter of a loop one step on, unless that ends it.
     #[inline(always)]
     fn count_on(&mut self, variable: Register, around: &Around) -> Option<()> {
@@ -338,39 +194,26 @@ impl Registers<'_> {
     }
 }
 
-/// A real, if it is finite.
-#[inline(always)]
-fn finite(value: f32) -> Option<f32> {
-    value.is_finite().then_some(value)
-}
-
-impl Join {
-    #[inline(always)]
-    fn integers(self, with: i32, it: i32) -> Option<i32> {
-        match self {
-            Join::Add => with.checked_add(it),
-            Join::From => with.checked_sub(it),
-            Join::Less => it.checked_sub(with),
-            Join::Multiply => with.checked_mul(it),
-        }
-    }
-
-    #[inline(always)]
-    fn reals(self, with: f32, it: f32) -> f32 {
-        match self {
-            Join::Add => with + it,
-            Join::From => with - it,
-            Join::Less => it - with,
-            Join::Multiply => with * it,
-        }
-    }
-}
-
 /// Stands on one of two ways, to keep them apart: were they joined in a choice between two numbers, the processor could
 /// not go on before the numbers are compared, while it foresees most jumps.
 #[cold]
 #[inline]
 fn foreseen() {}
+
+/// The target of a computed GOTO, counted from 1.
+#[inline(always)]
+fn chosen(targets: &[Target], number: i32) -> Option<Target> {
+    let mut counted = 0;
+    for target in targets.iter().take(FORESEEN) {
+        counted += 1;
+        // As in `foreseen`: one by one, so that the processor need not wait for the number to know where to go on.
+        if core::hint::black_box(number) == counted {
+            return Some(*target);
+        }
+    }
+    let at = usize::try_from(number).ok()?.checked_sub(1)?;
+    targets.get(at).copied()
+}
 
 /// Beyond the instructions that an element without an offset replaces, and one more with an offset, if it was done.
 #[inline(always)]
@@ -441,7 +284,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
         }
         Quick::Root { to, a } => {
             let a = registers.read_real(a)?;
-            registers.put_real(to, libm::sqrtf(a))?;
+            registers.put_real(to, root(a)?)?;
             Some(Stride::On(1))
         }
         Quick::Sine { to, a } => {
@@ -493,9 +336,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
                 .choices
                 .get(usize::from(first)..)?
                 .get(..usize::from(count))?;
-            // One by one, as in `foreseen`.
-            let chosen = (1..).zip(targets).find(|(at, _)| *at == number);
-            Some(chosen.map_or(Stride::Past, |(_, target)| Stride::To(*target)))
+            Some(chosen(targets, number).map_or(Stride::Past, Stride::To))
         }
         Quick::MultiplyAdd { to, a, b, c } => {
             let done = registers.multiplied(to, [a, b, c], i32::checked_add, |c, it| c + it);
@@ -546,25 +387,46 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             Some(beyond(done, element, 4))
         }
         Quick::RootJoin { join, to, a, with } => {
-            let done = registers
-                .read_real(a)
-                .and_then(|a| finite(libm::sqrtf(a)))
-                .and_then(|it| registers.join(to, join, with, it));
+            let done = registers.joined(root, a, to, join, with);
             Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::SineJoin { join, to, a, with } => {
-            let done = registers
-                .read_real(a)
-                .and_then(circle::sine)
-                .and_then(|it| registers.join(to, join, with, it));
+            let done = registers.joined(circle::sine, a, to, join, with);
             Some(Stride::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::CosineJoin { join, to, a, with } => {
-            let done = registers
-                .read_real(a)
-                .and_then(circle::cosine)
-                .and_then(|it| registers.join(to, join, with, it));
+            let done = registers.joined(circle::cosine, a, to, join, with);
             Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+        }
+        Quick::RootScaled {
+            join,
+            to,
+            a,
+            by,
+            with,
+        } => {
+            let done = registers.scaled(root, (a, by), to, join, with);
+            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
+        }
+        Quick::SineScaled {
+            join,
+            to,
+            a,
+            by,
+            with,
+        } => {
+            let done = registers.scaled(circle::sine, (a, by), to, join, with);
+            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
+        }
+        Quick::CosineScaled {
+            join,
+            to,
+            a,
+            by,
+            with,
+        } => {
+            let done = registers.scaled(circle::cosine, (a, by), to, join, with);
+            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
         }
         Quick::GuardedAdd {
             relation,
