@@ -474,6 +474,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn relations_hold_between_the_same_integers_and_reals() {
+        for (operator, holds) in [
+            (Binary::Equal, [false, true, false, false]),
+            (Binary::NotEqual, [true, false, true, true]),
+            (Binary::Less, [true, false, false, false]),
+            (Binary::LessEqual, [true, true, false, false]),
+            (Binary::Greater, [false, false, true, false]),
+            (Binary::GreaterEqual, [false, true, true, false]),
+        ] {
+            let relation = Relation::of(operator).expect("a relation");
+            for (number, expected) in (1..=3).zip(holds) {
+                assert_eq!(relation.integers(number, 2), expected, "{number} {operator:?} 2");
+                assert_eq!(
+                    relation.reals(number as f32, 2.0),
+                    expected,
+                    "{number} {operator:?} 2.0"
+                );
+            }
+            assert_eq!(relation.reals(f32::NAN, 2.0), holds[3]);
+            assert_eq!(relation.reals(2.0, f32::NAN), holds[3]);
+        }
+        assert_eq!(Relation::of(Binary::Add), None);
+    }
+
+    #[test]
     fn four_instructions_fit_a_line_of_the_cache() {
         assert_eq!(size_of::<Instruction>(), 16);
     }

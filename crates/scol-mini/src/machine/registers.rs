@@ -104,7 +104,8 @@ impl Registers<'_> {
             return self.put_integer(to, integers(c, a.checked_mul(b)?)?);
         }
         let [a, b, c] = Cell::reals(cells)?;
-        self.put_real(to, reals(c, finite(a * b)?))
+        // A product that is not finite leaves no sum that is.
+        self.put_real(to, reals(c, a * b))
     }
 
     /// The number in an element.
@@ -155,7 +156,8 @@ impl Registers<'_> {
         join: Join,
         with: Register,
     ) -> Option<()> {
-        let it = finite(function(self.read_real(a)?)? * self.read_real(by)?)?;
+        // As in `multiplied`; a scaled number is not multiplied again.
+        let it = function(self.read_real(a)?)? * self.read_real(by)?;
         let with = self.read_real(with)?;
         self.put_real(to, join.reals(with, it))
     }

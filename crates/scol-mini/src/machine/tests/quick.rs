@@ -78,6 +78,7 @@ const EDGES: &[&str] = &[
     // middle; loops, monitors and calls around it.
     "SHORT(I, 2)\nI = 5\nSHORT(I, 2)\nSHORT(I, I)\nSHORT(J, I + 0.5)\nSHORT(I, J)\nSHORT(X, 1.5)\nSHORT(X, X)\nX = 2.5\nSHORT(X, X)\nSHORT(I, X)\nSHORT(I * 2, X + 1)\n\
      P = POINT(1)\nSHORT(P, 1)\nSHORT(I, P)\nSHORT(I, 2147483647)\nSHORT(2, U)\nPRINT I, J, X",
+    "FOR I = 1 TO 3\nFOR J = 1 TO 2\nSPIN(I, K)\nNEXT J\nNEXT I\nIF I < 9 THEN K = +I * 2\nIF I > 9 THEN K = +I * 3\nPRINT K",
     "FOR I = 1 TO 3\nFOR J = 1 TO 2\nPICK(I + J - 1, K)\nPRINT I, J, K\nNEXT J\nNEXT I\nPICK(1, Z)\nPICK(7, K)\nPICK(K, K)\nPRINT K",
     "DOWN(14)\nDOWN(15)\nDOWN(16)\nPRINT 1",
     "ON I > 2 DO GOTO OUT\nFOR J = 1 TO 3\nSHORT(I, J)\nNEXT J\nOUT:\nPRINT I",
@@ -91,7 +92,7 @@ fn the_quick_form_does_what_the_steps_do() {
         PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n\
         PROGRAM SHORT(N, M)\nT = N + M\nIF T > 9 THEN RETURN\nN = T\nM = N + M * 2\nEND\n\
         PROGRAM PICK(N, M)\nGOTO(N) ONE, TWO\nM = 3\nRETURN\nONE:\nM = 10\nRETURN\nTWO:\nIF N == 2 THEN M = 20 ELSE M = 30\nGOTO ONE\nEND\n\
-        PROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
+        PROGRAM SPIN(N, M)\nM = 0\nFOR L = 1 TO N\nM = M + L\nNEXT L\nEND\nPROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
     let (mut quick, mut seen) = (0, String::new());
     for body in EDGES {
         for division in [crate::IntDivision::Truncate, crate::IntDivision::Real] {
