@@ -3,16 +3,16 @@
 use crate::contender::{self, Contender, Lap};
 use std::collections::BTreeMap;
 
-/// `--check` fails when Lua is faster by more than this. The aim is 2; the rest is for busy computers.
-const LUA_FASTER: f64 = 3.0;
-/// `--check` fails when the machine is not faster than CPython by this. The aim is 5; where CPython spends its time in
-/// C, Lua itself is less than that ahead, so each loop has its own margin.
+/// `--check` fails when Lua is faster by more than this. The aim is 2; the machine is faster than Lua.
+const LUA_FASTER: f64 = 1.0;
+/// `--check` fails when the machine is not faster than CPython by this. The aim is 5, which every loop reaches; a quarter
+/// less is for busy computers.
 const PYTHON_SLOWER: [(&str, f64); 5] = [
-    ("count", 2.5),
-    ("reals", 1.3),
-    ("arrays", 1.6),
-    ("calls", 1.8),
-    ("jumps", 2.7),
+    ("count", 4.3),
+    ("reals", 4.0),
+    ("arrays", 4.0),
+    ("calls", 4.0),
+    ("jumps", 4.0),
 ];
 /// `--check` fails when the whole controller is slower than its machine by more than this.
 const CONTROLLER_SLOWER: f64 = 5.0;

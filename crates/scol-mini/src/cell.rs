@@ -28,11 +28,11 @@ pub(crate) enum Pair {
     Other,
 }
 
-// The kind is the upper half. An integer is 0, so that two of them are known by one look.
+// The kind is the upper half. An integer is 0 and a real is all ones, so that several of them are known by one look.
 const INTEGER: u64 = 0;
-const REAL: u64 = 1;
-const EMPTY: u64 = 2;
-const VECTOR: u64 = 3;
+const REAL: u64 = 0xffff_ffff;
+const EMPTY: u64 = 1;
+const VECTOR: u64 = 2;
 
 impl Cell {
     /// Without a value.
@@ -97,11 +97,33 @@ impl Cell {
         self.is_integer().then_some(self.low() as i32)
     }
 
-    /// This and two others, if all are integers.
+    /// The real, if it is one.
     #[inline(always)]
-    pub fn integers(self, second: Cell, third: Cell) -> Option<(i32, i32, i32)> {
-        let all = (self.0 | second.0 | third.0) >> 32 == INTEGER;
-        all.then_some((self.low() as i32, second.low() as i32, third.low() as i32))
+    pub fn as_real(self) -> Option<f32> {
+        self.is_real().then_some(f32::from_bits(self.low()))
+    }
+
+    /// The number as a real, if it is one.
+    #[inline(always)]
+    pub fn single(self) -> Option<f32> {
+        if self.is_real() {
+            return Some(f32::from_bits(self.low()));
+        }
+        self.as_integer().map(|value| value as f32)
+    }
+
+    /// What these hold, if all are integers.
+    #[inline(always)]
+    pub fn integers<const N: usize>(cells: [Cell; N]) -> Option<[i32; N]> {
+        let all = cells.iter().fold(0, |all, cell| all | cell.0) >> 32 == INTEGER;
+        all.then(|| cells.map(|cell| cell.low() as i32))
+    }
+
+    /// What these hold, if all are reals.
+    #[inline(always)]
+    pub fn reals<const N: usize>(cells: [Cell; N]) -> Option<[f32; N]> {
+        let all = cells.iter().fold(u64::MAX, |all, cell| all & cell.0) >> 32 == REAL;
+        all.then(|| cells.map(|cell| f32::from_bits(cell.low())))
     }
 
     #[inline(always)]
@@ -167,5 +189,23 @@ mod tests {
         assert_eq!(Cell::vector(u32::MAX).held(), Held::Vector(u32::MAX));
         assert_eq!(Cell::vector(0).pair(Cell::vector(0)), Pair::Other);
         assert_eq!(Cell::EMPTY.number(), None);
+    }
+
+    #[test]
+    fn several_cells_are_looked_at_in_one() {
+        let all = [
+            Cell::integer(-1),
+            Cell::real(-1.5),
+            Cell::EMPTY,
+            Cell::vector(u32::MAX),
+        ];
+        for a in all {
+            for b in all {
+                let integers = a.is_integer() && b.is_integer();
+                assert_eq!(Cell::integers([a, b]), integers.then_some([-1, -1]));
+                let reals = a.is_real() && b.is_real();
+                assert_eq!(Cell::reals([a, b]), reals.then_some([-1.5, -1.5]));
+            }
+        }
     }
 }

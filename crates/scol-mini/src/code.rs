@@ -1,6 +1,7 @@
 //! The quick form of a program: one or a few small instructions for each step that only computes with numbers.
 //! An instruction works on cells of the memory: variables, temporaries, constants. `compile::lower` writes it,
-//! `machine::quick` runs it; whatever it cannot do, and every fault, is left to the steps themselves.
+//! `compile::fuse` puts instructions together, `machine::sprint` and `machine::quick` run it; whatever it cannot do,
+//! and every fault, is left to the steps themselves.
 
 use alloc::vec::Vec;
 
@@ -13,9 +14,9 @@ use crate::tree::{Binary, Unary};
 pub(crate) const TEMPORARIES: usize = 24;
 
 /// A cell, counted as in the memory.
-pub(crate) type Register = u32;
+pub(crate) type Register = u16;
 /// An instruction, by its number.
-pub(crate) type Target = u32;
+pub(crate) type Target = u16;
 
 /// The quick form of a program.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -23,20 +24,25 @@ pub(crate) struct Code {
     pub instructions: Vec<Instruction>,
     /// The step of each instruction.
     pub steps: Vec<u32>,
+    /// What each instruction takes of the fuel itself: 1 for the first of a statement.
+    pub costs: Vec<u8>,
     /// The first instruction of each step, and one behind the last.
     pub entries: Vec<Target>,
-    pub constants: Vec<Number>,
-    pub arrays: Vec<Array>,
+    /// What the cells behind the temporaries begin with; without a value where a call hands over a number.
+    pub constants: Vec<Option<Number>>,
     pub loops: Vec<Counted>,
     pub calls: Vec<Called>,
-    pub choices: Vec<Vec<Target>>,
+    /// The targets of all computed GOTO.
+    pub choices: Vec<Target>,
+    /// The calls whose programs stand behind the last entry once more, in the order of the instructions.
+    pub copies: Vec<Copied>,
 }
 
 /// An instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instruction {
-    /// Fuel it takes: 1 for the first of a statement.
-    pub cost: u8,
+    /// The fuel that it and those behind it take, up to one that goes elsewhere.
+    pub charge: u16,
     pub operation: Quick,
 }
 
@@ -95,21 +101,37 @@ pub(crate) enum Quick {
         a: Register,
         b: Register,
     },
-    /// Goes on where the relation holds.
     Branch {
         relation: Relation,
         a: Register,
         b: Register,
+        then: Target,
         otherwise: Target,
     },
-    /// Goes on where `a` is not 0.
+    /// Whether `a` is not 0.
     Truth {
         a: Register,
+        then: Target,
         otherwise: Target,
     },
     /// A function of one number.
     Function {
         builtin: Builtin,
+        to: Register,
+        a: Register,
+    },
+    /// SQRT.
+    Root {
+        to: Register,
+        a: Register,
+    },
+    /// SIN.
+    Sine {
+        to: Register,
+        a: Register,
+    },
+    /// COS.
+    Cosine {
         to: Register,
         a: Register,
     },
@@ -120,54 +142,195 @@ pub(crate) enum Quick {
         a: Register,
         b: Register,
     },
-    /// An element of an array with one subscript, `index`.
+    /// An element of an array: its flat subscript is `index`.
     Load {
         to: Register,
-        array: u32,
+        array: Array,
         index: Register,
     },
     Store {
-        array: u32,
+        array: Array,
         index: Register,
         a: Register,
     },
-    /// The flat subscript of an element: `a` times the elements behind one of it, and `b`.
+    /// The flat subscript of an element: `a` times the elements of a row, and `b`.
     Flatten {
         to: Register,
-        array: u32,
         a: Register,
         b: Register,
+        row: u16,
+        length: u16,
     },
     /// A parameter.
     Fetch {
         to: Register,
-        parameter: u32,
+        parameter: u16,
     },
     Put {
-        parameter: u32,
+        parameter: u16,
         a: Register,
     },
-    For(u32),
+    /// A number that is handed over, to the cell that stands for the parameter.
+    Hand {
+        to: Register,
+        a: Register,
+    },
+    For(u16),
     Next {
         variable: Register,
-        opener: u32,
+        /// The step of its FOR.
+        opener: u16,
         body: Target,
     },
-    Call(u32),
+    Call(u16),
+    /// A call that goes on in a copy of the program, without a frame of its own.
+    Enter(Target),
     Return,
+    /// A computed GOTO: `count` targets from `first`.
     Choose {
         a: Register,
-        choice: u32,
+        first: u16,
+        count: u16,
+    },
+    // Those that follow do what the instructions behind them do together, and jump over them; where they cannot, they
+    // do nothing.
+    /// `c` and `a` times `b`: two instructions.
+    MultiplyAdd {
+        to: Register,
+        a: Register,
+        b: Register,
+        c: Register,
+    },
+    /// `c` less `a` times `b`: two instructions.
+    MultiplyFrom {
+        to: Register,
+        a: Register,
+        b: Register,
+        c: Register,
+    },
+    /// The element whose subscript is `index` and `offset`: two instructions.
+    LoadNear {
+        to: Register,
+        element: Near,
+    },
+    /// An element and `with`: two instructions, or three with an offset.
+    LoadAdd {
+        to: Register,
+        element: Near,
+        with: Register,
+    },
+    /// An element, joined to `with` otherwise.
+    LoadJoin {
+        join: Join,
+        to: Register,
+        element: Near,
+        with: Register,
+    },
+    /// An element and `with` becomes the element `index` of the same array: one instruction more.
+    UpdateAdd {
+        index: Register,
+        element: Near,
+        with: Register,
+    },
+    /// A function of `a`, joined to `with`: two instructions.
+    RootJoin {
+        join: Join,
+        to: Register,
+        a: Register,
+        with: Register,
+    },
+    SineJoin {
+        join: Join,
+        to: Register,
+        a: Register,
+        with: Register,
+    },
+    CosineJoin {
+        join: Join,
+        to: Register,
+        a: Register,
+        with: Register,
+    },
+    /// A function of `a`, times `by`, joined to `with`: three instructions.
+    RootScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
+        with: Register,
+    },
+    SineScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
+        with: Register,
+    },
+    CosineScaled {
+        join: Join,
+        to: Register,
+        a: Register,
+        by: Register,
+        with: Register,
+    },
+    /// A jump to a branch: the jump alone.
+    JumpBranch {
+        relation: Relation,
+        a: Register,
+        b: Register,
+        then: Target,
+        otherwise: Target,
+    },
+    /// `by` is added to `to` where the relation holds: a branch, and the only instruction it guards.
+    GuardedAdd {
+        relation: Relation,
+        to: Register,
+        a: Register,
+        b: Register,
+        by: Register,
+    },
+    GuardedSubtract {
+        relation: Relation,
+        to: Register,
+        a: Register,
+        b: Register,
+        by: Register,
+    },
+    GuardedCopy {
+        relation: Relation,
+        to: Register,
+        a: Register,
+        b: Register,
+        by: Register,
     },
 }
 
-/// An array: its first cell, and how many it has; for a table with two subscripts also its second bound.
+/// The element of an array whose subscript is `index` and `offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Near {
+    pub array: Array,
+    pub index: Register,
+    pub offset: i16,
+}
+
+/// How a number is joined to another, `with`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Join {
+    /// `with + it`
+    Add,
+    /// `with - it`
+    From,
+    /// `it - with`
+    Less,
+    /// `with * it`
+    Multiply,
+}
+
+/// An array: its first cell, and how many it has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Array {
-    pub base: u32,
-    pub length: u32,
-    /// Elements of a row.
-    pub row: u32,
+    pub base: u16,
+    pub length: u16,
 }
 
 /// A FOR.
@@ -195,9 +358,16 @@ pub(crate) struct Called {
 /// What is handed over for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Handed {
-    Variable { slot: u32, cell: u32 },
-    Parameter(u32),
+    Variable { slot: u32, cell: Register },
+    Parameter(u16),
     Value(Register),
+}
+
+/// The copy of a program for one call: its first instruction, and the number of the call.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Copied {
+    pub first: Target,
+    pub call: u16,
 }
 
 /// Which outcomes of a comparison satisfy a relation, one bit for each.
@@ -227,16 +397,46 @@ impl Relation {
     /// Whether it holds between two integers.
     #[inline(always)]
     pub fn integers(self, a: i32, b: i32) -> bool {
-        let outcome = u8::from(a < b) | (u8::from(a == b) << 1) | (u8::from(a > b) << 2);
-        self.0 & outcome != 0
+        // 0, 1 or 2: the number of the bit.
+        let outcome = u32::from(a >= b) + u32::from(a > b);
+        u32::from(self.0) >> outcome & 1 != 0
     }
 
     /// Whether it holds between two reals.
     #[inline(always)]
     pub fn reals(self, a: f32, b: f32) -> bool {
-        let ordered = u8::from(a < b) | (u8::from(a == b) << 1) | (u8::from(a > b) << 2);
-        let outcome = if ordered == 0 { Self::APART } else { ordered };
-        self.0 & outcome != 0
+        let outcome = if a.is_nan() || b.is_nan() {
+            3
+        } else {
+            u32::from(a >= b) + u32::from(a > b)
+        };
+        u32::from(self.0) >> outcome & 1 != 0
+    }
+}
+
+impl Near {
+    /// How many instructions fetch it.
+    pub fn loads(self) -> usize {
+        if self.offset == 0 { 1 } else { 2 }
+    }
+}
+
+impl Quick {
+    /// What follows it need not be the next instruction.
+    pub fn ends(self) -> bool {
+        matches!(
+            self,
+            Quick::Leave
+                | Quick::Jump(_)
+                | Quick::Branch { .. }
+                | Quick::Truth { .. }
+                | Quick::For(_)
+                | Quick::Next { .. }
+                | Quick::Call(_)
+                | Quick::Enter(_)
+                | Quick::Return
+                | Quick::Choose { .. }
+        )
     }
 }
 
@@ -248,12 +448,58 @@ impl Code {
         } else {
             TEMPORARIES
         };
-        let constants = self.constants.iter().map(|constant| Cell::from(*constant));
+        let constants = self
+            .constants
+            .iter()
+            .map(|constant| constant.map_or(Cell::EMPTY, Cell::from));
         core::iter::repeat_n(Cell::EMPTY, temporaries).chain(constants)
     }
 
     /// How many cells that are.
     pub fn extra_cells(&self) -> usize {
         TEMPORARIES + self.constants.len()
+    }
+
+    /// The number of the call whose copy of a program this instruction is in.
+    pub fn call_around(&self, at: usize) -> Option<u16> {
+        let behind = self
+            .copies
+            .partition_point(|copied| usize::from(copied.first) <= at);
+        self.copies.get(behind.checked_sub(1)?).map(|copied| copied.call)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn relations_hold_between_the_same_integers_and_reals() {
+        for (operator, holds) in [
+            (Binary::Equal, [false, true, false, false]),
+            (Binary::NotEqual, [true, false, true, true]),
+            (Binary::Less, [true, false, false, false]),
+            (Binary::LessEqual, [true, true, false, false]),
+            (Binary::Greater, [false, false, true, false]),
+            (Binary::GreaterEqual, [false, true, true, false]),
+        ] {
+            let relation = Relation::of(operator).expect("a relation");
+            for (number, expected) in (1..=3).zip(holds) {
+                assert_eq!(relation.integers(number, 2), expected, "{number} {operator:?} 2");
+                assert_eq!(
+                    relation.reals(number as f32, 2.0),
+                    expected,
+                    "{number} {operator:?} 2.0"
+                );
+            }
+            assert_eq!(relation.reals(f32::NAN, 2.0), holds[3]);
+            assert_eq!(relation.reals(2.0, f32::NAN), holds[3]);
+        }
+        assert_eq!(Relation::of(Binary::Add), None);
+    }
+
+    #[test]
+    fn four_instructions_fit_a_line_of_the_cache() {
+        assert_eq!(size_of::<Instruction>(), 16);
     }
 }

@@ -4,17 +4,17 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
+use super::copy::{Copies, Stands};
+use super::fuse::{self, Draft};
 use crate::builtin::Builtin;
-use crate::code::{
-    Array, Called, Code, Counted, Handed, Instruction, Quick, Register, Relation, TEMPORARIES, Target,
-};
+use crate::code::{Array, Code, Counted, Quick, Register, Relation, TEMPORARIES, Target};
 use crate::machine::constant_number;
 use crate::options::{IntDivision, LanguageOptions};
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
 use crate::request::Number;
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Unary, Variable};
 
-/// The quick form of these steps.
+/// The quick form of these steps; empty when its numbers do not fit.
 pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options: &LanguageOptions) -> Code {
     let mut lowering = Lowering {
         steps,
@@ -22,57 +22,71 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
         symbols,
         options,
         code: Code::default(),
+        step: 0,
+        drafts: Vec::new(),
+        copies: Copies::default(),
+        stands: None,
         constants: BTreeMap::new(),
         temporaries: 0,
     };
-    for (number, step) in steps.iter().enumerate() {
-        lowering.step(number, step);
+    for number in 0..=steps.len() {
+        if lowering.step(number).is_none() {
+            lowering.push(Quick::Leave);
+        }
     }
-    lowering.begin();
-    lowering.push(Quick::Leave);
-    lowering.finish()
+    let Lowering {
+        code, drafts, copies, ..
+    } = lowering;
+    fuse::assemble(code, steps, symbols.cells, &drafts, &copies.done).unwrap_or_default()
 }
 
-struct Lowering<'a> {
-    steps: &'a [Step],
-    blocks: &'a [Entry],
-    symbols: &'a Symbols,
+pub(super) struct Lowering<'a> {
+    pub(super) steps: &'a [Step],
+    pub(super) blocks: &'a [Entry],
+    pub(super) symbols: &'a Symbols,
     options: &'a LanguageOptions,
-    code: Code,
+    pub(super) code: Code,
+    /// The step under way.
+    pub(super) step: usize,
+    /// The instructions of the steps; targets are steps as yet.
+    pub(super) drafts: Vec<Draft>,
+    pub(super) copies: Copies,
+    /// In a copy: what stands for the parameters and for RETURN.
+    pub(super) stands: Option<Stands>,
     /// Kind and bits of a constant, and its register.
     constants: BTreeMap<(bool, u32), Register>,
     /// Temporaries the present step uses.
-    temporaries: usize,
+    pub(super) temporaries: usize,
 }
 
-/// What does not fit 32 bits has no quick form; a source is far too short for that.
-fn narrow(number: usize) -> Option<u32> {
+/// What does not fit 16 bits has no quick form.
+pub(super) fn narrow(number: usize) -> Option<u16> {
+    u16::try_from(number).ok()
+}
+
+/// What does not fit 32 bits has none either; a source is far too short for that.
+pub(super) fn wide(number: usize) -> Option<u32> {
     u32::try_from(number).ok()
 }
 
 impl Lowering<'_> {
-    fn begin(&mut self) {
-        self.temporaries = 0;
-        let at = self.code.instructions.len() as u32;
-        self.code.entries.push(at);
+    pub(super) fn push(&mut self, operation: Quick) {
+        let step = self.step as u32;
+        self.drafts.push(Draft { step, operation });
     }
 
-    fn push(&mut self, operation: Quick) {
-        let step = self.code.entries.len().saturating_sub(1) as u32;
-        self.code.steps.push(step);
-        self.code.instructions.push(Instruction { cost: 0, operation });
-    }
-
-    fn step(&mut self, number: usize, step: &Step) {
-        self.begin();
-        let start = self.code.instructions.len();
-        if self.operation(number, &step.operation).is_none() {
-            self.code.instructions.truncate(start);
-            self.code.steps.truncate(start);
-            self.push(Quick::Leave);
-        } else if let Some(first) = self.code.instructions.get_mut(start) {
-            first.cost = u8::from(step.head);
+    /// The instructions of a step; `None`, and nothing written, when it has no quick form.
+    pub(super) fn step(&mut self, number: usize) -> Option<()> {
+        let start = self.drafts.len();
+        (self.step, self.temporaries) = (number, 0);
+        let done = self
+            .steps
+            .get(number)
+            .and_then(|step| self.operation(number, &step.operation));
+        if done.is_none() {
+            self.drafts.truncate(start);
         }
+        done
     }
 
     fn operation(&mut self, number: usize, operation: &Operation) -> Option<()> {
@@ -82,17 +96,19 @@ impl Lowering<'_> {
                 component: None,
                 value,
             }) => self.assign(target, value)?,
-            Operation::Branch { condition, otherwise } => self.branch(condition, narrow(*otherwise)?)?,
+            Operation::Branch { condition, otherwise } => {
+                self.branch(condition, narrow(number + 1)?, narrow(*otherwise)?)?;
+            }
             Operation::Jump(target) => self.push(Quick::Jump(narrow(*target)?)),
             Operation::Select { selector, targets } => {
                 let a = self.register(selector)?;
-                let targets = targets
+                let targets: Vec<Target> = targets
                     .iter()
                     .map(|target| narrow(*target))
                     .collect::<Option<_>>()?;
-                let choice = narrow(self.code.choices.len())?;
-                self.code.choices.push(targets);
-                self.push(Quick::Choose { a, choice });
+                let (first, count) = (narrow(self.code.choices.len())?, narrow(targets.len())?);
+                self.code.choices.extend(targets);
+                self.push(Quick::Choose { a, first, count });
             }
             Operation::For {
                 variable,
@@ -103,7 +119,10 @@ impl Lowering<'_> {
             } => self.counted(number, variable, from, to, step.as_ref(), *exit)?,
             Operation::Next { opener } => self.next(*opener)?,
             Operation::Call { block, arguments } => self.call(number, *block, arguments)?,
-            Operation::Return => self.push(Quick::Return),
+            Operation::Return => {
+                let back = self.stands.as_ref().map(|stands| stands.back);
+                self.push(back.map_or(Quick::Return, Quick::Jump));
+            }
             _ => return None,
         }
         Some(())
@@ -122,6 +141,9 @@ impl Lowering<'_> {
                 Some(())
             }
             Reference::Parameter(parameter) => {
+                if let Some(cell) = self.stand_in(parameter)? {
+                    return self.compute(value, Some(cell)).map(drop);
+                }
                 let a = self.register(value)?;
                 self.push(Quick::Put {
                     parameter: narrow(parameter)?,
@@ -133,7 +155,16 @@ impl Lowering<'_> {
         }
     }
 
-    fn branch(&mut self, condition: &Expression, otherwise: Target) -> Option<()> {
+    fn branch(&mut self, condition: &Expression, then: Target, otherwise: Target) -> Option<()> {
+        // A jump that is all there is to do is done at once.
+        let then = match self.steps.get(usize::from(then)) {
+            Some(Step {
+                head: false,
+                operation: Operation::Jump(target),
+                ..
+            }) => narrow(*target)?,
+            _ => then,
+        };
         if let Node::Binary(operator, left, right) = &condition.node
             && let Some(relation) = Relation::of(*operator)
         {
@@ -142,12 +173,13 @@ impl Lowering<'_> {
                 relation,
                 a,
                 b,
+                then,
                 otherwise,
             });
             return Some(());
         }
         let a = self.register(condition)?;
-        self.push(Quick::Truth { a, otherwise });
+        self.push(Quick::Truth { a, then, otherwise });
         Some(())
     }
 
@@ -173,8 +205,8 @@ impl Lowering<'_> {
             from,
             to,
             step,
-            opener: narrow(number)?,
-            exit: narrow(exit)?,
+            opener: wide(number)?,
+            exit: wide(exit)?,
         });
         self.push(Quick::For(index));
         Some(())
@@ -194,38 +226,16 @@ impl Lowering<'_> {
         Some(())
     }
 
-    fn call(&mut self, number: usize, block: usize, arguments: &[Expression]) -> Option<()> {
-        let handed = arguments
-            .iter()
-            .map(|argument| match &argument.node {
-                Node::Variable(variable) => match variable.reference {
-                    Reference::Slot(slot) if variable.subscripts.is_empty() => Some(Handed::Variable {
-                        slot: narrow(slot)?,
-                        cell: narrow(self.symbols.slots.get(slot)?.base)?,
-                    }),
-                    Reference::Parameter(parameter) => narrow(parameter).map(Handed::Parameter),
-                    Reference::Slot(_) | Reference::Unresolved => None,
-                },
-                _ => self.register(argument).map(Handed::Value),
-            })
-            .collect::<Option<_>>()?;
-        let step = narrow(self.blocks.get(block)?.step)?;
-        let index = narrow(self.code.calls.len())?;
-        self.code.calls.push(Called {
-            arguments: handed,
-            step,
-            back: narrow(number + 1)?,
-        });
-        self.push(Quick::Call(index));
-        Some(())
-    }
-
     /// The register an expression is in once its instructions are done.
-    fn register(&mut self, expression: &Expression) -> Option<Register> {
+    pub(super) fn register(&mut self, expression: &Expression) -> Option<Register> {
         match &expression.node {
             Node::Variable(variable) if variable.subscripts.is_empty() => match variable.reference {
                 Reference::Slot(_) => self.plain(variable),
-                _ => self.compute(expression, None),
+                Reference::Parameter(parameter) => match self.stand_in(parameter)? {
+                    Some(cell) => Some(cell),
+                    None => self.compute(expression, None),
+                },
+                Reference::Unresolved => None,
             },
             _ if expression.is_constant() => self.constant(constant_number(expression, self.options)?),
             _ => self.compute(expression, None),
@@ -282,9 +292,15 @@ impl Lowering<'_> {
                 Some(to)
             }
             Reference::Parameter(parameter) => {
+                let stand_in = self.stand_in(parameter)?;
                 let to = self.target(to)?;
-                let parameter = narrow(parameter)?;
-                self.push(Quick::Fetch { to, parameter });
+                self.push(match stand_in {
+                    Some(a) => Quick::Copy { to, a },
+                    None => Quick::Fetch {
+                        to,
+                        parameter: narrow(parameter)?,
+                    },
+                });
                 Some(to)
             }
             Reference::Unresolved => None,
@@ -315,7 +331,13 @@ impl Lowering<'_> {
             [only] => {
                 let a = self.register(only)?;
                 let to = self.target(to)?;
-                (Quick::Function { builtin, to, a }, to)
+                let quick = match builtin {
+                    Builtin::Sqrt => Quick::Root { to, a },
+                    Builtin::Sin => Quick::Sine { to, a },
+                    Builtin::Cos => Quick::Cosine { to, a },
+                    builtin => Quick::Function { builtin, to, a },
+                };
+                (quick, to)
             }
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
@@ -333,7 +355,7 @@ impl Lowering<'_> {
     }
 
     /// A plain variable that can hold a number.
-    fn plain(&self, variable: &Variable) -> Option<Register> {
+    pub(super) fn plain(&self, variable: &Variable) -> Option<Register> {
         let slot = self.slot(variable)?;
         let fits = slot.kind.is_none_or(crate::Kind::is_number);
         narrow(slot.base).filter(|_| fits && variable.subscripts.is_empty() && slot.bounds.is_none())
@@ -347,39 +369,39 @@ impl Lowering<'_> {
     }
 
     /// An element of an array of numbers with one or two subscripts: the array, and the register of its flat subscript.
-    fn element(&mut self, variable: &Variable) -> Option<(u32, Register)> {
+    fn element(&mut self, variable: &Variable) -> Option<(Array, Register)> {
         let slot = self.slot(variable)?;
         if slot.kind.is_some_and(|kind| !kind.is_number()) {
             return None;
         }
         let row = match slot.bounds.as_deref()? {
             [_] => 1,
-            [_, second] => second.checked_add(1)?,
+            [_, second] => u16::try_from(second.checked_add(1)?).ok()?,
             _ => return None,
         };
-        let described = Array {
+        let length = narrow(slot.length())?;
+        let array = Array {
             base: narrow(slot.base)?,
-            length: narrow(slot.length())?,
-            row,
+            length,
         };
-        let index = match variable.subscripts.as_slice() {
-            [only] => (self.register(only)?, None),
-            [first, second] => (self.register(first)?, Some(self.register(second)?)),
-            _ => return None,
-        };
-        let array = match self.code.arrays.iter().position(|known| *known == described) {
-            Some(known) => narrow(known)?,
-            None => {
-                self.code.arrays.push(described);
-                narrow(self.code.arrays.len() - 1)?
+        // That the last cell has a number spares looking at that of each.
+        array.base.checked_add(length)?;
+        match variable.subscripts.as_slice() {
+            [only] => Some((array, self.register(only)?)),
+            [first, second] => {
+                let (a, b) = (self.register(first)?, self.register(second)?);
+                let to = self.target(None)?;
+                self.push(Quick::Flatten {
+                    to,
+                    a,
+                    b,
+                    row,
+                    length,
+                });
+                Some((array, to))
             }
-        };
-        let (a, Some(b)) = index else {
-            return Some((array, index.0));
-        };
-        let to = self.target(None)?;
-        self.push(Quick::Flatten { to, array, a, b });
-        Some((array, to))
+            _ => None,
+        }
     }
 
     fn target(&mut self, to: Option<Register>) -> Option<Register> {
@@ -402,31 +424,9 @@ impl Lowering<'_> {
             return Some(*known);
         }
         let register = narrow(self.symbols.cells + TEMPORARIES + self.code.constants.len())?;
-        self.code.constants.push(number);
+        self.code.constants.push(Some(number));
         self.constants.insert(key, register);
         Some(register)
-    }
-
-    /// Puts instructions in place of the steps that jumps lead to.
-    fn finish(mut self) -> Code {
-        let entries: Vec<Target> = self.code.entries.clone();
-        let last = entries.last().copied().unwrap_or(0);
-        let at = |step: &mut Target| *step = entries.get(*step as usize).copied().unwrap_or(last);
-        for instruction in &mut self.code.instructions {
-            match &mut instruction.operation {
-                Quick::Jump(target)
-                | Quick::Branch {
-                    otherwise: target, ..
-                }
-                | Quick::Truth {
-                    otherwise: target, ..
-                }
-                | Quick::Next { body: target, .. } => at(target),
-                _ => {}
-            }
-        }
-        self.code.choices.iter_mut().flatten().for_each(at);
-        self.code
     }
 
     fn binary(&self, operator: Binary, to: Register, a: Register, b: Register) -> Quick {

@@ -1,10 +1,12 @@
 //! The compiler: parsed file in, flat program out.
 //! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps, `lower`
-//! their quick form.
+//! their quick form with the calls of `copy`, which `fuse` puts together.
 
+mod copy;
 mod declare;
 mod direct;
 mod emit;
+mod fuse;
 mod kinds;
 mod lower;
 mod names;

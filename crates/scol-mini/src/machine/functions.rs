@@ -14,7 +14,7 @@ use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Expression};
 use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
 
-const DEGREES: f64 = 180.0 / core::f64::consts::PI;
+pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
 impl Context<'_> {
     pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {

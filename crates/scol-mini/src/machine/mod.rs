@@ -4,6 +4,7 @@
 
 mod arithmetic;
 mod ask;
+mod circle;
 mod compose;
 mod evaluate;
 mod execute;
@@ -13,8 +14,10 @@ mod monitor;
 mod place;
 mod print;
 mod quick;
+mod registers;
 #[cfg(feature = "serde")]
 pub(crate) mod snapshot;
+mod sprint;
 #[cfg(test)]
 mod tests;
 

@@ -1,48 +1,52 @@
-//! Runs the quick form of a program: statements that compute with numbers, as many as there are in a row. What an
-//! instruction cannot do (a value is missing, a result does not fit, a list is no number) is left to the step it
+//! Does the instructions of the quick form, whatever the kinds of the numbers; `sprint` does most of them faster. What
+//! an instruction cannot do (a value is missing, a result does not fit, a list is no number) is left to the step it
 //! belongs to, from its beginning; so faults, their words and their lines are those of the steps alone.
 
 use super::arithmetic::{binary, truncated, truth, unary};
 use super::functions::numeric;
 use super::loops::past;
 use super::place::{Argument, Place};
+use super::registers::Registers;
 use super::{Frame, Loop, Machine};
 use crate::MAX_CALL_NESTING;
+use crate::builtin::Builtin;
 use crate::cell::{Cell, Held, Pair};
-use crate::code::{Array, Called, Code, Handed, Instruction, Quick, Register, TEMPORARIES};
-use crate::memory::Memory;
+use crate::code::{Array, Called, Code, Handed, Quick, Register, TEMPORARIES, Target};
 use crate::options::IntDivision;
 use crate::program::Program;
 use crate::request::Number;
 use crate::tree::Binary;
 
-/// The cells a program works on.
-struct Registers<'a> {
-    cells: &'a mut [Cell],
-    /// The first temporary.
-    temporaries: usize,
-}
-
 impl Registers<'_> {
-    #[inline(always)]
     fn get(&self, register: Register) -> Cell {
-        self.cells.get(register as usize).copied().unwrap_or(Cell::EMPTY)
+        self.cells
+            .get(usize::from(register))
+            .copied()
+            .unwrap_or(Cell::EMPTY)
     }
 
-    #[inline(always)]
+    /// Stores a number of any kind for a parameter.
+    fn hand(&mut self, to: Register, a: Register) -> bool {
+        match (self.number(a), self.cells.get_mut(usize::from(to))) {
+            (Some(number), Some(place)) => {
+                *place = Cell::from(number);
+                true
+            }
+            _ => false,
+        }
+    }
+
     fn pair(&self, a: Register, b: Register) -> Pair {
         self.get(a).pair(self.get(b))
     }
 
-    #[inline(always)]
     fn number(&self, register: Register) -> Option<Number> {
         self.get(register).number()
     }
 
     /// Stores a number as the kind the variable has; `false` when that cannot be done here.
-    #[inline(always)]
     fn integer(&mut self, register: Register, value: Option<i32>) -> bool {
-        match (self.cells.get_mut(register as usize), value) {
+        match (self.cells.get_mut(usize::from(register)), value) {
             (Some(place), Some(value)) if place.is_integer() => {
                 *place = Cell::integer(value);
                 true
@@ -52,9 +56,8 @@ impl Registers<'_> {
     }
 
     /// As [`Registers::integer`]; what is not finite does not fit.
-    #[inline(always)]
     fn real(&mut self, register: Register, value: f32) -> bool {
-        match self.cells.get_mut(register as usize) {
+        match self.cells.get_mut(usize::from(register)) {
             Some(place) if place.is_real() && value.is_finite() => {
                 *place = Cell::real(value);
                 true
@@ -68,7 +71,6 @@ impl Registers<'_> {
         }
     }
 
-    #[inline(always)]
     fn set(&mut self, register: Register, value: Option<Number>) -> bool {
         match value {
             Some(Number::Integer(value)) => self.integer(register, Some(value)),
@@ -78,7 +80,6 @@ impl Registers<'_> {
     }
 
     /// The same cells, for a function that is not a part of the loop.
-    #[inline(always)]
     fn again(&mut self) -> Registers<'_> {
         Registers {
             cells: self.cells,
@@ -90,8 +91,8 @@ impl Registers<'_> {
 /// Stores a number as the kind of what it replaces; a temporary takes any.
 #[inline(never)]
 fn change(cells: &mut [Cell], temporaries: usize, register: Register, value: Option<Number>) -> bool {
-    let temporary = (register as usize).checked_sub(temporaries);
-    let (Some(place), Some(value)) = (cells.get_mut(register as usize), value) else {
+    let temporary = (usize::from(register)).checked_sub(temporaries);
+    let (Some(place), Some(value)) = (cells.get_mut(usize::from(register)), value) else {
         return false;
     };
     let changed = match (place.held(), value) {
@@ -116,78 +117,52 @@ fn other(operator: Binary, a: Option<Number>, b: Option<Number>, division: IntDi
 }
 
 /// What came of an instruction.
-enum Outcome {
+pub(super) enum Outcome {
     /// The next one follows.
     On,
     /// This one follows.
-    To(u32),
+    To(Target),
     /// The step has to do it.
     Left,
 }
 
 impl From<bool> for Outcome {
-    #[inline(always)]
     fn from(done: bool) -> Self {
         if done { Outcome::On } else { Outcome::Left }
     }
 }
 
 impl Machine {
-    /// Runs quick statements until one has to be done by its step; `true` when the fuel is used up before.
-    pub(super) fn sprint(&mut self, program: &Program, memory: &mut Memory, fuel: &mut u32) -> bool {
-        let code = &program.code;
-        let Some(entry) = code.entries.get(self.at) else {
-            return false;
-        };
-        let mut registers = Registers {
-            cells: memory.registers(),
-            temporaries: program.symbols.cells,
-        };
-        let mut at = *entry as usize;
-        let mut left = *fuel;
-        let empty = loop {
-            let Some(Instruction { cost, operation }) = code.instructions.get(at) else {
-                break false;
-            };
-            let cost = u32::from(*cost);
-            if left < cost {
-                break true;
-            }
-            left -= cost;
-            match self.quick(program, code, *operation, &mut registers) {
-                Outcome::On => at += 1,
-                Outcome::To(target) => at = target as usize,
-                Outcome::Left => {
-                    // The step begins anew, and pays anew.
-                    let step = code.steps.get(at).map_or(0, |step| *step as usize);
-                    let first = code
-                        .entries
-                        .get(step)
-                        .and_then(|first| code.instructions.get(*first as usize));
-                    left += first.map_or(0, |first| u32::from(first.cost));
-                    break false;
-                }
-            }
-        };
-        *fuel = left;
-        if let Some(step) = code.steps.get(at) {
-            self.at = *step as usize;
-        }
-        empty
-    }
-
-    #[inline(always)]
+    /// Does any instruction.
+    #[inline(never)]
     #[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
-    fn quick(
+    pub(super) fn quick(
         &mut self,
         program: &Program,
-        code: &Code,
-        operation: Quick,
+        operation: &Quick,
         registers: &mut Registers<'_>,
     ) -> Outcome {
-        match operation {
+        let code = &program.code;
+        match *operation {
             Quick::Leave => Outcome::Left,
             Quick::Jump(target) => Outcome::To(target),
+            // The instructions they stand for follow.
+            Quick::MultiplyAdd { .. }
+            | Quick::MultiplyFrom { .. }
+            | Quick::LoadNear { .. }
+            | Quick::LoadJoin { .. }
+            | Quick::LoadAdd { .. }
+            | Quick::UpdateAdd { .. }
+            | Quick::RootJoin { .. }
+            | Quick::SineJoin { .. }
+            | Quick::CosineJoin { .. }
+            | Quick::RootScaled { .. }
+            | Quick::SineScaled { .. }
+            | Quick::CosineScaled { .. }
+            | Quick::JumpBranch { .. }
+            | Quick::GuardedAdd { .. }
+            | Quick::GuardedSubtract { .. }
+            | Quick::GuardedCopy { .. } => Outcome::On,
             Quick::Copy { to, a } => {
                 let value = registers.number(a);
                 registers.set(to, value).into()
@@ -241,42 +216,44 @@ impl Machine {
                 relation,
                 a,
                 b,
+                then,
                 otherwise,
             } => match registers.pair(a, b) {
-                Pair::Integers(a, b) if relation.integers(a, b) => Outcome::On,
-                Pair::Reals(a, b) if relation.reals(a, b) => Outcome::On,
+                Pair::Integers(a, b) if relation.integers(a, b) => Outcome::To(then),
+                Pair::Reals(a, b) if relation.reals(a, b) => Outcome::To(then),
                 Pair::Integers(..) | Pair::Reals(..) => Outcome::To(otherwise),
                 Pair::Other => Outcome::Left,
             },
-            Quick::Truth { a, otherwise } => match registers.number(a) {
-                Some(value) if truth(value) => Outcome::On,
+            Quick::Truth { a, then, otherwise } => match registers.number(a) {
+                Some(value) if truth(value) => Outcome::To(then),
                 Some(_) => Outcome::To(otherwise),
                 None => Outcome::Left,
             },
-            Quick::Function { builtin, to, a } => {
-                let value = registers.number(a);
-                let result =
-                    value.and_then(|value| numeric(builtin, &[value], program.options.int_division).ok());
-                registers.set(to, result).into()
-            }
+            Quick::Function { builtin, to, a } => function(program, builtin, to, &[a], registers).into(),
+            Quick::Root { to, a } => function(program, Builtin::Sqrt, to, &[a], registers).into(),
+            Quick::Sine { to, a } => function(program, Builtin::Sin, to, &[a], registers).into(),
+            Quick::Cosine { to, a } => function(program, Builtin::Cos, to, &[a], registers).into(),
             Quick::Function2 { builtin, to, a, b } => {
-                let pair = registers.number(a).zip(registers.number(b));
-                let result =
-                    pair.and_then(|(a, b)| numeric(builtin, &[a, b], program.options.int_division).ok());
-                registers.set(to, result).into()
+                function(program, builtin, to, &[a, b], registers).into()
             }
             Quick::Load { to, array, index } => {
-                let cell = element(code, array, registers.get(index));
+                let cell = element(array, registers.get(index));
                 let value = cell.and_then(|cell| registers.number(cell));
                 registers.set(to, value).into()
             }
             Quick::Store { array, index, a } => {
                 let value = registers.number(a);
-                let cell = element(code, array, registers.get(index));
+                let cell = element(array, registers.get(index));
                 cell.is_some_and(|cell| registers.set(cell, value)).into()
             }
-            Quick::Flatten { to, array, a, b } => {
-                let index = flat(code, array, registers.get(a), registers.get(b));
+            Quick::Flatten {
+                to,
+                a,
+                b,
+                row,
+                length,
+            } => {
+                let index = flat(row, length, registers.get(a), registers.get(b));
                 registers.integer(to, index).into()
             }
             Quick::Fetch { to, parameter } => {
@@ -287,6 +264,7 @@ impl Machine {
                 let value = registers.number(a);
                 self.put_parameter(parameter, value, registers.again()).into()
             }
+            Quick::Hand { to, a } => registers.hand(to, a).into(),
             Quick::For(number) => self.quick_for(code, number, registers.again()),
             Quick::Next {
                 variable,
@@ -294,16 +272,17 @@ impl Machine {
                 body,
             } => self.quick_next(variable, opener, body, registers),
             Quick::Call(number) => self.quick_call(code, number, registers.cells),
+            Quick::Enter(_) if self.frames.len() > MAX_CALL_NESTING => Outcome::Left,
+            Quick::Enter(target) => Outcome::To(target),
             Quick::Return => match self.leave().and_then(|step| code.entries.get(step)) {
                 Some(back) => Outcome::To(*back),
                 None => Outcome::Left,
             },
-            Quick::Choose { a, choice } => choose(code, registers.get(a), choice),
+            Quick::Choose { a, first, count } => choose(code, registers.get(a), first, count),
         }
     }
 
-    #[inline(always)]
-    fn parameter(&self, parameter: u32, cells: &[Cell]) -> Option<Number> {
+    fn parameter(&self, parameter: u16, cells: &[Cell]) -> Option<Number> {
         match *self.argument_at(self.absolute(parameter))? {
             Argument::Place(Place::Cell { cell, .. }) => cells.get(cell)?.number(),
             Argument::Place(Place::Argument(at)) => match self.argument_at(at)? {
@@ -320,16 +299,15 @@ impl Machine {
     }
 
     /// The number of a parameter in the stack of arguments.
-    #[inline(always)]
-    fn absolute(&self, parameter: u32) -> usize {
-        self.frames.last().map_or(0, |frame| frame.arguments) + parameter as usize
+    fn absolute(&self, parameter: u16) -> usize {
+        self.frames.last().map_or(0, |frame| frame.arguments) + usize::from(parameter)
     }
 
     /// Only a variable of the caller is written here.
-    fn put_parameter(&self, parameter: u32, value: Option<Number>, mut registers: Registers<'_>) -> bool {
+    fn put_parameter(&self, parameter: u16, value: Option<Number>, mut registers: Registers<'_>) -> bool {
         match self.argument_at(self.absolute(parameter)) {
             Some(Argument::Place(Place::Cell { cell, .. })) => {
-                u32::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
+                Register::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
             }
             Some(Argument::Place(Place::Argument(_)) | Argument::Number(_) | Argument::Vector(_)) | None => {
                 false
@@ -337,8 +315,8 @@ impl Machine {
         }
     }
 
-    fn quick_for(&mut self, code: &Code, number: u32, mut registers: Registers<'_>) -> Outcome {
-        let Some(counted) = code.loops.get(number as usize) else {
+    fn quick_for(&mut self, code: &Code, number: u16, mut registers: Registers<'_>) -> Outcome {
+        let Some(counted) = code.loops.get(usize::from(number)) else {
             return Outcome::Left;
         };
         let from = registers.number(counted.from);
@@ -364,24 +342,23 @@ impl Machine {
             .map_or(Outcome::Left, |exit| Outcome::To(*exit))
     }
 
-    #[inline(always)]
     fn quick_next(
         &mut self,
         variable: Register,
-        opener: u32,
-        body: u32,
+        opener: u16,
+        body: Target,
         registers: &mut Registers<'_>,
     ) -> Outcome {
         let first = self.frames.last().map_or(0, |frame| frame.loops);
         let Some(open) = self.loops.get(first..).and_then(<[Loop]>::last) else {
             return Outcome::Left;
         };
-        if open.opener != opener as usize {
+        if open.opener != usize::from(opener) {
             return Outcome::Left;
         }
         let now = registers.get(variable);
-        let over = match now.integers(open.step, open.limit) {
-            Some((now, step, limit)) => {
+        let over = match Cell::integers([now, open.step, open.limit]) {
+            Some([now, step, limit]) => {
                 let Some(now) = now.checked_add(step) else {
                     return Outcome::Left;
                 };
@@ -403,12 +380,12 @@ impl Machine {
         Outcome::To(body)
     }
 
-    fn quick_call(&mut self, code: &Code, number: u32, cells: &[Cell]) -> Outcome {
+    pub(super) fn quick_call(&mut self, code: &Code, number: u16, cells: &[Cell]) -> Outcome {
         let Some(Called {
             arguments,
             step,
             back,
-        }) = code.calls.get(number as usize)
+        }) = code.calls.get(usize::from(number))
         else {
             return Outcome::Left;
         };
@@ -437,7 +414,7 @@ impl Machine {
         match handed {
             Handed::Variable { slot, cell } => Some(Argument::Place(Place::Cell {
                 slot: slot as usize,
-                cell: cell as usize,
+                cell: usize::from(cell),
             })),
             Handed::Parameter(parameter) => {
                 let at = self.absolute(parameter);
@@ -446,7 +423,7 @@ impl Machine {
                     Argument::Number(_) | Argument::Vector(_) => Some(Argument::Place(Place::Argument(at))),
                 }
             }
-            Handed::Value(register) => cells.get(register as usize)?.number().map(Argument::Number),
+            Handed::Value(register) => cells.get(usize::from(register))?.number().map(Argument::Number),
         }
     }
 }
@@ -465,36 +442,52 @@ fn counted_on(now: Cell, step: Cell, limit: Cell) -> Option<(Number, bool)> {
     fits.then(|| (sum, past(sum, limit, step)))
 }
 
+/// A function of these numbers.
+fn function(
+    program: &Program,
+    builtin: Builtin,
+    to: Register,
+    of: &[Register],
+    registers: &mut Registers<'_>,
+) -> bool {
+    let mut numbers = [Number::Integer(0); 2];
+    for (number, register) in numbers.iter_mut().zip(of) {
+        match registers.number(*register) {
+            Some(found) => *number = found,
+            None => return false,
+        }
+    }
+    let numbers = numbers.get(..of.len()).unwrap_or_default();
+    let result = numeric(builtin, numbers, program.options.int_division).ok();
+    registers.set(to, result)
+}
+
 /// The cell of an element.
-#[inline(always)]
-fn element(code: &Code, array: u32, index: Cell) -> Option<Register> {
-    let Array { base, length, .. } = *code.arrays.get(array as usize)?;
-    let index = u32::try_from(index.as_integer()?).ok()?;
-    (index < length).then(|| base.wrapping_add(index))
+fn element(array: Array, index: Cell) -> Option<Register> {
+    let index = u16::try_from(index.as_integer()?).ok()?;
+    (index < array.length).then(|| array.base.wrapping_add(index))
 }
 
 /// Two subscripts as one.
-#[inline(always)]
-fn flat(code: &Code, array: u32, a: Cell, b: Cell) -> Option<i32> {
-    let Array { length, row, .. } = *code.arrays.get(array as usize)?;
+fn flat(row: u16, length: u16, a: Cell, b: Cell) -> Option<i32> {
     let a = u32::try_from(a.as_integer()?).ok()?;
     let b = u32::try_from(b.as_integer()?).ok()?;
-    let index = a.checked_mul(row)?.checked_add(b)?;
-    (b < row && index < length)
+    let index = a.checked_mul(u32::from(row))?.checked_add(b)?;
+    (b < u32::from(row) && index < u32::from(length))
         .then(|| i32::try_from(index).ok())
         .flatten()
 }
 
 /// A computed GOTO.
-fn choose(code: &Code, selector: Cell, choice: u32) -> Outcome {
-    let (Some(number), Some(targets)) = (selector.as_integer(), code.choices.get(choice as usize)) else {
+fn choose(code: &Code, selector: Cell, first: u16, count: u16) -> Outcome {
+    let Some(number) = selector.as_integer() else {
         return Outcome::Left;
     };
     let chosen = usize::try_from(number)
         .ok()
         .and_then(|number| number.checked_sub(1));
-    match chosen.and_then(|at| targets.get(at)) {
-        Some(target) => Outcome::To(*target),
-        None => Outcome::On,
-    }
+    let target = chosen
+        .filter(|at| *at < usize::from(count))
+        .and_then(|at| code.choices.get(usize::from(first) + at));
+    target.map_or(Outcome::On, |target| Outcome::To(*target))
 }

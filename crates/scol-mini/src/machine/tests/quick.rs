@@ -9,13 +9,14 @@ use std::vec::Vec;
 fn history(program: &Arc<Program>, portion: u32) -> Vec<String> {
     let (mut machine, mut memory) = (Machine::main(Arc::clone(program)), Memory::new(program));
     let mut seen = Vec::new();
-    for _ in 0..400 {
+    for _ in 0..600 {
         let mut fuel = portion;
         let pause = machine.run(&mut memory, &STILL, &mut fuel);
         let values: Vec<Option<Value>> = (0..program.symbols.cells).map(|at| memory.value(at)).collect();
         seen.push(format!(
-            "{pause:?} left {fuel} line {} loops {:?} arguments {:?} {values:?}",
+            "{pause:?} left {fuel} line {} frames {:?} loops {:?} arguments {:?} {values:?}",
             machine.line(),
+            machine.frames,
             machine.loops,
             machine.arguments
         ));
@@ -59,6 +60,29 @@ const EDGES: &[&str] = &[
     "I = NOT 0\nJ = NOT 2.5\nK = I AND J OR 0\nL = 1 < 2\nL = 1.5 <> 1.5\nPRINT I, J, K, L\nK = 2 ^ 3\nX = 2 ^ -1\nX = -2.0 ^ 0.5\nK = 10 ^ 10",
     "X = SQRT(2)\nX = SQRT(-1)\nX = SIN(30)\nK = INT(-2.9)\nK = INT(3E9)\nK = SGN(-3.5)\nX = ATAN2(1, 1)\nX = MAX(1, 2.5)\nK = MIN(4, 2)\n\
      X = LN(0)\nX = REAL(3)\nX = EXP(100)\nPRINT X, K",
+    // Two, three and four instructions in one: integers, reals, both, undefined, too large; arrays at their ends.
+    "I = 3\nJ = I + I * 4\nJ = J - I * 2\nX = 1.5\nX = X + X * 2.0\nX = X - X * X\nJ = J + X * 2\nX = X + J * 2\nJ = U + I * 2\n\
+     J = I + 46341 * 46341\nJ = 2147483647 + I * I\nX = X + 2E38 * 4.0\nX = 3E38 + 3E38 * 1.0\nU = I + I * I\nU = U + I * 0.6\nPRINT U, X, J",
+    "DIM A(4) AS INTEGER, B(4), C(2,2) AS REAL, D(4)\nFOR I = 1 TO 5\nA(I) = A(I - 1) + I\nB(I) = A(I) * 2\nS = S + A(I)\nS = 1\nS = S + A(I)\nNEXT I\n\
+     K = A(I - 1)\nK = A(K + 9)\nK = A(-1 + I)\nK = A(2 + 1)\nK = A(K - 2147483647)\nA(2) = A(2) + 2147483647\nA(2) = A(2) - 1.9\nA(3) = 5 - A(2)\nA(4) = A(3) * A(2)\n\
+     C(1,1) = C(1,1) + 1\nC(1,2) = C(1,1) + 0.5\nD(1) = D(0) + 1\nD(0) = 1\nD(1) = D(0) + 1\nX = D(1 + 0) - 2\nA(X) = A(X + 1) + 1\nI = A(5 - 1) - A(1)",
+    "IF I > 1 THEN I = I + 1\nI = 1\nIF I > 0 THEN I = I + 1\nIF I > 9 THEN I = I - 1\nIF I > 9 THEN I = J\nIF I < 9 THEN J = I\nIF J < 9 THEN J = 7.9\n\
+     I = 2147483647\nIF J > 99 THEN I = I + 1\nIF J < 99 THEN I = I + 1\nX = 3E38\nIF X > 4 THEN X = X + X\nIF X < 4 THEN X = X + X\nIF X > 4 THEN X = X - 1E38\n\
+     IF X > 4 THEN X = X - 1\nIF X < J THEN X = X - 1.0 ELSE J = J + 1\nIF I <> J THEN I = I - 2\nIF I == X THEN J = 0\nIF X >= X THEN X = 2.5\nIF P > 1 THEN I = I + 1\nP = POINT(1)\nIF P > 1 THEN I = I + 1\nPRINT I, J, X",
+    "X = 2.0\nY = 1.0\nX = X + SQRT(Y)\nX = SQRT(X) * 2.0\nX = SIN(X) - 1.0\nX = 3.0 - COS(Y)\nX = X + SQRT(-1.0)\nX = X * SQRT(U)\nX = Y - SIN(4000.0)\n\
+     X = SIN(180.0) + Y\nX = COS(90.0) + 0.0\nI = 4\nI = I + SIN(30.0)\nX = SQRT(I) + I\nX = SIN(I) + COS(I)\nX = SIN(Y) * COS(Y)\nPRINT X, I\nU = 1",
+    "X = 2.0\nR = 3.0\nA = 40.0\nX = X + R * COS(A)\nX = X - SIN(A) * R\nX = SQRT(R) * 0.5 + X\nX = SQRT(R) * A - X\nX = X + R * COS(J)\nJ = 1\nX = X + J * SIN(A)\n\
+     X = X + R * SIN(J)\nX = J - R * SQRT(R)\nJ = X + R * COS(A)\nX = X + 3E38 * SQRT(A)\nX = X - SQRT(0 - R) * R\nX = R * COS(A)\nX = 3E38 + 3E38 * COS(0.5)\nPRINT X, J",
+    "TOP:\nIF I > 3 THEN GOTO OUT\nI = I + 1\nIF I == 2 THEN PRINT I ELSE GOTO TOP\nIF I < 2 THEN IF J > 1 THEN GOTO TOP\nGOTO TOP\nOUT:\nI = 0\nJ = J + 1\n\
+     FOR I = 1 TO 2\nGOTO BACK\nIN:\nIF I < J THEN J = J - 1\nNEXT I\nGOTO END1\nBACK:\nIF I > 0 THEN GOTO IN\nEND1:\nI = 0\nAGAIN:\nI = I + 1\nIF I < 4 THEN GOTO AGAIN",
+    // Calls of what stands in the code once more: by value, by reference, what has no value or is no number; back in the
+    // middle; loops, monitors and calls around it.
+    "SHORT(I, 2)\nI = 5\nSHORT(I, 2)\nSHORT(I, I)\nSHORT(J, I + 0.5)\nSHORT(I, J)\nSHORT(X, 1.5)\nSHORT(X, X)\nX = 2.5\nSHORT(X, X)\nSHORT(I, X)\nSHORT(I * 2, X + 1)\n\
+     P = POINT(1)\nSHORT(P, 1)\nSHORT(I, P)\nSHORT(I, 2147483647)\nSHORT(2, U)\nPRINT I, J, X",
+    "FOR I = 1 TO 3\nFOR J = 1 TO 2\nSPIN(I, K)\nNEXT J\nNEXT I\nIF I < 9 THEN K = +I * 2\nIF I > 9 THEN K = +I * 3\nPRINT K",
+    "FOR I = 1 TO 3\nFOR J = 1 TO 2\nPICK(I + J - 1, K)\nPRINT I, J, K\nNEXT J\nNEXT I\nPICK(1, Z)\nPICK(7, K)\nPICK(K, K)\nPRINT K",
+    "DOWN(14)\nDOWN(15)\nDOWN(16)\nPRINT 1",
+    "ON I > 2 DO GOTO OUT\nFOR J = 1 TO 3\nSHORT(I, J)\nNEXT J\nOUT:\nPRINT I",
     "K = 0\nAGAIN:\nK = K + 1\nIF K < 5 THEN GOTO AGAIN ELSE PRINT K\nIF K THEN IF K - 5 THEN PRINT 1 ELSE PRINT 2\nIF X THEN PRINT 3\nX = 1",
     "WAIT DIN(1)\nWAIT MOTION >= 100\nI = DIN(2)\nON I == 1 DO HALF(J)\nJ = 4\nI = 1\nPRINT J\nINPUT I, Z\nPRINT I, Z",
 ];
@@ -66,8 +90,11 @@ const EDGES: &[&str] = &[
 #[test]
 fn the_quick_form_does_what_the_steps_do() {
     const REST: &str = "\nPRINT \"END\"\nEND\nPROGRAM HALF(N)\nN = N / 2\nPRINT N\nFOR L = 1 TO 2\nIF N > 2 THEN RETURN\nNEXT L\nEND\n\
-        PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n";
-    let mut quick = 0;
+        PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n\
+        PROGRAM SHORT(N, M)\nT = N + M\nIF T > 9 THEN RETURN\nN = T\nM = N + M * 2\nEND\n\
+        PROGRAM PICK(N, M)\nGOTO(N) ONE, TWO\nM = 3\nRETURN\nONE:\nM = 10\nRETURN\nTWO:\nIF N == 2 THEN M = 20 ELSE M = 30\nGOTO ONE\nEND\n\
+        PROGRAM SPIN(N, M)\nM = 0\nFOR L = 1 TO N\nM = M + L\nNEXT L\nEND\nPROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
+    let (mut quick, mut seen) = (0, String::new());
     for body in EDGES {
         for division in [crate::IntDivision::Truncate, crate::IntDivision::Real] {
             let options = LanguageOptions {
@@ -81,6 +108,8 @@ fn the_quick_form_does_what_the_steps_do() {
                 .unwrap_or_else(|| panic!("{source}\n{:?}", compilation.diagnostics));
             let leaves = |i: &&Instruction| i.operation != Quick::Leave;
             quick += program.code.instructions.iter().filter(leaves).count();
+            let all = program.code.instructions.iter();
+            all.for_each(|i| seen.push_str(&format!("{:?} ", i.operation)));
             let slow = Arc::new(Program {
                 code: Code::default(),
                 ..Program::clone(&program)
@@ -96,6 +125,155 @@ fn the_quick_form_does_what_the_steps_do() {
         }
     }
     assert!(quick > 400, "only {quick} instructions");
+    // Not one that is never put together.
+    let kinds = [
+        "JumpBranch",
+        "MultiplyAdd",
+        "MultiplyFrom",
+        "LoadNear",
+        "LoadAdd",
+        "LoadJoin",
+        "UpdateAdd",
+        "RootJoin",
+        "SineJoin",
+        "CosineJoin",
+        "RootScaled",
+        "SineScaled",
+        "CosineScaled",
+        "GuardedAdd",
+        "GuardedSubtract",
+        "GuardedCopy",
+        "Enter",
+        "Hand",
+    ];
+    for kind in kinds {
+        assert!(seen.contains(kind), "{kind} in none of the programs");
+    }
+}
+
+/// A number that looks like chance, always the same.
+struct Dice(u32);
+
+impl Dice {
+    fn roll(&mut self, sides: usize) -> usize {
+        self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (self.0 >> 8) as usize % sides
+    }
+
+    fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
+        of[self.roll(of.len())]
+    }
+
+    fn operand(&mut self) -> String {
+        match self.roll(12) {
+            0 => format!("A({} - 1)", self.one(&["I", "J"])),
+            1 => format!("B({} + {})", self.one(&["I", "J"]), self.roll(3)),
+            2 => format!(
+                "{}({})",
+                self.one(&["SQRT", "SIN", "COS"]),
+                self.one(&["X", "Y", "I"])
+            ),
+            3 => format!("{}.5", self.roll(400)),
+            4 | 5 => format!("{}", self.roll(5)),
+            _ => self.one(&["I", "J", "K", "X", "Y", "U"]).into(),
+        }
+    }
+
+    fn target(&mut self) -> &'static str {
+        self.one(&["I", "J", "K", "X", "Y", "U", "A(I)", "A(J)", "B(K)", "I", "X"])
+    }
+
+    fn assignment(&mut self) -> String {
+        let (to, mut value) = (self.target(), self.operand());
+        for _ in 0..self.roll(3) {
+            value = match self.roll(2) {
+                0 => format!(
+                    "{value} {} {}",
+                    self.one(&["+", "-", "*", "+", "-", "/"]),
+                    self.operand()
+                ),
+                _ => format!("{} {} {value}", self.operand(), self.one(&["+", "-", "*"])),
+            };
+        }
+        // Many a program does this.
+        match self.roll(3) {
+            0 => format!("{to} = {to} {} {value}", self.one(&["+", "-"])),
+            _ => format!("{to} = {value}"),
+        }
+    }
+
+    fn statement(&mut self, number: usize) -> String {
+        let label = self.roll(12);
+        match self.roll(12) {
+            0 => format!("GOTO L{label}"),
+            1 => format!("GOTO(K) L{label}, L{number}"),
+            2 | 3 => format!("LEAF({}, {})", self.operand(), self.operand()),
+            4 => {
+                let relation = self.one(&["<", ">", "==", "<>", "<=", ">="]);
+                format!(
+                    "IF {} {relation} {} THEN GOTO L{label}",
+                    self.operand(),
+                    self.operand()
+                )
+            }
+            5..=7 => {
+                let relation = self.one(&["<", ">", "==", "<>"]);
+                let to = self.target();
+                let value = match self.roll(2) {
+                    0 => self.operand(),
+                    _ => format!("{to} {} {}", self.one(&["+", "-"]), self.operand()),
+                };
+                format!(
+                    "IF {} {relation} {} THEN {to} = {value}",
+                    self.operand(),
+                    self.operand()
+                )
+            }
+            _ => self.assignment(),
+        }
+    }
+
+    fn program(&mut self) -> String {
+        let mut source = String::from("PROGRAM M\nDIM A(3) AS INTEGER, B(4)\nI = 1\nX = 1.5\n");
+        for number in 0..12 {
+            source += &format!("L{number}:\n{}\n", self.statement(number));
+            if number == 5 {
+                source += "FOR J = 0 TO 3\n";
+            }
+        }
+        let leaf = |dice: &mut Dice| {
+            let (to, sign) = (dice.one(&["N", "M", "T"]), dice.one(&["+", "-", "*"]));
+            let (a, b) = (dice.one(&["N", "M", "T", "2"]), dice.one(&["N", "M", "3", "0.5"]));
+            format!("{to} = {a} {sign} {b} * 2\n")
+        };
+        source += "NEXT J\nI = 1\nJ = 1\nK = 1\nX = 1\nY = 1\nU = 1\nEND\nPROGRAM LEAF(N, M)\n";
+        (0..3).for_each(|_| source += &leaf(self));
+        source + "IF N > M THEN RETURN\nT = N + M * 2\nM = T\nEND\n"
+    }
+}
+
+#[test]
+fn programs_of_chance_run_the_same_in_both_forms() {
+    let (mut dice, mut run) = (Dice(7), 0);
+    for _ in 0..150 {
+        let source = dice.program();
+        let Some(program) = compile(&source, &LanguageOptions::default()).program else {
+            continue;
+        };
+        run += 1;
+        let slow = Arc::new(Program {
+            code: Code::default(),
+            ..Program::clone(&program)
+        });
+        for portion in [1, 3, 50] {
+            let (expected, found) = (history(&slow, portion), history(&program, portion));
+            for (expected, found) in expected.iter().zip(&found) {
+                assert_eq!(found, expected, "portions of {portion}:\n{source}");
+            }
+            assert_eq!(expected.len(), found.len());
+        }
+    }
+    assert!(run > 100, "only {run} programs compile");
 }
 
 #[cfg(feature = "serde")]
