@@ -1,11 +1,11 @@
-//! SIN and COS of a real in less time than `libm` takes, with the same bits on every machine: the value is computed in
-//! double precision with a known error, and where that error could change the real it is rounded to, there is none.
+//! SIN and COS of a real in less time than those of `functions` take, with the same bits: the value is computed in double
+//! precision with a known error, and where that error could change the real it is rounded to, there is none.
 
 /// Beyond these degrees nothing is computed here.
 const MOST: f64 = 3_600.0;
 
-/// More than what is computed here and what `libm` makes of the angle in radians can differ: the polynomial is exact to
-/// 4e-16, ten turns in radians to 2e-14.
+/// More than what is computed here and what `functions` makes of the angle can differ: the polynomial is exact to 4e-16,
+/// and so is an angle within a quarter turn in radians.
 const ERROR: f64 = 4e-14;
 
 /// Added to a number and taken away again, leaves its whole part, rounded; the lowest bit of the sum tells odd from even.
@@ -59,17 +59,17 @@ fn certain(degrees: f64) -> Option<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::machine::functions::DEGREES;
+    use crate::machine::functions::turned;
 
     /// Compares every `stride`-th real up to `MOST`, and its negative.
     fn compare(stride: usize) -> (u32, u32) {
         let (mut all, mut found) = (0, 0);
         for bits in (0..=(MOST as f32).to_bits()).step_by(stride) {
             for degrees in [f32::from_bits(bits), -f32::from_bits(bits)] {
-                let radians = f64::from(degrees) / DEGREES;
+                let (slow_sine, slow_cosine) = turned(f64::from(degrees));
                 for (fast, slow) in [
-                    (sine(degrees), libm::sin(radians) as f32),
-                    (cosine(degrees), libm::cos(radians) as f32),
+                    (sine(degrees), slow_sine as f32),
+                    (cosine(degrees), slow_cosine as f32),
                 ] {
                     all += 1;
                     if let Some(fast) = fast {
@@ -83,10 +83,10 @@ mod tests {
     }
 
     #[test]
-    fn the_bits_are_those_of_libm() {
+    fn the_bits_are_those_of_the_functions() {
         let (all, found) = compare(10_007);
         assert!(all > 400_000);
-        // The sine of an angle close to 0 is left to libm.
+        // The sine of an angle close to 0 is left to the function.
         assert!(found > all / 2, "{found} of {all}");
         for degrees in [0.0, 180.0, -360.0, 1e-30, 4_000.0, f32::INFINITY, f32::NAN] {
             assert_eq!(sine(degrees), None, "{degrees}");
@@ -99,7 +99,7 @@ mod tests {
     /// All of them; takes minutes.
     #[test]
     #[ignore = "takes minutes"]
-    fn all_bits_are_those_of_libm() {
+    fn all_bits_are_those_of_the_functions() {
         compare(1);
     }
 }

@@ -219,7 +219,7 @@ fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
 }
 
 /// Sine and cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, and TAN(90) has no value.
-fn turned(degrees: f64) -> (f64, f64) {
+pub(super) fn turned(degrees: f64) -> (f64, f64) {
     let within = libm::fmod(degrees, 360.0);
     let quarters = libm::round(within / 90.0);
     let (sine, cosine) = libm::sincos((within - quarters * 90.0) / DEGREES);
