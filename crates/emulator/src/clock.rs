@@ -25,7 +25,8 @@ pub enum TimeMode {
     Scaled(f64),
     /// It stands still.
     Stepped,
-    /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise.
+    /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise; while nobody
+    /// is there for whom the wall counts, it does nothing but jump.
     Auto,
 }
 
@@ -85,6 +86,8 @@ pub struct Clock {
     base: Time,
     /// When something last came from a host or went to one.
     stirred: Instant,
+    /// Nobody is there for whom the wall counts.
+    alone: bool,
 }
 
 impl Clock {
@@ -97,6 +100,18 @@ impl Clock {
             origin: wall,
             base: Time::ZERO,
             stirred: wall,
+            alone: true,
+        }
+    }
+
+    /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
+    /// [`TimeMode::Auto`] stands between two jumps, so that what nobody disturbs is the same each time.
+    pub fn set_alone(&mut self, alone: bool) {
+        if self.alone != alone {
+            let wall = Instant::now();
+            self.base = self.at(wall);
+            self.origin = wall;
+            self.alone = alone;
         }
     }
 
@@ -117,7 +132,9 @@ impl Clock {
 
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
+        let alone = self.alone;
         *self = Clock::start(self.mode);
+        self.alone = alone;
     }
 
     /// How long a moment is away on the wall, unless time stands still.
@@ -176,6 +193,7 @@ impl Clock {
     fn at(&self, wall: Instant) -> Time {
         let passed = wall.saturating_duration_since(self.origin);
         match self.mode {
+            TimeMode::Auto if self.alone => self.base,
             TimeMode::Real | TimeMode::Auto => self.base + whole_micros(passed),
             TimeMode::Scaled(factor) => self.base + whole_micros(scaled(passed, factor)),
             TimeMode::Stepped => self.base,
@@ -276,6 +294,7 @@ mod tests {
     #[test]
     fn auto_jumps_only_while_the_hosts_are_silent() {
         let mut clock = Clock::start(TimeMode::Auto);
+        clock.alone = false;
         let start = clock.origin;
         let hour = Time::from_millis(3_600_000);
         assert_eq!(
@@ -300,5 +319,25 @@ mod tests {
         assert!(clock.now() >= hour);
         clock.jump(Time::ZERO);
         assert!(clock.now() >= hour, "time never runs back");
+    }
+
+    #[test]
+    fn auto_stands_between_jumps_while_nobody_is_there() {
+        let mut clock = Clock::start(TimeMode::Auto);
+        let later = clock.origin + SECOND;
+        assert_eq!(clock.at(later), Time::ZERO);
+        let hour = Time::from_millis(3_600_000);
+        assert_eq!(
+            clock.wake_at(later, Some(hour), true),
+            Wake::JumpAfter(Duration::ZERO)
+        );
+        clock.jump(hour);
+        assert_eq!(clock.at(clock.origin + SECOND), hour);
+        clock.set_alone(false);
+        assert_eq!(clock.at(clock.origin + SECOND), hour + SECOND);
+        // Real time is the wall's, whoever is there.
+        clock.set_mode(TimeMode::Real);
+        clock.set_alone(true);
+        assert!(clock.at(clock.origin + SECOND) >= hour + SECOND);
     }
 }

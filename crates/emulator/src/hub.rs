@@ -19,7 +19,6 @@ use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
-use std::path::PathBuf;
 use std::pin::pin;
 use std::sync::Arc;
 use tokio::sync::mpsc;
@@ -121,10 +120,10 @@ pub struct Hub {
     servo_on: bool,
     /// Faults that are armed from the start.
     faults: Vec<Fault>,
-    /// Where the report at the end goes.
-    report: Option<PathBuf>,
     /// The controller as it was before the first input, for a reset.
     initial: Controller,
+    /// That was a snapshot's.
+    restored: bool,
     waits: Vec<Pending>,
     /// Why the deed that was just fed had no effect.
     refusal: Option<Refusal>,
@@ -145,6 +144,7 @@ impl Hub {
         clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
+            restored: settings.restore.is_some(),
             controller: powered.controller,
             clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
@@ -165,7 +165,6 @@ impl Hub {
             demo: powered.demo,
             servo_on: settings.servo_on,
             faults: settings.faults.clone(),
-            report: settings.report.clone(),
             waits: Vec::new(),
             refusal: None,
         };
@@ -250,7 +249,7 @@ impl Hub {
         self.serve(stop).await;
         // What is due by now has happened in the state that is told.
         self.feed(Input::Tick).await;
-        faults::tell(self.controller.faults(), self.report.as_deref());
+        faults::tell(self.controller.faults());
         self.links.close().await;
         self.lines.close().await;
         self.controller
@@ -316,6 +315,14 @@ impl Hub {
         self.lines.grant(&self.controller);
         self.tape.flush();
         self.end_waits();
+        self.attend();
+    }
+
+    /// Tells the clock whether anybody is there for whom the wall counts.
+    fn attend(&mut self) {
+        let there = |port: &Port| self.controller.peer(*port).is_some();
+        let alone = self.waits.is_empty() && self.controller.host_is_silent() && !Port::ALL.iter().any(there);
+        self.clock.set_alone(alone);
     }
 
     /// When something happens by itself.
@@ -360,7 +367,7 @@ impl Hub {
             if let Some(play) = &self.play {
                 play.output(at, &output);
             }
-            self.evidence.take(&output);
+            self.evidence.take(at, &output);
             self.notice(&output);
             // They are told for the record of lines alone, and there are very many.
             if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {

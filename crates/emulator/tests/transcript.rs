@@ -15,9 +15,10 @@ use ts3100_controller::{Config, Dialect};
 use ts3100_controller::{Deed, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
+use ts3100_emulator::control::ControlSettings;
 use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
-use ts3100_emulator::transcript::{Line, Party, Recording, What};
+use ts3100_emulator::transcript::{Edge, Line, Party, Recording, What};
 
 const LONG: Duration = Duration::from_secs(30);
 
@@ -206,4 +207,132 @@ fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
     let report = diff(&recording, &settings, &exact).unwrap();
     assert!(report.answers > 400);
     assert_eq!(report.differences, []);
+}
+
+/// Everything that reaches a controller besides bytes and deeds: two snapshots restored, a second peer, a connection
+/// that is dropped, a reset. The recording as text and as JSON lines.
+fn restored_and_reset(directory: &TempDir) -> [String; 2] {
+    let names = ["edge.txt", "edge.jsonl"].map(|name| directory.path(name));
+    let mut builder = Emulator::builder()
+        .time(TimeMode::Stepped)
+        .control(ControlSettings::free())
+        .file("PICK", "PROGRAM PICK\nPRINT IP1, \"REQ\", CR\nEND\n")
+        .select("PICK");
+    for name in &names {
+        builder = builder.transcript(name).unwrap();
+    }
+    let robot = builder.start().unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
+    robot.snapshot("off").unwrap();
+    post(&robot, "/clock/advance", "{\"seconds\":5}");
+    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    robot.snapshot("on").unwrap();
+    robot.restore("off").unwrap();
+    post(&robot, "/clock/advance", "{\"seconds\":1}");
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
+    robot.restore("on").unwrap();
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    // Refused, for the first one stays.
+    let second = dial(&robot, Port::Ip0);
+    assert_eq!((&second).read(&mut [0]).unwrap(), 0);
+    post(&robot, "/channels/IP0/drop", "{}");
+    post(&robot, "/reset", "{}");
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
+    drop(robot);
+    names
+}
+
+fn post(robot: &Emulator, path: &str, body: &str) {
+    let address = robot.control().unwrap();
+    let mut stream = TcpStream::connect(address).unwrap();
+    let length = body.len();
+    let head = format!(
+        "POST {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Type: application/json\r\n\
+         Content-Length: {length}\r\n\r\n"
+    );
+    stream.write_all(format!("{head}{body}").as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 20"), "{path}: {answer}");
+}
+
+fn compared(recording: &Recording) -> ts3100_emulator::diff::Report {
+    let mut settings = Settings::new(Config::new(Dialect::Field));
+    settings.files.clone_from(&recording.header.files);
+    settings.select.clone_from(&recording.header.select);
+    diff(recording, &settings, &Tolerance::default()).unwrap()
+}
+
+#[test]
+fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
+    let directory = TempDir::new();
+    for name in restored_and_reset(&directory) {
+        let recording = Recording::read(name.as_ref()).unwrap();
+        let edges = |kind: fn(&Edge) -> bool| {
+            let records = recording.records.iter();
+            records
+                .filter(|record| matches!(&record.what, What::Edge(edge) if kind(edge)))
+                .count()
+        };
+        assert_eq!(edges(|edge| matches!(edge, Edge::Restored { .. })), 2, "{name}");
+        assert_eq!(
+            edges(|edge| matches!(edge, Edge::Second { kept: false, .. })),
+            1,
+            "{name}"
+        );
+        assert_eq!(edges(|edge| matches!(edge, Edge::Reset { .. })), 1, "{name}");
+        let report = compared(&recording);
+        assert_eq!(report.differences, [], "{name}");
+        assert!(report.answers >= 5, "{name}");
+        // Each of them counts: without it the rest comes out otherwise.
+        for kind in [
+            (|edge| matches!(edge, Edge::Restored { .. })) as fn(&Edge) -> bool,
+            |edge| matches!(edge, Edge::Reset { .. }),
+            |edge| matches!(edge, Edge::Dropped { .. }),
+        ] {
+            let mut without = recording.clone();
+            let kept: Vec<bool> = without
+                .records
+                .iter()
+                .map(|record| !matches!(&record.what, What::Edge(edge) if kind(edge)))
+                .collect();
+            let mut keep = kept.iter();
+            without.records.retain(|_| *keep.next().unwrap());
+            let mut keep = kept.iter();
+            without.lines.retain(|_| *keep.next().unwrap());
+            assert_ne!(compared(&without).differences, [], "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
+    let directory = TempDir::new();
+    let (snapshot, name) = (directory.path("ready.json"), directory.path("day.txt"));
+    let robot = Emulator::builder()
+        .time(TimeMode::Stepped)
+        .servo_on(true)
+        .start()
+        .unwrap();
+    robot.write_snapshot(snapshot.as_ref()).unwrap();
+    drop(robot);
+    let robot = Emulator::builder()
+        .time(TimeMode::Stepped)
+        .restore(&snapshot)
+        .transcript(&name)
+        .unwrap()
+        .start()
+        .unwrap();
+    let mut host = dial(&robot, Port::Ip0);
+    exchange(&mut host, b"\x02SL,DEMO\r\x03", b"\x02OK\r\x03");
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    drop(robot);
+    let recording = Recording::read(name.as_ref()).unwrap();
+    assert!(matches!(
+        recording.records[0].what,
+        What::Edge(Edge::Restored { .. })
+    ));
+    assert_eq!(compared(&recording).differences, []);
 }

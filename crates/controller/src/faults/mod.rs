@@ -103,7 +103,7 @@ impl FaultReport {
     #[must_use]
     pub fn line(&self) -> String {
         let Fault { id, .. } = self.fault;
-        match (self.fired, self.at.last()) {
+        match (self.fired, self.at.first()) {
             (0, _) if self.seen == 0 => {
                 format!("fault {id} `{}` never fired: it saw no occasion", self.fault)
             }
@@ -111,11 +111,11 @@ impl FaultReport {
                 "fault {id} `{}` never fired: {} occasions passed (after, probability)",
                 self.fault, self.seen
             ),
-            (fired, last) => format!(
-                "fault {id} `{}` fired {fired} times of {} occasions, last at {}",
+            (fired, first) => format!(
+                "fault {id} `{}` fired {fired} times of {} occasions, first at {} s",
                 self.fault,
                 self.seen,
-                last.copied().unwrap_or_default()
+                first.copied().unwrap_or_default()
             ),
         }
     }

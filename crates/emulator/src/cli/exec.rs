@@ -1,9 +1,9 @@
 //! `ts3100 exec [serve options] -- COMMAND...`: an emulator for the time of one command. How the emulator is
 //! configured and served is `serve`'s.
 
-use super::serve::Served;
+use super::serve::{Served, prepare};
 use crate::config::args::PortsWord;
-use crate::config::{self, ServeArgs, Settings};
+use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::hub::proof::dialled;
@@ -87,7 +87,11 @@ fn exec(args: ExecArgs) -> Result<u8, Trouble> {
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
     let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
-    settings.reports.prepare().map_err(anyhow::Error::from)?;
+    if let Some(Seed::Drawn(seed)) = args.vary {
+        // The log is quiet here, and without the seed a failure could not be repeated.
+        eprintln!("ts3100: legal variation by seed {seed}; --vary {seed} repeats it");
+    }
+    prepare(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
         let (mut hub, requests) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;

@@ -3,6 +3,7 @@
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
 use crate::evidence::{Ending, Evidence};
+use crate::faults;
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
@@ -47,7 +48,7 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
             seed, "legal variation by seed {seed}; --vary {seed} repeats it"
         );
     }
-    settings.reports.prepare()?;
+    prepare(&args, &settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
@@ -74,6 +75,16 @@ fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
         info!("ended");
         Ok(code)
     })
+}
+
+/// Makes the files of the reports, so that one that cannot be written is known before the run.
+pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
+    settings.reports.prepare()?;
+    faults::prepare(&settings.report)?;
+    if let Some(path) = &args.junit {
+        std::fs::write(path, "").with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    Ok(())
 }
 
 /// What is recorded while an emulator is served, and written at its end; `exec` does the same.
@@ -105,7 +116,8 @@ impl Served {
         }
         let ending = settings
             .reports
-            .finish(&self.evidence, controller.config(), &settings.load)?;
+            .finish(&self.evidence, controller, &settings.load)?;
+        faults::write(&settings.report, controller.faults(), &self.evidence.bites())?;
         say(&ending);
         let failed = match self.play {
             Some(play) => tell(&play.end(controller.now()), args)?,
@@ -139,6 +151,9 @@ fn say(ending: &Ending) {
             count,
             "denied finding {id}, {count} times: {title}"
         );
+    }
+    for id in &ending.never_fired {
+        error!(event = "denied", id, "denied: fault {id} never fired");
     }
     if let Some((reached, least)) = ending.below {
         error!(

@@ -19,8 +19,8 @@ use ts3100_controller::options;
 ///
 /// Every flag is also an environment variable (--port-offset is TS3100_PORT_OFFSET) and a key of the TOML
 /// file given by --config (port-offset = 10000). Flags win over environment, environment over file, file
-/// over defaults. Exit code: 0 ended by a signal, 2 could not start or write a report, 3 a denied finding, 4 the
-/// coverage is below --min-coverage.
+/// over defaults. Exit code: 0 ended by a signal, 2 could not start or write a report, 3 a denied finding (or fault), 4
+/// the coverage is below --min-coverage, 5 an expectation of the scenario was not met.
 #[derive(Debug, Clone, Default, Args)]
 pub struct ServeArgs {
     /// Address to listen on [default: 127.0.0.1]
@@ -127,9 +127,9 @@ pub struct ServeArgs {
     /// Varies what the manual leaves open, from this seed: a number, random (drawn and printed), or off [default: off]
     #[arg(long, value_name = "SEED")]
     pub vary: Option<Seed>,
-    /// File for the report at the end, as JSON: the faults, and which of them never fired
+    /// File for the report of the faults at the end, what each did and which never fired: .xml JUnit, otherwise JSON
     #[arg(long, value_name = "FILE")]
-    pub report: Option<PathBuf>,
+    pub report: Vec<PathBuf>,
     /// Permission tables to use in place of the printed ones
     #[arg(long, value_name = "FILE")]
     pub permissions: Option<PathBuf>,
@@ -198,7 +198,11 @@ impl ServeArgs {
             faults: self.faults.or(below.faults),
             fault_seed: self.fault_seed.or(below.fault_seed),
             vary: self.vary.or(below.vary),
-            report: self.report.or(below.report),
+            report: if self.report.is_empty() {
+                below.report
+            } else {
+                self.report
+            },
             permissions: self.permissions.or(below.permissions),
             config: self.config.or(below.config),
             transcript: if self.transcript.is_empty() {

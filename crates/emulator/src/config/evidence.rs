@@ -14,7 +14,7 @@ pub struct EvidenceArgs {
     /// Form of these files, whatever their names end with
     #[arg(long, value_name = "FORMAT")]
     pub findings_format: Option<FindingsFormat>,
-    /// Exit code 3 if one of these was found: all, note, warning (and worse), error, or a rule
+    /// Exit code 3 if one of these was found: all, note, warning (and worse), error, a rule, or fault-never-fired
     #[arg(long, value_name = "RULE", value_delimiter = ',')]
     pub deny: Vec<Deny>,
     /// Write which cells of the permission tables the hosts have reached: .html a page, otherwise JSON

@@ -218,7 +218,8 @@ fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
             "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov"
-            | "control-token-file" | "faults" | "report",
+            | "control-token-file" | "faults" | "report" | "scenario" | "junit" | "restore"
+            | "snapshot-on-exit",
             Some(directory),
         ) => directory.join(value).into_os_string(),
         // A name is no path.

@@ -68,8 +68,8 @@ pub struct Settings {
     pub servo_on: bool,
     /// Faults that are armed from the start.
     pub faults: Vec<Fault>,
-    /// Where the report at the end goes.
-    pub report: Option<PathBuf>,
+    /// Where the report of the faults at the end goes.
+    pub report: Vec<PathBuf>,
     /// Snapshot to begin with, in place of a controller whose power has just come on.
     pub restore: Option<PathBuf>,
     /// What is to happen while it runs, and what the hosts are expected to do.
@@ -103,7 +103,7 @@ impl Settings {
             select: None,
             servo_on: false,
             faults: Vec::new(),
-            report: None,
+            report: Vec::new(),
             restore: None,
             scenario: None,
             control: None,

@@ -102,14 +102,18 @@ pub(super) fn reply(wire: &[u8]) -> Option<Reply> {
     Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()
 }
 
-/// Coordinates that are the same within what was asked for.
+/// Coordinates that are the same within what was asked for: those of SF one by one, those of PR in a record.
 fn is_near(part: &PartDifference, value: f64) -> bool {
-    let is_coordinate = ["sf.joint.", "sf.world.", "sf.work."]
+    let is_coordinate = ["sf.joint.", "sf.world.", "sf.work.", "pr."]
         .iter()
         .any(|group| part.key.starts_with(group));
-    let number = |text: &Option<String>| text.as_ref()?.parse::<f64>().ok();
-    match (number(&part.recorded), number(&part.emulated)) {
-        (Some(recorded), Some(emulated)) if is_coordinate => (recorded - emulated).abs() <= value,
-        _ => false,
-    }
+    let (Some(recorded), Some(emulated), true) = (&part.recorded, &part.emulated, is_coordinate) else {
+        return false;
+    };
+    let (old, new) = (recorded.split(','), emulated.split(','));
+    let near = |old: &str, new: &str| {
+        let numbers = old.parse::<f64>().ok().zip(new.parse::<f64>().ok());
+        old == new || numbers.is_some_and(|(old, new)| (old - new).abs() <= value)
+    };
+    old.clone().count() == new.clone().count() && old.zip(new).all(|(old, new)| near(old, new))
 }

@@ -1,15 +1,21 @@
 //! The recording and the emulator side by side: each answer recorded finds the emulator's, or does not.
 //!
 //! The host's waits are kept relative to what came before them: a host that sends 50 ms behind an answer does so
-//! behind the emulator's answer, however long that took. So delays do not add up, and causes stay before effects.
+//! behind the emulator's answer, however long that took. So delays do not add up, and causes stay before effects. An
+//! answer that is earlier than the recorded one by no more than a wire takes counts as in time: what comes behind it has
+//! its recorded moment.
 
 use super::compare::{compare, reply};
 use super::player::{Player, Produced};
 use super::unit::{Event, Placed, Unit};
 use super::{Difference, Kind, MAX_DIFFERENCES, Report, Tolerance};
 use crate::transcript::{Ending, Line, What};
+use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::reply::Reply;
+
+/// How much earlier than recorded an answer is because there is no wire between us.
+const JITTER: Duration = Duration::from_millis(5);
 
 /// A moment of the recording and the moment of the replay that stands for it.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +32,17 @@ pub(super) struct Matching<'a> {
     report: Report,
     /// Where in the recording: what is found by the way belongs there.
     place: (Time, usize),
+}
+
+/// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
+fn is_unheard(line: Line, produced: &Produced, end: Time) -> bool {
+    match produced {
+        Produced::Answer(unit, _) => {
+            let unasked = line.port.protocol().is_none() || reply(&unit.bytes) == Some(Reply::Sp);
+            unasked && unit.at > end
+        }
+        Produced::Ended(..) => false,
+    }
 }
 
 /// What became of an answer of the emulator beside one that was recorded.
@@ -65,12 +82,14 @@ impl<'a> Matching<'a> {
             }
         }
         // What the last answer of the recording was in time for, the emulator's may be too.
-        let end = self.player.now() + self.tolerance.time;
-        self.player.advance_to(end);
+        let end = self.player.now();
+        self.player.advance_to(end + self.tolerance.time);
         for line in self.player.left() {
             self.player.flush(line);
             while let Some(produced) = self.player.take(line) {
-                self.surplus(line, produced);
+                if !is_unheard(line, &produced, end) {
+                    self.surplus(line, produced);
+                }
             }
         }
         self.report
@@ -89,9 +108,16 @@ impl<'a> Matching<'a> {
         }
         self.player.play(what);
         self.report.inputs += 1;
-        self.anchor = Anchor {
-            recorded: at,
-            played: due,
+        self.anchor = match what {
+            // Times go on from another moment, on both sides.
+            What::Edge(edge) if edge.begins_at().is_some() => Anchor {
+                recorded: edge.begins_at().unwrap_or(at),
+                played: self.player.now(),
+            },
+            _ => Anchor {
+                recorded: at,
+                played: due,
+            },
         };
     }
 
@@ -223,9 +249,16 @@ impl<'a> Matching<'a> {
             };
             self.differ(line, &question, kind);
         }
+        // What the wire and the machines took moves nothing: a host that asks a moving robot a hundred times would
+        // otherwise ask it each time a little earlier than it did.
+        let played = if apart <= JITTER {
+            unit.at.max(due)
+        } else {
+            unit.at
+        };
         self.anchor = Anchor {
             recorded: recorded.at,
-            played: unit.at.max(self.anchor.played),
+            played: played.max(self.anchor.played),
         };
     }
 
@@ -270,6 +303,7 @@ impl<'a> Matching<'a> {
         }
         let kind = Kind::Missing {
             recorded: recorded.bytes.clone(),
+            reason: self.player.remark(line.port),
         };
         self.differ(line, &recorded.question, kind);
     }

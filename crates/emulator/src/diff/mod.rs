@@ -73,6 +73,8 @@ pub enum Kind {
     Missing {
         /// The answer recorded.
         recorded: Vec<u8>,
+        /// What the emulator says about the host's bytes before it, if anything.
+        reason: Option<String>,
     },
     /// The emulator sends it, the recording has nothing of the kind.
     Surplus {

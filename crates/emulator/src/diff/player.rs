@@ -6,8 +6,10 @@ use crate::config::{SecondConnection, Settings};
 use crate::hub::StartError;
 use crate::link::CLOSE_GRACE;
 use crate::loading;
-use crate::transcript::{Ending, Line, What};
+use crate::snapshot;
+use crate::transcript::{Edge, Ending, Line, What};
 use std::collections::{BTreeMap, VecDeque};
+use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{Cut, Event};
 use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
 use ts3100_proto::parameter::OpenMode;
@@ -38,6 +40,8 @@ struct Newcomer {
 #[derive(Debug, Clone)]
 pub(super) struct Player {
     controller: Controller,
+    /// As it was before the first input.
+    initial: Controller,
     text: TextOptions,
     second: SecondConnection,
     now: Time,
@@ -48,6 +52,8 @@ pub(super) struct Player {
     produced: BTreeMap<Line, VecDeque<Produced>>,
     /// Why the last command of a port was refused.
     refused: BTreeMap<Port, String>,
+    /// What was said about the bytes a port has last received: why nothing may come of them.
+    remarks: BTreeMap<Port, String>,
 }
 
 impl Player {
@@ -57,6 +63,7 @@ impl Player {
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
         let mut player = Player {
+            initial: controller.clone(),
             controller,
             text: settings.controller.options.text,
             second: settings.links.second,
@@ -66,6 +73,7 @@ impl Player {
             cutters: BTreeMap::new(),
             produced: BTreeMap::new(),
             refused: BTreeMap::new(),
+            remarks: BTreeMap::new(),
         };
         if settings.servo_on {
             player.feed(Input::Panel(Panel::Servo(true)));
@@ -108,6 +116,12 @@ impl Player {
         self.produced.get_mut(&line)?.pop_front()
     }
 
+    /// Why nothing may have come of what a port has last received, as far as that is known.
+    pub(super) fn remark(&self, port: Port) -> Option<String> {
+        let remark = self.refused.get(&port).or_else(|| self.remarks.get(&port));
+        remark.cloned()
+    }
+
     /// Lines on which something is left.
     pub(super) fn left(&self) -> Vec<Line> {
         let left = self.produced.iter().filter(|(_, produced)| !produced.is_empty());
@@ -131,8 +145,49 @@ impl Player {
             What::Ended { line, .. } => self.leave(*line),
             What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
             What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
+            What::Edge(edge) => self.edge(edge),
             What::FromRobot { .. } | What::Remark(_) => {}
         }
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        if let Some(input) = edge.input() {
+            self.feed(input);
+        }
+        match edge {
+            // The emulator's own doing, as what ends the connection behind it.
+            Edge::Unread { port } | Edge::Dropped { port } => {
+                if let Some(line) = self.served.remove(port) {
+                    self.end(line, Ending::Closed);
+                    self.feed(Input::Disconnected { port: *port });
+                }
+            }
+            // A recording whose snapshots cannot be read was refused before.
+            Edge::Restored { snapshot, .. } => {
+                if let Ok(next) = snapshot::from_text(snapshot) {
+                    self.put_in(next);
+                }
+            }
+            Edge::Reset { calendar } => {
+                let mut next = self.initial.clone();
+                if let Some(calendar) = calendar {
+                    next.set_calendar(*calendar);
+                }
+                self.served.clear();
+                self.newcomers.clear();
+                self.controller = next;
+                self.now = Time::ZERO;
+            }
+            Edge::Settings { .. } | Edge::Purged { .. } | Edge::Garbled { .. } | Edge::Second { .. } => {}
+        }
+    }
+
+    /// As the hub does it.
+    fn put_in(&mut self, mut next: Controller) {
+        next.take_peers_of(&self.controller);
+        self.now = next.now();
+        self.controller = next;
+        self.feed(Input::Tick);
     }
 
     fn arrive(&mut self, line: Line, peer: &str) {
@@ -188,6 +243,7 @@ impl Player {
                 cutter.host(bytes);
             }
             self.refused.remove(&port);
+            self.remarks.remove(&port);
             let bytes = bytes.to_vec();
             self.feed(Input::Received { port, bytes });
         }
@@ -274,6 +330,18 @@ impl Player {
                         reason,
                     }) => {
                         self.refused.insert(port, format!("{command} refused: {reason}"));
+                    }
+                    Output::Event(Event::Finding {
+                        rule,
+                        port: Some(port),
+                        message,
+                        ..
+                    }) if !Rule::by_id(rule).is_some_and(|rule| rule.timed) => {
+                        self.remarks.insert(port, format!("{rule}: {message}"));
+                    }
+                    Output::Event(Event::Dropped { port, bytes, reason }) => {
+                        let remark = || format!("{bytes} bytes dropped: {reason}");
+                        self.remarks.entry(port).or_insert_with(remark);
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Deaf { .. } => {}

@@ -390,7 +390,7 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
     let [
         Difference {
             file_line: 4_711,
-            kind: Kind::Missing { recorded },
+            kind: Kind::Missing { recorded, .. },
             ..
         },
     ] = report.differences.as_slice()

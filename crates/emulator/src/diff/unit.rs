@@ -193,7 +193,7 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                     What::Ended { line, .. } => {
                         left_by_host.insert(*line);
                     }
-                    What::FromRobot { .. } | What::Deed(_) | What::Remark(_) => {}
+                    What::FromRobot { .. } | What::Deed(_) | What::Edge(_) | What::Remark(_) => {}
                 }
                 events.push(place(Event::Input(input.clone())));
             }

@@ -17,16 +17,18 @@ pub use reports::{
     BELOW_COVERAGE, DENIED, Deny, Ending, FindingsFormat, ReportError, Reports, coverage_text,
 };
 
+use crate::faults::Bites;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::options::Config;
 use ts3100_controller::output::Output;
-use ts3100_controller::{Controller, Coverage, Executed, Findings};
+use ts3100_controller::{Controller, Coverage, Executed, Findings, Time};
 
 #[derive(Debug, Default)]
 struct Record {
     findings: Findings,
     coverage: Coverage,
     executed: Executed,
+    bites: Bites,
 }
 
 /// The record of one emulator; clones are the same record.
@@ -47,10 +49,11 @@ impl Evidence {
         }
     }
 
-    /// Takes note of what a controller has put out.
-    pub fn take(&self, output: &Output) {
+    /// Takes note of what a controller has put out, and when.
+    pub fn take(&self, at: Time, output: &Output) {
         let mut record = self.record();
         if let Output::Event(event) = output {
+            record.bites.take(at, event);
             record.findings.take(event);
             record.coverage.take(event);
         }
@@ -73,6 +76,12 @@ impl Evidence {
     #[must_use]
     pub fn executed(&self) -> Executed {
         self.record().executed.clone()
+    }
+
+    /// What the faults have done so far, in words.
+    #[must_use]
+    pub fn bites(&self) -> Bites {
+        self.record().bites.clone()
     }
 
     /// Forgets everything, for between two tests.

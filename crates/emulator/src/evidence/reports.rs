@@ -4,8 +4,8 @@ use super::{CoverageReport, Evidence, FindingsView, html, junit, lcov, sarif};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
+use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
-use ts3100_controller::options::Config;
 
 /// Exit code when a denied rule was broken.
 pub const DENIED: u8 = 3;
@@ -19,7 +19,12 @@ pub enum Deny {
     From(Severity),
     /// One rule.
     Rule(&'static str),
+    /// A fault that was armed and never fired.
+    NeverFired,
 }
+
+/// The word for [`Deny::NeverFired`].
+const NEVER_FIRED: &str = "fault-never-fired";
 
 impl Deny {
     /// Warnings and errors.
@@ -31,6 +36,7 @@ impl Deny {
         match self {
             Deny::From(severity) => rule.severity >= *severity,
             Deny::Rule(id) => rule.id == *id,
+            Deny::NeverFired => false,
         }
     }
 }
@@ -38,17 +44,22 @@ impl Deny {
 impl FromStr for Deny {
     type Err = String;
 
-    /// `all`, a severity, or the name of a rule.
+    /// `all`, a severity, the name of a rule, or the word for faults.
     fn from_str(word: &str) -> Result<Deny, String> {
         if word == "all" {
             return Ok(Deny::From(Severity::Note));
+        }
+        if word == NEVER_FIRED {
+            return Ok(Deny::NeverFired);
         }
         if let Some(severity) = Severity::ALL.into_iter().find(|severity| severity.word() == word) {
             return Ok(Deny::From(severity));
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
-            format!("expected all, note, warning, error or a rule of docs/FINDINGS.md, found `{word}`")
+            format!(
+                "expected all, note, warning, error, {NEVER_FIRED} or a rule of docs/FINDINGS.md, found `{word}`"
+            )
         })
     }
 }
@@ -114,6 +125,8 @@ pub struct ReportError {
 pub struct Ending {
     /// Denied rules that were broken, and how often.
     pub denied: Vec<(&'static Rule, u64)>,
+    /// Numbers of the faults that never fired, if that is denied.
+    pub never_fired: Vec<u32>,
     /// Coverage reached and asked for in percent, if it is below that.
     pub below: Option<(f64, f64)>,
 }
@@ -122,7 +135,7 @@ impl Ending {
     /// 0, [`DENIED`], or [`BELOW_COVERAGE`].
     #[must_use]
     pub fn exit_code(&self) -> u8 {
-        if !self.denied.is_empty() {
+        if !self.denied.is_empty() || !self.never_fired.is_empty() {
             DENIED
         } else if self.below.is_some() {
             BELOW_COVERAGE
@@ -143,16 +156,17 @@ impl Reports {
         paths.into_iter().try_for_each(|path| Reports::write(path, ""))
     }
 
-    /// Writes them all. `loaded` are the files of the PC that were put on the RAM drive.
+    /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive.
     ///
     /// # Errors
     /// The first that cannot be written.
     pub fn finish(
         &self,
         evidence: &Evidence,
-        config: &Config,
+        controller: &Controller,
         loaded: &[PathBuf],
     ) -> Result<Ending, ReportError> {
+        let config = controller.config();
         let findings = evidence.findings();
         for (path, format) in &self.findings {
             Reports::write(path, &self.findings_text(&findings, *format))?;
@@ -168,7 +182,10 @@ impl Reports {
         let denied = broken.filter(|(rule, _)| self.deny.iter().any(|deny| deny.covers(rule)));
         let reached = coverage.percent;
         let below = self.min_coverage.filter(|least| reached < *least);
+        let never_fired = controller.faults().never_fired().map(|report| report.fault.id);
+        let never_fired = never_fired.filter(|_| self.deny.contains(&Deny::NeverFired));
         Ok(Ending {
+            never_fired: never_fired.collect(),
             denied: denied.map(|(rule, tally)| (rule, tally.count)).collect(),
             below: below.map(|least| (reached, least)),
         })

@@ -2,13 +2,13 @@
 //! the end. What a fault does is the controller's business.
 
 mod file;
+mod report;
 
 pub use file::{FaultFileError, read};
+pub use report::{Bite, Bites, prepare, tell, write};
 
 use serde_json::{Value, json};
-use std::path::Path;
-use tracing::{error, info, warn};
-use ts3100_controller::faults::{Fault, FaultReport, Faults, KINDS, Kind, Takes};
+use ts3100_controller::faults::{Fault, KINDS, Kind, Takes};
 use ts3100_controller::port::Port;
 use ts3100_controller::vary::VARIATIONS;
 
@@ -27,35 +27,6 @@ pub fn fault_json(fault: &Fault) -> Value {
         "times": fault.times,
         "probability": fault.chance(),
         "parameters": fault.parameters(),
-    })
-}
-
-/// What has become of a fault, as JSON; times in seconds of virtual time.
-#[must_use]
-pub fn report_json(report: &FaultReport) -> Value {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "microseconds of some centuries fit into 53 bits"
-    )]
-    let at: Vec<f64> = report.at.iter().map(|at| at.as_micros() as f64 / 1e6).collect();
-    json!({
-        "fault": fault_json(&report.fault),
-        "spec": report.fault.to_string(),
-        "armed": report.armed,
-        "seen": report.seen,
-        "fired": report.fired,
-        "at": at,
-    })
-}
-
-/// All faults of a run: how many, how many never fired, and each.
-#[must_use]
-pub fn reports_json(faults: &Faults) -> Value {
-    json!({
-        "armed": faults.reports().filter(|report| report.armed).count(),
-        "fired": faults.reports().filter(|report| report.fired > 0).count(),
-        "never_fired": faults.never_fired().map(|report| report.fault.id).collect::<Vec<_>>(),
-        "faults": faults.reports().map(report_json).collect::<Vec<_>>(),
     })
 }
 
@@ -138,43 +109,19 @@ fn placeholder(takes: Takes) -> String {
     }
 }
 
-/// The end of a run: each fault has its line in the log, one that never fired as a warning; the report goes into
-/// `file`, if there is one.
-pub fn tell(faults: &Faults, file: Option<&Path>) {
-    for report in faults.reports() {
-        let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
-        let line = report.line();
-        if fired == 0 {
-            warn!(
-                event = "fault-never-fired",
-                id,
-                kind,
-                seen = report.seen,
-                "{line}"
-            );
-        } else {
-            info!(event = "fault-report", id, kind, fired, "{line}");
-        }
-    }
-    let Some(path) = file else { return };
-    let report = json!({ "version": 1, "faults": reports_json(faults) });
-    if let Err(reason) = std::fs::write(path, format!("{report:#}\n")) {
-        error!("the report is not written: {}: {reason}", path.display());
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::vary::Variation;
 
-    fn manual() -> String {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/FAULTS.md");
-        std::fs::read_to_string(path).unwrap()
+    fn page(name: &str) -> String {
+        let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/");
+        std::fs::read_to_string(format!("{directory}{name}")).unwrap()
     }
 
     #[test]
     fn every_kind_and_every_variation_is_listed_and_documented() {
-        let (text, json, manual) = (kinds_text(), kinds_json(), manual());
+        let (text, json, manual) = (kinds_text(), kinds_json(), page("FAULTS.md"));
         assert_eq!(json["kinds"].as_array().map(Vec::len), Some(KINDS.len()));
         for kind in KINDS {
             assert!(text.contains(&format!("\n{}\n", kind.name)), "{}", kind.name);
@@ -195,11 +142,9 @@ mod tests {
         }
         for variation in VARIATIONS {
             assert!(text.contains(variation.name));
-            assert!(
-                manual.contains(&format!("| `{}` |", variation.name)),
-                "{}",
-                variation.name
-            );
+            let Variation { name, what, source } = variation;
+            let row = format!("| `{name}` | {what} | {source} |");
+            assert!(page("VARIATION.md").contains(&row), "{row}");
         }
     }
 

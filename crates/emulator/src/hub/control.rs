@@ -4,7 +4,7 @@
 use super::Hub;
 use super::request::{EdgeDeed, Pending, Request, Sight, Waited};
 use crate::clock::{self, TimeMode, Wake};
-use crate::transcript::Party;
+use crate::transcript::{Edge, Party};
 use std::time::Duration;
 use tracing::{error, info};
 use ts3100_controller::deed::{Deed, Refusal, RefusalKind};
@@ -61,6 +61,7 @@ impl Hub {
                     done,
                 });
                 self.end_waits();
+                self.attend();
             }
         }
     }
@@ -88,6 +89,7 @@ impl Hub {
                         place: port.name().to_owned(),
                     });
                 }
+                self.tape.edge(self.clock.now(), Edge::Dropped { port });
                 for input in self.links.drop_peer(port) {
                     self.feed_by(input, Party::Robot).await;
                 }
@@ -125,19 +127,25 @@ impl Hub {
     /// Everything as at the start, with the connections closed and time at its beginning.
     async fn reset(&mut self) {
         for port in self.links.close().await {
+            self.tape.edge(self.clock.now(), Edge::Dropped { port });
             self.feed_by(Input::Disconnected { port }, Party::Robot).await;
         }
         self.feed(Input::Tick).await;
         let (ended, before) = (self.controller.now(), self.controller.drive().directory());
         self.controller = self.initial.clone();
-        if matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)) {
-            self.controller.set_calendar(clock::calendar_now());
+        let calendar =
+            matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::calendar_now);
+        if let Some(calendar) = calendar {
+            self.controller.set_calendar(calendar);
         }
-        self.tape.remark(
-            ended,
-            "reset: everything is as at the start, and time begins anew",
-        );
-        self.tape.reset(self.controller.config().calendar);
+        let at = self.clock.now();
+        if self.restored {
+            self.tape.begin_anew(self.controller.config().calendar);
+            self.tape.restored(at, &self.controller);
+        } else {
+            self.tape.edge(at, Edge::Reset { calendar });
+            self.tape.begin_anew(self.controller.config().calendar);
+        }
         self.clock.restart();
         self.clock.set(self.controller.now());
         if let Some(play) = &self.play {

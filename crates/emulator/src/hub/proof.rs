@@ -56,6 +56,7 @@ impl Hub {
         self.links.close().await;
         self.controller = before;
         self.clock.set(self.controller.now());
+        self.attend();
         self.ports = self.links.open(self.controller.network())?;
         (self.evidence, self.journal) = (evidence, journal);
         (self.tape, self.log, self.watch) = (tape, log, watch);

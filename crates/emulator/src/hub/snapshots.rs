@@ -48,6 +48,7 @@ impl Hub {
     pub(super) async fn put_in(&mut self, mut next: Controller) -> Result<(), DeskError> {
         self.clock.stir();
         self.end_half_open().await;
+        self.tape.restored(self.clock.now(), &next);
         next.take_peers_of(&self.controller);
         self.keep_files(&next);
         let before = self.clock.now();
@@ -76,10 +77,6 @@ impl Hub {
                 self.feed(input).await;
             }
         }
-        self.tape.remark(
-            self.clock.now(),
-            "a snapshot was restored: time is that of the snapshot",
-        );
         if let Some(journal) = &self.journal {
             journal.restored(self.clock.now());
         }

@@ -66,6 +66,13 @@ pub fn to_text(controller: &Controller) -> String {
     text
 }
 
+/// The controller as JSON on one line.
+#[must_use]
+pub fn to_line(controller: &Controller) -> String {
+    // As above.
+    serde_json::to_string(&controller.snapshot()).unwrap_or_default()
+}
+
 /// The controller of a text.
 ///
 /// # Errors

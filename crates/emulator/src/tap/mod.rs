@@ -229,7 +229,8 @@ impl Notes {
         match &what {
             What::FromHost { line, bytes } => debug!(event = "tap", %line, "{line} < {}", Readable(bytes)),
             What::FromRobot { line, bytes } => debug!(event = "tap", %line, "{line} > {}", Readable(bytes)),
-            What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Remark(_) => {}
+            What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Edge(_) | What::Remark(_) => {
+            }
         }
         let mut book = self.book();
         let micros = u64::try_from(book.started.elapsed().as_micros()).unwrap_or(u64::MAX);

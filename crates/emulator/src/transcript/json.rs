@@ -2,7 +2,7 @@
 //! the same for people; times are `t_us`, microseconds since the start.
 
 use super::text::{date, hexadecimal, read_date};
-use super::{Ending, Header, Line, Party, Record, Recording, What, deed, notation, panel};
+use super::{Edge, Ending, Header, Line, Party, Record, Recording, What, deed, edge, notation, panel};
 use serde_json::{Map, Value, json};
 use ts3100_controller::{Deed, Time};
 
@@ -58,6 +58,12 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
             json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
         }
         What::Deed(deed) => json!({"t_us": t, "event": "deed", "deed": deed::write(deed)}),
+        What::Edge(Edge::Restored { at, snapshot }) => {
+            // One that is no JSON is nobody's: it is written as it is.
+            let snapshot = serde_json::from_str(snapshot).unwrap_or_else(|_| Value::from(snapshot.as_str()));
+            json!({"t_us": t, "event": "restored", "to_us": at.as_micros(), "snapshot": snapshot})
+        }
+        What::Edge(edge) => json!({"t_us": t, "event": "edge", "edge": edge::write(edge)}),
         What::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
     };
     out.extend_from_slice(format!("{object}\n").as_bytes());
@@ -107,7 +113,10 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
                 record.at
             )));
         }
-        last = record.at;
+        last = match &record.what {
+            What::Edge(edge) => edge.begins_at().unwrap_or(record.at),
+            _ => record.at,
+        };
         recording.records.push(record);
         recording.lines.push(number);
     }
@@ -210,6 +219,22 @@ fn read_record(object: &Object) -> Result<Record, String> {
         },
         "panel" => What::Deed(Deed::Panel(panel::read(text(object, "panel")?)?)),
         "deed" => What::Deed(deed::read(text(object, "deed")?)?),
+        "restored" => What::Edge(Edge::Restored {
+            at: object
+                .get("to_us")
+                .and_then(Value::as_u64)
+                .map(Time::from_micros)
+                .ok_or("microseconds expected at \"to_us\"")?,
+            snapshot: match object.get("snapshot") {
+                Some(Value::String(words)) => words.clone(),
+                Some(snapshot) => snapshot.to_string(),
+                None => return Err("a snapshot expected at \"snapshot\"".to_owned()),
+            },
+        }),
+        "edge" => {
+            let words = text(object, "edge")?;
+            What::Edge(edge::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
+        }
         "remark" => What::Remark(text(object, "remark")?.to_owned()),
         other => return Err(format!("{other:?} is no event of a transcript")),
     };

@@ -1,10 +1,11 @@
 //! The transcript that is kept in memory while the control interface is open: the last records, so that a test asks for
 //! it while everything runs. Files of any length are `recorder`'s.
 
-use super::{Format, Header, Record, What, json, pcapng, text};
+use super::{Edge, Format, Header, Record, What, json, pcapng, text};
 use std::collections::VecDeque;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+use ts3100_controller::{Controller, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Records that are kept; of more, the oldest are forgotten.
@@ -14,11 +15,51 @@ pub const KEPT_BYTES: usize = 8 * 1024 * 1024;
 
 /// What one record takes besides its bytes, roughly.
 const OVERHEAD: usize = 64;
+/// What a controller takes besides its files, roughly.
+const CONTROLLER: usize = 16 * 1024;
+
+/// Something kept.
+#[derive(Debug)]
+enum Entry {
+    Record(Record),
+    /// A snapshot took the controller's place: written out only when somebody asks for the transcript, so that putting one
+    /// back stays a copy.
+    Restored(Time, Box<Controller>),
+}
+
+impl Entry {
+    fn record(&self) -> Record {
+        match self {
+            Entry::Record(record) => record.clone(),
+            Entry::Restored(at, controller) => Record {
+                at: *at,
+                what: What::Edge(Edge::restored(controller)),
+            },
+        }
+    }
+
+    fn at(&self) -> Time {
+        match self {
+            Entry::Record(record) => record.at,
+            Entry::Restored(at, _) => *at,
+        }
+    }
+
+    fn weight(&self) -> usize {
+        match self {
+            Entry::Record(record) => weight(record),
+            Entry::Restored(_, controller) => {
+                let files = controller.files().map(|(_, content)| content.len());
+                CONTROLLER + files.sum::<usize>()
+            }
+        }
+    }
+}
 
 #[derive(Debug, Default)]
 struct Pages {
     header: Header,
-    records: VecDeque<Record>,
+    records: VecDeque<Entry>,
     bytes: usize,
     forgotten: u64,
 }
@@ -33,7 +74,9 @@ fn weight(record: &Record) -> usize {
             What::FromHost { bytes, .. } | What::FromRobot { bytes, .. } => bytes.len(),
             What::Remark(words) => words.len(),
             What::Deed(ts3100_controller::Deed::PutFile { content, .. }) => content.len(),
-            What::Connected { .. } | What::Ended { .. } | What::Deed(_) => 0,
+            What::Edge(Edge::Restored { snapshot, .. }) => snapshot.len(),
+            What::Edge(Edge::Garbled { bytes, .. }) => bytes.len(),
+            What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Edge(_) => 0,
         }
 }
 
@@ -54,14 +97,23 @@ impl Kept {
 
     /// Takes a record.
     pub fn put(&self, record: Record) {
+        self.keep(Entry::Record(record));
+    }
+
+    /// The state of this controller is about to take the present one's place.
+    pub fn put_state(&self, at: Time, controller: Controller) {
+        self.keep(Entry::Restored(at, Box::new(controller)));
+    }
+
+    fn keep(&self, entry: Entry) {
         let pages = &mut *self.pages();
-        pages.bytes += weight(&record);
-        pages.records.push_back(record);
+        pages.bytes += entry.weight();
+        pages.records.push_back(entry);
         while pages.records.len() > KEPT_RECORDS || pages.bytes > KEPT_BYTES {
             let Some(oldest) = pages.records.pop_front() else {
                 return;
             };
-            pages.bytes -= weight(&oldest);
+            pages.bytes -= oldest.weight();
             pages.forgotten += 1;
         }
     }
@@ -85,28 +137,29 @@ impl Kept {
         let pages = self.pages();
         let missing = pages.records.front().filter(|_| pages.forgotten > 0);
         let missing = missing.map(|first| Record {
-            at: first.at,
+            at: first.at(),
             what: What::Remark(format!(
                 "{} records before this one are no longer kept",
                 pages.forgotten
             )),
         });
-        let records = missing.iter().chain(&pages.records);
+        let kept = pages.records.iter().map(Entry::record);
+        let records = missing.into_iter().chain(kept);
         let mut out = Vec::new();
         match format {
             Format::Text => {
                 let mut writer = text::Writer::default();
                 writer.header(&pages.header, &mut out);
-                records.for_each(|record| writer.record(record, &mut out));
+                records.for_each(|record| writer.record(&record, &mut out));
             }
             Format::Json => {
                 json::write_header(&pages.header, &mut out);
-                records.for_each(|record| json::write_record(record, &mut out));
+                records.for_each(|record| json::write_record(&record, &mut out));
             }
             Format::Pcapng => {
                 let mut writer = pcapng::Writer::new(Duration::ZERO);
                 writer.header(&pages.header, &mut out);
-                records.for_each(|record| writer.record(record, &mut out));
+                records.for_each(|record| writer.record(&record, &mut out));
             }
         }
         out

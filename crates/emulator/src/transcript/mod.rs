@@ -3,6 +3,7 @@
 //! (the hub of a running emulator, a tap in front of a real controller) is not known here.
 
 pub mod deed;
+pub mod edge;
 pub mod json;
 mod kept;
 pub mod notation;
@@ -12,6 +13,7 @@ mod recorder;
 mod tape;
 pub mod text;
 
+pub use edge::Edge;
 pub use kept::{KEPT_BYTES, KEPT_RECORDS, Kept};
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use tape::{Observer, Tape};
@@ -131,6 +133,8 @@ pub enum What {
     },
     /// Something was done at the controller itself, or to it.
     Deed(Deed),
+    /// Something else that has reached it.
+    Edge(Edge),
     /// Something worth knowing that nobody plays again: a fault has bitten. One line.
     Remark(String),
 }
@@ -138,7 +142,8 @@ pub enum What {
 /// Something that happened, and when.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
-    /// Since the start of the recording; virtual time where it is an emulator's.
+    /// Since the start of the recording; virtual time where it is an emulator's. It goes on from another moment
+    /// behind what says so ([`Edge::begins_at`]).
     pub at: Time,
     /// What.
     pub what: What,
@@ -192,7 +197,8 @@ pub enum ReadError {
         reason: String,
     },
     /// A capture.
-    #[error("{}: expected a transcript as text (.txt) or JSON lines (.jsonl), found a capture for Wireshark", .0.display())]
+    #[error("{}: expected a transcript as text (.txt) or JSON lines (.jsonl), found a capture, which is for Wireshark: give \
+             --transcript once more with such a name when recording", .0.display())]
     Capture(PathBuf),
 }
 
@@ -278,11 +284,22 @@ impl Recording {
         } else {
             text::read(&content)
         };
-        read.map_err(|(line, reason)| ReadError::Line {
-            path: path.to_path_buf(),
-            line,
-            reason,
-        })
+        read.and_then(Recording::checked)
+            .map_err(|(line, reason)| ReadError::Line {
+                path: path.to_path_buf(),
+                line,
+                reason,
+            })
+    }
+
+    /// Itself, if every snapshot in it can be restored; otherwise the line of the first that cannot, and why.
+    fn checked(self) -> Result<Recording, (usize, String)> {
+        for (record, line) in self.records.iter().zip(&self.lines) {
+            if let What::Edge(Edge::Restored { snapshot, .. }) = &record.what {
+                crate::snapshot::from_text(snapshot).map_err(|error| (*line, error.to_string()))?;
+            }
+        }
+        Ok(self)
     }
 }
 

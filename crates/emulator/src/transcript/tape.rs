@@ -1,7 +1,7 @@
 //! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
 //! down. No sockets here, so embedded, stepped and replayed controllers give the same.
 
-use super::{Ending, Header, Kept, Line, Party, Record, Recorder, RecorderError, What, without_port};
+use super::{Edge, Ending, Header, Kept, Line, Party, Record, Recorder, RecorderError, What, without_port};
 use crate::config::Settings;
 use crate::loading::Powered;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Cut;
-use ts3100_controller::{Deed, Event, Input, Output, Port, Time};
+use ts3100_controller::{Controller, Deed, Event, Input, Output, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Turns inputs and outputs into what happened on the lines.
@@ -25,13 +25,22 @@ impl Observer {
     /// An input of the controller; `by` is who has caused it.
     pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
         match input {
-            // A recording is played with both ends of a serial line set alike, and by one host a channel.
-            Input::Tick
-            | Input::Line { .. }
-            | Input::LineFaults { .. }
-            | Input::LinePurged { .. }
-            | Input::SecondPeer { .. }
-            | Input::Unread { .. } => None,
+            Input::Tick => None,
+            Input::Line { port, host } => Some(What::Edge(Edge::Settings {
+                port: *port,
+                host: *host,
+            })),
+            Input::LineFaults { port, bytes } => Some(What::Edge(Edge::Garbled {
+                port: *port,
+                bytes: bytes.clone(),
+            })),
+            Input::LinePurged { port } => Some(What::Edge(Edge::Purged { port: *port })),
+            Input::SecondPeer { port, peer, kept } => Some(What::Edge(Edge::Second {
+                port: *port,
+                peer: without_port(peer),
+                kept: *kept,
+            })),
+            Input::Unread { port } => Some(What::Edge(Edge::Unread { port: *port })),
             Input::Connected { port, peer } => {
                 self.connected.insert(*port);
                 Some(What::Connected {
@@ -116,12 +125,31 @@ impl Tape {
             files: powered.files.clone(),
             select: settings.select.clone(),
         };
-        let recorder = Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?;
-        Ok(Tape {
-            recorder,
+        let mut tape = Tape {
+            recorder: Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?,
             kept: settings.control.as_ref().map(|_| Arc::new(Kept::new(header))),
             observer: Observer::default(),
-        })
+        };
+        if settings.restore.is_some() {
+            tape.restored(Time::ZERO, &powered.controller);
+        }
+        Ok(tape)
+    }
+
+    /// The state of this controller is about to take the present one's place.
+    pub fn restored(&mut self, at: Time, controller: &Controller) {
+        if self.recorder.is_on() {
+            let what = What::Edge(Edge::restored(controller));
+            self.recorder.record(&Record { at, what });
+        }
+        if let Some(kept) = &self.kept {
+            kept.put_state(at, controller.clone());
+        }
+    }
+
+    /// The edge does something to the controller.
+    pub fn edge(&mut self, at: Time, edge: Edge) {
+        self.record(at, Some(What::Edge(edge)));
     }
 
     /// The records that are kept in memory.
@@ -131,16 +159,9 @@ impl Tape {
     }
 
     /// Everything is as at the start: what is kept begins anew, files go on.
-    pub fn reset(&mut self, calendar: CalendarTime) {
+    pub fn begin_anew(&mut self, calendar: CalendarTime) {
         if let Some(kept) = &self.kept {
             kept.begin_anew(shown(calendar));
-        }
-    }
-
-    /// Something worth knowing that nobody plays again. One line.
-    pub fn remark(&mut self, at: Time, words: &str) {
-        if self.is_on() {
-            self.record(at, Some(What::Remark(words.to_owned())));
         }
     }
 

@@ -268,3 +268,55 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
     assert!(matches!(gone, Some(What::Ended { by: Party::Robot, .. })));
     assert_eq!(observer.output(&print), None);
 }
+
+/// Records of the edge, one of which moves time back.
+fn moved() -> Vec<Record> {
+    let at = Time::from_millis;
+    let record = |at, what| Record { at, what };
+    let servo = |on| What::Deed(Deed::Panel(Panel::Servo(on)));
+    vec![
+        record(at(5_000), servo(true)),
+        record(
+            at(6_000),
+            What::Edge(Edge::Restored {
+                at: at(40),
+                snapshot: "{\"state\":[1,18446744073709551615,0.1]}".to_owned(),
+            }),
+        ),
+        record(at(40), servo(false)),
+        record(at(41), What::Edge(Edge::Unread { port: Port::Ip1 })),
+        record(at(50), What::Edge(Edge::Reset { calendar: None })),
+        record(at(0), servo(true)),
+        record(at(7), servo(false)),
+    ]
+}
+
+#[test]
+fn times_go_on_from_where_a_snapshot_or_a_reset_says() {
+    let records = moved();
+    let header = sample_header();
+    for read in [
+        text::read(&as_text(&header, &records)),
+        json::read(&as_json(&header, &records)),
+    ] {
+        assert_eq!(read.unwrap().records, records);
+    }
+    // Without the word for it a time that goes back is none.
+    let without: Vec<Record> = records
+        .into_iter()
+        .filter(|record| !matches!(record.what, What::Edge(Edge::Restored { .. })))
+        .collect();
+    assert!(json::read(&as_json(&header, &without)).is_err());
+}
+
+#[test]
+fn a_snapshot_that_cannot_be_restored_is_named_with_its_line() {
+    let directory = crate::testing::TempDir::new("transcript-edge");
+    let path = directory.path().join("a.txt");
+    std::fs::write(&path, as_text(&sample_header(), &moved())).unwrap();
+    let error = Recording::read(&path).unwrap_err().to_string();
+    assert!(
+        error.contains("a.txt:") && error.contains("no snapshot"),
+        "{error}"
+    );
+}

@@ -19,9 +19,11 @@
 //! ! servo on                       something is done at the controller
 //! ! disconnect IP0                 the host leaves; `! disconnect IP0 reset`: by a reset
 //! ! closed IP0                     the controller ends the connection; also `reset`, `refused`
+//! ! line HOST speed=9600           the edge knows something; also `restore`, `reset`: time goes on from there
+//! # remark
 //! ```
 
-use super::{Ending, Header, Line, Party, Record, Recording, What, deed, notation};
+use super::{Ending, Header, Line, Party, Record, Recording, What, deed, edge, notation};
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::calendar::CalendarTime;
@@ -95,6 +97,10 @@ impl Writer {
                 format!("! {word} {line}{how}")
             }
             What::Deed(deed) => format!("! {}", deed::write(deed)),
+            What::Edge(edge) => {
+                self.last = edge.begins_at().unwrap_or(self.last);
+                format!("! {}", edge::write(edge))
+            }
             What::Remark(words) => format!("# {words}"),
         };
         text.push('\n');
@@ -136,7 +142,11 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
     for (number, line) in (1..).zip(text.lines()) {
         let what = read_line(&mut recording.header, &mut now, line).map_err(|reason| (number, reason))?;
         if let Some(what) = what {
-            recording.records.push(Record { at: now, what });
+            let at = now;
+            if let What::Edge(edge) = &what {
+                now = edge.begins_at().unwrap_or(now);
+            }
+            recording.records.push(Record { at, what });
             recording.lines.push(number);
         }
     }
@@ -243,7 +253,10 @@ fn action(words: &str) -> Result<What, String> {
         ["disconnect", line, word] => ended(line, Party::Host, how(word)?),
         ["closed", line] => ended(line, Party::Robot, Ending::Closed),
         ["closed", line, word] => ended(line, Party::Robot, how(word)?),
-        _ => Ok(What::Deed(deed::read(words)?)),
+        _ => Ok(match edge::read(words)? {
+            Some(edge) => What::Edge(edge),
+            None => What::Deed(deed::read(words)?),
+        }),
     }
 }
 

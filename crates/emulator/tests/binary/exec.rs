@@ -65,6 +65,17 @@ fn the_question_whether_it_is_there_wakes_no_fault_and_waits_for_no_stepped_cloc
 }
 
 #[test]
+fn a_seed_that_was_drawn_is_told_though_the_log_is_quiet() {
+    let words = stderr(&exec(&["--vary", "random"], "exit 0"));
+    let seed = words
+        .split("--vary ")
+        .nth(1)
+        .and_then(|rest| rest.split(' ').next());
+    assert!(seed.is_some_and(|seed| seed.parse::<u64>().is_ok()), "{words}");
+    assert_eq!(stderr(&exec(&["--vary", "5"], "exit 0")), "");
+}
+
+#[test]
 fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
     let directory = TempDir::new();
     let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");

@@ -39,6 +39,82 @@ fn faults_of_flags_and_files_bite_and_those_that_never_did_are_reported() {
 }
 
 #[test]
+fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
+    let directory = TempDir::new();
+    let [json, xml] = ["report.json", "report.xml"].map(|name| directory.file(name, ""));
+    let words = |deny: &'static str| {
+        let faults = [
+            "--fault",
+            "no-reply:command=SO",
+            "--fault",
+            "ng:command=CA,block=0",
+        ];
+        let reports = ["--report", &json, "--report", &xml, "--deny", deny];
+        let serve = Serve::start(&[faults.as_slice(), reports.as_slice()].concat());
+        let mut host = serve.dial(0);
+        std::io::Write::write_all(&mut host, b"\x02SO\r\x03").unwrap();
+        crate::support::exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
+        serve.signal("TERM")
+    };
+    // What is denied of findings has nothing to do with faults.
+    assert_eq!(words("selected-overwritten").status.code(), Some(0));
+    let output = words("fault-never-fired");
+    assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("denied: fault 2 never fired"),
+        "{}",
+        stderr(&output)
+    );
+    let report: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
+    let [bitten, never] = [0, 1].map(|index| &report["faults"]["faults"][index]);
+    assert_eq!(bitten["bites"][0]["what"], "the answer to SO is not sent");
+    assert_eq!(bitten["bites"][0]["port"], "IP0");
+    assert_eq!(bitten["bites"][0]["t"], bitten["at"][0]);
+    assert!(
+        bitten["host"]
+            .as_str()
+            .unwrap()
+            .starts_with("Wait for the answer")
+    );
+    assert_eq!(never["bites"], serde_json::json!([]));
+    let waits = never["waits_for"].as_str().unwrap();
+    assert_eq!(waits, "a command or an FL text that came in; command CA; block 0");
+    let xml = std::fs::read_to_string(xml).unwrap();
+    assert!(xml.contains("tests=\"2\" failures=\"1\""), "{xml}");
+    assert!(
+        xml.contains("the answer to SO is not sent\nThe host: Wait"),
+        "{xml}"
+    );
+    assert!(
+        xml.contains("never fired: it saw no occasion\" type=\"fault-never-fired\""),
+        "{xml}"
+    );
+}
+
+#[test]
+fn a_report_that_cannot_be_written_is_known_before_the_run() {
+    let directory = TempDir::new();
+    let scenario = directory.file("s.toml", "[[never]]\nwhat = \"alarm\"\n");
+    for flag in ["--report", "--junit"] {
+        let output = run(&[
+            "serve",
+            "--ports",
+            "auto",
+            "--scenario",
+            &scenario,
+            flag,
+            "/nowhere-at-all/report.xml",
+        ]);
+        assert_eq!(output.status.code(), Some(2), "{flag}");
+        let words = stderr(&output);
+        assert!(
+            words.contains("cannot write /nowhere-at-all/report.xml"),
+            "{words}"
+        );
+    }
+}
+
+#[test]
 fn what_is_no_fault_ends_it_before_it_is_ready() {
     let directory = TempDir::new();
     let file = directory.file("faults.toml", "[[fault]]\nkind = \"ng\"\nafter = \"soon\"\n");

@@ -120,7 +120,11 @@ fn described(difference: &Difference) -> String {
             millis(*recorded_after),
             millis(*emulated_after)
         ),
-        Kind::Missing { recorded } => format!("{place}: the emulator does not send {}", shortened(recorded)),
+        Kind::Missing { recorded, reason } => format!(
+            "{place}: the emulator does not send {}{}",
+            shortened(recorded),
+            because(reason.as_deref())
+        ),
         Kind::Surplus { emulated, reason } => {
             format!(
                 "{place}: the emulator sends {} besides{}",
@@ -229,7 +233,9 @@ fn difference(difference: &Difference) -> Value {
             "recorded_after_us": u64::try_from(recorded_after.as_micros()).unwrap_or(u64::MAX),
             "emulated_after_us": u64::try_from(emulated_after.as_micros()).unwrap_or(u64::MAX),
         }),
-        Kind::Missing { recorded } => json!({"kind": "missing", "recorded": shown(recorded)}),
+        Kind::Missing { recorded, reason } => {
+            json!({"kind": "missing", "recorded": shown(recorded), "reason": reason})
+        }
         Kind::Surplus { emulated, reason } => {
             json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
         }

@@ -6,7 +6,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{Ending, Header, Line, Party, Record, What, deed};
+use super::{Edge, Ending, Header, Line, Party, Record, What, deed, edge};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -129,6 +129,21 @@ impl Writer {
             What::Deed(deed) => {
                 let words = deed::write(deed);
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
+            }
+            What::Edge(edge) => {
+                let words = match edge {
+                    // A capture is for reading; the state itself is in the other forms.
+                    Edge::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
+                    edge => edge::write(edge),
+                };
+                packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
+                if let Some(begins) = edge.begins_at() {
+                    // Packets stay in the order of their times.
+                    self.base += Duration::from_micros(record.at.as_micros());
+                    self.base = self
+                        .base
+                        .saturating_sub(Duration::from_micros(begins.as_micros()));
+                }
             }
             What::Remark(words) => {
                 let words = format!("# {words}");

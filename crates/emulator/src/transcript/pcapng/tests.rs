@@ -254,3 +254,22 @@ fn everything_a_transcript_can_hold_makes_whole_blocks() {
     let all = blocks(&capture(Duration::ZERO, &header, &records));
     assert!(all.len() > records.len());
 }
+
+#[test]
+fn packets_stay_in_order_when_a_snapshot_moves_time_back() {
+    let restored = What::Edge(Edge::Restored {
+        at: Time::from_millis(3),
+        snapshot: "{}".to_owned(),
+    });
+    let reset = What::Edge(Edge::Reset { calendar: None });
+    let all = packets(&[
+        at(10, from_host(Port::Host, b"a")),
+        at(20, restored),
+        at(4, from_host(Port::Host, b"b")),
+        at(5, reset),
+        at(0, from_host(Port::Host, b"c")),
+    ]);
+    let times: Vec<u64> = all.iter().map(|packet| packet.micros).collect();
+    assert_eq!(times, [10_000, 20_000, 21_000, 22_000, 22_000]);
+    assert_eq!(all[1].data, b"restore 3000us");
+}

@@ -1,0 +1,198 @@
+//! What became of the faults of a run: told in the log, and written as JSON or JUnit XML. Besides the controller's count
+//! it holds what each bite was, in words, so that the report says why a host saw what it saw.
+
+use super::fault_json;
+use crate::evidence::{ReportError, Reports, escape};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use tracing::{info, warn};
+use ts3100_controller::faults::{Fault, FaultReport, Faults};
+use ts3100_controller::limits::FAULT_MOMENTS;
+use ts3100_controller::output::Event;
+use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
+
+/// A bite of a fault.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bite {
+    /// When, in virtual time.
+    pub at: Time,
+    /// Where.
+    pub port: Option<Port>,
+    /// What happened.
+    pub what: String,
+}
+
+/// What faults have done, by their numbers; of each the first [`FAULT_MOMENTS`] bites.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Bites(BTreeMap<u32, Vec<Bite>>);
+
+impl Bites {
+    /// Takes note of what the controller says of a fault.
+    pub fn take(&mut self, at: Time, event: &Event) {
+        let Event::Fault {
+            id,
+            port,
+            message,
+            fired,
+            ..
+        } = event
+        else {
+            return;
+        };
+        // Armed anew it is another one.
+        if !fired {
+            self.0.remove(id);
+            return;
+        }
+        let bites = self.0.entry(*id).or_default();
+        if bites.len() < FAULT_MOMENTS {
+            let (port, what) = (*port, message.clone());
+            bites.push(Bite { at, port, what });
+        }
+    }
+
+    fn of(&self, id: u32) -> &[Bite] {
+        self.0.get(&id).map_or(&[], Vec::as_slice)
+    }
+}
+
+/// What a fault waits for, in words.
+fn occasion(fault: &Fault) -> String {
+    let points: Vec<&str> = fault.kind.points.iter().map(|point| point.words()).collect();
+    let mut words = points.join(", or ");
+    if let Some(command) = &fault.on.command {
+        let _ = write!(words, "; command {command}");
+    }
+    if let Some(channel) = fault.on.channel {
+        let _ = write!(words, "; channel {channel}");
+    }
+    if let Some(block) = fault.on.block {
+        let _ = write!(words, "; block {block}");
+    }
+    words
+}
+
+fn report_json(report: &FaultReport, bites: &[Bite]) -> Value {
+    #[expect(
+        clippy::cast_precision_loss,
+        reason = "microseconds of some centuries fit into 53 bits"
+    )]
+    let seconds = |at: Time| at.as_micros() as f64 / 1e6;
+    let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
+    let bite =
+        |bite: &Bite| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.what });
+    json!({
+        "fault": fault_json(&report.fault),
+        "spec": report.fault.to_string(),
+        "what": report.fault.kind.what,
+        "host": report.fault.kind.remedy,
+        "waits_for": occasion(&report.fault),
+        "armed": report.armed,
+        "seen": report.seen,
+        "fired": report.fired,
+        "at": at,
+        "bites": bites.iter().map(bite).collect::<Vec<_>>(),
+        "words": report.line(),
+    })
+}
+
+fn document(faults: &Faults, bites: &Bites) -> String {
+    let each = |report: &FaultReport| report_json(report, bites.of(report.fault.id));
+    let report = json!({ "version": 1, "faults": {
+        "armed": faults.reports().filter(|report| report.armed).count(),
+        "fired": faults.reports().filter(|report| report.fired > 0).count(),
+        "never_fired": faults.never_fired().map(|report| report.fault.id).collect::<Vec<_>>(),
+        "faults": faults.reports().map(each).collect::<Vec<_>>(),
+    }});
+    format!("{report:#}\n")
+}
+
+/// One test case a fault; one that never fired has failed, since the test that was to meet it has met nothing.
+fn junit(faults: &Faults, bites: &Bites) -> String {
+    let (all, never) = (faults.reports().count(), faults.never_fired().count());
+    let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    // Writing to a String cannot fail.
+    let _ = writeln!(
+        xml,
+        "  <testsuite name=\"ts3100 faults\" tests=\"{all}\" failures=\"{never}\" errors=\"0\" skipped=\"0\" time=\"0\">"
+    );
+    for report in faults.reports() {
+        let fault = &report.fault;
+        let _ = writeln!(
+            xml,
+            "    <testcase classname=\"ts3100.faults.{}\" name=\"fault {} {}\" time=\"0\">",
+            fault.kind.name,
+            fault.id,
+            escape(&fault.to_string())
+        );
+        if report.fired == 0 {
+            let text = format!("{}\nIt waits for: {}\n", fault.kind.what, occasion(fault));
+            let (message, text) = (escape(&report.line()), escape(&text));
+            let _ = writeln!(
+                xml,
+                "      <failure message=\"{message}\" type=\"fault-never-fired\">{text}</failure>"
+            );
+        } else {
+            let mut text = format!("{}\n", report.line());
+            for Bite { at, port, what } in bites.of(fault.id) {
+                let place = port.map(|port| format!("{port} ")).unwrap_or_default();
+                let _ = writeln!(text, "{place}at {at} s: {what}");
+            }
+            let _ = writeln!(text, "The host: {}", fault.kind.remedy);
+            let _ = writeln!(xml, "      <system-out>{}</system-out>", escape(&text));
+        }
+        xml.push_str("    </testcase>\n");
+    }
+    xml.push_str("  </testsuite>\n</testsuites>\n");
+    xml
+}
+
+/// Makes the files, so that one that cannot be written is known before the run.
+///
+/// # Errors
+/// The first that cannot be written.
+pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
+    files.iter().try_for_each(|path| Reports::write(path, ""))
+}
+
+/// Writes the report into these files: JUnit XML where a name ends in `.xml`, otherwise JSON.
+///
+/// # Errors
+/// The first that cannot be written.
+pub fn write(files: &[PathBuf], faults: &Faults, bites: &Bites) -> Result<(), ReportError> {
+    files.iter().try_for_each(|path| {
+        let text = if is_xml(path) {
+            junit(faults, bites)
+        } else {
+            document(faults, bites)
+        };
+        Reports::write(path, &text)
+    })
+}
+
+fn is_xml(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("xml"))
+}
+
+/// The end of a run: each fault has its line in the log, one that never fired as a warning.
+pub fn tell(faults: &Faults) {
+    for report in faults.reports() {
+        let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
+        let line = report.line();
+        if fired == 0 {
+            warn!(
+                event = "fault-never-fired",
+                id,
+                kind,
+                seen = report.seen,
+                "{line}"
+            );
+        } else {
+            info!(event = "fault-report", id, kind, fired, "{line}");
+        }
+    }
+}
