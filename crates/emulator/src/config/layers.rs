@@ -99,6 +99,9 @@ pub enum ConfigError {
     /// A fault on the command line.
     #[error("--fault: {0}")]
     Fault(ts3100_controller::faults::FaultError),
+    /// Two faults of one number from the start.
+    #[error("faults: expected a number of its own for each, found id={0} twice")]
+    FaultTwice(u32),
     /// A file of faults.
     #[error(transparent)]
     FaultFile(#[from] crate::faults::FaultFileError),

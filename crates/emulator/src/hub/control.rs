@@ -138,13 +138,10 @@ impl Hub {
         if let Some(calendar) = calendar {
             self.controller.set_calendar(calendar);
         }
-        let at = self.clock.now();
         if self.restored {
-            self.tape.begin_anew(self.controller.config().calendar);
-            self.tape.restored(at, &self.controller);
+            self.tape.restored(self.clock.now(), &self.controller);
         } else {
-            self.tape.edge(at, Edge::Reset { calendar });
-            self.tape.begin_anew(self.controller.config().calendar);
+            self.tape.reset(self.clock.now(), calendar);
         }
         self.clock.restart();
         self.clock.set(self.controller.now());

@@ -18,40 +18,49 @@ const OVERHEAD: usize = 64;
 /// What a controller takes besides its files, roughly.
 const CONTROLLER: usize = 16 * 1024;
 
-/// Something kept.
+/// What is kept of one record.
 #[derive(Debug)]
-enum Entry {
+enum Page {
     Record(Record),
-    /// A snapshot took the controller's place: written out only when somebody asks for the transcript, so that putting one
-    /// back stays a copy.
+    /// A snapshot was restored, which is written down only when somebody asks.
     Restored(Time, Box<Controller>),
 }
 
-impl Entry {
-    fn record(&self) -> Record {
-        match self {
-            Entry::Record(record) => record.clone(),
-            Entry::Restored(at, controller) => Record {
-                at: *at,
-                what: What::Edge(Edge::restored(controller)),
-            },
-        }
-    }
-
+impl Page {
     fn at(&self) -> Time {
         match self {
-            Entry::Record(record) => record.at,
-            Entry::Restored(at, _) => *at,
+            Page::Record(record) => record.at,
+            Page::Restored(at, _) => *at,
         }
     }
 
     fn weight(&self) -> usize {
-        match self {
-            Entry::Record(record) => weight(record),
-            Entry::Restored(_, controller) => {
-                let files = controller.files().map(|(_, content)| content.len());
-                CONTROLLER + files.sum::<usize>()
+        OVERHEAD
+            + match self {
+                Page::Record(record) => match &record.what {
+                    What::FromHost { bytes, .. } | What::FromRobot { bytes, .. } => bytes.len(),
+                    What::Remark(words) => words.len(),
+                    What::Deed(ts3100_controller::Deed::PutFile { content, .. }) => content.len(),
+                    What::Edge(Edge::Garbled { bytes, .. }) => bytes.len(),
+                    What::Edge(Edge::Restored { snapshot, .. }) => snapshot.len(),
+                    What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Edge(_) => 0,
+                },
+                Page::Restored(_, controller) => {
+                    let files = controller
+                        .files()
+                        .map(|(name, content)| name.len() + content.len());
+                    CONTROLLER + files.sum::<usize>()
+                }
             }
+    }
+
+    fn record(&self) -> Record {
+        match self {
+            Page::Record(record) => record.clone(),
+            Page::Restored(at, controller) => Record {
+                at: *at,
+                what: What::Edge(Edge::restored(controller)),
+            },
         }
     }
 }
@@ -59,7 +68,7 @@ impl Entry {
 #[derive(Debug, Default)]
 struct Pages {
     header: Header,
-    records: VecDeque<Entry>,
+    pages: VecDeque<Page>,
     bytes: usize,
     forgotten: u64,
 }
@@ -67,18 +76,6 @@ struct Pages {
 /// The last records of a run.
 #[derive(Debug, Default)]
 pub struct Kept(Mutex<Pages>);
-
-fn weight(record: &Record) -> usize {
-    OVERHEAD
-        + match &record.what {
-            What::FromHost { bytes, .. } | What::FromRobot { bytes, .. } => bytes.len(),
-            What::Remark(words) => words.len(),
-            What::Deed(ts3100_controller::Deed::PutFile { content, .. }) => content.len(),
-            What::Edge(Edge::Restored { snapshot, .. }) => snapshot.len(),
-            What::Edge(Edge::Garbled { bytes, .. }) => bytes.len(),
-            What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Edge(_) => 0,
-        }
-}
 
 impl Kept {
     /// Nothing has happened yet.
@@ -97,24 +94,24 @@ impl Kept {
 
     /// Takes a record.
     pub fn put(&self, record: Record) {
-        self.keep(Entry::Record(record));
+        self.take(Page::Record(record));
     }
 
-    /// The state of this controller is about to take the present one's place.
-    pub fn put_state(&self, at: Time, controller: Controller) {
-        self.keep(Entry::Restored(at, Box::new(controller)));
+    /// The state of this controller takes the present one's place.
+    pub fn restored(&self, at: Time, controller: &Controller) {
+        self.take(Page::Restored(at, Box::new(controller.clone())));
     }
 
-    fn keep(&self, entry: Entry) {
-        let pages = &mut *self.pages();
-        pages.bytes += entry.weight();
-        pages.records.push_back(entry);
-        while pages.records.len() > KEPT_RECORDS || pages.bytes > KEPT_BYTES {
-            let Some(oldest) = pages.records.pop_front() else {
+    fn take(&self, page: Page) {
+        let kept = &mut *self.pages();
+        kept.bytes += page.weight();
+        kept.pages.push_back(page);
+        while kept.pages.len() > KEPT_RECORDS || kept.bytes > KEPT_BYTES {
+            let Some(oldest) = kept.pages.pop_front() else {
                 return;
             };
-            pages.bytes -= oldest.weight();
-            pages.forgotten += 1;
+            kept.bytes -= oldest.weight();
+            kept.forgotten += 1;
         }
     }
 
@@ -135,7 +132,7 @@ impl Kept {
     #[must_use]
     pub fn written(&self, format: Format) -> Vec<u8> {
         let pages = self.pages();
-        let missing = pages.records.front().filter(|_| pages.forgotten > 0);
+        let missing = pages.pages.front().filter(|_| pages.forgotten > 0);
         let missing = missing.map(|first| Record {
             at: first.at(),
             what: What::Remark(format!(
@@ -143,8 +140,7 @@ impl Kept {
                 pages.forgotten
             )),
         });
-        let kept = pages.records.iter().map(Entry::record);
-        let records = missing.into_iter().chain(kept);
+        let records = missing.into_iter().chain(pages.pages.iter().map(Page::record));
         let mut out = Vec::new();
         match format {
             Format::Text => {

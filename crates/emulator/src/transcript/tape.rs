@@ -125,8 +125,9 @@ impl Tape {
             files: powered.files.clone(),
             select: settings.select.clone(),
         };
+        let recorder = Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?;
         let mut tape = Tape {
-            recorder: Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?,
+            recorder,
             kept: settings.control.as_ref().map(|_| Arc::new(Kept::new(header))),
             observer: Observer::default(),
         };
@@ -143,7 +144,17 @@ impl Tape {
             self.recorder.record(&Record { at, what });
         }
         if let Some(kept) = &self.kept {
-            kept.put_state(at, controller.clone());
+            kept.restored(at, controller);
+        }
+    }
+
+    /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
+    /// where it is the wall's.
+    pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
+        let what = What::Edge(Edge::Reset { calendar });
+        self.recorder.record(&Record { at, what });
+        if let Some(kept) = &self.kept {
+            kept.begin_anew(calendar);
         }
     }
 
@@ -156,13 +167,6 @@ impl Tape {
     #[must_use]
     pub fn kept(&self) -> Arc<Kept> {
         self.kept.clone().unwrap_or_default()
-    }
-
-    /// Everything is as at the start: what is kept begins anew, files go on.
-    pub fn begin_anew(&mut self, calendar: CalendarTime) {
-        if let Some(kept) = &self.kept {
-            kept.begin_anew(shown(calendar));
-        }
     }
 
     fn is_on(&self) -> bool {
