@@ -3,6 +3,7 @@
 //! per second is in `whole`.
 
 mod contender;
+mod control;
 mod table;
 mod whole;
 
@@ -24,6 +25,9 @@ fn main() -> ExitCode {
             "--check" => check = true,
             // cargo bench passes it.
             "--bench" => {}
+            control::BARE => {
+                return control::bare_listener().map_or_else(|error| failed(&error), |()| ExitCode::SUCCESS);
+            }
             "--rounds" => match count().filter(|count| *count > 0) {
                 Some(count) => rounds = count,
                 None => return failed("--rounds: expected a number from 1 up"),
@@ -70,5 +74,9 @@ fn run(check: bool, rounds: usize) -> Result<bool, String> {
     }
     println!();
     whole::print(rounds)?;
-    Ok(!check || missed.is_empty())
+    let slow = control::print(rounds)?;
+    for line in &slow {
+        println!("{}: {line}", if check { "MISSED" } else { "beyond the margin" });
+    }
+    Ok(!check || missed.is_empty() && slow.is_empty())
 }

@@ -7,8 +7,8 @@ use axum::body::{Bytes, to_bytes};
 use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::StatusCode;
 use axum::http::request::Parts;
-use serde::Deserialize;
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error as _};
+use serde::{Deserialize, Deserializer};
 use std::time::Duration;
 use tokio::time::timeout;
 
@@ -61,6 +61,14 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
 
     async fn from_request(request: Request, _: &S) -> Result<Body<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
+        // What stands for fields by their order would be read too.
+        if matches!(
+            bytes.trim_ascii_start().first(),
+            Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
+        ) {
+            let status = StatusCode::UNPROCESSABLE_ENTITY;
+            return Err(Problem::at(status, "body", "an object of JSON", "another value"));
+        }
         serde_json::from_slice(&bytes).map(Body).map_err(|error| {
             let status = if error.is_data() {
                 StatusCode::UNPROCESSABLE_ENTITY
@@ -161,6 +169,39 @@ impl TryFrom<f64> for Seconds {
             .map(Seconds)
             .ok_or_else(|| format!("0 to {MAX_SECONDS} seconds expected, {seconds} found"))
     }
+}
+
+/// A whole number, which JSON may write as 80 or as 80.0.
+pub fn whole(number: f64) -> Option<u32> {
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "it is whole and in range"
+    )]
+    let cast = |number: f64| number as u32;
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    fits.then(|| cast(number))
+}
+
+/// The same for a number that may be left out.
+///
+/// # Errors
+/// Any other number.
+pub fn whole_if_said<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+    let number = Option::<f64>::deserialize(deserializer)?;
+    let wrong = |number| D::Error::custom(format!("a whole number expected, {number} found"));
+    number
+        .map(|number| whole(number).ok_or_else(|| wrong(number)))
+        .transpose()
+}
+
+/// Fields by their names: a list of values in their order is not read.
+///
+/// # Errors
+/// Anything else.
+pub fn by_name<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) -> Result<T, D::Error> {
+    let fields = serde_json::Map::<String, serde_json::Value>::deserialize(deserializer)?;
+    T::deserialize(serde_json::Value::Object(fields)).map_err(D::Error::custom)
 }
 
 /// Two hexadecimal digits a byte, blanks between them allowed.

@@ -1,7 +1,7 @@
 //! `/clock`: how time passes; moving it by hand, by an amount or until something happens; waiting for something
 //! without moving it.
 
-use super::body::{Body, Seconds};
+use super::body::{Body, Seconds, by_name, whole};
 use super::event::seconds;
 use super::handle::Handle;
 use super::problem::Problem;
@@ -85,18 +85,18 @@ pub enum When {
     /// The execution status is this, or has been since.
     Status(StatusWord),
     /// An input shows this state.
-    Input(LineIs),
+    Input(#[serde(deserialize_with = "by_name")] LineIs),
     /// An output shows this state.
-    Output(LineIs),
+    Output(#[serde(deserialize_with = "by_name")] LineIs),
     /// The statement in this line of the selected file has begun since.
     Line(FileLine),
     /// This was printed since.
-    Printed(Printed),
+    Printed(#[serde(deserialize_with = "by_name")] Printed),
     /// The alarm of this number, or `any`, is active or was raised since.
     #[schema(example = "2-046")]
     Alarm(String),
     /// Nothing runs, nothing moves, no exchange is open.
-    Idle(Empty),
+    Idle(#[serde(deserialize_with = "by_name")] Empty),
 }
 
 /// `{}`.
@@ -121,18 +121,6 @@ impl TryFrom<f64> for FileLine {
         fits.map(FileLine)
             .ok_or_else(|| format!("a line of a file, 1 to {last}, expected, {line} found"))
     }
-}
-
-/// A whole number, which JSON may write as 80 or as 80.0.
-fn whole(number: f64) -> Option<u32> {
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "it is whole and in range"
-    )]
-    let cast = |number: f64| number as u32;
-    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
-    fits.then(|| cast(number))
 }
 
 fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {

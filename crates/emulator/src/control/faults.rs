@@ -1,6 +1,6 @@
 //! `/faults`: what is broken on purpose: list with what became of each, arm, disarm, clear, and the kinds there are.
 
-use super::body::{Body, InPath, NoBody};
+use super::body::{Body, InPath, NoBody, by_name, whole, whole_if_said};
 use super::event::seconds;
 use super::handle::Handle;
 use super::problem::Problem;
@@ -9,7 +9,8 @@ use crate::hub::request::Sight;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::Port;
@@ -33,18 +34,23 @@ pub struct On {
     #[schema(example = "IP0")]
     channel: Option<String>,
     /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
+    #[serde(deserialize_with = "whole_if_said")]
     #[schema(maximum = 1_000_000)]
     block: Option<u32>,
 }
 
 /// A value of a parameter: a number, or words as `--fault` takes them.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "a whole number or words expected")]
 pub enum Given {
     /// A whole number.
-    Number(u64),
+    Number(#[serde(deserialize_with = "number")] u32),
     /// Words: `2s`, `teaching`, `OK<CR>`.
     Words(String),
+}
+
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    whole(f64::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a whole number"))
 }
 
 /// A fault to be armed: in the words of `--fault`, or by its parts.
@@ -81,15 +87,18 @@ pub struct Arm {
     #[schema(ignore)]
     spec: Option<String>,
     /// Its number; the next free one if not said. A fault of the same number is replaced.
+    #[serde(default, deserialize_with = "whole_if_said")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
     /// What it waits for; some kinds wait for a command of their own if nothing is said.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "by_name")]
     on: On,
     /// How many occasions pass before the first it can take.
+    #[serde(default, deserialize_with = "whole_if_said")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
     /// How often it bites at most; 0: always; 1 if not said.
+    #[serde(default, deserialize_with = "whole_if_said")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
     /// How probably it takes an occasion; 1 if not said.
@@ -261,14 +270,17 @@ impl Arm {
                 return Err(wrong("body", expected, "`spec` and others".to_owned()));
             }
         };
+        let unfit = |place: &str, expected: String, found: String| {
+            Problem::at(StatusCode::CONFLICT, place, expected, found)
+        };
         read.map_err(|error| match error {
-            FaultError::Kind { found, known } => wrong("kind", known, found),
-            FaultError::Key { key, known, .. } => wrong("parameters", known, key),
-            FaultError::Twice { key, .. } => wrong("parameters", format!("{key} once"), "twice".to_owned()),
+            FaultError::Kind { found, known } => unfit("kind", known, found),
+            FaultError::Key { key, known, .. } => unfit("parameters", known, key),
+            FaultError::Twice { key, .. } => unfit("parameters", format!("{key} once"), "twice".to_owned()),
             FaultError::Value {
                 key, expected, found, ..
-            } => wrong(&key, expected, found),
-            FaultError::Form { found } => wrong("body", "a fault".to_owned(), found),
+            } => unfit(&key, expected, found),
+            FaultError::Form { found } => unfit("body", "a fault".to_owned(), found),
         })
     }
 }

@@ -140,7 +140,7 @@ impl From<DeskError> for Problem {
             DeskError::Busy => Problem::ending(),
             DeskError::Text(TextError::Json(error)) => {
                 let status = if error.is_data() {
-                    StatusCode::UNPROCESSABLE_ENTITY
+                    StatusCode::CONFLICT
                 } else {
                     StatusCode::BAD_REQUEST
                 };

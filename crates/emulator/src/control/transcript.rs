@@ -9,10 +9,11 @@ use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::IntoResponse;
 use serde::Deserialize;
-use utoipa::{IntoParams, ToSchema};
+use utoipa::IntoParams;
+use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
 /// The form of a transcript.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FormatWord {
     #[default]
@@ -28,8 +29,16 @@ pub enum FormatWord {
 struct Wanted {
     /// `text` as people read it and `ts3100 diff` plays it, `jsonl` for programs, `pcapng` for Wireshark.
     #[serde(default)]
-    #[param(inline, default = "text")]
+    #[param(schema_with = format_schema, required = false)]
     format: FormatWord,
+}
+
+fn format_schema() -> Object {
+    ObjectBuilder::new()
+        .schema_type(Type::String)
+        .enum_values(Some(["text", "jsonl", "pcapng"]))
+        .default(Some("text".into()))
+        .build()
 }
 
 impl FormatWord {

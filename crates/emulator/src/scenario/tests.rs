@@ -338,6 +338,16 @@ fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
 }
 
 #[test]
+fn a_fault_keeps_the_number_it_is_armed_with() {
+    let text =
+        "[[do]]\nat = \"10 ms\"\nactions = [\"fault arm ng:command=SO,id=9\", \"fault arm 8 no-reply\"]\n";
+    let mut stage = Stage::new(text);
+    stage.until(20);
+    let armed = stage.controller.faults().reports().map(|report| report.fault.id);
+    assert_eq!(armed.collect::<Vec<_>>(), [8, 9]);
+}
+
+#[test]
 fn what_holds_in_a_snapshot_has_not_come() {
     let mut stage = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
     let mut other = stage.controller.clone();

@@ -123,11 +123,12 @@ fn read_fault(rest: &str) -> Result<FaultOrder, String> {
     Ok(match verb {
         "arm" => {
             let (id, spec) = match rest.split_once(' ') {
-                Some((id, spec)) if id.bytes().all(|byte| byte.is_ascii_digit()) => (number(id)?, spec),
-                _ => (0, rest),
+                Some((id, spec)) if id.bytes().all(|byte| byte.is_ascii_digit()) => (Some(number(id)?), spec),
+                _ => (None, rest),
             };
             let mut fault: Fault = spec.parse().map_err(|error: FaultError| error.to_string())?;
-            fault.id = id;
+            // One may stand among its keys too.
+            fault.id = id.unwrap_or(fault.id);
             FaultOrder::Arm(Box::new(fault))
         }
         "disarm" => FaultOrder::Disarm(number(rest)?),

@@ -242,7 +242,7 @@ fn every_operation_of_the_document_is_served() {
         }
         let (status, answer) = robot.call_text(&method, &path, body);
         assert!(
-            [200, 400, 404, 422].contains(&status),
+            [200, 400, 404, 409, 422].contains(&status),
             "{method} {path}: {status} {answer}"
         );
         assert!(

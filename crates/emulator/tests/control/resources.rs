@@ -470,7 +470,7 @@ fn a_fault_is_armed_bites_and_is_reported() {
         (r#"{"kind":"ng","probability":2}"#, "probability"),
     ] {
         let (status, answer) = robot.call("POST", "/faults", body);
-        assert_eq!((status, &answer["where"]), (422, &json!(place)), "{answer}");
+        assert_eq!((status, &answer["where"]), (409, &json!(place)), "{answer}");
     }
     robot.refused(422, "POST", "/faults", r#"{"kind":"ng","when":1}"#);
     robot.refused(404, "GET", "/faults/77", "");

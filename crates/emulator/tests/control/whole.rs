@@ -54,7 +54,7 @@ fn a_snapshot_goes_out_and_in_as_the_text_of_its_file() {
     let words = robot.refused(404, "GET", "/snapshots/dirty", "");
     assert!(words.contains("one of clean"), "{words}");
     robot.refused(400, "PUT", "/snapshot", "{");
-    let words = robot.refused(422, "PUT", "/snapshot", "{}");
+    let words = robot.refused(409, "PUT", "/snapshot", "{}");
     assert!(words.contains("format"), "{words}");
     let broken = present.replacen("\"override_percent\": 100", "\"override_percent\": 130", 1);
     let words = robot.refused(409, "PUT", "/snapshot", &broken);
@@ -125,12 +125,25 @@ fn a_fault_is_armed_in_the_words_of_the_command_line() {
         (&armed["faults"][0]["id"], &armed["faults"][0]["kind"]),
         (&json!(7), &json!("late-reply"))
     );
-    let words = robot.refused(422, "POST", "/faults", r#"{"spec":"late-replay"}"#);
+    let words = robot.refused(409, "POST", "/faults", r#"{"spec":"late-replay"}"#);
     assert!(words.contains("late-reply"), "{words}");
     let words = robot.refused(422, "POST", "/faults", r#"{"spec":"ng","after":1}"#);
     assert!(words.contains("`spec` alone"), "{words}");
     let words = robot.refused(422, "POST", "/faults", r#"{"kind":"ng","spec":"ng"}"#);
     assert!(words.contains("`spec` alone"), "{words}");
+    robot.post(
+        "/faults",
+        r#"{"kind":"slow-line","id":8.0,"after":1.0,"on":{"block":2.0}}"#,
+    );
+    robot.refused(422, "POST", "/faults", r#"{"kind":"ng","after":1.5}"#);
+    robot.refused(422, "POST", "/faults", r#"{"kind":"ng","on":["SU",null,null]}"#);
+    robot.refused(422, "PUT", "/battery", "[true]");
+    robot.refused(
+        422,
+        "POST",
+        "/clock/advance-until",
+        r#"{"condition":{"idle":[]},"within":1}"#,
+    );
     let words = robot.refused(422, "POST", "/faults", "{}");
     assert!(words.contains("`kind` or `spec`"), "{words}");
 }
@@ -174,12 +187,8 @@ fn the_transcript_is_there_while_everything_runs() {
     assert!(words.contains("jsonl"), "{words}");
     robot.put("/snapshots/a", "");
     robot.post("/snapshots/a/restore", "");
-    assert!(
-        robot
-            .call_text("GET", "/transcript", "")
-            .1
-            .contains("\n! restore ")
-    );
+    let text = robot.call_text("GET", "/transcript", "").1;
+    assert!(text.contains("! restore 0us {"), "{text}");
     robot.post("/reset", "");
     let text = robot.call_text("GET", "/transcript", "").1;
     assert!(
