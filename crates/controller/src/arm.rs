@@ -10,6 +10,7 @@ use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
 mod append;
 mod guide;
+mod retry;
 
 pub use guide::{Guidance, GuideFrame};
 
@@ -124,6 +125,9 @@ pub struct Arm {
     /// Posture while no motion is under way.
     rest: Joints,
     active: Option<Active>,
+    /// The motion a stop (retry) has cut short.
+    #[cfg_attr(feature = "serde", serde(default))]
+    interrupted: Option<Active>,
     /// Coordinate system of the position last moved to, where it had its own.
     position_work: Option<Frame>,
 }
@@ -203,6 +207,7 @@ impl Arm {
             model,
             rest,
             active: None,
+            interrupted: None,
             position_work: None,
         }
     }

@@ -100,6 +100,14 @@ pub enum Doing {
     },
 }
 
+impl Doing {
+    /// Whether the statement waits for its motion.
+    #[must_use]
+    pub fn is_motion(&self) -> bool {
+        matches!(self, Doing::Moving { .. } | Doing::Queued { .. })
+    }
+}
+
 /// A machine and what it is doing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Task {
@@ -444,6 +452,21 @@ impl Execution {
         self.arm_owner = None;
     }
 
+    /// What waits for a motion that is no more is to begin anew.
+    pub fn redo_motions(&mut self) {
+        let again = |doing: &mut Doing| {
+            if doing.is_motion() {
+                *doing = Doing::Ready;
+            }
+        };
+        for task in self.main.iter_mut().chain(self.tasks.values_mut()) {
+            again(&mut task.doing);
+            if let Some(handler) = &mut task.handler {
+                again(&mut handler.doing);
+            }
+        }
+    }
+
     /// A task other than the main program has ended.
     pub fn drop_task(&mut self, id: u16) {
         self.tasks.remove(&id);
@@ -468,7 +491,7 @@ impl Execution {
         turn.map_or((0, 0), |task| {
             let line = task.machine.line();
             let ahead = match task.doing {
-                Doing::Moving { .. } => task.machine.motion_ahead(),
+                Doing::Moving { .. } if self.program_runs() => task.machine.motion_ahead(),
                 _ => None,
             };
             (ahead.unwrap_or(line), task.id())

@@ -330,7 +330,7 @@ impl Controller {
             };
             return Step::Blocked;
         }
-        if self.traced && !matches!(task.doing, Doing::Watching { .. }) {
+        if self.traced && task.machine.begins_statement() && !matches!(task.doing, Doing::Watching { .. }) {
             let line = task.machine.line();
             let task = task.id();
             self.event(Event::Statement { line, task });

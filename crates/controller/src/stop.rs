@@ -16,10 +16,21 @@ use ts3100_proto::status::{AlarmLevel, ExecutionStatus};
 impl Controller {
     /// Automatic operation starts or goes on.
     pub(crate) fn run_program(&mut self) {
+        self.take_up_motion();
         self.execution.course = Course::Running { stop: None };
         self.state.running_since = Some(self.now);
         self.signals.switch(dout::CYC_END, false);
         self.report_status();
+    }
+
+    /// The motion that a stop (retry) cut short goes on, and its statement waits for it again; if the arm has been
+    /// moved since, the statement is done again from where it stands now.
+    fn take_up_motion(&mut self) {
+        let locked = self.state.machine_lock;
+        if self.execution.course == Course::Reset || locked || !self.arm.take_up(self.now, self.pace()) {
+            self.arm.forget_interrupted();
+            self.execution.redo_motions();
+        }
     }
 
     /// Automatic operation has come to a stand.
@@ -57,12 +68,13 @@ impl Controller {
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: By) {
-        self.arm.stop(self.now);
         self.jogging = None;
-        self.end_direct();
         if !self.execution.program_runs() {
+            self.arm.stop(self.now);
+            self.end_direct();
             return;
         }
+        self.arm.interrupt(self.now);
         let mut course = Course::Retry;
         for id in self.execution.order() {
             let Some(mut task) = self.execution.take_task(id) else {
@@ -77,14 +89,17 @@ impl Controller {
         self.stop_program(course, by);
     }
 
-    /// The statement under way will be done again, but for an INPUT, which is over: true.
+    /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its
+    /// motion keeps waiting.
     fn cut_short(&mut self, task: &mut Task) -> bool {
         if let Some(mut handler) = task.handler.take() {
             self.cut_short(&mut handler);
             task.handler = Some(handler);
         }
         let reading = self.end_reading(task);
-        task.doing = Doing::Ready;
+        if !(task.doing.is_motion() && self.arm.is_interrupted()) {
+            task.doing = Doing::Ready;
+        }
         reading
     }
 

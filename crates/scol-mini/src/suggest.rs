@@ -61,6 +61,7 @@ pub(crate) fn attach_direct(statement: &str, base: &Program, diagnostics: &mut [
             // A bare word that is no program of the file was meant to be a statement.
             "E0501" => {
                 let known = base.blocks.iter().any(|block| block.name == found);
+                let known = known || builtin::words().any(|word| word == found);
                 did_you_mean(&found, builtin::words()).filter(|_| !known)
             }
             code => fixed(code).map(String::from),

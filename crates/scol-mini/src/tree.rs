@@ -62,6 +62,8 @@ pub(crate) enum Unary {
     Minus,
     Plus,
     Not,
+    /// Parentheses round a variable that is an argument of a call: its value is handed over, not itself.
+    Value,
 }
 
 /// An expression and its place.

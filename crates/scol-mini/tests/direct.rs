@@ -44,4 +44,9 @@ fn the_word_that_was_meant_is_named() {
         ("E0501", String::new()),
         "a program of the file was meant"
     );
+    assert_eq!(
+        told("STOP"),
+        ("E0501", String::new()),
+        "STOP is spelt right, it is not for DO"
+    );
 }

@@ -20,7 +20,7 @@ const MAX_TIME_RATE: f64 = 1e6;
 /// ```text
 /// Moving --hold--> Held --resume--> Moving
 ///   |               |
-///   +-----stop------+--> Stopped (final)
+///   +-----stop------+--> Stopped --take_up--> Moving
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -29,7 +29,7 @@ enum Phase {
     Moving,
     /// Feed hold: slowing on the path, or at rest on it.
     Held,
-    /// Given up: slowing on the path, or at rest on it for good.
+    /// Given up: slowing on the path, or at rest on it.
     Stopped,
 }
 
@@ -289,6 +289,21 @@ impl Motion {
         if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
             let decel = self.full.rates(1.0, 1.0, 1.0).decel;
             self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
+        }
+    }
+
+    /// Whether it was given up.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.phase == Phase::Stopped
+    }
+
+    /// One that was given up goes on after all, from where it is at `at`, within these limits.
+    pub fn take_up(&mut self, at: Duration, limits: &Limits) {
+        if self.phase == Phase::Stopped {
+            self.phase = Phase::Held;
+            self.limits = *limits;
+            self.resume(at);
         }
     }
 

@@ -57,6 +57,7 @@ impl Controller {
         task.doing = Doing::Ready;
         task.handler = None;
         self.execution.drop_tasks();
+        self.arm.forget_interrupted();
         self.stand_at(Course::Continue);
         Ok(())
     }

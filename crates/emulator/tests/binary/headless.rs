@@ -83,6 +83,19 @@ fn a_dialogue_runs_from_records() {
 }
 
 #[test]
+fn a_trace_names_a_statement_once_however_long_it_waits_for_the_arm() {
+    let directory = TempDir::new();
+    let program = "PROGRAM M\nENABLE NOWAIT\nON MOTION > 50 DO DOUT(1)\nMOVEA 1, 30\nMOVEA 1, 0\nDELAY 0.1\nMOVEA 1, 30\nEND\n";
+    let file = directory.file("once.scol", program);
+    let traced = json(&run(&["run", &file, "--json", "--trace"]));
+    let lines = traced["trace"].as_array().unwrap().iter();
+    let lines: Vec<u64> = lines.map(|entry| entry["line"].as_u64().unwrap()).collect();
+    // The action on line 3 comes while the motion of line 5, tried at once, waits for that of
+    // line 4; DELAY and END wait for theirs.
+    assert_eq!(lines, [2, 3, 4, 5, 3, 6, 7, 8]);
+}
+
+#[test]
 fn a_trace_names_the_task_of_each_statement() {
     let directory = TempDir::new();
     let source = "PROGRAM M\nI = TASK(\"SIDE\")\nDELAY 1\nEND\nPROGRAM SIDE\nDELAY 0.5\nEND\n";

@@ -9,7 +9,7 @@ use crate::parser::Block;
 use crate::program::Symbols;
 use crate::sink::Sink;
 use crate::tree::{
-    Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Variable,
+    Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Unary, Variable,
 };
 use crate::value::Kind;
 
@@ -198,6 +198,7 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
             }
             Some(Kind::Real)
         }
+        Node::Unary(Unary::Value, of) => known(of, symbols, sink),
         Node::Unary(_, of) => {
             expect(of, Wanted::Number, symbols, sink);
             None

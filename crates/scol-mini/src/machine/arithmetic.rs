@@ -97,7 +97,7 @@ pub(super) fn unary(operator: Unary, of: Number) -> Result<Number, Trouble> {
         (Unary::Not, of) => Ok(Number::Integer(i32::from(!truth(of)))),
         (Unary::Minus, Number::Integer(value)) => integer(value.checked_neg()),
         (Unary::Minus, Number::Real(value)) => Ok(Number::Real(-value)),
-        (Unary::Plus, value) => Ok(value),
+        (Unary::Plus | Unary::Value, value) => Ok(value),
     }
 }
 

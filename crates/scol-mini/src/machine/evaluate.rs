@@ -13,7 +13,7 @@ use crate::memory::Memory;
 use crate::options::Arm;
 use crate::program::Program;
 use crate::request::{FaultKind, Inputs, Number};
-use crate::tree::{Binary, Condition, Expression, Node};
+use crate::tree::{Binary, Condition, Expression, Node, Unary};
 use crate::value::{Kind, Value};
 
 /// Everything an expression can look at.
@@ -41,6 +41,7 @@ impl Context<'_> {
                     .map(|value| Value::Real(value as f32))
                     .ok_or_else(|| no_component(&value, *letter))
             }
+            Node::Unary(Unary::Value, of) => self.evaluate(of),
             Node::Unary(operator, of) => unary(*operator, self.number(of)?).map(as_value),
             Node::Binary(operator @ (Binary::Add | Binary::Subtract), left, right) => {
                 self.sum(*operator, self.evaluate(left)?, self.evaluate(right)?)

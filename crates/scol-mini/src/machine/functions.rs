@@ -218,12 +218,30 @@ fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
     }
 }
 
+/// Sine and cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, and TAN(90) has no value.
+fn turned(degrees: f64) -> (f64, f64) {
+    let within = libm::fmod(degrees, 360.0);
+    let quarters = libm::round(within / 90.0);
+    let (sine, cosine) = libm::sincos((within - quarters * 90.0) / DEGREES);
+    // From -4 to 4; plus 0.0 makes a zero positive.
+    let (sine, cosine) = match (quarters as i32).rem_euclid(4) {
+        0 => (sine, cosine),
+        1 => (cosine, -sine),
+        2 => (-sine, -cosine),
+        _ => (-cosine, sine),
+    };
+    (sine + 0.0, cosine + 0.0)
+}
+
 /// Functions of one or two reals; NaN outside the domain.
 fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
     match builtin {
-        Builtin::Sin => libm::sin(x / DEGREES),
-        Builtin::Cos => libm::cos(x / DEGREES),
-        Builtin::Tan => libm::tan(x / DEGREES),
+        Builtin::Sin => turned(x).0,
+        Builtin::Cos => turned(x).1,
+        Builtin::Tan => match turned(x) {
+            (_, 0.0) => f64::NAN,
+            (sine, cosine) => sine / cosine + 0.0,
+        },
         Builtin::Asin => libm::asin(x) * DEGREES,
         Builtin::Acos => libm::acos(x) * DEGREES,
         Builtin::Atan => libm::atan(x) * DEGREES,

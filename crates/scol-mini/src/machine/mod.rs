@@ -348,6 +348,14 @@ impl Machine {
         None
     }
 
+    /// Whether a statement of the file begins with the next step. Not while one asks for something, however often it is
+    /// tried, and not where the action of a monitor is over.
+    #[must_use]
+    pub fn begins_statement(&self) -> bool {
+        let step = self.program.steps.get(self.at).map(|step| &step.operation);
+        !matches!(self.state, State::Asked(_) | State::Ended) && !matches!(step, Some(Operation::HandlerEnd))
+    }
+
     /// The request that waits for its answer.
     #[must_use]
     pub fn pending(&self) -> Option<&Request> {

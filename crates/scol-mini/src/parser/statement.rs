@@ -9,7 +9,7 @@ use super::Cursor;
 use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
-use crate::tree::{Name, Reference, Simple, Statement, Variable};
+use crate::tree::{Expression, Name, Node, Reference, Simple, Statement, Unary, Variable};
 
 impl Cursor<'_> {
     /// A statement up to the end of the line.
@@ -182,6 +182,22 @@ impl Cursor<'_> {
         })
     }
 
+    /// An argument; a variable in parentheses is no plain one any more (scol.md 2.2) and is handed over by value.
+    fn by_value(&self, argument: Expression) -> Expression {
+        let enclosed = self
+            .source
+            .get(argument.span.start..)
+            .is_some_and(|text| text.starts_with('('));
+        if !enclosed || !matches!(argument.node, Node::Variable(_)) {
+            return argument;
+        }
+        let span = argument.span;
+        Expression {
+            node: Node::Unary(Unary::Value, Box::new(argument)),
+            span,
+        }
+    }
+
     /// A line that begins with a name: an assignment or a call.
     fn named(&mut self) -> Result<Statement, Problem> {
         let name = self.name("a statement")?;
@@ -234,6 +250,10 @@ impl Cursor<'_> {
             let message = format!("{} begins no statement", name.text);
             return Err(Problem::new("E0103", name.span, message));
         }
-        Ok(Statement::Call(name, list.unwrap_or_default()))
+        let arguments = list.unwrap_or_default();
+        Ok(Statement::Call(
+            name,
+            arguments.into_iter().map(|e| self.by_value(e)).collect(),
+        ))
     }
 }
