@@ -84,6 +84,24 @@ fn every_axis_of_both_arms_is_guided_to_its_limit() {
     }
 }
 
+/// In a coordinate system the arm goes until it is stretched: 750 mm from the shoulder, 73.28 mm above which the wrist
+/// hangs, and 100 mm before the foot; 400 mm of the SCARA, 17.55 mm beside its foot.
+#[test]
+fn a_straight_way_is_guided_to_the_end_of_the_reach() {
+    let wrist: f64 = 293.282 + 80.0 - 300.0;
+    let six = 100.0 + (750.0 * 750.0 - wrist * wrist).sqrt();
+    let four = (400.0_f64 * 400.0 - 17.55 * 17.55).sqrt();
+    for (mut robot, end) in [(six_axis(), six), (scara(), four)] {
+        for command in ["RT,2", "SC,3", "JG,1 +"] {
+            robot.command(Port::Ip0, command);
+        }
+        robot.advance_ms(60_000);
+        let x = world(&mut robot)[0];
+        assert!((end - 0.5..=end).contains(&x), "{x} of {end}");
+        assert!(robot.alarms().is_empty());
+    }
+}
+
 #[test]
 fn inching_goes_one_step() {
     for (rate, step) in [(0, 0.1), (1, 1.0), (2, 10.0)] {

@@ -352,7 +352,7 @@ impl Controller {
         match pause {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
-            Pause::Ended if self.moves(task) => {
+            Pause::Ended if self.moves(task) && !task.machine.has_acted() => {
                 task.doing = Doing::Resting;
                 Step::Blocked
             }

@@ -18,7 +18,7 @@ const MAX_WORD: usize = 24;
 /// Most words one misspelt word is compared with.
 const MAX_CANDIDATES: usize = 1_000;
 /// Words of channels of other generations, or close to one.
-const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
+pub(crate) const CHANNELS: &[&str] = &["COM0", "COM2", "COM3", "IP0", "IP3", "IP4", "HOST", "TTY"];
 
 /// Adds a remedy to every error that has one.
 pub(crate) fn attach(source: &str, arm: Arm, diagnostics: &mut [Diagnostic]) {
@@ -82,6 +82,9 @@ impl Suggester<'_> {
         let part = self.outline.part_of(diagnostic.line);
         match diagnostic.code {
             "E0103" | "E0203" if foreign(&found).is_some() => foreign(&found).map(String::from),
+            "E0101" if diagnostic.message.ends_with("found \":\"") => {
+                Some("a line holds one statement; a label stands at its beginning".into())
+            }
             "E0101" | "E0103" => self.keyword(diagnostic),
             "E0301" => self
                 .keyword(diagnostic)
@@ -126,11 +129,15 @@ impl Suggester<'_> {
         };
         let begin = before.iter().rposition(joints).map_or(0, |at| at + 1);
         let first = before.get(begin).copied();
+        // A name of the file is spelt as it is meant.
+        let shared = self.outline.shared();
         [at, first]
             .into_iter()
             .flatten()
             .map(|lexeme| word(Some(lexeme)))
-            .filter(|text| !text.is_empty() && !builtin::is_reserved(text, self.arm))
+            .filter(|text| {
+                !text.is_empty() && !builtin::is_reserved(text, self.arm) && !shared.contains_key(text)
+            })
             .find_map(|text| {
                 // What the parser waited for comes before any other word.
                 let expected = diagnostic.message.split(", found").next().unwrap_or_default();

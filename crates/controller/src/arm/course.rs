@@ -27,11 +27,11 @@ impl Arm {
         Some(active.start + active.motion.last_begins()?)
     }
 
-    /// DEST: where the motion leads in the frames given; the present position when none is under way.
+    /// DEST: where the motion leads in the frames given, also while it is held; the present position when none is under way.
     #[must_use]
     pub fn destination(&self, now: Time, frames: &Frames) -> Position {
         match self.active.as_ref().filter(|active| !active.locked) {
-            Some(active) => self.position_of(&active.motion.end(), frames),
+            Some(active) => self.position_of(&active.motion.target(), frames),
             None => self.here(now, frames),
         }
     }

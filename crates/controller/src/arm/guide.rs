@@ -60,7 +60,7 @@ pub enum GuideError {
         axis: u8,
     },
     /// There is no way in that direction.
-    #[error("{0}")]
+    #[error(transparent)]
     Motion(#[from] MotionError),
 }
 
@@ -91,22 +91,24 @@ impl Arm {
         let limits = asked.limits(pace);
         let frames = Frames::of(conditions);
         let (start, from) = self.next_start(now);
-        let mut way = guidance.step.unwrap_or(self.farthest(guidance, &from));
+        let way = guidance.step.unwrap_or(self.farthest(guidance, &from));
         if way < SMALLEST_WAY {
             return Err(GuideError::AtLimit { axis: guidance.axis });
         }
         let mut planned = self.plan_guided(guidance, way, &frames, &from, &limits);
-        let halvings = if guidance.step.is_some() {
-            0
-        } else {
-            GUIDE_HALVINGS
-        };
-        for _ in 0..halvings {
-            if planned.is_ok() {
-                break;
+        if planned.is_err() && guidance.step.is_none() {
+            // What can be gone is a beginning of what cannot: the end of the reach lies between the two.
+            let (mut near, mut far) = (0.0, way);
+            for _ in 0..GUIDE_HALVINGS {
+                let middle = 0.5 * (near + far);
+                match self.plan_guided(guidance, middle, &frames, &from, &limits) {
+                    Ok(shorter) => {
+                        near = middle;
+                        planned = Ok(shorter);
+                    }
+                    Err(_) => far = middle,
+                }
             }
-            way /= 2.0;
-            planned = self.plan_guided(guidance, way, &frames, &from, &limits);
         }
         self.active = Some(Active {
             motion: planned?,

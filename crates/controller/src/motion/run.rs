@@ -313,6 +313,15 @@ impl Motion {
         self.path.joints_at(self.profile.end())
     }
 
+    /// Where it leads: its target, also while feed hold lets it rest before; of one given up, where it rests.
+    #[must_use]
+    pub fn target(&self) -> Joints {
+        match self.phase {
+            Phase::Stopped => self.end(),
+            Phase::Moving | Phase::Held => self.path.joints_at(1.0),
+        }
+    }
+
     /// Whether its times and places are numbers, with an end; for a motion that was read.
     #[cfg(feature = "serde")]
     #[must_use]

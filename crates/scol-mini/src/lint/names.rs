@@ -11,6 +11,7 @@ use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
 use crate::outline::{Outline, Part, Row, names, sign, word};
 use crate::sink::Sink;
+use crate::suggest::CHANNELS;
 
 /// What the statements of a program do with names.
 #[derive(Default)]
@@ -103,7 +104,12 @@ fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &m
         if !given {
             let message = format!("{name} gets its kind from what the peer happens to send first");
             let problem = Problem::new("W0602", *span, message);
-            sink.warning(problem.help(format!("give it a value before: {name} = 0 or {name} = 0.0")));
+            let help = if CHANNELS.contains(name) {
+                String::from("it is no channel of a program: those are TP, COM1, IP1 and IP2")
+            } else {
+                format!("give it a value before: {name} = 0 or {name} = 0.0")
+            };
+            sink.warning(problem.help(help));
         }
     }
 }

@@ -356,6 +356,13 @@ impl Machine {
         !matches!(self.state, State::Asked(_) | State::Ended) && !matches!(step, Some(Operation::HandlerEnd))
     }
 
+    /// Whether this is the action of a monitor, and over: the motion under way is not its own.
+    #[must_use]
+    pub fn has_acted(&self) -> bool {
+        let step = self.program.steps.get(self.at).map(|step| &step.operation);
+        matches!((&self.state, step), (State::Ended, Some(Operation::HandlerEnd)))
+    }
+
     /// The request that waits for its answer.
     #[must_use]
     pub fn pending(&self) -> Option<&Request> {

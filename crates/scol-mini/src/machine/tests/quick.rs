@@ -42,6 +42,7 @@ const EDGES: &[&str] = &[
     "I = -2147483647\nI = I - 1\nJ = I / -1\nJ = I MOD -1\nPRINT J\nI = I * 2\nI = -I\nI = ABS(I)",
     "I = 7\nI = 2.9\nPRINT I\nI = 1E20\nPRINT I\nX = 1.5\nX = 3\nPRINT X, X / 2\nX = 3E38\nX = X * 10\nX = X + X\nX = -X - X",
     "I = 1 / 0\nI = 1.0 / 0\nI = 0 / 0.0\nI = 5 MOD 0\nI = MOD(5.0, 0.0)\nX = MOD(7.5, 2)\nPRINT X",
+    "X = 7.5\nY = 2.0\nZ = X MOD Y\nPRINT Z\nZ = -X MOD Y\nPRINT Z\nI = 7\nJ = 4\nK = I MOD J\nPRINT K\nZ = X - Y\nZ = X * Y\nZ = Y / X\nPRINT Z",
     "IF A > 1 THEN B = 1\nB = A\nA = 1\nB = A + C\nC = 1",
     "P = POINT(1,2,3)\nQ = P + P\nIF P > 1 THEN I = 1\nI = 1\nI = P\nP = 1\nX = P.Y\nPRINT X",
     "FOR I = 1 TO 3 STEP 0\nNEXT I",
