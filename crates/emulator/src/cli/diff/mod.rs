@@ -134,7 +134,7 @@ pub(super) fn run(args: &DiffArgs) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(DIFFERENT),
         Err(error) => {
-            eprintln!("ts3100: {}", super::words(&error));
+            eprintln!("ts3100: {error:#}");
             ExitCode::from(UNUSABLE)
         }
     }

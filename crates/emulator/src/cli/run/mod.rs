@@ -77,7 +77,7 @@ pub(super) fn run(args: &RunArgs) -> ExitCode {
     match play(args) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100: {}", super::words(&error));
+            eprintln!("ts3100: {error:#}");
             ExitCode::from(2)
         }
     }
