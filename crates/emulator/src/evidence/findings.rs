@@ -1,5 +1,6 @@
-//! Findings as one JSON document: the report of `--findings FILE.json`, and what the control interface serves.
+//! Findings as one JSON document: the report of `--findings FILE.json`.
 
+use crate::control::event::seconds;
 use crate::log::Readable;
 use serde::Serialize;
 use std::fmt::Write as _;
@@ -10,7 +11,7 @@ use ts3100_controller::port::Port;
 const VERSION: u32 = 1;
 
 /// All findings of a run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FindingsView {
     /// Version of this document.
     pub version: u32,
@@ -32,7 +33,7 @@ pub struct Broken {
 }
 
 /// A broken rule.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RuleView {
     /// Its name.
     pub rule: &'static str,
@@ -51,12 +52,12 @@ pub struct RuleView {
 }
 
 /// One break of a rule.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FindingView {
     /// `HOST`, `IP0`, ...; null where no port is concerned.
     pub port: Option<&'static str>,
     /// Virtual time in seconds.
-    pub t: String,
+    pub t: f64,
     /// What happened.
     pub message: String,
     /// The bytes concerned in hex.
@@ -115,7 +116,7 @@ impl FindingView {
         }
         FindingView {
             port: finding.port.map(Port::name),
-            t: finding.at.to_string(),
+            t: seconds(finding.at),
             message: finding.message.clone(),
             bytes,
             text: Readable(&finding.bytes).to_string(),
@@ -132,5 +133,5 @@ pub(super) fn line(finding: &Finding) -> String {
     } else {
         format!(" [{}]", view.text)
     };
-    format!("{port}at {} s: {}{text}", view.t, view.message)
+    format!("{port}at {} s: {}{text}", finding.at, view.message)
 }

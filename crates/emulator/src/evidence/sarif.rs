@@ -54,7 +54,7 @@ fn result(rule: &str, level: &str, index: usize, count: u64, finding: &FindingVi
         "ruleId": rule,
         "ruleIndex": index,
         "level": level,
-        "message": { "text": format!("{port} at {} s: {}", finding.t, finding.message) },
+        "message": { "text": format!("{port} at {:.6} s: {}", finding.t, finding.message) },
         "locations": [{ "logicalLocations": [{ "name": port, "kind": "resource" }] }],
         "properties": { "t": finding.t, "bytes": finding.bytes, "text": finding.text, "count": count },
     })

@@ -2,6 +2,7 @@
 //! it holds what each bite was, in words, so that the report says why a host saw what it saw.
 
 use super::fault_json;
+use crate::control::event::seconds;
 use crate::evidence::{ReportError, Reports, escape};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -76,11 +77,6 @@ fn occasion(fault: &Fault) -> String {
 }
 
 fn report_json(report: &FaultReport, bites: &[Bite]) -> Value {
-    #[expect(
-        clippy::cast_precision_loss,
-        reason = "microseconds of some centuries fit into 53 bits"
-    )]
-    let seconds = |at: Time| at.as_micros() as f64 / 1e6;
     let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
     let bite =
         |bite: &Bite| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.what });

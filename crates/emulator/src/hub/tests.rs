@@ -96,3 +96,41 @@ fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
         assert!(hub.controller.poll_deadline().is_some(), "they have not passed");
     });
 }
+
+#[test]
+fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
+    single_threaded().unwrap().block_on(async {
+        let (mut hub, requests) = Hub::open(&automatic()).await.unwrap();
+        let short = Duration::from_millis(20);
+        tokio::time::sleep(short).await;
+        hub.serve(tokio::time::sleep(short)).await;
+        // To the microsecond, or two runs of the same would differ.
+        assert_eq!((hub.clock.now(), hub.controller.now()), (Time::ZERO, Time::ZERO));
+        let host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        hub.serve(tokio::time::sleep(short)).await;
+        let passed = hub.clock.now();
+        assert!(
+            passed >= Time::ZERO + short,
+            "a host's pauses are the wall's: {passed}"
+        );
+        drop(host);
+        hub.serve(tokio::time::sleep(short)).await;
+        let left = hub.clock.now();
+        tokio::time::sleep(short).await;
+        assert_eq!(hub.clock.now(), left);
+        // One who waits for a length of time does not wait for ever.
+        let (done, is_done) = oneshot::channel();
+        let condition = condition::Condition::Alarm(None);
+        let seek = condition::Seek::new(condition, short, false);
+        requests.send(Request::Wait { seek, done }).await.ok().unwrap();
+        let mut waited = None;
+        hub.serve(async { waited = is_done.await.ok() }).await;
+        assert!(!waited.unwrap().reached);
+        assert!(hub.clock.now() >= left + short);
+    });
+}

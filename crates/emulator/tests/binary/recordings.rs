@@ -114,6 +114,16 @@ fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
     assert!(std::fs::metadata(&names[2]).unwrap().len() > 2_000);
     let text = std::fs::read_to_string(&names[0]).unwrap();
     assert!(text.contains("file PICK\n| PROGRAM PICK\n"), "{text}");
+    // An emulator of another option is told which one would be this robot's.
+    let other = ["diff", &names[0], "--set", "su.layout=six-records"];
+    assert!(!stdout(&run(&other)).contains("closer"));
+    let output = run(&[other.as_slice(), &["--suggest"]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stdout(&output).ends_with("\ncloser with --set su.layout=one-record: 0 parts left\n"),
+        "{}",
+        stdout(&output)
+    );
     // One letter doctored: exactly that is told, and where.
     let doctored = directory.file("b.txt", text.replace("OVRD:100%", "OVRD:90%"));
     let output = run(&["diff", &doctored]);

@@ -2,6 +2,7 @@
 //! [`crate::diff`]'s, the showing `show`'s.
 
 mod show;
+mod suggest;
 
 use crate::config::{self, Environment, ServeArgs, Settings, args};
 use crate::diff::{Ignore, Tolerance, diff};
@@ -40,6 +41,9 @@ pub(super) struct DiffArgs {
     /// What is not compared: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
     #[arg(long, value_name = "WORDS", value_delimiter = ',')]
     ignore: Vec<String>,
+    /// Try each named option that has words for its values, and say with which fewer differences are left
+    #[arg(long)]
+    suggest: bool,
     /// One JSON document on stdout in place of text
     #[arg(long)]
     json: bool,
@@ -151,7 +155,12 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
         ignore,
     };
     let report = diff(&recording, &settings, &tolerance)?;
-    show::show(&args.recording, &report, args.json)?;
+    let suggestions = if args.suggest && !report.differences.is_empty() {
+        suggest::suggestions(&recording, &settings, &tolerance, &report)
+    } else {
+        Vec::new()
+    };
+    show::show(&args.recording, &report, &suggestions, args.json)?;
     Ok(report.differences.is_empty())
 }
 

@@ -1,5 +1,6 @@
 //! What `ts3100 diff` prints: each difference with its place, for people or as JSON.
 
+use super::suggest::Suggestion;
 use crate::diff::{Difference, Kind, PartDifference, Report};
 use crate::log::Readable;
 use crate::transcript::Ending;
@@ -15,12 +16,12 @@ const MAX_SHOWN: usize = 200;
 ///
 /// # Errors
 /// stdout.
-pub(super) fn show(path: &Path, report: &Report, as_json: bool) -> io::Result<()> {
+pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     let written = if as_json {
-        writeln!(stdout, "{:#}", document(path, report))
+        writeln!(stdout, "{:#}", document(path, report, closer))
     } else {
-        stdout.write_all(text(path, report).as_bytes())
+        stdout.write_all((text(path, report) + &options(closer)).as_bytes())
     };
     match written.and_then(|()| stdout.flush()) {
         // Whoever reads has seen enough.
@@ -88,6 +89,13 @@ fn text(path: &Path, report: &Report) -> String {
     }
     out.push('\n');
     out
+}
+
+/// A line for each option that brings the two closer.
+fn options(closer: &[Suggestion]) -> String {
+    let line =
+        |Suggestion { set, left }: &Suggestion| format!("closer with --set {set}: {left} parts left\n");
+    closer.iter().map(line).collect()
 }
 
 fn described(difference: &Difference) -> String {
@@ -193,7 +201,10 @@ fn millis(duration: Duration) -> String {
     format!("{}.{:03} ms", duration.as_millis(), duration.as_micros() % 1_000)
 }
 
-fn document(path: &Path, report: &Report) -> Value {
+fn document(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
+    let closer = closer
+        .iter()
+        .map(|Suggestion { set, left }| json!({ "set": set, "left": left }));
     let counts = Counts::of(report);
     json!({
         "transcript": path.display().to_string(),
@@ -208,6 +219,7 @@ fn document(path: &Path, report: &Report) -> Value {
         "moments": report.moments,
         "ignored": report.ignored,
         "not_shown": report.more,
+        "closer": closer.collect::<Vec<_>>(),
         "differences": report.differences.iter().map(difference).collect::<Vec<_>>(),
     })
 }

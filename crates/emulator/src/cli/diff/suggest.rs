@@ -1,0 +1,81 @@
+//! Which named option brings the emulator closer to the controller that was recorded: each one that has words for its
+//! values is tried with each of them. What an option does is the controller's matter.
+
+use crate::config::{Settings, option_keys, set_option};
+use crate::diff::{Kind, Report, Tolerance, diff};
+use crate::transcript::Recording;
+
+/// Most suggestions that are made.
+const MAX_SUGGESTIONS: usize = 5;
+
+/// An option, and what is left with it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Suggestion {
+    /// `su.layout=one-record`.
+    pub set: String,
+    /// Parts that still differ.
+    pub left: usize,
+}
+
+/// How many parts of answers differ; what is no answer is one part.
+fn count(report: &Report) -> usize {
+    let parts = report
+        .differences
+        .iter()
+        .map(|difference| match &difference.kind {
+            Kind::Bytes { parts, .. } => parts.len().max(1),
+            Kind::Time { .. } | Kind::Missing { .. } | Kind::Surplus { .. } | Kind::Ended { .. } => 1,
+        });
+    parts.sum::<usize>() + report.more
+}
+
+/// The options with which fewer parts differ than without, the best first.
+pub(super) fn suggestions(
+    recording: &Recording,
+    settings: &Settings,
+    tolerance: &Tolerance,
+    found: &Report,
+) -> Vec<Suggestion> {
+    let mut closer = Vec::new();
+    for (key, values) in option_keys() {
+        for value in words(values) {
+            let mut other = settings.clone();
+            let options = &mut other.controller.options;
+            if set_option(options, &mut other.links, key, value).is_err() {
+                continue;
+            }
+            // One with which it cannot even start is none.
+            let Ok(report) = diff(recording, &other, tolerance) else {
+                continue;
+            };
+            let left = count(&report);
+            if left < count(found) {
+                let set = format!("{key}={value}");
+                closer.push(Suggestion { set, left });
+            }
+        }
+    }
+    closer.sort_by_key(|suggestion| suggestion.left);
+    closer.truncate(MAX_SUGGESTIONS);
+    closer
+}
+
+/// The values that are listed as `one or the other`; numbers and times are not tried.
+fn words(values: &str) -> impl Iterator<Item = &str> {
+    let listed = values.contains(" or ");
+    let alternatives = values.split(" or ").filter_map(|word| word.split(' ').next());
+    alternatives.filter(move |_| listed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words;
+
+    #[test]
+    fn alternatives_are_tried_and_numbers_are_not() {
+        let tried = |values| words(values).collect::<Vec<_>>();
+        assert_eq!(tried("one-record or six-records"), ["one-record", "six-records"]);
+        assert_eq!(tried("one or several (texts)"), ["one", "several"]);
+        assert!(tried("a number of bytes").is_empty());
+    }
+}
