@@ -191,6 +191,53 @@ fn nothing_panics_on_purpose() {
     }
 }
 
+/// An error whose words contain those of its source, and that hands the source on besides, has it twice in the words
+/// of a chain (`{:#}`).
+fn tells_twice(text: &str) -> Vec<usize> {
+    let mut found = Vec::new();
+    for (at, _) in text.match_indices("#[error(\"") {
+        let rest = &text[at..];
+        let words = &rest[..rest.find(")]").unwrap_or(rest.len())];
+        // Up to the next variant, or the end of a struct.
+        let item = &rest[words.len()..];
+        let item = &item[..item
+            .find("\n    #[error(")
+            .or_else(|| item.find("\n}"))
+            .unwrap_or(item.len())];
+        let handed_on = item.contains("#[from]") || item.contains("#[source]");
+        let is_field = item.contains(" source: ");
+        if words.contains("{source") && is_field || words.contains("{0") && handed_on {
+            found.push(text[..at].matches('\n').count() + 1);
+        }
+    }
+    found
+}
+
+#[test]
+fn no_error_tells_its_source_twice() {
+    assert_eq!(
+        tells_twice("    #[error(\"a: {source}\")]\n    A {\n        source: io::Error,\n    },\n}\n"),
+        [1]
+    );
+    assert_eq!(
+        tells_twice("\n    #[error(\"a: {0}\")]\n    A(#[from] B),\n}\n"),
+        [2]
+    );
+    assert!(
+        tells_twice("    #[error(\"a: {0}\")]\n    A(B),\n    #[error(\"c\")]\n    C(#[from] D),\n}\n")
+            .is_empty()
+    );
+    let mut offenders = Vec::new();
+    for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
+        offenders.extend(
+            tells_twice(&text)
+                .into_iter()
+                .map(|line| format!("{}:{line}", path.display())),
+        );
+    }
+    none("errors that tell their source twice", &offenders);
+}
+
 #[test]
 fn every_fixture_states_its_origin() {
     let mut offenders = Vec::new();

@@ -32,7 +32,7 @@ use ts3100_proto::parameter::{EthernetParameters, UserParameters};
 pub enum SelectError {
     /// Not a file name.
     #[error("file name: {0}")]
-    Name(#[from] NameError),
+    Name(NameError),
     /// Not on the RAM drive.
     #[error("file {0} is not on the RAM drive")]
     Missing(String),
@@ -50,6 +50,12 @@ pub enum SelectError {
         /// Its diagnostics with carets.
         rendered: String,
     },
+}
+
+impl From<NameError> for SelectError {
+    fn from(error: NameError) -> SelectError {
+        SelectError::Name(error)
+    }
 }
 
 /// The robot controller.

@@ -15,7 +15,7 @@ use ts3100_proto::status::ca::DirectoryEntry;
 pub enum DriveError {
     /// Not a file name of the RAM drive.
     #[error("file name: {0}")]
-    Name(#[from] NameError),
+    Name(NameError),
     /// Its text breaks the rules of a user file.
     #[error("file {name}: {fault}")]
     Content {
@@ -48,6 +48,12 @@ pub enum DriveError {
         /// The file.
         name: String,
     },
+}
+
+impl From<NameError> for DriveError {
+    fn from(error: NameError) -> DriveError {
+        DriveError::Name(error)
+    }
 }
 
 /// The files.

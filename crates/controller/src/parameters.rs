@@ -22,16 +22,16 @@ pub enum ParameterError {
     #[error("USER.PAR or ETHERNET.PAR expected, {0} found")]
     File(String),
     /// The value cannot be put into the file.
-    #[error("{0}")]
+    #[error(transparent)]
     Rewrite(#[from] RewriteError),
     /// The value is not allowed.
     #[error("{0}")]
     Value(ParameterProblem),
     /// The file cannot be stored.
-    #[error("{0}")]
+    #[error(transparent)]
     Drive(#[from] DriveError),
     /// Not a file name.
-    #[error("{0}")]
+    #[error(transparent)]
     Name(#[from] NameError),
 }
 

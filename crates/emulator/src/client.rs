@@ -33,12 +33,12 @@ pub enum ClientError {
     #[error("a token is made of visible ASCII characters")]
     Token,
     /// Nobody answers there.
-    #[error("no control interface answers at http://{authority}: {source}")]
+    #[error("no control interface answers at http://{authority}: {reason}")]
     Unreachable {
         /// Where.
         authority: String,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// What came is no answer.
     #[error("no HTTP answer from http://{authority}: {reason}")]
@@ -91,9 +91,9 @@ impl Client {
     /// # Errors
     /// [`ClientError::Unreachable`], [`ClientError::Answer`].
     pub fn send(&self, method: &str, path: &str, body: Option<&str>) -> Result<Answer, ClientError> {
-        let unreachable = |source| ClientError::Unreachable {
+        let unreachable = |reason| ClientError::Unreachable {
             authority: self.authority.clone(),
-            source,
+            reason,
         };
         let mut stream = self.connect().map_err(unreachable)?;
         let mut request = format!("{method} {path} HTTP/1.0\r\nHost: {}\r\n", self.authority);

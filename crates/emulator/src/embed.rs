@@ -232,9 +232,9 @@ impl Builder {
                     Err(error) => drop(tell.send(Err(error))),
                 }
             })
-            .map_err(|source| StartError::System {
+            .map_err(|reason| StartError::System {
                 what: "thread",
-                source,
+                reason,
             })?;
         match told.recv() {
             Ok(Ok((ports, serial, control, requests, desk, evidence))) => Ok(Emulator {
@@ -253,7 +253,7 @@ impl Builder {
             Ok(Err(error)) => Err(error),
             Err(_) => Err(StartError::System {
                 what: "start",
-                source: std::io::Error::other("its thread ended before it was ready"),
+                reason: std::io::Error::other("its thread ended before it was ready"),
             }),
         }
     }
@@ -262,9 +262,9 @@ impl Builder {
 /// The runtime every emulator runs in: one thread, which is all the hub needs.
 pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     let built = runtime::Builder::new_current_thread().enable_all().build();
-    built.map_err(|source| StartError::System {
+    built.map_err(|reason| StartError::System {
         what: "runtime",
-        source,
+        reason,
     })
 }
 

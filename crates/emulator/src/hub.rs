@@ -71,12 +71,12 @@ pub enum StartError {
     #[error(transparent)]
     Link(#[from] LinkError),
     /// The control interface.
-    #[error("the control interface cannot listen on {address}: {source}")]
+    #[error("the control interface cannot listen on {address}: {reason}")]
     Control {
         /// Where.
         address: std::net::SocketAddr,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// A serial line.
     #[error(transparent)]
@@ -88,12 +88,12 @@ pub enum StartError {
     #[error(transparent)]
     Snapshot(#[from] snapshot::FileError),
     /// The runtime or the thread of an embedded emulator.
-    #[error("the operating system refuses a {what}: {source}")]
+    #[error("the operating system refuses a {what}: {reason}")]
     System {
         /// What was asked for.
         what: &'static str,
         /// What it said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
 }
 
@@ -227,12 +227,12 @@ impl Hub {
         let Some(control) = &settings.control else {
             return Ok(None);
         };
-        let server = interface::Server::bind(control).map_err(|source| StartError::Control {
+        let server = interface::Server::bind(control).map_err(|reason| StartError::Control {
             address: control.address,
-            source,
+            reason,
         })?;
         let address = server.address();
-        let journal = Arc::new(Journal::default());
+        let journal = Arc::new(Journal::beside(self.tape.kept()));
         self.journal = Some(Arc::clone(&journal));
         server.serve(requests.clone(), journal);
         Ok(Some(address))
@@ -247,6 +247,8 @@ impl Hub {
     /// was then.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
+        // What is due by now has happened in the state that is told.
+        self.feed(Input::Tick).await;
         faults::tell(self.controller.faults());
         self.links.close().await;
         self.lines.close().await;

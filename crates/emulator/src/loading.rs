@@ -20,12 +20,12 @@ pub const DEMO: &str = include_str!("../assets/demo.scol");
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     Read {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// Its name cannot be a name of the drive.
     #[error("{}: no name on the RAM drive: {reason}", path.display())]
@@ -173,9 +173,9 @@ fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
         }
         std::fs::read(path)
     };
-    read().map_err(|source| LoadError::Read {
+    read().map_err(|reason| LoadError::Read {
         path: path.to_path_buf(),
-        source,
+        reason,
     })
 }
 

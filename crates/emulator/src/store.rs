@@ -21,14 +21,14 @@ const LOCK: &str = ".ts3100.lock";
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The operating system refused something.
-    #[error("cannot {action} {}: {source}", path.display())]
+    #[error("cannot {action} {}: {reason}", path.display())]
     Io {
         /// What was tried.
         action: &'static str,
         /// On which path.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
@@ -51,7 +51,7 @@ pub enum StoreError {
 
 fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_path_buf();
-    move |source| StoreError::Io { action, path, source }
+    move |reason| StoreError::Io { action, path, reason }
 }
 
 /// An open backing directory, for nobody else until it is dropped.
@@ -215,7 +215,7 @@ fn lock(directory: &Path) -> Result<File, StoreError> {
         Err(TryLockError::WouldBlock) => Err(StoreError::InUse {
             path: directory.to_path_buf(),
         }),
-        Err(TryLockError::Error(source)) => Err(io_error("lock", &path)(source)),
+        Err(TryLockError::Error(reason)) => Err(io_error("lock", &path)(reason)),
     }
 }
 

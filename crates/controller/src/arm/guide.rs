@@ -60,7 +60,7 @@ pub enum GuideError {
         axis: u8,
     },
     /// There is no way in that direction.
-    #[error("{0}")]
+    #[error(transparent)]
     Motion(#[from] MotionError),
 }
 

@@ -256,6 +256,8 @@ impl Prey<'_> {
             (Point::Command, command, 0) => command.to_string(),
             (Point::Command, command, block) => alloc::format!("text {block} of {command}"),
             (Point::Reply, "", _) => "the text".to_string(),
+            // What answers a text of a download is OK or NG.
+            (Point::Reply, "DL", 1..) => alloc::format!("the answer to text {} of DL", self.block),
             (Point::Reply, command, 0 | 1) => alloc::format!("the answer to {command}"),
             (Point::Reply, command, block) => alloc::format!("text {block} of the answer to {command}"),
             (Point::Print, ..) => "what PRINT sends".to_string(),

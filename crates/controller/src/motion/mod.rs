@@ -110,7 +110,7 @@ pub enum Target {
 pub enum MotionError {
     /// No posture for the target.
     #[error("target: {0}")]
-    Unreachable(#[from] Unreachable),
+    Unreachable(Unreachable),
     /// No posture for a point of the path.
     #[error("at {percent:.0} % of the path: {reason}")]
     OnPath {
@@ -168,6 +168,12 @@ pub enum MotionError {
         /// Axes the arm has.
         axes: usize,
     },
+}
+
+impl From<Unreachable> for MotionError {
+    fn from(error: Unreachable) -> MotionError {
+        MotionError::Unreachable(error)
+    }
 }
 
 #[cfg(test)]

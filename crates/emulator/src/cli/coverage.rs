@@ -44,7 +44,7 @@ pub(super) fn run(args: &CoverageArgs) -> ExitCode {
     match merge(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             ExitCode::from(2)
         }
     }

@@ -61,7 +61,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
     let code = match exec(args) {
         Ok(code) => code,
         Err(Trouble::Emulator(error)) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             EMULATOR_FAILED
         }
         Err(Trouble::Command(command, error)) => {

@@ -28,6 +28,19 @@ struct Cli {
     command: Command,
 }
 
+/// An error and its causes on one line. A cause whose words an error has taken into its own is not said twice.
+fn words(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain().map(ToString::to_string) {
+        if line.is_empty() {
+            line = cause;
+        } else if !line.ends_with(&cause) {
+            line = format!("{line}: {cause}");
+        }
+    }
+    line
+}
+
 #[derive(Debug, Subcommand)]
 enum Command {
     Serve(Box<ServeArgs>),
@@ -70,5 +83,24 @@ pub fn main() -> ExitCode {
             ExitCode::SUCCESS
         }
         Command::Coverage(args) => coverage::run(&args),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::words;
+    use anyhow::Context as _;
+
+    #[derive(Debug, thiserror::Error)]
+    #[error("cannot read it: {source}")]
+    struct Whole {
+        source: std::io::Error,
+    }
+
+    #[test]
+    fn a_cause_is_said_once() {
+        let source = std::io::Error::other("not there");
+        let error = Err::<(), _>(Whole { source }).context("--load").unwrap_err();
+        assert_eq!(words(&error), "--load: cannot read it: not there");
     }
 }

@@ -25,7 +25,7 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
     match serve(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             ExitCode::from(COULD_NOT_START)
         }
     }

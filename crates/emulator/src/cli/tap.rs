@@ -106,7 +106,7 @@ pub(super) fn run(args: &TapArgs) -> ExitCode {
     match tap(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             ExitCode::from(COULD_NOT_START)
         }
     }

@@ -28,12 +28,12 @@ pub type Environment = BTreeMap<OsString, OsString>;
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     File {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The file is no TOML.
     #[error("{}: {reason}", path.display())]
@@ -98,7 +98,10 @@ pub enum ConfigError {
     },
     /// A fault on the command line.
     #[error("--fault: {0}")]
-    Fault(#[from] ts3100_controller::faults::FaultError),
+    Fault(ts3100_controller::faults::FaultError),
+    /// Two faults of one number from the start.
+    #[error("faults: expected a number of its own for each, found id={0} twice")]
+    FaultTwice(u32),
     /// A file of faults.
     #[error(transparent)]
     FaultFile(#[from] crate::faults::FaultFileError),
@@ -114,6 +117,12 @@ pub enum ConfigError {
     /// GEN-05.
     #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal,
+}
+
+impl From<ts3100_controller::faults::FaultError> for ConfigError {
+    fn from(error: ts3100_controller::faults::FaultError) -> ConfigError {
+        ConfigError::Fault(error)
+    }
 }
 
 /// Lays the given flags over the environment, that over the TOML file the two name. The second value is
@@ -333,8 +342,8 @@ pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
         }
         std::fs::read_to_string(path)
     };
-    read().map_err(|source| ConfigError::File {
+    read().map_err(|reason| ConfigError::File {
         path: path.to_path_buf(),
-        source,
+        reason,
     })
 }

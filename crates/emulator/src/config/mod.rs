@@ -199,6 +199,13 @@ fn armed(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     for spec in &args.fault {
         faults.push(spec.parse()?);
     }
+    // While it runs a fault of the same number is replaced on purpose; here one would be lost without a word.
+    for (index, fault) in faults.iter().enumerate() {
+        let before = faults.get(..index).unwrap_or_default();
+        if fault.id != 0 && before.iter().any(|other| other.id == fault.id) {
+            return Err(ConfigError::FaultTwice(fault.id));
+        }
+    }
     Ok(faults)
 }
 

@@ -14,6 +14,8 @@ use tokio::time::timeout;
 
 /// Largest body in bytes: a file of the RAM drive in hexadecimal digits, and something around it.
 pub const MAX_BODY: usize = 256 * 1024;
+/// Largest snapshot that is taken, in bytes: a full RAM drive of control codes, and everything else beside it.
+pub const MAX_SNAPSHOT: usize = 16 * 1024 * 1024;
 /// Longest time a body may take to come.
 const BODY_TIME: Duration = Duration::from_secs(10);
 /// Longest duration a call may name, in seconds: more than three years.
@@ -21,6 +23,9 @@ pub const MAX_SECONDS: f64 = 1e8;
 
 /// A body of JSON.
 pub struct Body<T>(pub T);
+
+/// The text of a snapshot.
+pub struct SnapshotText(pub String);
 
 /// No body, or `{}`.
 pub struct NoBody;
@@ -31,9 +36,9 @@ pub struct InPath<T>(pub T);
 /// What stands behind the question mark.
 pub struct InQuery<T>(pub T);
 
-async fn read(request: Request) -> Result<Bytes, Problem> {
-    let read = timeout(BODY_TIME, to_bytes(request.into_body(), MAX_BODY)).await;
-    let expected = format!("at most {MAX_BODY} bytes");
+async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
+    let read = timeout(BODY_TIME, to_bytes(request.into_body(), most)).await;
+    let expected = format!("at most {most} bytes");
     match read {
         Ok(Ok(bytes)) => Ok(bytes),
         Ok(Err(_)) => Err(Problem::at(
@@ -55,7 +60,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _: &S) -> Result<Body<T>, Problem> {
-        let bytes = read(request).await?;
+        let bytes = read(request, MAX_BODY).await?;
         serde_json::from_slice(&bytes).map(Body).map_err(|error| {
             let status = if error.is_data() {
                 StatusCode::UNPROCESSABLE_ENTITY
@@ -72,11 +77,29 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
     }
 }
 
+impl<S: Send + Sync> FromRequest<S> for SnapshotText {
+    type Rejection = Problem;
+
+    async fn from_request(request: Request, _: &S) -> Result<SnapshotText, Problem> {
+        let bytes = read(request, MAX_SNAPSHOT).await?;
+        String::from_utf8(bytes.into())
+            .map(SnapshotText)
+            .map_err(|error| {
+                Problem::at(
+                    StatusCode::BAD_REQUEST,
+                    "body",
+                    "UTF-8",
+                    error.utf8_error().to_string(),
+                )
+            })
+    }
+}
+
 impl<S: Send + Sync> FromRequest<S> for NoBody {
     type Rejection = Problem;
 
     async fn from_request(request: Request, _: &S) -> Result<NoBody, Problem> {
-        let bytes = read(request).await?;
+        let bytes = read(request, MAX_BODY).await?;
         let text = bytes.trim_ascii();
         let is_empty = |text: &[u8]| {
             let object: Result<serde_json::Map<String, serde_json::Value>, _> = serde_json::from_slice(text);

@@ -47,13 +47,39 @@ pub enum Given {
     Words(String),
 }
 
-/// A fault to be armed.
+/// A fault to be armed: in the words of `--fault`, or by its parts.
+#[derive(ToSchema)]
+#[schema(as = Arm)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "it is only described; what is read is `Arm`")]
+enum Order {
+    Spec(Spec),
+    Parts(Arm),
+}
+
+/// A fault in the words of `--fault`.
+#[derive(ToSchema)]
+#[serde(deny_unknown_fields)]
+#[expect(dead_code, reason = "it is only described; what is read is `Arm`")]
+struct Spec {
+    /// `KIND` or `KIND:key=value,key=value`, as docs/FAULTS.md says.
+    #[schema(example = "no-reply:command=SU", max_length = 4096)]
+    spec: String,
+}
+
+/// A fault by its parts.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
+#[schema(as = FaultParts)]
 pub struct Arm {
     /// One of `/faults/kinds`.
-    #[schema(example = "no-reply")]
-    kind: String,
+    #[serde(default)]
+    #[schema(value_type = String, required, example = "no-reply")]
+    kind: Option<String>,
+    /// In the words of `--fault`, instead of all the others.
+    #[serde(default)]
+    #[schema(ignore)]
+    spec: Option<String>,
     /// Its number; the next free one if not said. A fault of the same number is replaced.
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
@@ -170,7 +196,8 @@ impl FaultDoc {
 }
 
 impl FaultsDoc {
-    fn of(sight: &Sight<'_>) -> FaultsDoc {
+    /// As they are now.
+    pub fn of(sight: &Sight<'_>) -> FaultsDoc {
         let faults = sight.controller.faults();
         FaultsDoc {
             faults: faults.reports().map(FaultDoc::of).collect(),
@@ -225,7 +252,16 @@ impl Arm {
             Given::Words(words) => (name, words),
         });
         let pairs: Vec<(String, String)> = common.into_iter().flatten().chain(own).collect();
-        Fault::from_pairs(&self.kind, &pairs).map_err(|error| match error {
+        let read = match (self.kind, self.spec) {
+            (Some(kind), None) => Fault::from_pairs(&kind, &pairs),
+            (None, Some(spec)) if pairs.is_empty() => spec.parse(),
+            (None, None) => return Err(wrong("body", "`kind` or `spec`".to_owned(), "neither".to_owned())),
+            (..) => {
+                let expected = "`spec` alone, or `kind` and what goes with it".to_owned();
+                return Err(wrong("body", expected, "`spec` and others".to_owned()));
+            }
+        };
+        read.map_err(|error| match error {
             FaultError::Kind { found, known } => wrong("kind", known, found),
             FaultError::Key { key, known, .. } => wrong("parameters", known, key),
             FaultError::Twice { key, .. } => wrong("parameters", format!("{key} once"), "twice".to_owned()),
@@ -261,7 +297,7 @@ async fn get_faults(State(hub): State<Handle>) -> Result<Json<FaultsDoc>, Proble
 /// Arm a fault
 ///
 /// From now on. The same number again replaces it, its counters at zero.
-#[utoipa::path(post, path = "/faults", request_body = Arm, responses((status = 200, body = FaultsDoc)))]
+#[utoipa::path(post, path = "/faults", request_body = Order, responses((status = 200, body = FaultsDoc)))]
 async fn arm_fault(state: State<Handle>, Body(body): Body<Arm>) -> Result<Json<FaultsDoc>, Problem> {
     let fault = Box::new(body.fault()?);
     state.deed(Deed::Fault(FaultOrder::Arm(fault))).await?;

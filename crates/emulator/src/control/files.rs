@@ -50,7 +50,8 @@ pub struct FileDoc {
 }
 
 impl DriveDoc {
-    fn of(sight: &Sight<'_>) -> DriveDoc {
+    /// As it is now.
+    pub fn of(sight: &Sight<'_>) -> DriveDoc {
         let entries = sight.controller.drive().directory().into_iter();
         DriveDoc {
             files: entries

@@ -3,7 +3,8 @@
 
 use super::event::Happening;
 use super::metrics::Metrics;
-use std::collections::VecDeque;
+use crate::transcript::{Format, Kept};
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
 use ts3100_controller::input::Input;
@@ -28,6 +29,7 @@ struct Pages {
 pub struct Journal {
     pages: Mutex<Pages>,
     changed: watch::Sender<u64>,
+    kept: Arc<Kept>,
 }
 
 /// Events from a number on.
@@ -43,14 +45,27 @@ pub struct Extract {
 
 impl Default for Journal {
     fn default() -> Journal {
-        Journal {
-            pages: Mutex::default(),
-            changed: watch::Sender::new(0),
-        }
+        Journal::beside(Arc::default())
     }
 }
 
 impl Journal {
+    /// Beside this transcript, which the hub writes.
+    #[must_use]
+    pub fn beside(kept: Arc<Kept>) -> Journal {
+        Journal {
+            pages: Mutex::default(),
+            changed: watch::Sender::new(0),
+            kept,
+        }
+    }
+
+    /// The transcript in this form.
+    #[must_use]
+    pub fn transcript(&self, format: Format) -> Vec<u8> {
+        self.kept.written(format)
+    }
+
     /// The pages are whole between any two statements, so a panic elsewhere does not matter.
     fn pages(&self) -> MutexGuard<'_, Pages> {
         self.pages.lock().unwrap_or_else(PoisonError::into_inner)
@@ -74,6 +89,11 @@ impl Journal {
     pub fn reset(&self) {
         self.pages().findings.clear();
         self.put(Happening::new(Time::ZERO, "reset"));
+    }
+
+    /// A snapshot was restored: the time is that of it.
+    pub fn restored(&self, now: Time) {
+        self.put(Happening::new(now, "restored"));
     }
 
     fn put(&self, mut happening: Happening) {
@@ -123,6 +143,16 @@ impl Journal {
     #[must_use]
     pub fn findings(&self) -> Vec<Arc<Happening>> {
         self.pages().findings.iter().cloned().collect()
+    }
+
+    /// How often each rule was broken, of the findings kept.
+    #[must_use]
+    pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
+        let mut counts = BTreeMap::new();
+        for rule in self.pages().findings.iter().filter_map(|finding| finding.rule) {
+            *counts.entry(rule.to_owned()).or_default() += 1;
+        }
+        counts
     }
 
     /// The counters as they are now.

@@ -25,9 +25,11 @@ mod settings;
 mod snapshots;
 mod state;
 mod table;
+mod transcript;
 mod variables;
 mod words;
 
+pub use body::MAX_SNAPSHOT;
 pub use settings::{ControlChoice, ControlError, ControlSettings, MIN_TOKEN, PORT};
 
 use crate::hub::request::Request;
@@ -73,6 +75,7 @@ fn calls() -> Table {
         faults::add,
         snapshots::add,
         events::add,
+        transcript::add,
         service::add,
     ];
     resources.into_iter().fold(Table::new(), |table, add| add(table))

@@ -1,16 +1,18 @@
 //! `/snapshots`: states of the whole controller, kept under names and put back; `/snapshot`: the present one as a file
 //! has it.
 
-use super::body::{InPath, NoBody};
+use super::body::{InPath, NoBody, SnapshotText};
 use super::event::seconds;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::snapshot::NamedError;
 use crate::snapshot::desk::{DeskError, Done, Task};
+use crate::snapshot::{self, NamedError, TextError};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::IntoResponse;
 use serde::Serialize;
 use ts3100_controller::Time;
 use utoipa::ToSchema;
@@ -44,7 +46,9 @@ pub fn add(table: Table) -> Table {
         .call::<__path_put_snapshot, _, _>(put_snapshot)
         .call::<__path_restore_snapshot, _, _>(restore_snapshot)
         .call::<__path_delete_snapshot, _, _>(delete_snapshot)
+        .call::<__path_get_named, _, _>(get_named)
         .call::<__path_get_snapshot, _, _>(get_snapshot)
+        .call::<__path_load_snapshot, _, _>(load_snapshot)
 }
 
 /// The snapshots there are
@@ -89,20 +93,39 @@ async fn delete_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: 
     get_snapshots(state).await
 }
 
-/// The present state as the file of a snapshot has it, which `serve --restore` takes
-#[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
-async fn get_snapshot(State(hub): State<Handle>) -> Result<Json<serde_json::Value>, Problem> {
-    let Done::State(controller) = hub.snapshot(Task::Tell).await? else {
+/// A state as the file of a snapshot has it.
+async fn file(hub: &Handle, task: Task) -> Result<impl IntoResponse + use<>, Problem> {
+    let Done::State(controller) = hub.snapshot(task).await? else {
         return Err(Problem::ending());
     };
-    let document = serde_json::to_value(controller.snapshot());
-    let document = document.map_err(|error| {
-        Problem::new(
-            StatusCode::INTERNAL_SERVER_ERROR,
-            format!("the snapshot: {error}"),
-        )
-    })?;
-    Ok(Json(document))
+    let text = snapshot::to_text(&controller);
+    Ok(([(CONTENT_TYPE, "application/json")], text))
+}
+
+/// The state of that name as the file of a snapshot has it, which `serve --restore` takes
+#[utoipa::path(get, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
+    responses((status = 200, body = serde_json::Value)))]
+async fn get_named(
+    State(hub): State<Handle>,
+    InPath(name): InPath<String>,
+) -> Result<impl IntoResponse, Problem> {
+    file(&hub, Task::TellNamed(name)).await
+}
+
+/// The present state as the file of a snapshot has it, which `serve --restore` takes
+#[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
+async fn get_snapshot(State(hub): State<Handle>) -> Result<impl IntoResponse, Problem> {
+    file(&hub, Task::Tell).await
+}
+
+/// Go on from the state of this file of a snapshot, at most 16 MiB
+///
+/// As of `/snapshots/{name}/restore`. What no run leads to is refused.
+#[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = Snapshots)))]
+async fn load_snapshot(state: State<Handle>, SnapshotText(text): SnapshotText) -> Answer {
+    let controller = snapshot::from_text(&text).map_err(DeskError::Text)?;
+    state.snapshot(Task::PutIn(Box::new(controller))).await?;
+    get_snapshots(state).await
 }
 
 impl From<DeskError> for Problem {
@@ -115,6 +138,14 @@ impl From<DeskError> for Problem {
                 Problem::missing("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
             }
             DeskError::Busy => Problem::ending(),
+            DeskError::Text(TextError::Json(error)) => {
+                let status = if error.is_data() {
+                    StatusCode::UNPROCESSABLE_ENTITY
+                } else {
+                    StatusCode::BAD_REQUEST
+                };
+                Problem::at(status, "body", "the file of a snapshot", error.to_string())
+            }
             other => Problem::new(StatusCode::CONFLICT, other.to_string()),
         }
     }

@@ -3,16 +3,21 @@
 use super::alarms::ActiveAlarm;
 use super::channels::ChannelDoc;
 use super::event::seconds;
+use super::faults::FaultsDoc;
+use super::files::DriveDoc;
 use super::handle::Handle;
 use super::lines::LinesDoc;
 use super::parameters::Parameters;
 use super::problem::Problem;
 use super::table::Table;
+use super::variables::{self, VariableDoc};
 use super::words::{KeyWord, PortWord, RightWord, StatusWord};
 use crate::hub::request::Sight;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::Arc;
 use ts3100_controller::deed::Side;
 use ts3100_controller::port::Port;
 use utoipa::ToSchema;
@@ -76,6 +81,14 @@ pub struct Everything {
     outputs: LinesDoc,
     /// The six communication ports.
     channels: Vec<ChannelDoc>,
+    /// The RAM drive.
+    files: DriveDoc,
+    /// Variables and positions of GLOBAL and DATA of the selected file.
+    variables: Vec<VariableDoc>,
+    /// Faults on purpose, and what has become of them.
+    faults: FaultsDoc,
+    /// Rules of the manual that hosts broke, each with how often.
+    findings: BTreeMap<String, u64>,
     /// The watchdog of a host, while it is armed.
     #[serde(skip_serializing_if = "Option::is_none")]
     watchdog: Option<WatchdogDoc>,
@@ -171,7 +184,7 @@ pub fn ether_pages(sight: &Sight<'_>) -> Vec<Page> {
 
 impl Everything {
     /// As it is now.
-    pub fn of(sight: &Sight<'_>) -> Everything {
+    pub fn of(sight: &Sight<'_>, findings: BTreeMap<String, u64>) -> Everything {
         let controller = sight.controller;
         let state = controller.state();
         let now = controller.now();
@@ -214,6 +227,10 @@ impl Everything {
             inputs: LinesDoc::of(sight, Side::Input),
             outputs: LinesDoc::of(sight, Side::Output),
             channels: ChannelDoc::all(sight),
+            files: DriveDoc::of(sight),
+            variables: variables::all(sight),
+            faults: FaultsDoc::of(sight),
+            findings,
             watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogDoc {
                 timeout: watchdog.timeout.as_secs_f64(),
                 level: watchdog.level.number(),
@@ -264,5 +281,7 @@ pub fn add(table: Table) -> Table {
 /// Everything at one moment
 #[utoipa::path(get, path = "/state", responses((status = 200, body = Everything)))]
 async fn get_state(State(hub): State<Handle>) -> Result<Json<Everything>, Problem> {
-    Ok(Json(hub.look(Everything::of).await?))
+    let journal = Arc::clone(&hub.journal);
+    let look = move |sight: &Sight<'_>| Everything::of(sight, journal.findings_by_rule());
+    Ok(Json(hub.look(look).await?))
 }

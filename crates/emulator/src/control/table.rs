@@ -192,7 +192,7 @@ fn filter(method: &HttpMethod) -> MethodFilter {
 }
 
 async fn no_such_path(uri: Uri) -> Problem {
-    Problem::missing("path", "one of /openapi.json", uri.path())
+    Problem::missing("path", "a path of /openapi.json", uri.path())
 }
 
 async fn no_such_method(method: Method, uri: Uri) -> Problem {

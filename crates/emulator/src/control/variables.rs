@@ -9,12 +9,13 @@ use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use scol_mini::Kind;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 use ts3100_controller::deed::Deed;
 use ts3100_controller::look::VariableView;
 use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
 use utoipa::ToSchema;
+use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
 
 /// Values a variable takes at most.
 const MAX_VALUES: usize = 16;
@@ -66,13 +67,38 @@ pub enum Figure {
 #[serde(deny_unknown_fields)]
 pub struct SetValue {
     /// As many numbers as the kind takes on this arm, in the order of the command MW. A whole number without a decimal
-    /// point fits integers and reals, one with a decimal point reals only.
-    #[schema(value_type = Vec<f64>, min_items = 1, max_items = 16)]
+    /// point fits integers and reals, one with a decimal point reals only. A single number needs no list.
+    #[serde(deserialize_with = "one_or_several")]
+    #[schema(schema_with = values_schema)]
     value: Vec<Figure>,
     /// It is written into the file of the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
     restore: bool,
+}
+
+/// A number, or a list of numbers.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "a number or a list of numbers expected")]
+enum Values {
+    One(Figure),
+    Several(Vec<Figure>),
+}
+
+fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Figure>, D::Error> {
+    Ok(match Values::deserialize(deserializer)? {
+        Values::One(figure) => vec![figure],
+        Values::Several(figures) => figures,
+    })
+}
+
+fn values_schema() -> Schema {
+    let number = || ObjectBuilder::new().schema_type(Type::Number);
+    let several = ArrayBuilder::new()
+        .items(number())
+        .min_items(Some(1))
+        .max_items(Some(MAX_VALUES));
+    OneOfBuilder::new().item(number()).item(several).into()
 }
 
 /// How a position is taught.
@@ -197,7 +223,8 @@ pub fn add(table: Table) -> Table {
         .call::<__path_teach_position, _, _>(teach_position)
 }
 
-fn all(sight: &Sight<'_>) -> Vec<VariableDoc> {
+/// All of the selected file.
+pub fn all(sight: &Sight<'_>) -> Vec<VariableDoc> {
     let views = sight.controller.variables().into_iter();
     views.map(VariableDoc::of).collect()
 }

@@ -64,15 +64,21 @@ impl From<RightWord> for input::ControlRight {
     }
 }
 
-/// A communication port.
+/// A communication port; small letters, as in the ready line, are read too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "UPPERCASE")]
 pub enum PortWord {
+    #[serde(alias = "host")]
     Host,
+    #[serde(alias = "com1")]
     Com1,
+    #[serde(alias = "ip0")]
     Ip0,
+    #[serde(alias = "ip1")]
     Ip1,
+    #[serde(alias = "ip2")]
     Ip2,
+    #[serde(alias = "ip3")]
     Ip3,
 }
 

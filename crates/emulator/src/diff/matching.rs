@@ -17,6 +17,9 @@ use ts3100_proto::reply::Reply;
 /// How much earlier than recorded an answer is because there is no wire between us.
 const JITTER: Duration = Duration::from_millis(5);
 
+/// Farthest moment at which a question is tried besides its own, in milliseconds.
+const MAX_SHIFT: u64 = 1_000;
+
 /// A moment of the recording and the moment of the replay that stands for it.
 #[derive(Debug, Clone, Copy)]
 struct Anchor {
@@ -32,6 +35,49 @@ pub(super) struct Matching<'a> {
     report: Report,
     /// Where in the recording: what is found by the way belongs there.
     place: (Time, usize),
+    /// The last thing played, while nothing else has been played or taken since, and the emulator before it.
+    asked: Option<Asked>,
+}
+
+/// What a host has asked, and the emulator it has not asked yet.
+#[derive(Debug, Clone)]
+struct Asked {
+    before: Player,
+    at: Time,
+    line: Line,
+    what: What,
+}
+
+impl Asked {
+    /// The emulator that was asked at another moment, and what it answered; `None` where it was asked before that.
+    fn at(&self, moment: Time, patience: Duration) -> Option<(Player, Unit)> {
+        if moment < self.before.now() {
+            return None;
+        }
+        let mut player = self.before.clone();
+        player.advance_to(moment);
+        player.play(&self.what);
+        while player.first(self.line).is_none() {
+            let deadline = player.deadline();
+            player.advance_to(deadline.filter(|deadline| *deadline <= moment + patience)?);
+        }
+        match player.take(self.line)? {
+            Produced::Answer(unit, _) => Some((player, unit)),
+            Produced::Ended(..) => None,
+        }
+    }
+}
+
+/// The moments that are tried: each millisecond near by, each fifth one farther away.
+fn steps(most: Duration) -> impl Iterator<Item = Duration> {
+    let most = u64::try_from(most.as_millis()).unwrap_or(u64::MAX).min(MAX_SHIFT);
+    (1..=most)
+        .filter(|step| *step <= 10 || step % 5 == 0)
+        .map(Duration::from_millis)
+}
+
+fn whole(duration: Duration) -> u64 {
+    u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
 }
 
 /// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
@@ -66,6 +112,7 @@ impl<'a> Matching<'a> {
             },
             report: Report::default(),
             place: (Time::ZERO, 0),
+            asked: None,
         }
     }
 
@@ -102,7 +149,10 @@ impl<'a> Matching<'a> {
 
     fn input(&mut self, at: Time, what: &What) {
         let due = self.due(at).max(self.player.now());
+        let asked = self.asked(due, what);
         self.player.advance_to(due);
+        // What has come of itself meanwhile would be lost with another moment.
+        self.asked = asked.filter(|_| self.player.left().is_empty());
         if let What::FromHost { line, .. } = what {
             self.drop_answers(*line);
         }
@@ -119,6 +169,21 @@ impl<'a> Matching<'a> {
                 played: due,
             },
         };
+    }
+
+    /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
+    fn asked(&self, at: Time, what: &What) -> Option<Asked> {
+        let What::FromHost { line, .. } = what else {
+            return None;
+        };
+        let goes_on = self.player.deadline().is_some() && !self.tolerance.time.is_zero();
+        let asks = line.port.protocol().is_some() && goes_on && self.player.left().is_empty();
+        asks.then(|| Asked {
+            before: self.player.clone(),
+            at,
+            line: *line,
+            what: what.clone(),
+        })
     }
 
     /// A host asks the next thing: what answered the last one and was not recorded is surplus. SP and what programs
@@ -158,8 +223,45 @@ impl<'a> Matching<'a> {
             }
         }
         if let Some(Produced::Answer(unit, reason)) = self.player.take(line) {
-            self.pair(line, recorded, &unit, reason, due);
+            let asked = self.asked.take().filter(|asked| asked.line == line);
+            let other = asked.and_then(|asked| self.at_another_moment(&asked, recorded, &unit));
+            self.pair(line, recorded, &other.unwrap_or(unit), reason, due);
         }
+    }
+
+    /// The answer of an emulator that was asked a little earlier or later, if that is the recorded one and this is not:
+    /// what moves is seen at another moment over a wire. The emulator then goes on from there.
+    fn at_another_moment(&mut self, asked: &Asked, recorded: &Unit, unit: &Unit) -> Option<Unit> {
+        let most = self.tolerance.time;
+        let patience = self.tolerance.patience;
+        let differs = |unit: &Unit| {
+            let (parts, _) = compare(&recorded.letters, &recorded.bytes, &unit.bytes, self.tolerance);
+            !parts.is_empty()
+        };
+        if most.is_zero() || !differs(unit) {
+            return None;
+        }
+        let earliest = asked.before.now().max(Time::from_micros(
+            asked.at.as_micros().saturating_sub(whole(most)),
+        ));
+        let ends = [earliest, asked.at + most].map(|moment| asked.at(moment, patience));
+        // Where nothing moves there is no other moment.
+        if ends.iter().flatten().all(|(_, other)| other.bytes == unit.bytes) {
+            return None;
+        }
+        let later = steps(most).map(|step| Some(asked.at + step));
+        let earlier = steps(most).map(|step| {
+            let micros = asked.at.as_micros().checked_sub(whole(step))?;
+            Some(Time::from_micros(micros)).filter(|moment| *moment >= earliest)
+        });
+        let moments = later.zip(earlier).flat_map(|(later, earlier)| [later, earlier]);
+        let (player, unit) = moments
+            .flatten()
+            .filter_map(|moment| asked.at(moment, patience))
+            .find(|(_, unit)| !differs(unit))?;
+        self.player = player;
+        self.report.moments += 1;
+        Some(unit)
     }
 
     /// The emulator has ended the connection on which something was recorded.
@@ -263,6 +365,7 @@ impl<'a> Matching<'a> {
     }
 
     fn ended(&mut self, at: Time, line: Line, how: Ending) {
+        self.asked = None;
         let due = self.due(at);
         self.wait(line, due, true);
         while let Some(Produced::Answer(..)) = self.player.first(line) {

@@ -118,6 +118,8 @@ pub struct Report {
     pub answers: usize,
     /// Inputs of the host and the panel that were played.
     pub inputs: usize,
+    /// Answers that are the same when the emulator is asked a little earlier or later, within the tolerance of time.
+    pub moments: usize,
     /// Parts of answers that differ and were asked not to count.
     pub ignored: usize,
 }

@@ -82,9 +82,9 @@ fn beside(trace: &Path, version: &Version) -> Result<PathBuf, ReportError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));
-    std::fs::create_dir_all(&directory).map_err(|source| ReportError {
+    std::fs::create_dir_all(&directory).map_err(|reason| ReportError {
         path: directory.clone(),
-        source,
+        reason,
     })?;
     let name = match version.number {
         1 => version.name.clone(),

@@ -112,12 +112,12 @@ pub struct Reports {
 
 /// A report that cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}", path.display())]
+#[error("cannot write {}: {reason}", path.display())]
 pub struct ReportError {
     /// Which file.
     pub path: PathBuf,
     /// What the system said.
-    pub source: io::Error,
+    pub reason: io::Error,
 }
 
 /// What a run comes to.
@@ -196,9 +196,9 @@ impl Reports {
     /// # Errors
     /// It cannot be written.
     pub fn write(path: &Path, text: &str) -> Result<(), ReportError> {
-        std::fs::write(path, text).map_err(|source| ReportError {
+        std::fs::write(path, text).map_err(|reason| ReportError {
             path: path.to_path_buf(),
-            source,
+            reason,
         })
     }
 

@@ -13,12 +13,12 @@ const MAX_FILE: u64 = 1024 * 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum FaultFileError {
     /// It cannot be read.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     File {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// It is no TOML.
     #[error("{}: {reason}", path.display())]
@@ -63,9 +63,9 @@ pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
         }
         std::fs::read_to_string(path)
     };
-    let text = text().map_err(|source| FaultFileError::File {
+    let text = text().map_err(|reason| FaultFileError::File {
         path: path.to_path_buf(),
-        source,
+        reason,
     })?;
     parse(path, &text)
 }

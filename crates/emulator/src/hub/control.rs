@@ -130,7 +130,8 @@ impl Hub {
             self.tape.edge(self.clock.now(), Edge::Dropped { port });
             self.feed_by(Input::Disconnected { port }, Party::Robot).await;
         }
-        let before = self.controller.drive().directory();
+        self.feed(Input::Tick).await;
+        let (ended, before) = (self.controller.now(), self.controller.drive().directory());
         self.controller = self.initial.clone();
         let calendar =
             matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::calendar_now);
@@ -140,10 +141,13 @@ impl Hub {
         if self.restored {
             self.tape.restored(self.clock.now(), &self.controller);
         } else {
-            self.tape.edge(self.clock.now(), Edge::Reset { calendar });
+            self.tape.reset(self.clock.now(), calendar);
         }
         self.clock.restart();
         self.clock.set(self.controller.now());
+        if let Some(play) = &self.play {
+            play.go_on(ended, &self.controller);
+        }
         for waiting in std::mem::take(&mut self.waits) {
             let _ = waiting.done.send(Waited {
                 reached: false,

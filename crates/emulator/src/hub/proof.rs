@@ -60,9 +60,9 @@ impl Hub {
         self.ports = self.links.open(self.controller.network())?;
         (self.evidence, self.journal) = (evidence, journal);
         (self.tape, self.log, self.watch) = (tape, log, watch);
-        result.map_err(|source| StartError::System {
+        result.map_err(|reason| StartError::System {
             what: "conversation with the emulator (SU on IP0)",
-            source,
+            reason,
         })
     }
 }

@@ -15,6 +15,8 @@ impl Hub {
     /// Does what was asked at the desk.
     pub(super) async fn serve_order(&mut self, order: Order) {
         let Order { task, done } = order;
+        // What is due by now has happened in what is kept or told.
+        self.feed(Input::Tick).await;
         let result = match task {
             Task::Keep(name) => {
                 let kept = self.shelf.keep(&name, self.controller.clone());
@@ -31,6 +33,10 @@ impl Hub {
                 .map(|()| Done::Well)
                 .map_err(DeskError::from),
             Task::List => Ok(Done::Names(self.shelf.list())),
+            Task::TellNamed(name) => match self.shelf.get(&name) {
+                Ok(controller) => Ok(Done::State(Box::new(controller))),
+                Err(error) => Err(error.into()),
+            },
             Task::Tell => Ok(Done::State(Box::new(self.controller.clone()))),
         };
         // Fails only when nobody waits for it.
@@ -45,10 +51,14 @@ impl Hub {
         self.tape.restored(self.clock.now(), &next);
         next.take_peers_of(&self.controller);
         self.keep_files(&next);
+        let before = self.clock.now();
         self.clock.set(next.now());
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.controller);
         self.controller = next;
+        if let Some(play) = &self.play {
+            play.go_on(before, &self.controller);
+        }
         // Who waits, waits on another time than this.
         for waiting in std::mem::take(&mut self.waits) {
             let at = self.controller.now();
@@ -66,6 +76,9 @@ impl Hub {
             for input in inputs {
                 self.feed(input).await;
             }
+        }
+        if let Some(journal) = &self.journal {
+            journal.restored(self.clock.now());
         }
         info!(event = "restored", t = %self.clock.now(), "snapshot restored");
         // What the change of peers has brought about leaves now.

@@ -74,7 +74,7 @@ pub enum LineError {
         path: PathBuf,
     },
     /// The system.
-    #[error("{port}: cannot {action} {place}: {source}")]
+    #[error("{port}: cannot {action} {place}: {reason}")]
     Io {
         /// The port.
         port: Port,
@@ -83,7 +83,7 @@ pub enum LineError {
         /// On what.
         place: String,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// A pseudo terminal on a system that has none.
     #[error(
@@ -351,10 +351,10 @@ fn io_error(
     place: impl fmt::Display,
 ) -> impl FnOnce(io::Error) -> LineError {
     let place = place.to_string();
-    move |source| LineError::Io {
+    move |reason| LineError::Io {
         port,
         action,
         place,
-        source,
+        reason,
     }
 }

@@ -44,14 +44,14 @@ pub enum LinkError {
         address: SocketAddr,
     },
     /// Anything else the system says, for example an address that is not this machine's.
-    #[error("{channel} cannot listen on {address}: {source}")]
+    #[error("{channel} cannot listen on {address}: {reason}")]
     Io {
         /// The channel.
         channel: Port,
         /// Where it was to listen.
         address: SocketAddr,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// Own port and offset exceed a port number.
     #[error("{channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
@@ -119,7 +119,7 @@ impl Reserved {
     pub(super) fn new(channel: Port, address: SocketAddr) -> Result<Reserved, LinkError> {
         let socket = bound(address, Purpose::Reserve);
         let named = socket.and_then(|socket| Ok((socket.local_addr()?.port(), socket)));
-        let (port, socket) = named.map_err(|source| LinkError::of(channel, address, source))?;
+        let (port, socket) = named.map_err(|reason| LinkError::of(channel, address, reason))?;
         let socket = cfg!(target_os = "linux").then_some(socket);
         Ok(Reserved { socket, port })
     }
@@ -133,7 +133,7 @@ impl Reserved {
         };
         match listening(address, purpose) {
             Ok((listener, _)) => Ok(listener),
-            Err(source) => Err(LinkError::of(channel, address, source)),
+            Err(reason) => Err(LinkError::of(channel, address, reason)),
         }
     }
 
@@ -144,14 +144,14 @@ impl Reserved {
 }
 
 impl LinkError {
-    fn of(channel: Port, address: SocketAddr, source: io::Error) -> LinkError {
-        match source.kind() {
+    fn of(channel: Port, address: SocketAddr, reason: io::Error) -> LinkError {
+        match reason.kind() {
             io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
             io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
             _ => LinkError::Io {
                 channel,
                 address,
-                source,
+                reason,
             },
         }
     }
@@ -160,7 +160,7 @@ impl LinkError {
 /// The listening socket of a channel and the port it has.
 pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
-    opened.map_err(|source| LinkError::of(channel, address, source))
+    opened.map_err(|reason| LinkError::of(channel, address, reason))
 }
 
 /// Accepts until the hub is gone; who may stay is the hub's decision.

@@ -1,5 +1,6 @@
 //! A scenario being played: what has happened since it began, what is to be done next, what of the expectations has
-//! come. It sees what the hub sees; time is the controller's, so the same run gives the same results.
+//! come. It sees what the hub sees; time is the controller's, so the same run gives the same results. When the
+//! controller becomes another one (a snapshot, a reset), its time jumps and the scenario's goes on.
 
 use super::results::{Outcome, Result as Entry, Verdict};
 use super::words::{Action, Condition};
@@ -94,6 +95,8 @@ struct State {
     at_once: (Time, u32),
     /// When there were too many.
     runaway: Option<Time>,
+    /// How many microseconds the scenario's time is ahead of the controller's. All times here are the scenario's.
+    ahead: i64,
 }
 
 /// A scenario being played; clones are the same.
@@ -135,6 +138,7 @@ impl Play {
             waiting: VecDeque::new(),
             at_once: (Time::ZERO, 0),
             runaway: None,
+            ahead: 0,
         })))
     }
 
@@ -171,15 +175,28 @@ impl Play {
         }
     }
 
+    /// The controller, whose time was `before`, is this one from now on. What already holds in it has not come.
+    pub(crate) fn go_on(&self, before: Time, controller: &Controller) {
+        let state = &mut *self.state();
+        let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
+        let jump = i64::try_from(jump).unwrap_or_default();
+        state.ahead = state.ahead.saturating_add(jump);
+        for watch in state.watches() {
+            watch.held = watch.condition.holds(controller) == Some(true);
+        }
+    }
+
     /// When the next action is due.
     #[must_use]
     pub(crate) fn deadline(&self) -> Option<Time> {
-        self.state().waiting.front().map(|(due, _)| *due)
+        let state = self.state();
+        state.waiting.front().map(|(due, _)| state.theirs(*due))
     }
 
     /// The next action that is due at `now`.
     pub(crate) fn due(&self, now: Time) -> Option<(Time, Input)> {
         let state = &mut *self.state();
+        let now = state.ours(now);
         if state.at_once.0 != now {
             state.at_once = (now, 0);
         }
@@ -192,7 +209,7 @@ impl Play {
         let is_due = state.waiting.front().is_some_and(|(due, _)| *due <= now);
         let (due, action) = is_due.then(|| state.waiting.pop_front()).flatten()?;
         info!(event = "scenario", "scenario: {}", action.words);
-        Some((due, action.input))
+        Some((state.theirs(due), action.input))
     }
 
     /// An input of the controller.
@@ -214,6 +231,7 @@ impl Play {
     #[must_use]
     pub fn end(&self, now: Time) -> Outcome {
         let state = self.state();
+        let now = state.ours(now);
         let begun = state.begun.unwrap_or(now);
         let mut entries: Vec<(usize, Entry)> = Vec::new();
         for expected in &state.expected {
@@ -290,6 +308,19 @@ impl State {
         stages.chain(expected)
     }
 
+    /// A time of the controller as one of the scenario.
+    fn ours(&self, theirs: Time) -> Time {
+        Time::from_micros(theirs.as_micros().saturating_add_signed(self.ahead))
+    }
+
+    /// A time of the scenario as one of the controller.
+    fn theirs(&self, ours: Time) -> Time {
+        Time::from_micros(
+            ours.as_micros()
+                .saturating_add_signed(self.ahead.saturating_neg()),
+        )
+    }
+
     /// In the order of their times; of the same time in the order of the file.
     fn sort(&mut self) {
         self.waiting.make_contiguous().sort_by_key(|(due, _)| *due);
@@ -299,6 +330,7 @@ impl State {
         if self.begun.is_none() {
             return;
         }
+        let at = self.ours(at);
         let mut added = false;
         for stage in &mut self.stages {
             let Occasion::When(_, after) = stage.step.on else {

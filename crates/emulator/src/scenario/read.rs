@@ -40,12 +40,12 @@ const SUGGEST_WITHIN: usize = 3;
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {
     /// The file.
-    #[error("cannot read the scenario {}: {source}", path.display())]
+    #[error("cannot read the scenario {}: {reason}", path.display())]
     Io {
         /// Which.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// What stands in it.
     #[error("{}, line {line}: {reason}", path.display())]
@@ -66,9 +66,9 @@ type Read<T> = Result<T, Wrong>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
 pub(super) fn file(path: &Path) -> Result<Scenario, ScenarioError> {
-    let io_error = |source| ScenarioError::Io {
+    let io_error = |reason| ScenarioError::Io {
         path: path.to_path_buf(),
-        source,
+        reason,
     };
     let size = std::fs::metadata(path).map_err(io_error)?.len();
     if size > MAX_BYTES {

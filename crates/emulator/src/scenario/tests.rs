@@ -308,6 +308,49 @@ fn a_host_that_does_what_is_expected_passes() {
 }
 
 #[test]
+fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
+    let text = "[[do]]\nat = \"2 s\"\nactions = [\"emergency-stop on\"]\n\
+        [[expect]]\nwhat = \"command SU\"\nwithin = \"3 s\"\n\
+        [[never]]\nwhat = \"servo on\"\n";
+    for (asked, held) in [(1_900, true), (2_100, false)] {
+        let mut stage = Stage::new(text);
+        stage.until(500);
+        let mut kept = stage.controller.clone();
+        stage.until(1_500);
+        std::mem::swap(&mut stage.controller, &mut kept);
+        stage.play.go_on(kept.now(), &stage.controller);
+        stage.until(900);
+        assert!(
+            !stage.controller.state().emergency_stop,
+            "1.9 s after the beginning"
+        );
+        stage.until(1_100);
+        assert!(
+            stage.controller.state().emergency_stop,
+            "2.1 s after the beginning"
+        );
+        stage.until(asked);
+        stage.host("SU");
+        let verdicts = stage.verdicts();
+        assert_eq!(verdicts[0] == Verdict::Held, held, "{verdicts:?}");
+        assert_eq!(verdicts[1], Verdict::Held);
+    }
+}
+
+#[test]
+fn what_holds_in_a_snapshot_has_not_come() {
+    let mut stage = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
+    let mut other = stage.controller.clone();
+    let on = Input::Panel(ts3100_controller::Panel::InputLine { line: 9, on: true });
+    other.handle(other.now(), on);
+    while other.poll_output().is_some() {}
+    stage.controller = other;
+    stage.play.go_on(stage.controller.now(), &stage.controller);
+    stage.until(10);
+    assert_eq!(stage.verdicts(), [Verdict::Held]);
+}
+
+#[test]
 fn a_host_that_does_not_fails_with_words() {
     let mut stage = Stage::new(PLAY);
     stage.until(2_100);

@@ -43,6 +43,8 @@ pub enum Task {
     List,
     /// The present state is told.
     Tell,
+    /// The state of this name is told.
+    TellNamed(String),
 }
 
 /// What came of it.
@@ -52,7 +54,7 @@ pub enum Done {
     Well,
     /// The names, each with the virtual time of its snapshot in microseconds.
     Names(Vec<(String, u64)>),
-    /// The present state.
+    /// The state that was asked for.
     State(Box<Controller>),
 }
 

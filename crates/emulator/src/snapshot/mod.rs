@@ -22,32 +22,38 @@ pub const MAX_NAME: usize = 64;
 pub enum TextError {
     /// It is no JSON, or not of the form of a snapshot; the words name line and column.
     #[error("no snapshot: {0}")]
-    Json(#[from] serde_json::Error),
+    Json(serde_json::Error),
     /// It is one of another version, or no run leads to it.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
+}
+
+impl From<serde_json::Error> for TextError {
+    fn from(error: serde_json::Error) -> TextError {
+        TextError::Json(error)
+    }
 }
 
 /// Why a file of a snapshot cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// The system's.
-    #[error("cannot {what} the snapshot {}: {source}", path.display())]
+    #[error("cannot {what} the snapshot {}: {reason}", path.display())]
     Io {
         /// read or write.
         what: &'static str,
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// What is in it.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {reason}", path.display())]
     Text {
         /// Which file.
         path: PathBuf,
         /// What is wrong with it.
-        source: TextError,
+        reason: TextError,
     },
 }
 
@@ -83,10 +89,10 @@ pub fn from_text(text: &str) -> Result<Controller, TextError> {
 /// # Errors
 /// [`FileError`].
 pub fn read(path: &Path) -> Result<Controller, FileError> {
-    let io_error = |source| FileError::Io {
+    let io_error = |reason| FileError::Io {
         what: "read",
         path: path.to_path_buf(),
-        source,
+        reason,
     };
     let size = fs::metadata(path).map_err(io_error)?.len();
     if size > MAX_BYTES {
@@ -94,9 +100,9 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
         return Err(io_error(io::Error::other(words)));
     }
     let text = fs::read_to_string(path).map_err(io_error)?;
-    from_text(&text).map_err(|source| FileError::Text {
+    from_text(&text).map_err(|reason| FileError::Text {
         path: path.to_path_buf(),
-        source,
+        reason,
     })
 }
 
@@ -109,13 +115,13 @@ pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
     beside.push(".part");
     let beside = PathBuf::from(beside);
     let written = fs::write(&beside, to_text(controller)).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|source| {
+    written.map_err(|reason| {
         // It may not be there.
         let _ = fs::remove_file(&beside);
         FileError::Io {
             what: "write",
             path: path.to_path_buf(),
-            source,
+            reason,
         }
     })
 }

@@ -5,6 +5,7 @@
 pub mod deed;
 pub mod edge;
 pub mod json;
+mod kept;
 pub mod notation;
 pub mod panel;
 pub mod pcapng;
@@ -13,6 +14,7 @@ mod tape;
 pub mod text;
 
 pub use edge::Edge;
+pub use kept::{KEPT_BYTES, KEPT_RECORDS, Kept};
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use tape::{Observer, Tape};
 
@@ -177,12 +179,12 @@ pub struct Recording {
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file.
-    #[error("cannot read {}: {source}", path.display())]
+    #[error("cannot read {}: {reason}", path.display())]
     File {
         /// Which file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        reason: std::io::Error,
     },
     /// What stands in it.
     #[error("{}:{line}: {reason}", path.display())]
@@ -273,9 +275,9 @@ impl Recording {
         if Format::of(path) == Some(Format::Pcapng) {
             return Err(ReadError::Capture(path.to_path_buf()));
         }
-        let content = whole().map_err(|source| ReadError::File {
+        let content = whole().map_err(|reason| ReadError::File {
             path: path.to_path_buf(),
-            source,
+            reason,
         })?;
         let read = if Format::of(path) == Some(Format::Json) {
             json::read(&content)

@@ -14,12 +14,12 @@ pub const MAX_BYTES: u64 = 4 * 1024 * 1024 * 1024;
 
 /// A transcript that cannot be begun.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot write the transcript {}: {source}", path.display())]
+#[error("cannot write the transcript {}: {reason}", path.display())]
 pub struct RecorderError {
     /// Where.
     path: PathBuf,
     /// What the system said.
-    source: io::Error,
+    reason: io::Error,
 }
 
 #[derive(Debug)]
@@ -112,9 +112,9 @@ impl Recorder {
         base: Duration,
     ) -> Result<Recorder, RecorderError> {
         let begin = |target: &TranscriptFile| {
-            Output::begin(target, header, base).map_err(|source| RecorderError {
+            Output::begin(target, header, base).map_err(|reason| RecorderError {
                 path: target.path.clone(),
-                source,
+                reason,
             })
         };
         let outputs = targets.iter().map(begin).collect::<Result<_, _>>()?;
@@ -129,7 +129,7 @@ impl Recorder {
         let path = PathBuf::from("stdout");
         let writer = Writer::Text(text::Writer::default());
         let output = Output::over(path.clone(), Box::new(io::stdout()), writer, header);
-        let output = output.map_err(|source| RecorderError { path, source })?;
+        let output = output.map_err(|reason| RecorderError { path, reason })?;
         Ok(Recorder {
             outputs: vec![output],
         })

@@ -1,14 +1,16 @@
 //! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
 //! down. No sockets here, so embedded, stepped and replayed controllers give the same.
 
-use super::{Edge, Ending, Header, Line, Party, Record, Recorder, RecorderError, What, without_port};
+use super::{Edge, Ending, Header, Kept, Line, Party, Record, Recorder, RecorderError, What, without_port};
 use crate::config::Settings;
 use crate::loading::Powered;
 use std::collections::BTreeSet;
+use std::sync::Arc;
 use std::time::Duration;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Cut;
 use ts3100_controller::{Controller, Deed, Event, Input, Output, Port, Time};
+use ts3100_proto::calendar::CalendarTime;
 
 /// Turns inputs and outputs into what happened on the lines.
 #[derive(Debug, Clone, Default)]
@@ -95,10 +97,17 @@ impl Observer {
     }
 }
 
+/// The date and time of a header: that of a fresh controller is not said.
+fn shown(calendar: CalendarTime) -> Option<CalendarTime> {
+    Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
+}
+
 /// The transcripts of a running controller.
 #[derive(Default)]
 pub struct Tape {
     recorder: Recorder,
+    /// What the control interface shows.
+    kept: Option<Arc<Kept>>,
     observer: Observer,
 }
 
@@ -111,13 +120,15 @@ impl Tape {
         let calendar = settings.controller.calendar;
         let header = Header {
             origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
-            calendar: Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar),
+            calendar: shown(calendar),
             flags: settings.flags.clone(),
             files: powered.files.clone(),
             select: settings.select.clone(),
         };
+        let recorder = Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?;
         let mut tape = Tape {
-            recorder: Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?,
+            recorder,
+            kept: settings.control.as_ref().map(|_| Arc::new(Kept::new(header))),
             observer: Observer::default(),
         };
         if settings.restore.is_some() {
@@ -129,7 +140,21 @@ impl Tape {
     /// The state of this controller is about to take the present one's place.
     pub fn restored(&mut self, at: Time, controller: &Controller) {
         if self.recorder.is_on() {
-            self.record(at, Some(What::Edge(Edge::restored(controller))));
+            let what = What::Edge(Edge::restored(controller));
+            self.recorder.record(&Record { at, what });
+        }
+        if let Some(kept) = &self.kept {
+            kept.restored(at, controller);
+        }
+    }
+
+    /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
+    /// where it is the wall's.
+    pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
+        let what = What::Edge(Edge::Reset { calendar });
+        self.recorder.record(&Record { at, what });
+        if let Some(kept) = &self.kept {
+            kept.begin_anew(calendar);
         }
     }
 
@@ -138,9 +163,19 @@ impl Tape {
         self.record(at, Some(What::Edge(edge)));
     }
 
+    /// The records that are kept in memory.
+    #[must_use]
+    pub fn kept(&self) -> Arc<Kept> {
+        self.kept.clone().unwrap_or_default()
+    }
+
+    fn is_on(&self) -> bool {
+        self.recorder.is_on() || self.kept.is_some()
+    }
+
     /// An input is about to be handled.
     pub fn input(&mut self, at: Time, input: &Input, by: Party) {
-        if self.recorder.is_on() {
+        if self.is_on() {
             let what = self.observer.input(input, by);
             self.record(at, what);
         }
@@ -148,7 +183,7 @@ impl Tape {
 
     /// An output is about to be carried out.
     pub fn output(&mut self, at: Time, output: &Output) {
-        if self.recorder.is_on() {
+        if self.is_on() {
             let what = self.observer.output(output);
             self.record(at, what);
         }
@@ -161,7 +196,11 @@ impl Tape {
 
     fn record(&mut self, at: Time, what: Option<What>) {
         if let Some(what) = what {
-            self.recorder.record(&Record { at, what });
+            let record = Record { at, what };
+            self.recorder.record(&record);
+            if let Some(kept) = &self.kept {
+                kept.put(record);
+            }
         }
     }
 }

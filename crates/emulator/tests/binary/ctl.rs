@@ -25,6 +25,39 @@ fn code(serve: &Serve, words: &[&str]) -> Option<i32> {
 }
 
 #[test]
+fn a_snapshot_and_a_transcript_become_files() {
+    let serve = Serve::start(&["--time", "stepped"]);
+    let directory = TempDir::new();
+    let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
+    answer(&serve, &["battery", "low"]);
+    let shown = ctl(&serve, &["snapshot", "show"]);
+    let file = directory.file("low.json", stdout(&shown));
+    answer(&serve, &["snapshot", "take", "low"]);
+    assert_eq!(stdout(&ctl(&serve, &["snapshot", "show", "low"])), stdout(&shown));
+    answer(&serve, &["battery", "good"]);
+    answer(&serve, &["snapshot", "load", &file]);
+    assert_eq!(answer(&serve, &["battery"]), json!({"low": true}));
+    let other = Serve::start(&["--restore", &file]);
+    assert_eq!(answer(&other, &["battery"]), json!({"low": true}));
+    assert_eq!(code(&serve, &["snapshot", "load", &path("none.json")]), Some(2));
+    assert_eq!(code(&serve, &["snapshot", "show", "none"]), Some(1));
+
+    let text = stdout(&ctl(&serve, &["transcript"]));
+    assert!(text.contains("! battery-low on\n"), "{text}");
+    let lines = stdout(&ctl(&serve, &["transcript", "--json"]));
+    assert!(lines.starts_with("{\"event\":\"start\""), "{lines}");
+    for (name, begins) in [
+        ("a.txt", &b"origin: "[..]),
+        ("a.jsonl", b"{\"event\""),
+        ("a.pcapng", b"\n\r\r\n"),
+    ] {
+        assert_eq!(code(&serve, &["transcript", &path(name)]), Some(0));
+        assert!(std::fs::read(path(name)).unwrap().starts_with(begins), "{name}");
+    }
+    assert_eq!(code(&serve, &["transcript", &path("a.xml")]), Some(2));
+}
+
+#[test]
 fn every_switch_has_its_words() {
     let serve = Serve::start(&[]);
     for (words, expected) in [

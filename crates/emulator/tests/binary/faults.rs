@@ -118,6 +118,10 @@ fn a_report_that_cannot_be_written_is_known_before_the_run() {
 fn what_is_no_fault_ends_it_before_it_is_ready() {
     let directory = TempDir::new();
     let file = directory.file("faults.toml", "[[fault]]\nkind = \"ng\"\nafter = \"soon\"\n");
+    let twice = directory.file(
+        "twice.toml",
+        "[[fault]]\nkind = \"ng\"\nid = 7\n\n[[fault]]\nkind = \"no-reply\"\nid = 7\n",
+    );
     for (words, says) in [
         (
             ["--fault", "nothing"],
@@ -128,6 +132,10 @@ fn what_is_no_fault_ends_it_before_it_is_ready() {
             "faults.toml:3: ng: after: a whole number from 0 to 1000000 expected, `soon` found",
         ),
         (["--faults", "/nowhere.toml"], "cannot read /nowhere.toml"),
+        (
+            ["--faults", &twice],
+            "faults: expected a number of its own for each, found id=7 twice",
+        ),
         (
             ["--vary", "luck"],
             "expected a whole number, random or off, found `luck`",

@@ -138,6 +138,28 @@ fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
 }
 
 #[test]
+fn what_the_system_says_is_said_once() {
+    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
+    let taken = taken.local_addr().unwrap().to_string();
+    let control = ["--control", &taken];
+    for (words, expected) in [
+        (&control[..], "in use"),
+        (&["--restore", "/nowhere/a.json"], "No such file"),
+        (&["--load", "/nowhere/a.scol"], "No such file"),
+        (&["--scenario", "/nowhere/a.toml"], "No such file"),
+        (&["--faults", "/nowhere/a.toml"], "No such file"),
+        (&["--config", "/nowhere/a.toml"], "No such file"),
+        (&["--transcript", "/nowhere/a.txt"], "No such file"),
+        (&["--fault", "nothing"], "`nothing` found"),
+    ] {
+        let mut all = vec!["serve", "--ports", "auto", "--ready-json"];
+        all.extend(words);
+        let error = stderr(&run(&all));
+        assert_eq!(error.matches(expected).count(), 1, "{words:?}: {error}");
+    }
+}
+
+#[test]
 fn people_are_told_what_to_try() {
     let mut child = ts3100(&["serve", "--ports", "auto"])
         .stderr(std::process::Stdio::piped())

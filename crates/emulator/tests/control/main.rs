@@ -10,3 +10,4 @@ mod clock;
 mod guard;
 mod resources;
 mod support;
+mod whole;

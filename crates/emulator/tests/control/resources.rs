@@ -340,34 +340,6 @@ fn without_power_nothing_answers() {
 }
 
 #[test]
-fn a_snapshot_is_put_back_under_its_name() {
-    let robot = running(DATA);
-    let mut host = robot.host();
-    let state = || (robot.get("/variables/COUNT"), robot.get("/outputs"));
-    let before = state();
-    let list = robot.put("/snapshots/clean", "");
-    assert_eq!(list["snapshots"][0]["name"], "clean");
-    robot.put("/variables/COUNT", r#"{"value":[99]}"#);
-    robot.put("/outputs/5/force", r#"{"on":true}"#);
-    assert_ne!(state(), before);
-    robot.post("/snapshots/clean/restore", "");
-    assert_eq!(state(), before);
-    assert!(host.command("SU").starts_with("FL,MODE:"), "the host has stayed");
-    let words = robot.refused(404, "POST", "/snapshots/dirty/restore", "");
-    assert!(words.contains("one of clean"), "{words}");
-    robot.refused(404, "PUT", "/snapshots/a%20b", "");
-    let file = robot.get("/snapshot");
-    assert_eq!(
-        (&file["format"], &file["version"]),
-        (&json!("ts3100-snapshot"), &json!(1))
-    );
-    assert_eq!(
-        robot.ok("DELETE", "/snapshots/clean", ""),
-        json!({"snapshots": []})
-    );
-}
-
-#[test]
 fn a_reset_leaves_nothing_behind() {
     let robot = running(DATA);
     let mut host = robot.host();

@@ -41,7 +41,11 @@ pub const KIND: Kind = Kind {
             "close" => Cut::Close,
             _ => Cut::Reset,
         };
-        let words = alloc::format!("the connection ends behind {count} bytes of {}", prey.words());
+        let what = match prey.port.ethernet_index() {
+            Some(_) => "the connection ends",
+            None => "the rest is lost",
+        };
+        let words = alloc::format!("{what} behind {count} bytes of {}", prey.words());
         let cut = Parcel::after(BEFORE_THE_CUT, Leaving::Cut(how));
         Bitten::new(Effect::Sent([Parcel::bytes(part), cut].into()), words)
     },

@@ -1,5 +1,6 @@
 //! What can be said to `ts3100 ctl`. Which call it becomes is `call`'s.
 
+use crate::transcript::TranscriptFile;
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -117,13 +118,18 @@ pub enum Command {
         #[command(subcommand)]
         action: Option<Faults>,
     },
-    /// Snapshots: list, take, restore, delete; print the present state as a file has it
+    /// Snapshots: list, take, restore, delete, show, load
     Snapshot {
         #[command(subcommand)]
         action: Option<Snapshot>,
     },
     /// What happens, as it happens
     Events(Events),
+    /// What went over the ports: print it, or write it to a file
+    Transcript {
+        /// Text, JSON lines or a capture for Wireshark, by its ending: .txt, .jsonl, .pcapng
+        file: Option<TranscriptFile>,
+    },
     /// What hosts did that the manual advises against
     Findings,
     /// Counters in the text format of Prometheus
@@ -150,6 +156,8 @@ pub enum Shown {
     Document,
     /// The text in it, and nothing else.
     Text,
+    /// As it came.
+    Verbatim,
 }
 
 impl Command {
@@ -159,6 +167,10 @@ impl Command {
             Command::File {
                 action: Some(File::Get { .. }),
             } => Shown::Text,
+            Command::Snapshot {
+                action: Some(Snapshot::Show { .. }),
+            }
+            | Command::Transcript { .. } => Shown::Verbatim,
             _ => Shown::Document,
         }
     }
@@ -216,8 +228,10 @@ pub enum Snapshot {
     Restore { name: String },
     /// Forget the state of a name
     Delete { name: String },
-    /// Print the present state as the file of a snapshot has it
-    Show,
+    /// Print the present state, or that of a name, as the file of a snapshot has it
+    Show { name: Option<String> },
+    /// Go on from the file of a snapshot; - is standard input
+    Load { path: PathBuf },
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]

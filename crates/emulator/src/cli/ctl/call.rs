@@ -6,6 +6,7 @@ use super::args::{
 };
 use crate::client::encoded;
 use crate::faults::fault_json;
+use crate::transcript::{Format, TranscriptFile};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io::{self, Read as _};
@@ -14,6 +15,8 @@ use ts3100_controller::faults::Fault;
 
 /// Largest file of this computer that is sent, in bytes: the drive takes less.
 const MAX_FILE: u64 = 128 * 1024;
+/// Largest snapshot that is sent, in bytes: the interface takes no larger one.
+const MAX_SNAPSHOT: u64 = crate::control::MAX_SNAPSHOT as u64;
 
 /// A call.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,7 +83,7 @@ impl Call {
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
     #[expect(clippy::too_many_lines, reason = "a flat match by name")]
-    pub fn of(command: &Command) -> Result<Call, String> {
+    pub fn of(command: &Command, json: bool) -> Result<Call, String> {
         Ok(match command {
             Command::State => get("/state"),
             Command::Key { position: None } => get("/key-switch"),
@@ -154,7 +157,8 @@ impl Call {
                 Power::Cycle => post("/power/cycle", json!({})),
             },
             Command::Reset => post("/reset", json!({})),
-            Command::Snapshot { action } => snapshot(action.as_ref()),
+            Command::Snapshot { action } => snapshot(action.as_ref())?,
+            Command::Transcript { file } => transcript(file.as_ref(), json),
             Command::Events(events) => get(events_path(*events)),
             Command::Findings => get("/findings"),
             Command::Metrics => get("/metrics"),
@@ -165,14 +169,35 @@ impl Call {
     }
 }
 
-fn snapshot(action: Option<&Snapshot>) -> Call {
-    match action {
+fn snapshot(action: Option<&Snapshot>) -> Result<Call, String> {
+    Ok(match action {
         None => get("/snapshots"),
-        Some(Snapshot::Show) => get("/snapshot"),
+        Some(Snapshot::Show { name: None }) => get("/snapshot"),
+        Some(Snapshot::Show { name: Some(name) }) => get(format!("/snapshots/{}", encoded(name))),
+        Some(Snapshot::Load { path }) => put("/snapshot", document(path)?),
         Some(Snapshot::Take { name }) => put(format!("/snapshots/{}", encoded(name)), json!({})),
         Some(Snapshot::Restore { name }) => post(format!("/snapshots/{}/restore", encoded(name)), json!({})),
         Some(Snapshot::Delete { name }) => delete(format!("/snapshots/{}", encoded(name))),
-    }
+    })
+}
+
+/// A file of JSON.
+fn document(path: &Path) -> Result<Value, String> {
+    let bytes = read(path, MAX_SNAPSHOT)?;
+    serde_json::from_slice(&bytes).map_err(|error| format!("{}: no JSON: {error}", path.display()))
+}
+
+fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
+    let format = match file.map(|file| file.format) {
+        None if json => Format::Json,
+        None => Format::Text,
+        Some(format) => format,
+    };
+    get(match format {
+        Format::Text => "/transcript",
+        Format::Json => "/transcript?format=jsonl",
+        Format::Pcapng => "/transcript?format=pcapng",
+    })
 }
 
 fn raw(method: Method, path: &str, body: Option<&str>) -> Result<Call, String> {
@@ -276,20 +301,25 @@ fn file(action: Option<&File>) -> Result<Call, String> {
     })
 }
 
-/// The content of a file, as text where it is one.
-fn content(path: &Path) -> Result<Value, String> {
+/// The bytes of a file, or of standard input.
+fn read(path: &Path, most: u64) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let read = if path == Path::new("-") {
-        io::stdin().lock().take(MAX_FILE + 1).read_to_end(&mut bytes)
+        io::stdin().lock().take(most + 1).read_to_end(&mut bytes)
     } else {
-        std::fs::File::open(path).and_then(|file| file.take(MAX_FILE + 1).read_to_end(&mut bytes))
+        std::fs::File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
     };
     let length = read.map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    if length as u64 > MAX_FILE {
+    if length as u64 > most {
         let path = path.display();
-        return Err(format!("{path}: at most {MAX_FILE} bytes expected, more found"));
+        return Err(format!("{path}: at most {most} bytes expected, more found"));
     }
-    Ok(match String::from_utf8(bytes) {
+    Ok(bytes)
+}
+
+/// The content of a file, as text where it is one.
+fn content(path: &Path) -> Result<Value, String> {
+    Ok(match String::from_utf8(read(path, MAX_FILE)?) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": crate::control::event::hex(error.as_bytes())}),
     })

@@ -7,11 +7,12 @@ mod show;
 
 pub use args::CtlArgs;
 
-use crate::client::{Client, ClientError};
+use crate::client::{Answer, Client, ClientError};
 use crate::control::URL_VARIABLE;
 use args::{Command, Shown};
 use call::Call;
 use std::io::{self, BufRead as _, Write as _};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// The interface refused the call.
@@ -29,7 +30,7 @@ const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 
 /// Makes the call and shows the answer.
 pub fn run(args: &CtlArgs) -> ExitCode {
-    let call = match Call::of(&args.command) {
+    let call = match Call::of(&args.command, args.json) {
         Ok(call) => call,
         Err(reason) => {
             eprintln!("ts3100 ctl: {reason}");
@@ -60,6 +61,9 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
     if matches!(args.command, Command::Events(_)) {
         return follow(client, call, args.json);
     }
+    if let Command::Transcript { file: Some(file) } = &args.command {
+        return save(client, call, &file.path, args.json);
+    }
     let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
     let answer = serde_json::from_str::<serde_json::Value>(&text).ok();
     if status >= 400 {
@@ -67,6 +71,7 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
         return Ok(ExitCode::from(REFUSED));
     }
     let shown = match (&answer, args.command.shown()) {
+        (_, Shown::Verbatim) => text,
         (Some(answer), Shown::Text) if !args.json => show::text_of(answer),
         (Some(answer), _) if !args.json => show::readable(answer),
         (Some(answer), _) => format!("{answer}\n"),
@@ -91,15 +96,37 @@ fn refused(json: bool, text: &str, answer: Option<&serde_json::Value>) {
     }
 }
 
+/// The answer as it comes, to a file.
+fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCode, ClientError> {
+    let mut answer = client.send(call.method, &call.path, None)?;
+    if answer.status >= 400 {
+        return Ok(refused_with(&mut answer, json));
+    }
+    answer.body.set_limit(u64::MAX);
+    let written = std::fs::File::create(path).and_then(|mut file| io::copy(&mut answer.body, &mut file));
+    Ok(match written {
+        Ok(_) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("ts3100 ctl: cannot write {}: {error}", path.display());
+            ExitCode::from(USAGE)
+        }
+    })
+}
+
+/// A refusal that has not been read yet.
+fn refused_with(answer: &mut Answer, json: bool) -> ExitCode {
+    let mut text = String::new();
+    // What cannot be read is shown as far as it came.
+    let _ = io::Read::read_to_string(&mut answer.body, &mut text);
+    refused(json, &text, serde_json::from_str(&text).ok().as_ref());
+    ExitCode::from(REFUSED)
+}
+
 /// Events as they come, one a line.
 fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientError> {
     let mut answer = client.send(call.method, &call.path, None)?;
     if answer.status >= 400 {
-        let mut text = String::new();
-        // What cannot be read is shown as far as it came.
-        let _ = io::Read::read_to_string(&mut answer.body, &mut text);
-        refused(json, &text, serde_json::from_str(&text).ok().as_ref());
-        return Ok(ExitCode::from(REFUSED));
+        return Ok(refused_with(&mut answer, json));
     }
     answer.body.set_limit(u64::MAX);
     let mut kind = String::new();

@@ -31,7 +31,7 @@ pub(super) struct DiffArgs {
     /// How much earlier or later an answer may come (us, ms, s)
     #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::duration)]
     time_tolerance: Duration,
-    /// How much coordinates of SF may differ, in mm and degrees
+    /// How much coordinates of SF and PR may differ, in mm and degrees
     #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
     value_tolerance: f64,
     /// How long behind its time an answer of the emulator is waited for, in virtual time (us, ms, s)
@@ -130,7 +130,7 @@ pub(super) fn run(args: &DiffArgs) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(DIFFERENT),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             ExitCode::from(UNUSABLE)
         }
     }

@@ -77,6 +77,9 @@ fn text(path: &Path, report: &Report) -> String {
          surplus, {ended} connections end otherwise",
         report.inputs, report.answers
     );
+    if report.moments > 0 {
+        out += &format!("; {} equal a moment earlier or later", report.moments);
+    }
     if report.ignored > 0 {
         out += &format!("; {} differences ignored", report.ignored);
     }
@@ -202,6 +205,7 @@ fn document(path: &Path, report: &Report) -> Value {
         "missing": counts.missing,
         "surplus": counts.surplus,
         "ended": counts.ended,
+        "moments": report.moments,
         "ignored": report.ignored,
         "not_shown": report.more,
         "differences": report.differences.iter().map(difference).collect::<Vec<_>>(),

@@ -36,20 +36,20 @@ pub(super) enum HostError {
     #[error(transparent)]
     Load(#[from] LoadError),
     /// No connection.
-    #[error("cannot connect to {address}: {source}")]
+    #[error("cannot connect to {address}: {reason}")]
     Connect {
         /// Where.
         address: String,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The connection broke.
-    #[error("expected {expected}, but the connection failed: {source}")]
+    #[error("expected {expected}, but the connection failed: {reason}")]
     Broken {
         /// What was awaited.
         expected: &'static str,
         /// What the system said.
-        source: io::Error,
+        reason: io::Error,
     },
     /// The peer closed.
     #[error("expected {expected}, but the peer closed the connection{}", after(found))]
@@ -128,9 +128,9 @@ pub(super) struct Session {
 impl Session {
     /// Connects. `limit` is the longest wait for the connection and for each answer.
     pub(super) fn connect(address: &str, no_stx: bool, limit: Duration) -> Result<Session, HostError> {
-        let refused = |source| HostError::Connect {
+        let refused = |reason| HostError::Connect {
             address: address.to_owned(),
-            source,
+            reason,
         };
         let mut last = io::Error::new(ErrorKind::NotFound, "no such address; expected HOST:PORT");
         for candidate in address.to_socket_addrs().map_err(refused)? {
@@ -364,9 +364,9 @@ impl Session {
     /// Sends a text in one write.
     pub(super) fn send(&mut self, data: &[u8]) -> Result<(), HostError> {
         let bytes = text::encode_text(data, self.framing, Checksum::None);
-        self.stream.write_all(&bytes).map_err(|source| HostError::Broken {
+        self.stream.write_all(&bytes).map_err(|reason| HostError::Broken {
             expected: "to send a text",
-            source,
+            reason,
         })
     }
 
@@ -436,7 +436,7 @@ impl Session {
         deadline: Option<Instant>,
         limit: Duration,
     ) -> Result<(), HostError> {
-        let broken = |source| HostError::Broken { expected, source };
+        let broken = |reason| HostError::Broken { expected, reason };
         let silent = |found: &[u8]| HostError::Silent {
             expected,
             limit,

@@ -11,10 +11,10 @@ use ts3100_proto::parameter::LineEnd;
 
 /// Sends a file of the PC, with the line ends of the drive, text by text.
 pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> Result<Answer, HostError> {
-    let text = std::fs::read(file).map_err(|source| {
+    let text = std::fs::read(file).map_err(|reason| {
         HostError::Load(LoadError::Read {
             path: file.to_path_buf(),
-            source,
+            reason,
         })
     })?;
     let content = drive_content(&text, LineEnd::Lf);

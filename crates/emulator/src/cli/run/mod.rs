@@ -78,7 +78,7 @@ pub(super) fn run(args: &RunArgs) -> ExitCode {
     match play(args) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", super::words(&error));
             ExitCode::from(2)
         }
     }

@@ -172,3 +172,62 @@ fn recordings_of_anything_at_all_are_survived() {
         "{counts:?}"
     );
 }
+
+/// A status of a program under way, asked `early` before or behind the moment at which it was asked.
+fn asked_off_its_moment(pause: Duration, shift: impl Fn(Time) -> Time) -> Recording {
+    let mut real = Real::new(&with("PROGRAM PICK\nDELAY 1\nDOUT(5)\nDELAY 9\nEND\n"));
+    real.connect(Port::Ip0);
+    real.texts(&["SO", "RN"]);
+    real.pass(pause);
+    let from = real.recording.records.len();
+    real.texts(&["SF", "OK"]);
+    let mut recording = real.recording;
+    for record in recording.records.iter_mut().skip(from) {
+        record.at = shift(record.at);
+    }
+    recording
+}
+
+#[test]
+fn what_moves_may_be_seen_a_moment_earlier_or_later() {
+    let settings = with("PROGRAM PICK\nDELAY 1\nDOUT(5)\nDELAY 9\nEND\n");
+    let off = Duration::from_millis(80);
+    let early = asked_off_its_moment(Duration::from_millis(900), |at| at + off);
+    let late = asked_off_its_moment(Duration::from_millis(1_000), |at| {
+        Time::from_micros(at.as_micros() - 80_000)
+    });
+    let clock = || ignoring(&["clock"]);
+    for recording in [early, late] {
+        let report = compared(&recording, &settings, &clock());
+        assert_eq!((report.differences.as_slice(), report.moments), (&[][..], 1));
+        // Beyond the tolerance of time it is another answer.
+        let strict = Tolerance {
+            time: Duration::from_millis(10),
+            ..clock()
+        };
+        let report = compared(&recording, &settings, &strict);
+        assert_eq!((report.differences.len(), report.moments), (1, 0), "{report:?}");
+    }
+}
+
+#[test]
+fn a_missing_answer_says_what_became_of_the_question() {
+    let mut real = Real::new(&with(PICK));
+    real.connect(Port::Ip0);
+    real.send(Port::Ip0, b"SO\r\x03");
+    let mut strict = with(PICK);
+    strict.controller.options.text.stx = ts3100_proto::text::StxRule::Required;
+    let report = compared(&real.recording, &strict, &Tolerance::default());
+    let [
+        Difference {
+            kind: Kind::Missing {
+                reason: Some(reason), ..
+            },
+            ..
+        },
+    ] = report.differences.as_slice()
+    else {
+        panic!("{report:?}");
+    };
+    assert!(reason.contains("belong to no text"), "{reason}");
+}
