@@ -255,6 +255,18 @@ fn what_no_run_leads_to_is_refused_with_its_place() {
     );
 }
 
+/// A motion that a stop (retry) has cut short is on the paper, and looked at as one under way.
+#[test]
+fn an_interrupted_motion_is_looked_at_too() {
+    let mut robot = busy();
+    robot.panel(Panel::Servo(false));
+    let mut json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let path = json.pointer_mut("/arm/interrupted/motion/path");
+    *path.unwrap() = serde_json::json!({"Chain": {"legs": [], "duration": 1.0}});
+    let error = paper::read(&json.to_string()).map(drop).unwrap_err();
+    assert!(error.contains("arm.interrupted"), "{error}");
+}
+
 /// Changes one place of a value.
 fn tamper(json: &mut Json, dice: &mut simulation::Dice) {
     let inner = dice.next(8) > 0;

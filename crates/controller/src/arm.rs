@@ -227,21 +227,20 @@ impl Arm {
             checked.map_err(|reason| (place, reason.to_string()))
         };
         posture("arm.rest", &self.rest)?;
-        let Some(active) = &self.active else {
-            return Ok(());
-        };
-        let wrong = |reason: &str| Err(("arm.active", reason.to_string()));
-        if active.start > now && active.locked {
-            return wrong("a motion that begins later, of a locked machine");
+        let under_way = self.active.iter().map(|active| ("arm.active", active));
+        let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
+        for (place, active) in under_way.chain(interrupted) {
+            let wrong = |reason: &str| Err((place, reason.to_string()));
+            if active.start > now && active.locked {
+                return wrong("a motion that begins later, of a locked machine");
+            }
+            if !active.motion.is_sound(&self.model) {
+                return wrong("a motion whose times or places are no numbers");
+            }
+            posture(place, &active.motion.joints_at(now.since(active.start)))?;
+            posture(place, &active.motion.end())?;
         }
-        if !active.motion.is_sound(&self.model) {
-            return wrong("a motion whose times or places are no numbers");
-        }
-        posture(
-            "arm.active.motion",
-            &active.motion.joints_at(now.since(active.start)),
-        )?;
-        posture("arm.active.motion", &active.motion.end())
+        Ok(())
     }
 
     /// The model.
@@ -311,6 +310,7 @@ impl Arm {
         let (start, from) = self.next_start(now);
         let (planned, asked) = self.planned(motion, &from, pace)?;
         self.rest = from;
+        self.forget_interrupted();
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
         self.active = Some(Active {
             motion: planned,

@@ -118,6 +118,7 @@ impl Arm {
             frames: None,
         });
         self.rest = from;
+        self.forget_interrupted();
         Ok(())
     }
 

@@ -25,26 +25,21 @@ impl Arm {
         self.interrupted.is_some()
     }
 
-    /// The interrupted motion goes on from where it stopped; true if it does. False when none was interrupted, or
-    /// the arm has been moved since: nothing has changed then.
+    /// The interrupted motion goes on from where it stopped, or still slows; true if it does. False when none was
+    /// interrupted, or the arm has been moved since: nothing has changed then.
     pub fn take_up(&mut self, now: Time, pace: Pace) -> bool {
         self.settle(now);
         let Some(mut interrupted) = self.interrupted.take() else {
             return false;
         };
-        let there = match &self.active {
-            Some(active) => *active == interrupted,
-            None => self.rest == interrupted.motion.end(),
-        };
-        if there {
-            let limits = interrupted.asked.limits(pace);
-            interrupted.motion.take_up(now.since(interrupted.start), &limits);
-            self.active = Some(interrupted);
-        }
-        there
+        let limits = interrupted.asked.limits(pace);
+        let at = now.since(interrupted.start);
+        interrupted.motion.take_up(at, &limits);
+        self.active = Some(interrupted);
+        true
     }
 
-    /// The interrupted motion will not go on: the program stands elsewhere.
+    /// The interrupted motion will not go on: the program stands elsewhere, or the arm does.
     pub fn forget_interrupted(&mut self) {
         self.interrupted = None;
     }

@@ -137,6 +137,13 @@ fn used_up_records_end_a_server_and_missing_ones_are_usage() {
         "{}",
         stderr(&output)
     );
+    let output = run(&["run", &file, "--input", &records, "--din", "3,65"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        stderr(&output).contains("--din 65: expected input lines"),
+        "{}",
+        stderr(&output)
+    );
 }
 
 #[test]

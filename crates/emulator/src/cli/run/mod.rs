@@ -18,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 use ts3100_controller::Controller;
+use ts3100_controller::signals::Signals;
 
 /// Largest file of records, in bytes.
 const MAX_RECORDS: u64 = 64 * 1024 * 1024;
@@ -101,6 +102,9 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
     }
     if !(args.max_time > 0.0 && args.max_time <= MAX_SECONDS) {
         bail!("--max-time: expected seconds, more than 0 and at most {MAX_SECONDS}");
+    }
+    if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
+        bail!("--din {line}: expected input lines, 1-64, 101-164 or 201-264");
     }
     let job = Job {
         name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
