@@ -230,7 +230,7 @@ fn no_error_tells_its_source_twice() {
     let mut offenders = Vec::new();
     for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
         offenders.extend(
-            tells_twice(&text)
+            tells_twice(product(&text))
                 .into_iter()
                 .map(|line| format!("{}:{line}", path.display())),
         );
