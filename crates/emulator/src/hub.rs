@@ -7,8 +7,8 @@ use crate::control as interface;
 use crate::control::journal::Journal;
 use crate::evidence::Evidence;
 use crate::faults;
-use crate::line::{LineError, Lines, SerialEnd};
-use crate::link::{LinkError, Links};
+use crate::line::{LineError, LineMessage, Lines, SerialEnd};
+use crate::link::{LinkError, LinkMessage, Links};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::scenario::Play;
@@ -41,6 +41,10 @@ use request::{Pending, Request};
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
 const TURNS_BEFORE_A_JUMP: u32 = 3;
+/// Turns that the links get before a request is served, so that what has come to the sockets before it is read.
+const TURNS_TO_HEAR: u32 = 3;
+/// Most messages of the links that are served before a request, in each of these turns.
+const MESSAGES_HEARD: u32 = 64;
 
 /// Requests that may wait for the hub; then those who ask wait.
 pub const WAITING_REQUESTS: usize = 64;
@@ -264,30 +268,64 @@ impl Hub {
             tokio::select! {
                 biased;
                 () = &mut stop => break,
-                request = self.requests.recv(), if requests_open => match request {
-                    Some(request) => self.serve_request(request).await,
-                    None => requests_open = false,
-                },
-                // The hub holds a desk itself: orders never end.
-                Some(order) = self.orders.recv() => self.serve_order(order).await,
-                message = self.links.next() => if let Some(message) = message {
-                    self.clock.stir();
-                    for input in self.links.take(message) {
-                        self.feed(input).await;
-                    }
-                },
-                message = self.lines.next() => {
-                    self.clock.stir();
-                    let input = message.and_then(|message| self.lines.take(message));
-                    if let Some(input) = input {
-                        self.feed(input).await;
+                request = self.requests.recv(), if requests_open => {
+                    self.hear().await;
+                    match request {
+                        Some(request) => self.serve_request(request).await,
+                        None => requests_open = false,
                     }
                 }
+                // The hub holds a desk itself: orders never end.
+                Some(order) = self.orders.recv() => {
+                    self.hear().await;
+                    self.serve_order(order).await;
+                }
+                message = self.links.next() => if let Some(message) = message {
+                    self.take_link(message).await;
+                },
+                message = self.lines.next() => if let Some(message) = message {
+                    self.take_line(message).await;
+                },
                 () = sleep(wake) => {
                     if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
                         self.clock.jump(deadline);
                     }
                     self.feed(Input::Tick).await;
+                }
+            }
+        }
+    }
+
+    async fn take_link(&mut self, message: LinkMessage) {
+        self.clock.stir();
+        for input in self.links.take(message) {
+            self.feed(input).await;
+        }
+    }
+
+    async fn take_line(&mut self, message: LineMessage) {
+        self.clock.stir();
+        if let Some(input) = self.lines.take(message) {
+            self.feed(input).await;
+        }
+    }
+
+    /// What hosts have sent is served before what somebody asks for at the side: a test that sends a command and then
+    /// moves the clock means them in this order, though they come by two connections.
+    async fn hear(&mut self) {
+        for _ in 0..TURNS_TO_HEAR {
+            tokio::task::yield_now().await;
+            // At most so many: a host that never ends does not keep the others from being served.
+            for _ in 0..MESSAGES_HEARD {
+                let (link, line) = (self.links.next_now(), self.lines.next_now());
+                if link.is_none() && line.is_none() {
+                    break;
+                }
+                if let Some(message) = link {
+                    self.take_link(message).await;
+                }
+                if let Some(message) = line {
+                    self.take_line(message).await;
                 }
             }
         }

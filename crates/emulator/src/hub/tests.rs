@@ -134,3 +134,27 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         assert!(hub.clock.now() >= left + short);
     });
 }
+
+#[test]
+fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
+    single_threaded().unwrap().block_on(async {
+        let (mut hub, requests) = Hub::open(&automatic()).await.unwrap();
+        let mut host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        for percent in 1..=50 {
+            write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
+            let (done, is_done) = oneshot::channel();
+            let look = Request::Look(Box::new(move |sight| {
+                done.send(sight.controller.state().override_percent).unwrap();
+            }));
+            requests.try_send(look).unwrap();
+            let mut seen = None;
+            hub.serve(async { seen = is_done.await.ok() }).await;
+            assert_eq!(seen, Some(percent));
+        }
+    });
+}

@@ -235,6 +235,11 @@ impl Lines {
         self.receiver.recv().await
     }
 
+    /// The next message, if one is there.
+    pub fn next_now(&mut self) -> Option<LineMessage> {
+        self.receiver.try_recv().ok()
+    }
+
     /// Takes note of a message and says what it means for the controller.
     pub fn take(&mut self, message: LineMessage) -> Option<Input> {
         let LineMessage { port, id, event } = message;

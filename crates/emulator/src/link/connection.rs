@@ -206,6 +206,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
             Ok(length) => {
                 let bytes = buffer.get(..length).unwrap_or_default().to_vec();
                 log_bytes(port, '<', &bytes);
+                acknowledge(&stream);
                 if hub.send(LinkMessage::Received { port, id, bytes }).await.is_err() {
                     return;
                 }
@@ -219,6 +220,18 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
     }
     // Fails only when the hub is gone, and then nobody wants to know.
     let _ = hub.send(LinkMessage::Ended { port, id }).await;
+}
+
+/// Has the system tell the peer at once that its bytes have come. A host that sends OK to an FL text, which nothing
+/// answers, and then its next command would otherwise hold that back (Nagle) until the acknowledgement, which the
+/// system delays by 40 ms in the hope of an answer to send with it.
+fn acknowledge(stream: &TcpStream) {
+    #[cfg(target_os = "linux")]
+    if let Err(error) = SockRef::from(stream).set_tcp_quickack(true) {
+        debug!("acknowledgements may come late: {error}");
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = stream;
 }
 
 async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Vec<u8>>) {

@@ -179,6 +179,11 @@ impl Links {
         self.receiver.recv().await
     }
 
+    /// The next message, if one is there.
+    pub fn next_now(&mut self) -> Option<LinkMessage> {
+        self.receiver.try_recv().ok()
+    }
+
     /// Takes note of a message and says what it means for the controller, in order.
     pub fn take(&mut self, message: LinkMessage) -> Vec<Input> {
         match message {

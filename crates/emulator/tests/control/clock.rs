@@ -2,6 +2,7 @@
 
 use crate::support::{Robot, builder, running};
 use serde_json::json;
+use std::io::Write as _;
 use std::time::{Duration, Instant};
 use ts3100_controller::port::Port;
 
@@ -116,5 +117,24 @@ fn what_cannot_be_waited_for_is_refused() {
     ] {
         robot.refused(status, "POST", "/clock/advance-until", body);
         robot.refused(status, "POST", "/wait", body);
+    }
+}
+
+/// Two connections, one order: what a test has sent to the robot is there before the clock moves, also behind an OK that
+/// nothing answers and that a host without `TCP_NODELAY` therefore waits to see acknowledged.
+#[test]
+fn what_was_sent_before_time_moves_is_heard_before() {
+    let robot = running(SLOW);
+    let mut host = robot.host();
+    for second in 1_u64..=30 {
+        host.0.write_all(b"\x02SU\r\x03").unwrap();
+        robot.post("/clock/advance", r#"{"seconds":1}"#);
+        host.text();
+        host.0.write_all(b"\x02OK\r\x03").unwrap();
+        let lines = robot.call_text("GET", "/transcript?format=jsonl", "").1;
+        let hosts = |line: &&str| line.contains("\"from-host\"") && line.contains("SU<CR>");
+        let asked = lines.lines().rfind(hosts).unwrap();
+        let asked: serde_json::Value = serde_json::from_str(asked).unwrap();
+        assert_eq!(asked["t_us"], (second - 1) * 1_000_000, "{asked}");
     }
 }
