@@ -45,6 +45,15 @@ pub struct Clause {
     pub tests: BTreeSet<String>,
 }
 
+impl Clause {
+    /// Whether it is a row of the SCARA edition of the manual, `S14`, rather than a clause of the six-axis one.
+    #[must_use]
+    pub fn is_row_of_scara_edition(&self) -> bool {
+        let row = self.id.strip_prefix('S');
+        row.is_some_and(|row| row.starts_with(|first: char| first.is_ascii_digit()))
+    }
+}
+
 /// The outcomes of a run: for each package, whether every test of a name passed.
 pub type Outcomes = BTreeMap<String, BTreeMap<String, bool>>;
 

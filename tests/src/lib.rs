@@ -16,6 +16,7 @@ pub use ts3100_emulator::transcript::notation;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use ts3100_controller::{Config, Controller, Dialect, Event, Findings, Input, Output, Panel, Port, Time};
+use ts3100_proto::status::sf::SfLayout;
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
@@ -268,7 +269,14 @@ impl Robot {
 
     /// The binary body of SF.
     pub fn total(&mut self, port: Port) -> Vec<u8> {
-        self.file(port, "SF")
+        let text = self.clone().ask(port, "SF");
+        let body = text.get(3..).unwrap_or_default();
+        if body.len() != SfLayout::Six.len() || SfLayout::of_first_text(body) != SfLayout::Six {
+            return self.file(port, "SF");
+        }
+        self.ask(port, "SF");
+        self.send(port, b"OK\r");
+        body.to_vec()
     }
 
     /// A float of the SF body.

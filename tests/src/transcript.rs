@@ -5,6 +5,7 @@
 //! clauses: CMD-SP-01 CMD-SP-02    what it proves
 //! dialect: field                  or manual; field when left out
 //! servo: on                       off when left out
+//! model: tsl3000-thl400           the SCARA arm; the six-axis one when left out
 //! file TEST                       a file on the RAM drive, lines follow behind a bar; `select TEST` selects it
 //! | PROGRAM T
 //! | END
@@ -26,7 +27,8 @@
 use crate::notation::{self, Piece};
 use crate::{Robot, frame, unframe};
 use std::time::Duration;
-use ts3100_controller::{Dialect, Panel, Port};
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::{Config, Dialect, Panel, Port};
 use ts3100_emulator::transcript::{panel, text};
 
 /// One line of a transcript that does something.
@@ -55,6 +57,7 @@ pub struct Transcript {
     pub clauses: Vec<String>,
     dialect: Dialect,
     servo: bool,
+    scara: bool,
     files: Vec<(String, Vec<u8>)>,
     select: Option<String>,
     steps: Vec<(usize, Step)>,
@@ -82,6 +85,7 @@ impl Transcript {
             clauses: Vec::new(),
             dialect: Dialect::Field,
             servo: false,
+            scara: false,
             files: Vec::new(),
             select: None,
             steps: Vec::new(),
@@ -123,6 +127,7 @@ impl Transcript {
             "dialect:" if rest == "manual" => self.dialect = Dialect::Manual,
             "dialect:" if rest == "field" => self.dialect = Dialect::Field,
             "servo:" => self.servo = on(rest)?,
+            "model:" if rest == "tsl3000-thl400" => self.scara = true,
             "file" => self.files.push((rest.to_string(), Vec::new())),
             "select" => self.select = Some(rest.to_string()),
             _ => {
@@ -134,7 +139,12 @@ impl Transcript {
     }
 
     fn robot(&self) -> Result<Robot, String> {
-        let mut robot = Robot::new(self.dialect);
+        let mut config = Config::new(self.dialect);
+        config.options.serial_pacing = false;
+        if self.scara {
+            config.model = ArmModel::thl400();
+        }
+        let mut robot = Robot::with(config);
         for (name, content) in &self.files {
             let stored = robot.controller.put_file(name, content);
             stored.map_err(|error| format!("file {name}: {error}"))?;

@@ -54,7 +54,7 @@ fn upload(robot: &mut Robot, command: &str) -> Vec<Vec<u8>> {
     texts
 }
 
-// clause: FL-01 FL-02 FL-05 TRN-06 FRM-02 CMD-UL-01 CMD-UL-02 CMD-DL-02 CMD-DL-03 RAM-06 DIR-03
+// clause: FL-01 FL-02 FL-05 TRN-06 FRM-02 CMD-UL-01 CMD-UL-02 CMD-DL-02 CMD-DL-03 RAM-06 DIR-03 S1
 #[test]
 fn files_of_every_awkward_length_travel_both_ways() {
     for length in [
@@ -89,7 +89,7 @@ fn a_download_may_be_cut_anywhere() {
     }
 }
 
-// clause: CMD-UL-03 TRN-03 CMD-CA-01
+// clause: CMD-UL-03 TRN-03 CMD-CA-01 S4
 #[test]
 fn ng_of_the_host_ends_an_upload_which_may_begin_again() {
     let mut robot = robot();
@@ -237,7 +237,7 @@ fn a_download_is_stored_whole_or_not_at_all() {
     assert_eq!(robot.file(Port::Ip0, "UL,KEEP"), old);
 }
 
-// clause: RAM-01
+// clause: RAM-01 S7
 #[test]
 fn a_line_of_252_characters_is_taken() {
     let mut robot = robot();
@@ -344,6 +344,76 @@ fn an_unsolicited_sp_is_never_glued_to_an_ok() {
     robot.advance_ms(49);
     assert_eq!(robot.received(Port::Ip0), b"");
     robot.advance_ms(1);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+}
+
+/// Time passes until the robot has said SP; how many ms that took.
+fn until_stop(robot: &mut Robot, mut each: impl FnMut(&mut Robot)) -> u64 {
+    for ms in 1..=1_000 {
+        robot.advance_ms(1);
+        if robot.received(Port::Ip0) == frame(b"SP\r") {
+            return ms;
+        }
+        each(robot);
+    }
+    panic!("no SP within a second");
+}
+
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn a_host_that_never_pauses_is_told_of_a_stop_within_200_ms() {
+    // A command every 30 ms, answered OK: there are never 50 ms behind one.
+    let mut robot = Robot::ready("PROGRAM E\nDELAY 0.1\nEND\n");
+    robot.command(Port::Ip0, "RN");
+    let mut ms = 0;
+    let told = until_stop(&mut robot, |robot| {
+        ms += 1;
+        if ms % 30 == 0 {
+            assert_eq!(robot.ask(Port::Ip0, "EC,OVRD 50"), b"OK\r");
+        }
+    });
+    assert_eq!(told, 300);
+    // One that does not even wait for its answers is told between two of them.
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(50);
+    assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE"));
+    robot.advance_ms(300);
+    assert_eq!(robot.received(Port::Ip0), b"", "an exchange is open");
+    robot.raw(Port::Ip0, b"\x02OK\r\x03\x02EC,OVRD 60\r\x03\x02EC,OVRD 70\r\x03");
+    assert_eq!(
+        robot.received(Port::Ip0),
+        [frame(b"SP\r"), frame(b"OK\r"), frame(b"OK\r")].concat()
+    );
+}
+
+// clause: CMD-SP-07 CMD-SP-10
+#[test]
+fn each_stop_has_its_own_sp_and_none_comes_in_a_later_cycle() {
+    let mut robot = Robot::ready("PROGRAM E\nDELAY 0.01\nEND\n");
+    // The next start comes before SP may: nothing is said of the stop before it.
+    for _ in 0..10 {
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(20);
+    }
+    robot.advance_ms(30);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    robot.advance_ms(500);
+    assert_eq!(robot.received(Port::Ip0), b"");
+    // Where it comes after it, each cycle has its own.
+    for _ in 0..10 {
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(60);
+        assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
+    }
+    // A stop whose SP waits for an open exchange, and a start within it.
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(5);
+    assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE"));
+    robot.advance_ms(500);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(5);
+    assert_eq!(robot.received(Port::Ip0), b"", "SP of the former cycle");
+    robot.advance_ms(60);
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
 }
 

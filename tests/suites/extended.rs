@@ -178,9 +178,11 @@ fn running_refuses_jogging_and_the_alarm_reset() {
     for command in ["JG,1 +", "RS,ERR"] {
         refused(&mut robot, command);
     }
-    for command in ["SM,1", "PR,1", "VL,1", "IO,1", "AC", "AH", "HI,1 8"] {
+    for command in ["SM,1", "PR,1", "VL,1", "AC", "AH", "HI,1 8"] {
         robot.file(Port::Ip0, command);
     }
+    assert!(robot.ask(Port::Ip0, "IO,1").starts_with(b"FL,"));
+    robot.send(Port::Ip0, b"OK\r");
     for command in ["WD,700 2", "WD,0 0", "HO,1 8 1"] {
         robot.command(Port::Ip0, command);
     }
@@ -209,7 +211,10 @@ fn operands_out_of_range_are_refused_without_effect() {
         "HI,1",
         "HI,0 8",
         "HI,1 0",
-        "HI,1 17",
+        "HI,1 33",
+        "HI,33 33",
+        "HI,401 65",
+        "HO,1 17 0",
         "HI,60 8",
         "HI,262 8",
         "HO,1 8",
@@ -265,8 +270,8 @@ fn sm_shows_each_of_its_items() {
     now(&mut robot, &[(6, "SV1")], "servo");
     for (mode, item) in [
         ("CONT", "RM0"),
-        ("SEGMENT", "RM2"),
-        ("STEP", "RM3"),
+        ("SEGMENT", "RM3"),
+        ("STEP", "RM2"),
         ("CYCLE", "RM1"),
     ] {
         robot.command(Port::Ip0, &format!("EC,MODE {mode}"));
@@ -331,6 +336,7 @@ fn sm_shows_the_run_status() {
     assert_eq!(status(&mut robot), "RS3");
 }
 
+// clause: S22
 #[test]
 fn ac_and_ah_to_the_byte() {
     let mut robot = six_axis();
@@ -342,7 +348,7 @@ fn ac_and_ah_to_the_byte() {
     robot.panel(Panel::EmergencyStop(true));
     robot.advance_ms(1_000);
     robot.panel(Panel::Battery(true));
-    let both = "2,1-102,Battery low,14-02-06 00:01:02\r8-027,Emergency stop ON,14-02-06 00:01:01\r";
+    let both = "2,001-102,Battery low,14-02-06 00:01:02\r008-027,Emergency stop ON,14-02-06 00:01:01\r";
     let mut active: Vec<String> = text(&mut robot, "AC")[2..]
         .split('\r')
         .map(str::to_string)
@@ -380,28 +386,29 @@ fn a_long_history_goes_on_in_bare_texts() {
         assert!(data.len() == 253 || place == texts.len() - 1);
     }
     let whole = texts.concat();
-    assert!(whole.starts_with(b"FL,16,8-027,Emergency stop ON,14-02-06 "));
+    assert!(whole.starts_with(b"FL,16,008-027,Emergency stop ON,14-02-06 "));
     assert_eq!(whole.iter().filter(|byte| **byte == b'\r').count(), 16);
 }
 
-// clause: SF-25 SF-33
+// clause: SF-25 SF-33 S14 S24 S27
 #[test]
 fn io_hi_and_ho_speak_of_the_same_lines_as_sf() {
     let mut robot = six_axis();
-    for line in [1, 3, 6, 8, 101, 201] {
+    for line in [1, 3, 6, 8, 101, 201, 301, 332, 464] {
         robot.panel(Panel::InputLine { line, on: true });
     }
     robot.command(Port::Ip0, "HO,1 8 165");
     robot.command(Port::Ip0, "HO,15 4 6");
     robot.command(Port::Ip0, "HO,201 8 129");
     let first = robot.ask(Port::Ip0, "IO,1");
-    assert_eq!(first.len(), 3 + 80 + 1);
+    assert_eq!(first.len(), 3 + 80, "no EOF");
     robot.send(Port::Ip0, b"OK\r");
     let io = &first[3..83];
     let sf = robot.total(Port::Ip0);
     assert_eq!(io[..32], sf[52..84], "inputs");
     assert_eq!(io[40..72], sf[84..116], "outputs");
-    assert!(io[32..40].iter().chain(&io[72..80]).all(|byte| *byte == 0));
+    assert_eq!(io[32..40], [0, 0, 0, 0, 0, 0, 0x80, 0], "line 464");
+    assert_eq!(io[72..80], [0; 8]);
     assert_eq!((word(&sf, 84), word(&sf, 86)), (165 | 1 << 15, 1));
     assert_eq!(word(&sf, 100), 129);
     for (command, value) in [
@@ -410,6 +417,10 @@ fn io_hi_and_ho_speak_of_the_same_lines_as_sf() {
         ("HI,101 16", "1"),
         ("HI,201 1", "1"),
         ("HI,9 8", "0"),
+        ("HI,1 32", "165"),
+        ("HI,101 1", "1"),
+        ("HI,301 32", "2147483649"),
+        ("HI,433 32", "2147483648"),
     ] {
         assert_eq!(text(&mut robot, command), format!("{value}\r"), "{command}");
     }
@@ -468,6 +479,7 @@ fn close(found: &[f64], expected: &[f64]) {
     }
 }
 
+// clause: S12
 #[test]
 fn positions_of_the_scara_arm() {
     let mut robot = scara();
@@ -485,6 +497,7 @@ fn positions_of_the_scara_arm() {
     assert_eq!(values(&mut robot, "PR,5").len(), 7);
 }
 
+// clause: S13
 #[test]
 fn speeds_are_those_of_the_motion() {
     let mut robot = six_axis();

@@ -105,7 +105,7 @@ const ROWS: &[Row] = &[
     ),
     (
         "parity-error",
-        "parity-error:channel=HOST",
+        "parity-error:channel=HOST,character=1",
         &[],
         Port::Host,
         status,

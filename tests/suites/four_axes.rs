@@ -18,9 +18,8 @@ fn four_axes() -> Robot {
 
 /// The six joint values of SF, asked of a copy.
 fn joints(robot: &Robot) -> [f32; 6] {
-    let text = robot.clone().ask(Port::Ip0, "SF");
-    let body = text.strip_prefix(b"FL,").unwrap();
-    assert_eq!(body.len(), 248 + 2, "a body of 248 bytes, EOF and CR");
+    let body = robot.clone().total(Port::Ip0);
+    assert_eq!(body.len(), 250);
     [0, 1, 2, 3, 4, 5].map(|axis| {
         let at = JOINTS + 4 * axis;
         f32::from_be_bytes(body[at..at + 4].try_into().unwrap())

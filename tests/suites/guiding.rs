@@ -239,13 +239,13 @@ fn a_program_does_not_start_while_the_arm_is_guided() {
     assert_eq!(robot.received(Port::Ip1), b"A\r");
 }
 
+// clause: S11 S25
 #[test]
-fn the_watchdog_barks_at_its_level() {
-    for (level, servo, status, alarm) in [
-        (8, 0, 2, "8-202"),
-        (4, 1, 2, "4-122"),
-        (2, 1, 3, "2-122"),
-        (1, 1, 1, "1-122"),
+fn the_watchdog_raises_the_alarm_of_its_level() {
+    for (level, servo, status, alarm, word) in [
+        (8, 0, 2, "8-352", 351),
+        (2, 1, 3, "2-137", 648),
+        (1, 1, 1, "1-200", 935),
     ] {
         let mut robot = Robot::ready("PROGRAM T\nDELAY 1.0\nDELAY 100.0\nEND\n");
         robot.command(Port::Ip0, "RN");
@@ -261,28 +261,39 @@ fn the_watchdog_barks_at_its_level() {
             "level {level}: {sm}"
         );
         assert_eq!(item(&mut robot, "AL"), level);
-        let record = format!("1,{alarm},Watchdog: no SM within 700 ms,14-02-06 00:00:00\r");
-        assert!(text(&mut robot, "AC").starts_with(&record));
+        let message = "Host Port Time Out: no text of a host within 700 ms";
+        let record = format!("1,00{alarm},{message},14-02-06 00:00:00\r");
+        assert_eq!(text(&mut robot, "AC"), record);
+        assert_eq!(super::extended::word(&robot.total(Port::Ip0), 4), word);
         robot.advance_ms(5_000);
-        assert_eq!(robot.alarms().len(), 1, "it barks once");
+        assert_eq!(robot.alarms().len(), 1, "once");
+    }
+    let mut robot = six_axis();
+    robot.command(Port::Ip0, "WD,100 0");
+    robot.advance_ms(5_000);
+    assert!(robot.alarms().is_empty(), "level 0 is no alarm");
+    for refused in ["WD,700 4", "WD,700 3", "WD,100000 2"] {
+        assert_eq!(robot.ask(Port::Ip0, refused), b"NG\r", "{refused}");
     }
 }
 
+// clause: S11
 #[test]
-fn sm_feeds_the_watchdog_and_wd_0_0_ends_it() {
+fn every_text_feeds_the_watchdog_and_wd_0_0_ends_it() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "WD,700 2");
-    for _ in 0..20 {
+    for command in ["SM,1", "SF", "SU", "PR,0", "AC", "AH"] {
         robot.advance_ms(690);
-        robot.file(Port::Ip0, "SM,1");
+        robot.file(Port::Ip0, command);
     }
-    assert!(robot.alarms().is_empty(), "fed");
     robot.advance_ms(690);
-    for other in ["SF", "SU", "PR,0", "AC", "IO,1"] {
-        robot.file(Port::Ip0, other);
-    }
-    robot.advance_ms(11);
-    assert_eq!(robot.alarms(), ["2-122"], "nothing else feeds it");
+    robot.command(Port::Ip0, "EC,OVRD 50");
+    robot.advance_ms(690);
+    assert_eq!(robot.ask(Port::Ip0, "XX"), b"NG\r");
+    robot.advance_ms(699);
+    assert!(robot.alarms().is_empty(), "fed");
+    robot.advance_ms(1);
+    assert_eq!(robot.alarms(), ["2-137"], "communication stays away");
 
     for end in ["WD,0 0", "WD,0 2", "WD,700 0"] {
         let mut robot = six_axis();
@@ -298,7 +309,7 @@ fn sm_feeds_the_watchdog_and_wd_0_0_ends_it() {
     assert!(robot.alarms().is_empty(), "the later one counts");
     robot.disconnect(Port::Ip0);
     robot.advance_ms(1_001);
-    assert_eq!(robot.alarms(), ["1-122"], "a host that crashed is what it is for");
+    assert_eq!(robot.alarms(), ["1-200"], "a host that crashed is what it is for");
     let mut robot = six_axis();
     robot.command(Port::Ip0, "WD,700 8");
     robot.panel(Panel::PowerCycle);
@@ -308,7 +319,7 @@ fn sm_feeds_the_watchdog_and_wd_0_0_ends_it() {
 
 #[test]
 fn the_watchdog_stops_a_move_of_do() {
-    for (level, stands) in [(8, true), (4, true), (1, false)] {
+    for (level, stands) in [(8, true), (2, false), (1, false)] {
         let mut robot = six_axis();
         robot.command(Port::Ip0, &format!("WD,300 {level}"));
         robot.command(Port::Ip0, "DO,MOVEA 1,90.0 WITH SPEED=10");
@@ -318,8 +329,9 @@ fn the_watchdog_stops_a_move_of_do() {
     }
 }
 
-/// Polls PR every 20 ms and SM every 100 ms until DC, or for ten seconds: (DC, DS) as seen, positions as seen.
-fn watch(robot: &mut Robot, axis: usize) -> (Vec<(u32, u32)>, Vec<f64>) {
+/// Polls PR every 20 ms and SM every 100 ms until DC changes, as the vendor's library does, or for ten seconds:
+/// (DC, DS) as seen, positions as seen.
+fn watch(robot: &mut Robot, axis: usize, before: u32) -> (Vec<(u32, u32)>, Vec<f64>) {
     let (mut seen, mut places) = (Vec::new(), Vec::new());
     for tick in 0..500 {
         if tick % 5 == 0 {
@@ -327,7 +339,7 @@ fn watch(robot: &mut Robot, axis: usize) -> (Vec<(u32, u32)>, Vec<f64>) {
             if seen.last() != Some(&status) {
                 seen.push(status);
             }
-            if status.0 == 1 {
+            if status.0 != before {
                 break;
             }
         }
@@ -344,20 +356,23 @@ fn moves_by_do_begin_and_end_in_order() {
         assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (0, 0));
         robot.command(Port::Ip0, "WD,700 2");
         let mut from = world(&mut robot)[0];
-        for to in [330.0, 250.0, 251.0, 251.0, 340.0] {
+        // Through 9 and 0 of the count.
+        let ways = [330.0, 250.0, 251.0, 251.0, 340.0].into_iter().cycle().take(23);
+        for (count, to) in ways.enumerate() {
+            let ended = u32::try_from(count % 10).unwrap();
             let start = world(&mut robot);
             let rest: Vec<String> = start[1..].iter().map(|value| format!("{value:.3}")).collect();
             let point = format!("{to:.3},{}", rest[..rest.len() - 1].join(","));
             let coordinates: Vec<&str> = point.split(',').collect();
-            let count = if start.len() == 7 { 5 } else { 8 };
+            let width = if start.len() == 7 { 5 } else { 8 };
             let statement = format!(
                 "DO,MOVES POINT({}) with SPEED=50.000,ACCEL=100.000,DECEL=100.000",
-                coordinates[..count].join(",")
+                coordinates[..width].join(",")
             );
             robot.command(Port::Ip0, &statement);
-            assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (0, 1));
-            let (seen, places) = watch(&mut robot, 0);
-            assert_eq!(seen, [(0, 1), (1, 0)], "to {to}");
+            assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (ended, 1));
+            let (seen, places) = watch(&mut robot, 0, ended);
+            assert_eq!(seen, [(ended, 1), ((ended + 1) % 10, 0)], "to {to}");
             assert!((places[0] - from).abs() < 0.0011);
             let ways = places
                 .windows(2)
@@ -376,22 +391,46 @@ fn moves_by_do_begin_and_end_in_order() {
 }
 
 #[test]
-fn a_move_that_cannot_be_made_is_not_reported_as_done() {
+fn a_move_that_cannot_be_made_leaves_dc_and_ds_alone() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "DO,MOVEA 1,5.0");
     robot.advance_ms(3_000);
     assert_eq!(item(&mut robot, "DC"), 1, "a good one before it");
     robot.command(Port::Ip0, "DO,MOVE POINT(2000.0,0.0,0.0,0.0,0.0,0.0,0.0,0.0)");
-    robot.advance_ms(3_000);
-    assert_eq!(
-        (
-            item(&mut robot, "DC"),
-            item(&mut robot, "DS"),
-            item(&mut robot, "AL")
-        ),
-        (0, 0, 4)
-    );
+    for _ in 0..30 {
+        assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (1, 0));
+        robot.advance_ms(20);
+    }
+    assert_eq!(item(&mut robot, "AL"), 4);
     assert_eq!(word(&robot.total(Port::Ip0), 4), 368 + 100);
+    robot.command(Port::Ip0, "RS,ERR");
+    robot.command(Port::Ip0, "DO,MOVEA 1,0.0");
+    robot.advance_ms(3_000);
+    assert_eq!(item(&mut robot, "DC"), 2);
+}
+
+#[test]
+fn a_move_that_is_cut_short_changes_dc() {
+    let ways: [(&str, fn(&mut Robot)); 6] = [
+        ("emergency stop", |robot| robot.panel(Panel::EmergencyStop(true))),
+        ("safety switch", |robot| robot.panel(Panel::SafetySwitch(true))),
+        ("servo off", |robot| robot.panel(Panel::Servo(false))),
+        ("BR", |robot| robot.command(Port::Ip0, "BR")),
+        ("EC,BREAK", |robot| robot.command(Port::Ip0, "EC,BREAK")),
+        ("alarm", |robot| {
+            robot.command(Port::Ip0, "WD,1 8");
+            robot.advance_ms(1);
+        }),
+    ];
+    for (what, cut) in ways {
+        let mut robot = six_axis();
+        robot.command(Port::Ip0, "DO,MOVEA 1,90.0 WITH SPEED=5");
+        robot.advance_ms(500);
+        assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (0, 1), "{what}");
+        cut(&mut robot);
+        robot.advance_ms(1_000);
+        assert_eq!((item(&mut robot, "DC"), item(&mut robot, "DS")), (1, 0), "{what}");
+    }
 }
 
 // clause: PRM-LEG-03

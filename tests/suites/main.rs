@@ -28,6 +28,7 @@ mod programs;
 mod proofs;
 mod purity;
 mod recordings;
+mod scara_edition;
 mod serial;
 mod settings;
 mod signals;

@@ -172,22 +172,43 @@ fn do_answers_before_the_motion_ends() {
 // clause: CMD-DO-02
 #[test]
 fn a_do_of_no_length_shows_run_for_200_ms() {
-    for statement in ["DO,DOUT(1)", "DO,MOVE HERE", "DO,SPEED=50"] {
+    let far = "DO,MOVE POINT(2000.0,0.0,0.0,0.0,0.0,0.0,0.0,0.0)";
+    for statement in [
+        "DO,DOUT(1)",
+        "DO,MOVE HERE",
+        "DO,SPEED=50",
+        far,
+        "DO,PRINT IP2, 1",
+    ] {
         let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
         robot.command(Port::Ip0, statement);
-        assert_eq!(
-            motion_status(&mut robot),
-            u8::from(statement.contains("MOVE")),
-            "{statement}"
-        );
+        assert_eq!(motion_status(&mut robot), 1, "{statement}");
         robot.advance_ms(190);
-        assert_eq!(
-            motion_status(&mut robot),
-            u8::from(statement.contains("MOVE")),
-            "{statement}"
-        );
+        assert_eq!(motion_status(&mut robot), 1, "{statement}");
         robot.advance_ms(20);
         assert_eq!(motion_status(&mut robot), 0, "{statement}");
+    }
+}
+
+// clause: CMD-DO-02
+#[test]
+fn a_do_that_is_over_refuses_nothing_while_run_shows() {
+    let mut robot = Robot::ready("PROGRAM LONG\nDELAY 1.0\nEND\n");
+    for command in [
+        "DO,SPEED=50",
+        "DO,DOUT(1)",
+        "EC,MODE STEP",
+        "RS,PRG",
+        "DO,DOUT(2)",
+        "SL,TEST",
+        "RN",
+    ] {
+        robot.command(Port::Ip0, command);
+        assert_eq!(
+            motion_status(&mut robot),
+            u8::from(!matches!(command, "RS,PRG" | "SL,TEST")),
+            "{command}"
+        );
     }
 }
 

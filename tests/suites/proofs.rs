@@ -35,10 +35,10 @@ fn subprograms_are_called_by_their_names() {
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(10_000);
         assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
-        order.push((values(&mut robot, "PR,1")[0] - 300.0).round());
+        order.push((robot.float(Port::Ip0, 148) - 300.0).round());
     }
     let expected = [1, 2, 3, 11, 12, 13, 3, 2, 4, 5, 21, 22, 23, 5, 4, 1];
-    assert_eq!(order, expected.map(f64::from));
+    assert_eq!(order, expected.map(|place: i16| f32::from(place)));
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(1_000);
     assert!(

@@ -40,11 +40,11 @@ fn a_recording_runs_as_a_hand_written_transcript_does() {
     };
     let (mut host, mut program) = (dial(Port::Ip0), dial(Port::Ip1));
     robot.panel(Panel::Servo(true)).unwrap();
-    exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
     exchange(&mut program, b"", b"REQ\r");
     exchange(&mut program, b"7\r", b"           7\r");
-    exchange(&mut host, b"", b"SP\r\x03");
-    exchange(&mut host, b"\x02SL,ABSENT\r\x03", b"\x02NG\r\x03");
+    exchange(&mut host, b"", b"\x02SP\r\x03");
+    exchange(&mut host, b"SL,ABSENT\r\x03", b"NG\r\x03");
     drop(robot);
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::remove_file(&path).unwrap();
@@ -52,7 +52,7 @@ fn a_recording_runs_as_a_hand_written_transcript_does() {
     transcript
         .run(Cut::Whole)
         .unwrap_or_else(|error| panic!("{error}\n{text}"));
-    let doctored = text.replace("< IP0 NG<CR>", "< IP0 OK<CR>");
+    let doctored = text.replace("<: IP0 NG<CR><ETX>", "<: IP0 OK<CR><ETX>");
     assert_ne!(doctored, text);
     assert!(Transcript::read(&doctored).unwrap().run(Cut::Whole).is_err());
 }

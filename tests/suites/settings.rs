@@ -1,6 +1,7 @@
 //! What is set before the power comes on: parameter files, the model, and the options of the dialect.
 
-use ts3100_controller::{Config, ControllerType, Dialect, KeySwitch, Options, Panel, Port};
+use ts3100_controller::options::UnsolicitedSp;
+use ts3100_controller::{Config, ControllerType, Dialect, Input, KeySwitch, Options, Panel, Port};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::{Checksum, StxRule, TextOptions};
 use ts3100_tests::{Robot, frame};
@@ -305,13 +306,44 @@ fn a_full_drive_refuses_and_keeps_what_it_has() {
 
 // clause: CMD-SP-05
 #[test]
-fn the_unsolicited_sp_can_be_turned_off() {
-    for (option, expected) in [(true, frame(b"SP\r")), (false, Vec::new())] {
-        let mut robot = with_options(|options| options.unsolicited_sp = option);
+fn who_is_told_of_stops_is_an_option() {
+    use UnsolicitedSp::{Always, Auto, Never};
+    // The host connects, sends this first, and runs a program.
+    for (rule, first, told) in [
+        (Auto, b"\x02SO\r\x03".as_slice(), true),
+        (Auto, b"\x02SM,1\r\x03\x02OK\r\x03", false),
+        (Auto, b"\x02HI,1 8\r\x03\x02OK\r\x03", false),
+        (Auto, b"\x02RS,ERR\r\x03", false),
+        (Auto, b"SU\r\x03OK\r\x03", false),
+        (Always, b"\x02SM,1\r\x03\x02OK\r\x03", true),
+        (Always, b"SU\r\x03OK\r\x03\x02SO\r\x03", true),
+        (Never, b"\x02SO\r\x03", false),
+    ] {
+        let mut robot = with_options(|options| options.unsolicited_sp = rule);
         robot.load("TEST", "PROGRAM T\nDELAY 0.1\nEND\n");
+        robot.raw(Port::Ip0, first);
+        robot.received(Port::Ip0);
         robot.command(Port::Ip0, "SO");
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(200);
-        assert_eq!(robot.received(Port::Ip0), expected);
+        let expected = if told { frame(b"SP\r") } else { Vec::new() };
+        assert_eq!(
+            robot.received(Port::Ip0),
+            expected,
+            "{rule:?} {}",
+            first.escape_ascii()
+        );
     }
+}
+
+// clause: CMD-SP-05
+#[test]
+fn a_new_peer_is_told_of_stops_again() {
+    let mut robot = Robot::ready("PROGRAM T\nDELAY 0.1\nEND\n");
+    robot.file(Port::Ip0, "SM,1");
+    robot.feed(Input::Disconnected { port: Port::Ip0 });
+    robot.connect(Port::Ip0);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(200);
+    assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
 }

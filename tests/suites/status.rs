@@ -108,7 +108,7 @@ fn rs_sig_clears_the_first_24_outputs() {
     );
 }
 
-// clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01
+// clause: SU-12 SF-17 SF-38 SF-39 CMD-BR-01 CMD-SO-01 S20 S26
 #[test]
 fn su_and_sf_agree_in_every_mode() {
     use ts3100_controller::{ControlRight, KeySwitch};
@@ -204,7 +204,7 @@ fn minutes_are_counted() {
     );
 }
 
-// clause: EU-01 EU-02 EU-03 EU-04 EU-05 EU-06 EU-07 CMD-EU-01
+// clause: EU-01 EU-02 EU-03 EU-04 EU-05 EU-06 EU-07 CMD-EU-01 S21
 #[test]
 fn the_error_history() {
     let mut robot = idle();

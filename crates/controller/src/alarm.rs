@@ -88,13 +88,11 @@ alarms! {
         "Reconnect and restart.";
     ETHERNET_2 = L2 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 2).",
         "Reconnect and restart.";
-    WATCHDOG_8 = L8 202 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+    HOST_TIME_OUT_8 = L8 352 false "Host Port Time Out", "A host had set WD, level 8, and sent nothing in time.",
+        "Restart the host, reset the alarm, turn servo power on.";
+    HOST_TIME_OUT_2 = L2 137 false "Host Port Time Out", "A host had set WD, level 2, and sent nothing in time.",
         "Restart the host.";
-    WATCHDOG_4 = L4 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
-        "Restart the host.";
-    WATCHDOG_2 = L2 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
-        "Restart the host.";
-    WATCHDOG_1 = L1 122 true "Watchdog", "A host that had armed the watchdog asked no SM in time.",
+    HOST_TIME_OUT_1 = L1 200 false "Host Port Time Out", "A host had set WD, level 1, and sent nothing in time.",
         "Restart the host.";
     ETHERNET_1 = L1 121 true "Ethernet disconnected", "The peer of a channel left while a program ran ([E10] = 1).",
         "Reconnect.";
@@ -111,14 +109,13 @@ pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
     }
 }
 
-/// The alarm of a watchdog at the level WD asked for.
+/// The alarm of a watchdog at the level WD asked for (ste80722 S11); its grammar takes no level 4.
 #[must_use]
 pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
     match level {
-        AlarmLevel::L8 => WATCHDOG_8,
-        AlarmLevel::L4 => WATCHDOG_4,
-        AlarmLevel::L2 => WATCHDOG_2,
-        AlarmLevel::L1 => WATCHDOG_1,
+        AlarmLevel::L8 => HOST_TIME_OUT_8,
+        AlarmLevel::L4 | AlarmLevel::L2 => HOST_TIME_OUT_2,
+        AlarmLevel::L1 => HOST_TIME_OUT_1,
     }
 }
 
@@ -143,6 +140,12 @@ impl AlarmCode {
     #[must_use]
     pub fn number(&self) -> String {
         format!("{}-{:03}", self.level.number(), self.code)
+    }
+
+    /// `LLL-CCC` in seven characters, as EU, AC and AH write it: `002-046` (ste80722 S21, S22).
+    #[must_use]
+    pub fn wide_number(&self) -> String {
+        format!("{:03}-{:03}", self.level.number(), self.code)
     }
 }
 

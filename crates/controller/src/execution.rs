@@ -21,6 +21,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program, compile_direct};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sm::MAX_ENDED;
 
 /// ID of the main program (M-58762 p.2-27).
 pub const MAIN_TASK: u16 = 1;
@@ -231,9 +232,11 @@ pub struct Direct {
     pub task: Task,
     /// When it was accepted.
     pub since: Time,
+    /// It has begun something that takes time.
+    pub begun: bool,
     /// It has moved the arm.
     pub moved: bool,
-    /// SF shows RUN at least until then; set once the statement is over.
+    /// It counts as under way until then, and the next DO is refused; set once the statement is over.
     pub shown_until: Option<Time>,
 }
 
@@ -264,8 +267,11 @@ pub struct Execution {
     pub course: Course,
     /// The statement of DO, while it runs.
     pub direct: Option<Direct>,
-    /// A DO statement has ended since the last one began (SM field DC).
-    pub direct_done: bool,
+    /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
+    pub direct_ended: u8,
+    /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
+    /// refused for it.
+    pub run_shown_until: Option<Time>,
     /// The program of DO while no file is selected.
     spare_program: Arc<Program>,
     /// Its data.
@@ -291,7 +297,8 @@ impl Execution {
             timer: Stopwatch::default(),
             course: Course::Reset,
             direct: None,
-            direct_done: false,
+            direct_ended: 0,
+            run_shown_until: None,
             spare_program,
             spare_memory,
         }
@@ -303,7 +310,16 @@ impl Execution {
         matches!(self.course, Course::Running { .. })
     }
 
-    /// The status SU and SF show (SU-12): a DO under way is RUN too (D7).
+    /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
+    #[must_use]
+    pub fn shown_status(&self) -> ExecutionStatus {
+        match self.run_shown_until {
+            Some(_) => ExecutionStatus::Running,
+            None => self.status(),
+        }
+    }
+
+    /// The status that decides what is permitted: a DO under way is RUN too (D7).
     #[must_use]
     pub fn status(&self) -> ExecutionStatus {
         match self.course {
@@ -530,7 +546,16 @@ impl Execution {
             .direct
             .as_ref()
             .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
-        program.into_iter().chain(direct).min()
+        program
+            .into_iter()
+            .chain(direct)
+            .chain(self.run_shown_until)
+            .min()
+    }
+
+    /// A DO statement that was under way has ended: a host that waits for it sees the count change (hosts 8.1).
+    pub fn count_direct(&mut self) {
+        self.direct_ended = (self.direct_ended + 1) % (MAX_ENDED + 1);
     }
 
     /// Step 1 with the data as the file gives it (RS,PRG, SL).
@@ -544,6 +569,7 @@ impl Execution {
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub fn rewind(&mut self, now: Time) {
         self.course = Course::Reset;
+        self.run_shown_until = None;
         self.drop_tasks();
         self.main = self
             .selected

@@ -16,6 +16,8 @@ pub const LINE_PORTION: usize = 16;
 pub const HOST_TIMEOUT: Duration = Duration::from_secs(10);
 /// Advised pause of a host before its next text (TRN-04).
 pub const HOST_DELAY: Duration = Duration::from_millis(50);
+/// Latest time of the unsolicited SP after its stop, unless an exchange is open then (D7).
+pub const SP_LATEST: Duration = Duration::from_millis(200);
 /// Default capacity of the RAM drive in bytes (D13, RAM-15).
 pub const DRIVE_CAPACITY: usize = 1024 * 1024;
 /// Largest file: its size has five digits in the directory (RAM-03).
@@ -68,8 +70,8 @@ pub const VARY_PIECES: u64 = 4;
 pub const VARY_GAP: u64 = 15;
 /// Latest answer under variation, in ms: a host that asks right behind the OK of a DO still finds RUN (`do.min_run`).
 pub const VARY_REPLY: u64 = 100;
-/// How much later the unsolicited SP comes at most under variation, in ms.
-pub const VARY_SP: u64 = 500;
+/// How much later the unsolicited SP comes at most under variation, in ms; [`SP_LATEST`] holds all the same.
+pub const VARY_SP: u64 = 200;
 /// Most blanks between name and size in CA under variation.
 pub const VARY_BLANKS: u64 = 3;
 /// Longest DELAY or pulse that is told apart from one without end, in seconds: a hundred years.

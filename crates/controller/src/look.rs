@@ -143,13 +143,13 @@ impl Controller {
     /// Execution status, as SU and SF show it.
     #[must_use]
     pub fn status(&self) -> ExecutionStatus {
-        self.execution.status()
+        self.execution.shown_status()
     }
 
     /// Nothing runs, nothing moves, and no host is owed or owes anything.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.execution.status() != ExecutionStatus::Running
+        self.execution.shown_status() != ExecutionStatus::Running
             && !self.arm.is_moving()
             && self.sessions.values().all(|session| !session.awaits_host())
     }

@@ -62,6 +62,42 @@ pub enum WaitAfterStop {
     Again,
 }
 
+/// Who is sent SP when the robot stops by itself (option `sp.unsolicited`, D7).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Option<bool>", into = "Option<bool>")
+)]
+pub enum UnsolicitedSp {
+    /// Every host but one that has sent an extension command or a text without STX.
+    Auto,
+    /// Every host.
+    Always,
+    /// None.
+    Never,
+}
+
+impl From<Option<bool>> for UnsolicitedSp {
+    fn from(always: Option<bool>) -> UnsolicitedSp {
+        match always {
+            None => UnsolicitedSp::Auto,
+            Some(true) => UnsolicitedSp::Always,
+            Some(false) => UnsolicitedSp::Never,
+        }
+    }
+}
+
+impl From<UnsolicitedSp> for Option<bool> {
+    fn from(rule: UnsolicitedSp) -> Option<bool> {
+        match rule {
+            UnsolicitedSp::Auto => None,
+            UnsolicitedSp::Always => Some(true),
+            UnsolicitedSp::Never => Some(false),
+        }
+    }
+}
+
 /// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -102,7 +138,7 @@ pub enum WhileSending {
 pub struct Options {
     /// `text.stx` and `text.checksum`.
     pub text: TextOptions,
-    /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10).
+    /// `text.require_cr`: a command without CR before ETX gets NG (FRM-10); otherwise it is served, with a finding.
     pub require_cr: bool,
     /// `sf.split`.
     pub sf_texts: SfTexts,
@@ -127,7 +163,7 @@ pub struct Options {
     /// `extensions`: the commands real hosts send beyond the manual are served.
     pub extensions: bool,
     /// `sp.unsolicited`.
-    pub unsolicited_sp: bool,
+    pub unsolicited_sp: UnsolicitedSp,
     /// `strict_50ms`: a text within 50 ms of the controller's last text is ignored.
     pub strict_50ms: bool,
     /// `do.min_run`.
@@ -160,7 +196,7 @@ impl Options {
                 stx: StxRule::Detect,
                 checksum: Checksum::None,
             },
-            require_cr: true,
+            require_cr: false,
             sf_texts: SfTexts::One,
             su_layout: SuLayout::OneRecord,
             vr_layout: VrLayout::Blanks,
@@ -172,7 +208,7 @@ impl Options {
             line_end: LineEnd::Lf,
             open_mode: [OpenMode::Server; 4],
             extensions: true,
-            unsolicited_sp: true,
+            unsolicited_sp: UnsolicitedSp::Auto,
             strict_50ms: false,
             do_min_run: limits::DO_MIN_RUN,
             drive_capacity: limits::DRIVE_CAPACITY,
@@ -191,6 +227,8 @@ impl Options {
                     stx: StxRule::Required,
                     checksum: Checksum::None,
                 },
+                require_cr: true,
+                unsolicited_sp: UnsolicitedSp::Always,
                 sf_texts: SfTexts::Several,
                 su_layout: SuLayout::SixRecords,
                 vr_layout: VrLayout::Packed,

@@ -210,6 +210,7 @@ impl Controller {
         }
         // The source and the file of the selection stay; what ran of it does not.
         self.execution.direct = None;
+        self.execution.run_shown_until = None;
         self.execution.rewind(self.now);
     }
 

@@ -190,13 +190,21 @@ impl Controller {
 
     /// Takes the statement of DO one step further.
     fn step_direct(&mut self) -> bool {
+        if self
+            .execution
+            .run_shown_until
+            .is_some_and(|until| until <= self.now)
+        {
+            self.execution.run_shown_until = None;
+            self.report_status();
+        }
         let Some(mut direct) = self.execution.direct.take() else {
             return false;
         };
         if let Some(until) = direct.shown_until {
             let over = until <= self.now;
             if over {
-                self.execution.direct_done = true;
+                self.execution.count_direct();
                 self.report_status();
             } else {
                 self.execution.direct = Some(direct);
@@ -208,8 +216,14 @@ impl Controller {
                 self.execution.direct = Some(direct);
                 return false;
             }
+            Step::Begun => {
+                self.execution.direct = Some(Direct {
+                    begun: true,
+                    ..direct
+                });
+            }
             // Tasks are not started and ended by DO.
-            Step::Begun | Step::Switch { .. } | Step::Killed { .. } => {
+            Step::Switch { .. } | Step::Killed { .. } => {
                 self.execution.direct = Some(direct);
             }
             Step::Done { motion } => {
@@ -218,24 +232,31 @@ impl Controller {
                     ..direct
                 });
             }
-            Step::Stopped | Step::Ended => {
-                let shown = if direct.moved {
-                    self.config.options.do_min_run
-                } else {
-                    Duration::ZERO
-                };
-                let until = direct.since + shown;
+            Step::Stopped | Step::Ended if direct.moved => {
+                let until = direct.since + self.config.options.do_min_run;
                 self.execution.direct = Some(Direct {
                     shown_until: Some(until.max(self.now)),
                     ..direct
                 });
             }
+            Step::Stopped | Step::Ended => self.leave_direct(&direct),
             Step::Trouble(code, detail) => {
                 self.raise(code, detail);
-                self.report_status();
+                self.leave_direct(&direct);
             }
         }
         true
+    }
+
+    /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts
+    /// that wait to see RUN see it for a while all the same (hosts 8.1, 8.10).
+    fn leave_direct(&mut self, direct: &Direct) {
+        if direct.begun || direct.moved {
+            self.execution.count_direct();
+        }
+        let until = direct.since + self.config.options.do_min_run;
+        self.execution.run_shown_until = Some(until).filter(|until| *until > self.now);
+        self.report_status();
     }
 
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless

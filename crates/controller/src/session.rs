@@ -83,6 +83,12 @@ pub struct Session {
     pub waiting_sp: bool,
     /// Before this time it does not come.
     pub sp_after: Time,
+    /// From this time on no pause of the host is waited for any more.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub sp_by: Time,
+    /// The host has sent a text without STX or an extension command: no such host listens for SP (hosts 8.3).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub never_told_of_stops: bool,
     /// Letters of the command that is served or was served last; empty before the first.
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::letters"))]
     pub asked: Letters,
@@ -110,6 +116,8 @@ impl Session {
             replied_at: None,
             waiting_sp: false,
             sp_after: Time::ZERO,
+            sp_by: Time::ZERO,
+            never_told_of_stops: false,
             asked: "",
             block: 0,
             last_status: None,
@@ -145,12 +153,20 @@ impl Session {
     }
 
     /// When a waiting SP may be sent, unless an exchange is open: a host that compares a reply by its length must
-    /// not find SP glued to its OK (hosts.md 1.3), so it keeps the pause that is asked of hosts (TRN-04).
+    /// not find SP glued to its OK (hosts.md 1.3), so it keeps the pause that is asked of hosts (TRN-04). A host that
+    /// never pauses gets it at `sp_by`.
     #[must_use]
     pub fn sp_due(&self) -> Option<Time> {
-        let due = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
-        let due = due.max(self.sp_after);
+        let pause = self.replied_at.map_or(Time::ZERO, |replied| replied + HOST_DELAY);
+        let due = pause.max(self.sp_after).min(self.sp_by);
         (self.waiting_sp && !self.awaits_host()).then_some(due)
+    }
+
+    /// Whether a waiting SP goes between two texts that the host has sent in one go: it waits for no answer, so there
+    /// is no better moment.
+    #[must_use]
+    pub fn sp_overdue(&self, now: Time) -> bool {
+        self.waiting_sp && self.exchange == Exchange::Idle && self.sp_by <= now
     }
 
     /// Gives up waiting, in silence (SER-07). Returns the bytes dropped.

@@ -5,11 +5,17 @@ use crate::deed::Side;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
+use ts3100_proto::status::io::{LineWords, WORDS};
 
-/// Number ranges of the lines, each with the SF word at which it begins (SF-25 to SF-38).
-const RANGES: [(u16, u16, usize); 3] = [(1, 64, 0), (101, 164, 4), (201, 264, 8)];
-/// Words of one direction in SF, the reserved ones included.
-const WORDS: usize = 16;
+/// Number ranges of the lines, each with the word of IO at which it begins (SF-25 to SF-38, ste80722 S27). The six-axis
+/// manual leaves out the last two; what hosts of its sister may ask for is there on every arm.
+const RANGES: [(u16, u16, usize); 5] = [
+    (1, 64, 0),
+    (101, 164, 4),
+    (201, 264, 8),
+    (301, 364, 12),
+    (401, 464, 16),
+];
 /// Outputs a program or IW may set: general, extension, hand (CMD-IW-04).
 const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
@@ -205,16 +211,13 @@ impl Signals {
         self.forced.retain(|(side, _), _| *side == Side::Input);
     }
 
-    /// The sixteen input words of SF.
+    /// The words of IO; SF has the first sixteen of each direction.
     #[must_use]
-    pub fn input_words(&self) -> [u16; WORDS] {
-        words(|line| self.input(line))
-    }
-
-    /// The sixteen output words of SF.
-    #[must_use]
-    pub fn output_words(&self) -> [u16; WORDS] {
-        words(|line| self.output(line))
+    pub fn words(&self) -> LineWords {
+        LineWords {
+            inputs: words(|line| self.input(line)),
+            outputs: words(|line| self.output(line)),
+        }
     }
 }
 
@@ -222,22 +225,24 @@ impl Signals {
 mod tests {
     use super::*;
 
-    // clause: SF-25 SF-26 SF-27 SF-33 SF-34 SF-41
+    // clause: SF-25 SF-26 SF-27 SF-33 SF-34 SF-41 S27
     #[test]
     fn lines_stand_in_their_words() {
         let mut signals = Signals::default();
-        for line in [1, 32, 64, 101, 164, 201] {
+        for line in [1, 32, 64, 101, 164, 201, 301, 364, 401, 464] {
             assert!(signals.drive(line, true));
         }
-        let inputs = signals.input_words();
+        let inputs = signals.words().inputs;
         assert_eq!(inputs[0], 1);
         assert_eq!(inputs[1], 1 << 15);
         assert_eq!(inputs[3], 1 << 15);
         assert_eq!(inputs[4], 1);
         assert_eq!(inputs[7], 1 << 15);
         assert_eq!(inputs[8], 1);
+        assert_eq!((inputs[12], inputs[15]), (1, 1 << 15));
+        assert_eq!((inputs[16], inputs[19]), (1, 1 << 15));
         signals.switch(109, true);
-        assert_eq!(signals.output_words()[4], 1 << 8);
+        assert_eq!(signals.words().outputs[4], 1 << 8);
     }
 
     // clause: CMD-RS-07 CMD-RS-08
@@ -255,7 +260,7 @@ mod tests {
     #[test]
     fn lines_that_do_not_exist_are_refused() {
         let mut signals = Signals::default();
-        for line in [0, 65, 100, 165, 200, 265] {
+        for line in [0, 65, 100, 165, 200, 265, 300, 365, 400, 465] {
             assert!(!signals.drive(line, true));
             assert!(!signals.switch(line, true));
         }

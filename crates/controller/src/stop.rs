@@ -4,11 +4,15 @@
 use crate::Controller;
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::execution::{By, Course, Doing, MAIN_TASK, Task};
+use crate::limits::SP_LATEST;
+use crate::options::UnsolicitedSp;
 use crate::output::Event;
 use crate::port::Port;
 use crate::sig::dout;
 use crate::state::State;
+use crate::vary::Vary;
 use alloc::string::String;
+use core::time::Duration;
 use scol_mini::Answer;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::{AlarmLevel, ExecutionStatus};
@@ -18,6 +22,11 @@ impl Controller {
     pub(crate) fn run_program(&mut self) {
         self.take_up_motion();
         self.execution.course = Course::Running { stop: None };
+        self.execution.run_shown_until = None;
+        // The stop before this start is history: its SP must not be taken for one of the cycle that begins.
+        for session in self.sessions.values_mut() {
+            session.waiting_sp = false;
+        }
         self.state.running_since = Some(self.now);
         self.signals.switch(dout::CYC_END, false);
         self.report_status();
@@ -41,18 +50,34 @@ impl Controller {
             self.state.run_total += self.now.since(since);
         }
         self.report_status();
-        if by == By::Other && self.config.options.unsolicited_sp {
-            let now = self.now;
-            for session in self
-                .sessions
-                .values_mut()
-                .filter(|session| session.peer.is_some())
-            {
+        if by == By::Other {
+            self.announce_stop();
+        }
+    }
+
+    /// An SP waits on every port whose host is to be told of stops (D7).
+    fn announce_stop(&mut self) {
+        let (now, rule) = (self.now, self.config.options.unsolicited_sp);
+        for session in self.sessions.values_mut() {
+            let told = match rule {
+                UnsolicitedSp::Auto => !session.never_told_of_stops,
+                UnsolicitedSp::Always => true,
+                UnsolicitedSp::Never => false,
+            };
+            if told && session.peer.is_some() {
                 session.waiting_sp = true;
-                if let Some(vary) = &mut self.vary {
-                    session.sp_after = now + vary.sp_delay();
-                }
+                session.sp_after = now + self.vary.as_mut().map_or(Duration::ZERO, Vary::sp_delay);
+                session.sp_by = now + SP_LATEST;
             }
+        }
+    }
+
+    /// A text has come that only hosts send which take an SP for their next answer: under `auto` this one gets none.
+    pub(crate) fn stop_telling(&mut self, port: Port) {
+        let auto = self.config.options.unsolicited_sp == UnsolicitedSp::Auto;
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.never_told_of_stops = true;
+            session.waiting_sp &= !auto;
         }
     }
 
@@ -69,6 +94,7 @@ impl Controller {
     /// An INPUT that waits is cancelled all the same (INP-09).
     pub(crate) fn interrupt(&mut self, by: By) {
         self.jogging = None;
+        self.execution.run_shown_until = None;
         if !self.execution.program_runs() {
             self.arm.stop(self.now);
             self.end_direct();
@@ -177,7 +203,7 @@ impl Controller {
 
     /// Tells the log where the program stands.
     pub(crate) fn report_status(&mut self) {
-        let status = match self.execution.status() {
+        let status = match self.execution.shown_status() {
             ExecutionStatus::Reset => "stop (reset)",
             ExecutionStatus::Running => "running",
             ExecutionStatus::Retry => "stop (retry)",
@@ -194,16 +220,34 @@ impl Controller {
         let now = self.now;
         for port in [Port::Host, Port::Ip0] {
             let taken = self.line_is_taken(port);
-            let Some(session) = self.sessions.get_mut(&port) else {
+            let Some(session) = self.sessions.get(&port) else {
                 continue;
             };
             if taken {
                 continue;
             }
             if session.sp_due().is_some_and(|due| due <= now) {
-                session.waiting_sp = false;
-                self.send_unasked(port, &Reply::Sp.encode());
+                self.send_sp(port);
             }
         }
+    }
+
+    /// The same between two texts of a host that sends without waiting for answers.
+    pub(crate) fn release_overdue_sp(&mut self, port: Port) {
+        let now = self.now;
+        if self
+            .sessions
+            .get(&port)
+            .is_some_and(|session| session.sp_overdue(now))
+        {
+            self.send_sp(port);
+        }
+    }
+
+    fn send_sp(&mut self, port: Port) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.waiting_sp = false;
+        }
+        self.send_unasked(port, &Reply::Sp.encode());
     }
 }

@@ -167,11 +167,15 @@ impl Controller {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.push(at, bytes);
         }
+        let mut first = true;
         while let Some(decoded) = self
             .sessions
             .get_mut(&port)
             .and_then(|session| session.decoder.next())
         {
+            if !core::mem::take(&mut first) {
+                self.release_overdue_sp(port);
+            }
             match decoded {
                 Decoded::Skipped { bytes } => {
                     self.event(Event::Dropped {
@@ -234,6 +238,9 @@ impl Controller {
             return;
         };
         session.framing = framing;
+        if let Some(watchdog) = &mut self.state.watchdog {
+            watchdog.fed_at = now;
+        }
         let surprised = session.habits.surprised;
         // What has not left yet was not heard by anyone.
         let early = session
@@ -241,6 +248,7 @@ impl Controller {
             .filter(|sent| *sent <= now)
             .map(|sent| now.since(sent));
         if framing == Framing::Bare {
+            self.stop_telling(port);
             let message = "a text without STX; it is answered without STX";
             self.find(&rules::NO_STX, port, &data, message);
         }
@@ -318,14 +326,18 @@ impl Controller {
     /// Whether a text that comes while a download is open is part of the file. The first text begins with
     /// `FL,`; of the others one that is a command and nothing else means that the host has given up.
     fn is_block(&mut self, port: Port, data: &[u8], begun: bool) -> bool {
-        let command = data
-            .split_last()
-            .filter(|(last, _)| **last == CR)
-            .map(|(_, message)| Command::parse(message));
+        let command = match data.split_last() {
+            Some((&CR, message)) => Some(Command::parse(message)),
+            // Where the file has not begun yet, a command may lack its CR.
+            _ if !begun && !self.config.options.require_cr => {
+                Some(Command::parse(data)).filter(Result::is_ok)
+            }
+            _ => None,
+        };
         match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
-            Some(Ok(command)) if command.is_extension() && !self.config.options.extensions => true,
+            Some(Ok(command)) if !self.serves(&command) => true,
             Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(

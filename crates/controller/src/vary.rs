@@ -36,7 +36,7 @@ pub const VARIATIONS: &[Variation] = &[
     },
     Variation {
         name: "sp-timing",
-        what: "The unsolicited SP comes up to 500 ms later, never inside an open exchange",
+        what: "The unsolicited SP comes up to 200 ms after the stop, never inside an open exchange",
         source: "5.3.3 SP, CMD-SP-05, CMD-SP-07: it is not said when it comes",
     },
     Variation {

@@ -155,14 +155,16 @@ impl FlSender {
         }
     }
 
-    /// A file in one text whatever its length, with `tail` after it: EOF, or EOF and CR (SF; hosts 7.3).
+    /// A file in one text whatever its length, with `tail` after it: EOF, or nothing where its length is its end
+    /// (ste80722 S23, S24).
     #[must_use]
     pub fn single(content: Vec<u8>, tail: &[u8]) -> FlSender {
         let mut bytes = content;
         bytes.splice(0..0, PREFIX.iter().copied());
         bytes.extend_from_slice(tail);
         FlSender {
-            per_text: bytes.len(),
+            // Longer than a text that is cut, so that `to_be_cut` tells the two apart.
+            per_text: bytes.len().max(MAX_DATA + 1),
             bytes,
             sent: 0,
             lengths: VecDeque::new(),

@@ -7,7 +7,7 @@ use crate::reply::Reply;
 use crate::status::io;
 use crate::status::sf::SfLayout;
 use crate::status::sf::table::{SfKind, sf_fields};
-use crate::text::{CR, EOF, ETX, LF, MAX_DATA, STX};
+use crate::text::{CR, EOF, ETX, LF, STX};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -71,37 +71,45 @@ pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
     let stx = usize::from(wire.first() == Some(&STX));
     let prefix = wire.get(stx..).unwrap_or_default();
     let first = wire.iter().position(|byte| *byte == ETX).map(|at| at + 1);
-    let lengths: &[usize] = match letters {
-        // Data bytes without CR behind EOF: six axes, eight axes.
-        "SF" => &[
-            FL.len() + SfLayout::Six.len() + 1,
-            FL.len() + SfLayout::Eight.len() + 1,
-        ],
-        "IO" => &[FL.len() + io::LENGTH + 1],
+    let forms: &[(usize, &[u8])] = match letters {
+        "SF" => SF_FORMS,
+        "IO" => IO_FORMS,
         _ => return first,
     };
     let known = prefix.len().min(FL.len());
     if prefix.get(..known) != FL.get(..known) {
         return first;
     }
-    let at = |data: usize| wire.get(stx + data).copied();
-    for &length in lengths {
-        if at(length.wrapping_sub(1)) == Some(EOF) {
-            if at(length) == Some(ETX) {
-                return Some(stx + length + 1);
-            }
-            if at(length) == Some(CR) && at(length + 1) == Some(ETX) {
-                return Some(stx + length + 2);
-            }
-        }
+    let ends = forms.iter().find_map(|(content, ending)| {
+        let from = stx + FL.len() + content;
+        let end = from + ending.len();
+        (wire.get(from..end) == Some(ending)).then_some(end)
+    });
+    let longest = forms
+        .iter()
+        .map(|(content, ending)| FL.len() + content + ending.len());
+    match ends {
+        None if wire.len() < stx + longest.max().unwrap_or_default() => None,
+        None => first,
+        ends => ends,
     }
-    // The manual's first text of several (SF-02).
-    if letters == "SF" && at(MAX_DATA) == Some(ETX) {
-        return Some(stx + MAX_DATA + 1);
-    }
-    let longest = lengths.last().map_or(0, |length| stx + length + 2);
-    if wire.len() < longest { None } else { first }
 }
+
+/// Lengths of the content of SF, and what may follow each: eight floats a group with EOF; six floats with nothing,
+/// where a text of 250 bytes is also the manual's first text of several (SF-02), and one that ends EOF CR a recording
+/// of 248 bytes.
+const SF_FORMS: &[(usize, &[u8])] = &[
+    (SfLayout::Eight.len(), &[EOF, ETX]),
+    (SfLayout::Eight.len(), &[EOF, CR, ETX]),
+    (SfLayout::Six.len(), &[ETX]),
+    (SfLayout::Six.len() - 2, &[EOF, ETX]),
+];
+/// The same for IO. Recordings that were made before IO lost its EOF have one.
+const IO_FORMS: &[(usize, &[u8])] = &[
+    (io::LENGTH, &[ETX]),
+    (io::LENGTH, &[EOF, ETX]),
+    (io::LENGTH, &[EOF, CR, ETX]),
+];
 
 struct Parts(Vec<Part>);
 
@@ -120,7 +128,11 @@ impl Parts {
         let from = start + FL.len();
         let rest = data.get(FL.len()..).unwrap_or_default();
         let body = rest.strip_suffix(&[CR]).unwrap_or(rest);
-        let content = body.strip_suffix(&[EOF]).unwrap_or(rest);
+        let content = match (letters, rest.get(..io::LENGTH)) {
+            // Its last word may look like an EOF.
+            ("IO", Some(words)) => words,
+            _ => body.strip_suffix(&[EOF]).unwrap_or(rest),
+        };
         let key = letters.to_ascii_lowercase();
         match letters {
             "SF" => self.system_status(content, from),
@@ -340,7 +352,7 @@ mod tests {
             ),
             ("CA", b"TEST 19\rUSER.PAR 6\r".to_vec()),
             ("UL", b"PROGRAM A\nEND\n".to_vec()),
-            ("IO", vec![3; io::LENGTH]),
+            ("IO", vec![EOF; io::LENGTH]),
             ("XX", b"anything".to_vec()),
             ("", b"".to_vec()),
         ];
@@ -411,8 +423,9 @@ mod tests {
         for framing in [Framing::Stx, Framing::Bare] {
             for (content, ending) in [
                 (body(SfLayout::Eight), &[EOF][..]),
-                (body(SfLayout::Six), &[EOF, CR]),
-                (body(SfLayout::Six), &[EOF]),
+                (body(SfLayout::Six), &[]),
+                (body(SfLayout::Six)[..248].to_vec(), &[EOF, CR]),
+                (body(SfLayout::Six)[..248].to_vec(), &[EOF]),
             ] {
                 let wire = file(&content, ending, framing);
                 let followed = [wire.as_slice(), b"\x02SP\r\x03"].concat();
@@ -420,9 +433,11 @@ mod tests {
                 assert_eq!(text_length("SF", &wire), Some(wire.len()));
                 assert_eq!(text_length("SF", &wire[..wire.len() - 1]), None);
             }
-            let wire = file(&[ETX; io::LENGTH], &[EOF], framing);
-            assert_eq!(text_length("IO", &wire), Some(wire.len()));
-            assert_eq!(text_length("IO", &wire[..50]), None);
+            for ending in [&[][..], &[EOF]] {
+                let wire = file(&[ETX; io::LENGTH], ending, framing);
+                assert_eq!(text_length("IO", &wire), Some(wire.len()));
+                assert_eq!(text_length("IO", &wire[..50]), None);
+            }
         }
         assert_eq!(text_length("SF", b"\x02NG\r\x03"), Some(5));
         assert_eq!(text_length("SO", b"OK\r\x03SP"), Some(4));

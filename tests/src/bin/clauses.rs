@@ -60,11 +60,22 @@ fn report(clauses: &[Clause]) -> usize {
         .iter()
         .filter(|clause| PICTURES.iter().any(|(id, _)| *id == clause.id))
         .count();
+    let count = |list: &[&Clause]| {
+        let rows = list
+            .iter()
+            .filter(|clause| clause.is_row_of_scara_edition())
+            .count();
+        (list.len() - rows, rows)
+    };
+    let ((proven, rows_proven), (open_clauses, rows_open)) = (count(&proven), count(&open));
     println!(
-        "{} clauses: {} proven, {pictures} pictures of a pendant screen, {} open",
-        clauses.len(),
-        proven.len(),
-        open.len() - pictures
+        "{} clauses: {proven} proven, {pictures} pictures of a pendant screen, {} open",
+        proven + open_clauses,
+        open_clauses - pictures
+    );
+    println!(
+        "{} rows of the SCARA edition (STE 80722): {rows_proven} proven, {rows_open} open",
+        rows_proven + rows_open
     );
     open.len() - pictures
 }

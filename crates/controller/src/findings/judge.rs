@@ -141,11 +141,7 @@ impl Controller {
         let letters = command.letters();
         let runs = self.execution.status() == ExecutionStatus::Running;
         if command.is_extension() {
-            let answer = if self.config.options.extensions {
-                "served"
-            } else {
-                "NG"
-            };
+            let answer = if self.serves(command) { "served" } else { "NG" };
             let row = command.permission_row();
             let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
             self.find(&rules::EXTENSION_COMMAND, port, message, text);

@@ -13,9 +13,9 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Configuration, Frame, Trans};
 use ts3100_proto::command::{PositionQuery, RunMode, ZsFrame};
+use ts3100_proto::file::FlSender;
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ac::{AlarmRecord, encode_alarms};
-use ts3100_proto::status::io::encode_lines;
 use ts3100_proto::status::pr::encode_position;
 use ts3100_proto::status::sm::QuickStatus;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
@@ -24,11 +24,8 @@ use ts3100_proto::status::{AlarmLevel, MasterMode};
 const VELOCITY_SPAN: Duration = Duration::from_millis(1);
 
 impl Controller {
-    /// SM: the quick status; every SM feeds the watchdog (hosts.md SM, WD).
+    /// SM: the quick status (hosts.md SM).
     pub(super) fn op_quick_status(&mut self) -> Outcome {
-        if let Some(watchdog) = &mut self.state.watchdog {
-            watchdog.fed_at = self.now;
-        }
         let status = QuickStatus {
             emergency_stop: self.state.emergency_stop,
             safety_stop: self.state.safety_open,
@@ -47,13 +44,13 @@ impl Controller {
             run_mode: match self.state.run_mode {
                 RunMode::Continuous => 0,
                 RunMode::Cycle => 1,
-                RunMode::Segment => 2,
-                RunMode::Step => 3,
+                RunMode::Step => 2,
+                RunMode::Segment => 3,
             },
-            run_status: self.execution.status().code(),
+            run_status: self.execution.shown_status().code(),
             override_percent: self.state.override_percent,
             alarm_level: self.alarms.worst().map_or(0, AlarmLevel::number),
-            done: self.execution.direct_done && self.execution.direct.is_none(),
+            ended: self.execution.direct_ended,
             busy: self.execution.direct.is_some(),
         };
         Outcome::file(status.encode())
@@ -73,10 +70,7 @@ impl Controller {
 
     /// IO: all lines as words.
     pub(super) fn op_lines(&mut self) -> Outcome {
-        Outcome::file(encode_lines(
-            &self.signals.input_words(),
-            &self.signals.output_words(),
-        ))
+        Outcome::File(FlSender::single(self.signals.words().encode(), &[]))
     }
 
     /// HI: inputs as one number, the first line being its lowest bit.
@@ -184,7 +178,7 @@ fn lines(first: u16, count: u8, allowed: impl Fn(u16) -> bool) -> Result<Vec<u16
 
 fn record(alarm: &Alarm) -> AlarmRecord {
     AlarmRecord {
-        number: alarm.code.number(),
+        number: alarm.code.wide_number(),
         message: alarm.message(),
         at: alarm.at,
     }

@@ -18,6 +18,7 @@ use crate::output::{Event, Verdict};
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::format;
+use scol_mini::Arm;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::status::ExecutionStatus;
@@ -25,8 +26,11 @@ use ts3100_proto::status::ExecutionStatus;
 impl Controller {
     /// Carries out a command that came on a protocol port.
     pub(crate) fn command(&mut self, port: Port, command: Command) -> Outcome {
-        if command.is_extension() && !self.config.options.extensions {
+        if !self.serves(&command) {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
+        }
+        if command.is_extension() {
+            self.stop_telling(port);
         }
         let row = command.permission_row();
         let mode = self.state.master_mode();
@@ -50,6 +54,12 @@ impl Controller {
             });
         }
         outcome
+    }
+
+    /// Whether this controller knows the command: those of its manual, and with `extensions` all that hosts send.
+    pub(crate) fn serves(&self, command: &Command) -> bool {
+        let printed = || self.arm.kind() == Arm::Scara && command.is_in_scara_manual();
+        !command.is_extension() || self.config.options.extensions || printed()
     }
 
     /// Carries out a command that is valid.

@@ -109,14 +109,15 @@ impl Controller {
         match compile_direct(statement, self.execution.program()) {
             Ok(program) => {
                 let task = Task::new(Machine::direct(program), self.now);
+                self.execution.run_shown_until = None;
                 self.execution.direct = Some(Direct {
                     statement: statement.to_string(),
                     task,
                     since: self.now,
+                    begun: false,
                     moved: false,
                     shown_until: None,
                 });
-                self.execution.direct_done = false;
                 self.report_status();
                 Outcome::Ok
             }
@@ -147,6 +148,7 @@ impl Controller {
     /// The robot stands at step 1 from here on; used by the resets and SL.
     pub(super) fn stand_at(&mut self, course: Course) {
         self.execution.course = course;
+        self.execution.run_shown_until = None;
         self.report_status();
     }
 }

@@ -11,10 +11,11 @@ use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::status::eu::encode_history;
+use ts3100_proto::status::io::WORDS;
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::status::vr::{VersionRecord, VrLayout, encode_versions};
-use ts3100_proto::text::{CR, EOF};
+use ts3100_proto::text::EOF;
 
 /// Speed limit while nothing lowers it, in percent.
 const FULL_SPEED: u8 = 100;
@@ -38,7 +39,7 @@ impl Controller {
             override_percent: self.state.override_percent,
             speed_limit_percent: self.speed_limit(),
             machine_lock: self.state.machine_lock,
-            execution: self.execution.status(),
+            execution: self.execution.shown_status(),
         }
     }
 
@@ -69,11 +70,11 @@ impl Controller {
             scol_mini::Arm::Scara => SfLayout::Six,
         };
         let content = self.system_status(port).encode(layout);
-        match (self.config.options.sf_texts, layout) {
-            (SfTexts::Several, _) => Outcome::file(content),
-            (SfTexts::One, SfLayout::Eight) => Outcome::File(FlSender::single(content, &[EOF])),
-            // The vendor's library reads three bytes behind the data of a SCARA (hosts.md 7.3, D2).
-            (SfTexts::One, SfLayout::Six) => Outcome::File(FlSender::single(content, &[EOF, CR])),
+        match (layout, self.config.options.sf_texts) {
+            // The content fills its text: there is no room for an EOF (ste80722 S23).
+            (SfLayout::Six, _) => Outcome::File(FlSender::single(content, &[])),
+            (SfLayout::Eight, SfTexts::One) => Outcome::File(FlSender::single(content, &[EOF])),
+            (SfLayout::Eight, SfTexts::Several) => Outcome::file(content),
         }
     }
 
@@ -106,8 +107,8 @@ impl Controller {
             master_mode: body.master_mode.sf_code(),
             power_on_minutes: self.state.power_on_minutes(self.now),
             run_minutes: self.state.run_minutes(self.now),
-            inputs: self.signals.input_words(),
-            outputs: self.signals.output_words(),
+            inputs: sf_words(self.signals.words().inputs),
+            outputs: sf_words(self.signals.words().outputs),
             joint: single(shown.joint),
             world: self.listed(&shown.world),
             work: self.listed(&shown.work),
@@ -172,6 +173,12 @@ fn version(name: alloc::string::String) -> VersionRecord {
 
 /// Below this, in mm or degrees, a coordinate is rounding noise of the kinematics and shown as zero.
 pub(super) const NOISE: f64 = 1e-9;
+
+/// SF has the first sixteen words of each direction; reserved ones of the six-axis edition are 0 as nothing drives
+/// their lines.
+fn sf_words(words: [u16; WORDS]) -> [u16; 16] {
+    core::array::from_fn(|index| words.get(index).copied().unwrap_or_default())
+}
 
 #[expect(clippy::cast_possible_truncation, reason = "SF carries single floats")]
 fn single(values: [f64; 8]) -> [f32; 8] {

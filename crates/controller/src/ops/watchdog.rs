@@ -1,4 +1,5 @@
-//! WD: a host that promises to ask SM in time, and the alarm when it does not (hosts.md WD).
+//! WD: a host that promises to be heard in time, and the alarm when it is not (ste80722 S11). Every text of a host feeds
+//! it, in `talk`.
 
 use crate::Controller;
 use crate::alarm;
@@ -10,7 +11,7 @@ use core::time::Duration;
 use ts3100_proto::status::AlarmLevel;
 
 impl Controller {
-    /// WD: from now on an SM is expected at least so often; without one an alarm of the level follows.
+    /// WD: from now on a text is expected at least so often; without one an alarm of the level follows.
     pub(super) fn op_watchdog(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
         self.state.watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
             timeout: Duration::from_millis(u64::from(timeout_ms)),
@@ -30,12 +31,12 @@ impl Controller {
         if let Some(watchdog) = self.state.watchdog.take_if(|_| due) {
             for port in self.protocol_peers() {
                 let message = format!(
-                    "WD promised SM within {} ms; none came",
+                    "WD promised a text within {} ms; none came",
                     watchdog.timeout.as_millis()
                 );
                 self.find(&rules::WATCHDOG_LATE, port, &[], message);
             }
-            let detail = format!("no SM within {} ms", watchdog.timeout.as_millis());
+            let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
             self.raise(alarm::watchdog(watchdog.level), detail);
         }
     }

@@ -12,6 +12,7 @@ use alloc::sync::Arc;
 use scol_mini::{
     LanguageOptions, MAX_TASKS, Machine, MachineState, Memory, MemoryState, Program, compile, compile_direct,
 };
+use ts3100_proto::status::sm::MAX_ENDED;
 
 /// A [`Task`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -42,6 +43,8 @@ struct DirectPaper {
     statement: String,
     task: TaskPaper,
     since: Time,
+    #[serde(default)]
+    begun: bool,
     moved: bool,
     shown_until: Option<Time>,
 }
@@ -62,7 +65,13 @@ pub(super) struct ExecutionPaper {
     timer: Stopwatch,
     course: Course,
     direct: Option<DirectPaper>,
-    direct_done: bool,
+    /// What older snapshots say instead of `direct_ended`; not needed.
+    #[serde(default, skip_serializing)]
+    direct_done: Option<bool>,
+    #[serde(default)]
+    direct_ended: u8,
+    #[serde(default)]
+    run_shown_until: Option<Time>,
     /// The data of DO while no file is selected.
     spare_memory: MemoryState,
 }
@@ -183,6 +192,7 @@ impl DirectPaper {
             statement: direct.statement.clone(),
             task: TaskPaper::of(&direct.task),
             since: direct.since,
+            begun: direct.begun,
             moved: direct.moved,
             shown_until: direct.shown_until,
         }
@@ -211,6 +221,7 @@ impl DirectPaper {
             statement: self.statement,
             task,
             since: self.since,
+            begun: self.begun,
             moved: self.moved,
             shown_until: self.shown_until,
         })
@@ -233,7 +244,9 @@ impl ExecutionPaper {
             timer: execution.timer,
             course: execution.course,
             direct: execution.direct.as_ref().map(DirectPaper::of),
-            direct_done: execution.direct_done,
+            direct_done: None,
+            direct_ended: execution.direct_ended,
+            run_shown_until: execution.run_shown_until,
             spare_memory: execution.spare_state(),
         }
     }
@@ -267,7 +280,8 @@ impl ExecutionPaper {
         execution.paused = self.paused;
         execution.timer = self.timer;
         execution.course = self.course;
-        execution.direct_done = self.direct_done;
+        execution.direct_ended = self.direct_ended;
+        execution.run_shown_until = self.run_shown_until;
         check(&execution)?;
         Ok(execution)
     }
@@ -316,6 +330,10 @@ fn check(execution: &Execution) -> Result<(), SnapshotError> {
     }
     if execution.program_runs() && execution.direct.is_some() {
         return fail("direct", "none while a program runs", word(true));
+    }
+    if execution.direct_ended > MAX_ENDED {
+        let expected = format!("at most {MAX_ENDED}");
+        return fail("direct_ended", &expected, execution.direct_ended.to_string());
     }
     if !(0.0..=100.0).contains(&execution.pass) {
         return fail("pass", "0 to 100 percent", execution.pass.to_string());

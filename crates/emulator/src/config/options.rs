@@ -4,7 +4,7 @@
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::options::{
-    BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, WaitAfterStop, WhileSending,
+    BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, UnsolicitedSp, WaitAfterStop, WhileSending,
 };
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
@@ -174,8 +174,18 @@ const TABLE: &[(&str, &str, Set)] = &[
             word(v, &[("free", Strobe::Free), ("required", Strobe::Required)]),
         )
     }),
-    ("sp.unsolicited", "true or false", |o, _, v| {
-        put(&mut o.unsolicited_sp, v.parse().ok())
+    ("sp.unsolicited", "auto, true or false", |o, _, v| {
+        put(
+            &mut o.unsolicited_sp,
+            word(
+                v,
+                &[
+                    ("auto", UnsolicitedSp::Auto),
+                    ("true", UnsolicitedSp::Always),
+                    ("false", UnsolicitedSp::Never),
+                ],
+            ),
+        )
     }),
     ("strict_50ms", "true or false", |o, _, v| {
         put(&mut o.strict_50ms, v.parse().ok())

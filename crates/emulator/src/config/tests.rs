@@ -5,7 +5,7 @@ use super::*;
 use crate::testing::TempDir;
 use clap::Parser;
 use std::time::Duration;
-use ts3100_controller::options::{Dialect, SfTexts};
+use ts3100_controller::options::{Dialect, SfTexts, UnsolicitedSp};
 use ts3100_proto::text::StxRule;
 
 #[derive(Parser)]
@@ -93,7 +93,7 @@ fn flags_win_over_environment_over_file_over_defaults() {
         Duration::from_millis(100),
         "named option: flag over environment"
     );
-    assert!(!options.unsolicited_sp);
+    assert_eq!(options.unsolicited_sp, UnsolicitedSp::Never);
 }
 
 #[test]

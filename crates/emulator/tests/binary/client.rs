@@ -26,7 +26,7 @@ fn a_day_of_a_host_in_both_framings() {
     let long = COUNTER.to_owned() + &"REMARK a line to make the file longer than a text\n".repeat(20);
     let long = long.replace("END\nREMARK", "REMARK") + "END\n";
     let file = directory.file("counter.scol", &long);
-    for framing in [&[][..], &["--no-stx"]] {
+    for (framing, end) in [(&[][..], "SP"), (&["--no-stx"], "stopped")] {
         let serve = Serve::start(&[]);
         let ok = |words: &[&str]| ok(&serve, &[framing, words].concat());
         assert!(ok(&["dl", &file]).starts_with("OK, "));
@@ -35,7 +35,7 @@ fn a_day_of_a_host_in_both_framings() {
         assert_eq!(ok(&["so"]), "OK\n");
         assert_eq!(ok(&["sl", "COUNTER"]), "OK\n");
         assert!(ok(&["su"]).contains("COUNTER"));
-        assert_eq!(ok(&["rn", "--wait", "20"]), "OK\nSP\n");
+        assert_eq!(ok(&["rn", "--wait", "20"]), format!("OK\n{end}\n"));
         assert_eq!(ok(&["mr", "COUNT"]), "8\n");
         assert_eq!(ok(&["mw", "COUNT", "41"]), "OK\n");
         assert_eq!(ok(&["mr", "COUNT", "--type", "0"]), "41\n");

@@ -138,8 +138,10 @@ fn guidance_goes_by_words_or_numbers() {
         &["jg", "1", "x"],
         &["jg", "9", "+"],
         &["pr", "6"],
-        &["hi", "1", "17"],
+        &["hi", "1", "33"],
         &["wd", "700", "3"],
+        &["wd", "700", "4"],
+        &["wd", "100000", "2"],
     ] {
         let output = serve.host(words);
         assert_eq!(output.status.code(), Some(2), "{words:?}");
@@ -177,9 +179,9 @@ fn numbers_positions_and_alarms_are_shown_readably() {
             "values         1.0 -2.5 3.0 4.0 5.0 0.0\nconfiguration  2\n",
         ),
         (
-            b"\x02FL,1,2-046,port without a peer,14-02-06 10:30:15\r\x1a\x03",
+            b"\x02FL,1,002-046,port without a peer,14-02-06 10:30:15\r\x1a\x03",
             &["ac"],
-            "alarm  message              at\n2-046  port without a peer  2014-02-06 10:30:15\n",
+            "alarm    message              at\n002-046  port without a peer  2014-02-06 10:30:15\n",
         ),
     ] {
         let output = run(&[&["host", &peer(answer)], words].concat());
@@ -188,14 +190,14 @@ fn numbers_positions_and_alarms_are_shown_readably() {
 }
 
 #[test]
-fn the_words_of_io_may_look_like_anything_and_end_with_cr_or_not() {
+fn the_words_of_io_may_look_like_anything_and_end_with_eof_or_not() {
     // An ETX, an EOF and the letters SP among them.
     let mut words = [0u8; 80];
     words[1] = 0x03;
     words[17] = 0x1A;
     words[40..42].copy_from_slice(&[0x02, 0x03]);
     words[42..44].copy_from_slice(b"SP");
-    for end in [&b"\x1a\x03"[..], b"\x1a\r\x03"] {
+    for end in [&b"\x03"[..], b"\x1a\x03", b"\x1a\r\x03"] {
         for before in [&b""[..], b"\x02SP\r\x03"] {
             let answer = [before, b"\x02FL,", &words, end].concat();
             let address = peer(answer.leak());

@@ -17,10 +17,10 @@ fn errand(mut host: TcpStream, mut program: TcpStream) {
     exchange(&mut host, b"\x02OK\r\x03\x02SL,NOPE\r\x03", b"\x02NG\r\x03");
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
     exchange(&mut host, b"\x02SL,PICK\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
+    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
     exchange(&mut program, b"", b"REQ\r");
     exchange(&mut program, b"7\r", b"AT           7\r");
-    exchange(&mut host, b"", b"SP\r\x03");
+    exchange(&mut host, b"", b"\x02SP\r\x03");
 }
 
 /// A tap in front of an emulator, killed on drop.

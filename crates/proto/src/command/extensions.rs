@@ -3,6 +3,9 @@
 use crate::command::table::{CommandRow, Sender};
 use crate::command::{Command, frame, jog, line_value, request, reset, watchdog};
 
+/// Letters of the extensions that the SCARA edition of the manual prints (ste80722, commands).
+pub const SCARA_MANUAL: [&str; 9] = ["SM", "IO", "WD", "PR", "VL", "HI", "AC", "AH", "MN"];
+
 /// The extensions in the order of decision D0. The last is a further operand of RS, which has its row in
 /// [`COMMANDS`](super::COMMANDS) too.
 pub const EXTENSIONS: &[CommandRow] = &[
@@ -17,7 +20,7 @@ pub const EXTENSIONS: &[CommandRow] = &[
     CommandRow {
         letters: "WD",
         description: "Watchdog of the host",
-        form: "WD,<milliseconds> <8|4|2|1|0>",
+        form: "WD,<milliseconds> <0|1|2|8>",
         sender: Sender::Host,
         example: "WD,700 2",
         read: watchdog::wd,

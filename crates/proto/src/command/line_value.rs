@@ -10,17 +10,20 @@ use nom::combinator::verify;
 use nom::error::context;
 use nom::sequence::terminated;
 
-/// Lines that one HI or HO may tell. Hosts were seen with 8; this limit, one word, is ours.
-pub const MAX_VALUE_LINES: u8 = 16;
+/// Lines that one HI may read (ste80722 S14).
+pub const MAX_LINES_READ: u8 = 32;
+/// Lines that one HO may write. Hosts were seen with 8; this limit, one word, is ours (hosts 8.7).
+pub const MAX_LINES_WRITTEN: u8 = 16;
 
 const FIRST: &str = "a line number, the last at most 65535";
-const COUNT: &str = "a count of lines from 1 to 16";
+const COUNT_READ: &str = "a count of lines from 1 to 32";
+const COUNT_WRITTEN: &str = "a count of lines from 1 to 16";
 const VALUE: &str = "a value that the lines can show";
 
 /// `first count`.
 pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
     operands
-        .read(FIRST, lines())
+        .read(FIRST, lines(MAX_LINES_READ, COUNT_READ))
         .map(|(first, count)| Command::Hi { first, count })
 }
 
@@ -29,7 +32,7 @@ pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
     let value = |(first, count): (u16, u8)| {
         whole(VALUE, 0..=u32::MAX >> (u32::BITS - u32::from(count))).map(move |value| (first, count, value))
     };
-    let grammar = terminated(lines(), separator).flat_map(value);
+    let grammar = terminated(lines(MAX_LINES_WRITTEN, COUNT_WRITTEN), separator).flat_map(value);
     operands
         .read(FIRST, grammar)
         .map(|(first, count, value)| Command::Ho { first, count, value })
@@ -46,8 +49,11 @@ pub(super) fn encode_write(first: u16, count: u8, value: u32) -> String {
 }
 
 /// `first count`; the last line is a number that a line may have.
-fn lines<'a>() -> impl Parser<&'a str, Output = (u16, u8), Error = Unmet<'a>> {
-    let count = whole(COUNT, 1..=MAX_VALUE_LINES);
+fn lines<'a>(
+    most: u8,
+    expected: &'static str,
+) -> impl Parser<&'a str, Output = (u16, u8), Error = Unmet<'a>> {
+    let count = whole(expected, 1..=most);
     let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
     let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();
     context(FIRST, verify(numbers, last))
@@ -73,7 +79,7 @@ mod tests {
 
     #[test]
     fn a_value_fits_its_lines() {
-        for count in 1..=MAX_VALUE_LINES {
+        for count in 1..=MAX_LINES_WRITTEN {
             let most = (1u32 << count) - 1;
             let read = |value: u32| Command::parse(format!("HO,101 {count} {value}").as_bytes());
             let fitting = Command::Ho {
@@ -88,9 +94,9 @@ mod tests {
 
     #[test]
     fn the_last_line_has_a_number() {
-        assert!(Command::parse(b"HI,65520 16").is_ok());
+        assert!(Command::parse(b"HI,65504 32").is_ok());
         assert!(Command::parse(b"HI,65535 1").is_ok());
-        for message in ["HI,65521 16", "HI,65535 2", "HO,65535 2 0"] {
+        for message in ["HI,65505 32", "HI,65535 2", "HO,65535 2 0"] {
             let error = Command::parse(message.as_bytes());
             assert!(
                 matches!(error, Err(CommandError::Malformed { at: 3, .. })),
@@ -106,7 +112,8 @@ mod tests {
             ("HI,", 3),
             ("HI,1", 4),
             ("HI,1 0", 5),
-            ("HI,1 17", 5),
+            ("HI,1 33", 5),
+            ("HO,1 17 0", 5),
             ("HI,1 256", 5),
             ("HI,65536 1", 3),
             ("HI,-1 1", 3),

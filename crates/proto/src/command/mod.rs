@@ -18,17 +18,18 @@ mod table;
 mod variable;
 mod watchdog;
 
-pub use extensions::EXTENSIONS;
+pub use extensions::{EXTENSIONS, SCARA_MANUAL};
 pub use frame::ZsFrame;
 pub use internal::{Internal, RunMode};
 pub use jog::Jog;
-pub use line_value::MAX_VALUE_LINES;
+pub use line_value::{MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use lines::{LineWrite, MAX_LINES};
 pub use number::Number;
 pub use request::PositionQuery;
 pub use reset::Reset;
 pub use table::{COMMANDS, CommandRow, Sender};
 pub use variable::{MAX_VALUES, VariableKind, VariableRead, VariableWrite};
+pub use watchdog::MAX_WATCHDOG_MS;
 
 use crate::name::{FileName, VariableName};
 use crate::status::AlarmLevel;
@@ -106,14 +107,14 @@ pub enum Command {
     Hi {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`MAX_VALUE_LINES`].
+        /// How many, 1 to [`MAX_LINES_READ`].
         count: u8,
     },
     /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
     Ho {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`MAX_VALUE_LINES`].
+        /// How many, 1 to [`MAX_LINES_WRITTEN`].
         count: u8,
         /// Below two to the power of `count`.
         value: u32,
@@ -282,6 +283,12 @@ impl Command {
     pub fn is_extension(&self) -> bool {
         let row = self.permission_row();
         !COMMANDS.iter().any(|command| command.letters == row)
+    }
+
+    /// Whether the SCARA edition of the manual prints this extension: such controllers serve it by their manual.
+    #[must_use]
+    pub fn is_in_scara_manual(&self) -> bool {
+        SCARA_MANUAL.contains(&self.letters())
     }
 }
 

@@ -1,4 +1,4 @@
-//! WD: the host's watchdog, `WD,<time> <level>` (hosts 2). When it bites is the controller's business.
+//! WD: the host's watchdog, `WD,<time> <level>` (ste80722 S11). When it raises its alarm is the controller's business.
 
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
@@ -10,17 +10,21 @@ use nom::error::context;
 
 /// The level of no alarm.
 const NONE: u8 = 0;
+/// Longest time, in ms (ste80722 S11).
+pub const MAX_WATCHDOG_MS: u32 = 99_999;
 
 /// `time level`. `WD,0 0` is what hosts stop the watchdog with.
 pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
-    const TIME: &str = "a time in milliseconds, at most 4294967295";
-    const LEVEL: &str = "an alarm level 8, 4, 2 or 1, or 0";
+    const TIME: &str = "a time in milliseconds, at most 99999";
+    const LEVEL: &str = "a level 0, 1, 2 or 8";
     let level = |number: u8| match number {
         NONE => Some(None),
-        number => AlarmLevel::from_number(number).map(Some),
+        number => AlarmLevel::from_number(number)
+            .filter(|level| *level != AlarmLevel::L4)
+            .map(Some),
     };
     let level = context(LEVEL, map_opt(whole("", 0..=u8::MAX), level));
-    let grammar = (whole(TIME, 0..=u32::MAX), separator, level);
+    let grammar = (whole(TIME, 0..=MAX_WATCHDOG_MS), separator, level);
     operands
         .read(TIME, grammar)
         .map(|(timeout_ms, (), level)| Command::Wd { timeout_ms, level })
@@ -51,17 +55,18 @@ mod tests {
         }
     }
 
+    // clause: S11
     #[test]
-    fn every_level_of_an_alarm_and_no_other() {
+    fn levels_0_1_2_8_and_no_other() {
         for number in 0..=u8::MAX {
-            let read = Command::parse(format!("WD,4294967295 {number}").as_bytes());
-            let timeout_ms = u32::MAX;
+            let read = Command::parse(format!("WD,99999 {number}").as_bytes());
+            let timeout_ms = MAX_WATCHDOG_MS;
             match number {
-                0 | 1 | 2 | 4 | 8 => {
+                0 | 1 | 2 | 8 => {
                     let level = AlarmLevel::from_number(number);
                     assert_eq!(read, Ok(Command::Wd { timeout_ms, level }));
                 }
-                _ => assert!(matches!(read, Err(CommandError::Malformed { at: 14, .. }))),
+                _ => assert!(matches!(read, Err(CommandError::Malformed { at: 9, .. }))),
             }
         }
     }
@@ -78,7 +83,8 @@ mod tests {
             ("WD,700 2 1", 8),
             ("WD,-1 2", 3),
             ("WD,0.5 2", 4),
-            ("WD,4294967296 2", 3),
+            ("WD,100000 2", 3),
+            ("WD,700 4", 7),
         ] {
             match Command::parse(message.as_bytes()) {
                 Err(CommandError::Malformed {

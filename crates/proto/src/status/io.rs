@@ -1,5 +1,5 @@
-//! The input and output words of IO (hosts 2): binary, big-endian. That there are 20 words of each is known;
-//! that they are the words of SF (SF-26 to SF-40) and four more of 0 is assumed.
+//! The input and output words of IO: binary, big-endian, 20 of each direction, four words for each group of lines
+//! 1-64, 101-164, 201-264, 301-364, 401-464 (ste80722 S27). SF has the first 16 of them.
 
 use super::BodyError;
 use super::fields::Field;
@@ -7,8 +7,6 @@ use alloc::vec::Vec;
 
 /// Words of either direction.
 pub const WORDS: usize = 20;
-/// Words of either direction that SF has too.
-pub const SF_WORDS: usize = 16;
 /// Length of the file in bytes.
 pub const LENGTH: usize = 2 * WORDS * 2;
 
@@ -21,16 +19,14 @@ pub struct LineWords {
     pub outputs: [u16; WORDS],
 }
 
-/// The content of the file, [`LENGTH`] bytes, from the words of SF. It may hold any byte, ETX and EOF too, so
-/// it has to go in one text.
-#[must_use]
-pub fn encode_lines(inputs: &[u16; SF_WORDS], outputs: &[u16; SF_WORDS]) -> Vec<u8> {
-    let mut out = Vec::with_capacity(LENGTH);
-    for words in [inputs, outputs] {
-        out.extend(words.iter().flat_map(|word| word.to_be_bytes()));
-        out.resize(out.len() + (WORDS - SF_WORDS) * 2, 0);
+impl LineWords {
+    /// The content of the file, [`LENGTH`] bytes. It may hold any byte, ETX and EOF too, so it has to go in one
+    /// text, and its end is its length: no EOF follows it (ste80722 S24).
+    #[must_use]
+    pub fn encode(&self) -> Vec<u8> {
+        let words = self.inputs.iter().chain(&self.outputs);
+        words.flat_map(|word| word.to_be_bytes()).collect()
     }
-    out
 }
 
 /// Reads a content.
@@ -53,25 +49,20 @@ pub fn decode_lines(content: &[u8]) -> Result<LineWords, BodyError> {
 mod tests {
     use super::*;
 
+    // clause: S27
     #[test]
     fn words_are_big_endian_and_inputs_come_first() {
-        let mut inputs = [0; SF_WORDS];
-        let mut outputs = [0; SF_WORDS];
-        (inputs[0], inputs[15]) = (0x0103, 0x1A02);
-        (outputs[0], outputs[15]) = (0x8001, 0x0D0A);
-        let content = encode_lines(&inputs, &outputs);
-        assert_eq!(content.len(), 80);
+        let mut words = LineWords::default();
+        (words.inputs[0], words.inputs[19]) = (0x0103, 0x1A02);
+        (words.outputs[0], words.outputs[19]) = (0x8001, 0x0D0A);
+        let content = words.encode();
         let mut expected = [0u8; 80];
         expected[0..2].copy_from_slice(&[0x01, 0x03]);
-        expected[30..32].copy_from_slice(&[0x1A, 0x02]);
+        expected[38..40].copy_from_slice(&[0x1A, 0x02]);
         expected[40..42].copy_from_slice(&[0x80, 0x01]);
-        expected[70..72].copy_from_slice(&[0x0D, 0x0A]);
+        expected[78..80].copy_from_slice(&[0x0D, 0x0A]);
         assert_eq!(content, expected);
-        let read = decode_lines(&content).unwrap();
-        assert_eq!(read.inputs[..SF_WORDS], inputs);
-        assert_eq!(read.outputs[..SF_WORDS], outputs);
-        assert_eq!(read.inputs[SF_WORDS..], [0; 4]);
-        assert_eq!(read.outputs[SF_WORDS..], [0; 4]);
+        assert_eq!(decode_lines(&content), Ok(words));
     }
 
     #[test]

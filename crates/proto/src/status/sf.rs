@@ -50,7 +50,7 @@ pub struct SystemStatus {
     pub power_on_minutes: u32,
     /// Program run time in minutes.
     pub run_minutes: u32,
-    /// Input words 1 to 16 (SF-26 to SF-32); bit 0 is the lowest line.
+    /// Input words 1 to 16 (SF-26 to SF-32; words 13 to 16: ste80722 S27); bit 0 is the lowest line.
     pub inputs: [u16; 16],
     /// Output words 17 to 32 (SF-33 to SF-40); bit 0 is the lowest line.
     pub outputs: [u16; 16],
@@ -73,7 +73,7 @@ pub struct SystemStatus {
 pub enum SfLayout {
     /// Eight axes and four reserved bytes: 276 bytes, as the manual prints it.
     Eight,
-    /// Six axes: 248 bytes, as hosts of the SCARA arms read it.
+    /// Six floats a group and two reserved bytes: 250 bytes, which fill a text without EOF (ste80722 S23).
     Six,
 }
 
@@ -93,7 +93,23 @@ impl SfLayout {
     pub const fn len(self) -> usize {
         match self {
             SfLayout::Eight => 276,
-            SfLayout::Six => 248,
+            SfLayout::Six => 250,
+        }
+    }
+
+    /// Which layout a first text of 250 bytes has: [`SfLayout::Six`] fills it, and the manual's first text of several
+    /// of [`SfLayout::Eight`] does too (SF-02). A SCARA leaves the sixth value of each group 0, and its X and Y are
+    /// never both 0; where they are, the other arm has its seventh and eighth axis.
+    #[must_use]
+    pub fn of_first_text(content: &[u8]) -> SfLayout {
+        let zero = |at: usize, length: usize| {
+            let bytes = content.get(at..at + length);
+            bytes.is_some_and(|bytes| bytes.iter().all(|byte| *byte == 0))
+        };
+        if zero(136, 4) && zero(160, 4) && zero(184, 4) && !zero(140, 8) {
+            SfLayout::Six
+        } else {
+            SfLayout::Eight
         }
     }
 }
@@ -141,7 +157,7 @@ impl SystemStatus {
         for name in [&self.work_name, &self.tool_name, &self.base_name] {
             put_name(&mut out, name);
         }
-        // The reserved tail of the longer layout.
+        // The reserved tail.
         out.resize(layout.len(), 0);
         out
     }
@@ -156,7 +172,7 @@ impl SystemStatus {
         if content.len() != layout.len() {
             return Err(whole.error(match layout {
                 SfLayout::Eight => "276 bytes",
-                SfLayout::Six => "248 bytes",
+                SfLayout::Six => "250 bytes",
             }));
         }
         let mut rest = Cursor(whole);
@@ -273,28 +289,56 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Level, word of code 1, and number of codes (decision D6, SF-22).
-const ALARM_RANGES: [(AlarmLevel, u16, u16); 4] = [
-    (AlarmLevel::L8, 0, 368),
-    (AlarmLevel::L4, 368, 144),
-    (AlarmLevel::L2, 512, 224),
-    (AlarmLevel::L1, 736, 160),
+/// A run of alarm words.
+struct AlarmRange {
+    level: AlarmLevel,
+    /// Code of the first word.
+    code: u16,
+    first: u16,
+    last: u16,
+}
+
+const fn range(level: AlarmLevel, code: u16, first: u16, last: u16) -> AlarmRange {
+    AlarmRange {
+        level,
+        code,
+        first,
+        last,
+    }
+}
+
+/// The words of each level (decision D6, SF-22, ste80722 S25). That the codes of the second ranges go on where the
+/// first end is inferred. The six-axis manual prints 895 as the end of level 1; the SCARA edition prints 959.
+const ALARM_RANGES: [AlarmRange; 8] = [
+    range(AlarmLevel::L8, 1, 0, 367),
+    range(AlarmLevel::L4, 1, 368, 511),
+    range(AlarmLevel::L2, 1, 512, 735),
+    range(AlarmLevel::L1, 1, 736, 959),
+    range(AlarmLevel::L8, 369, 960, 1471),
+    range(AlarmLevel::L4, 145, 1472, 1727),
+    range(AlarmLevel::L2, 225, 1728, 1983),
+    range(AlarmLevel::L1, 225, 1984, 2239),
 ];
 
 /// The word of an alarm; `None` if its level has no such code. Codes count from 1.
 #[must_use]
 pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
-    let (_, base, count) = ALARM_RANGES.into_iter().find(|row| row.0 == level)?;
-    (1..=count).contains(&code).then(|| base + code - 1)
+    ALARM_RANGES
+        .iter()
+        .filter(|row| row.level == level)
+        .find_map(|row| {
+            let word = row.first.checked_add(code.checked_sub(row.code)?)?;
+            (word <= row.last).then_some(word)
+        })
 }
 
 /// Level and code of a word; `None` where the word means no alarm.
 #[must_use]
 pub fn alarm_of_word(word: u16) -> Option<(AlarmLevel, u16)> {
-    let (level, base, _) = ALARM_RANGES
-        .into_iter()
-        .find(|row| (row.1..row.1 + row.2).contains(&word))?;
-    Some((level, word - base + 1))
+    let row = ALARM_RANGES
+        .iter()
+        .find(|row| (row.first..=row.last).contains(&word))?;
+    Some((row.level, row.code + word - row.first))
 }
 
 #[cfg(test)]

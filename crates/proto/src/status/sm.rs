@@ -25,7 +25,7 @@ pub struct QuickStatus {
     pub servo: bool,
     /// `MM`: master mode, 0 TEACHING, 1 INTERNAL, 2 EXT (SIG), 3 EXT, 4 EXT (RS-232C), 5 EXT (ETHER).
     pub master_mode: u8,
-    /// `RM`: operation mode, 0 continuous, 1 cycle, 2 segment, 3 step.
+    /// `RM`: operation mode, 0 continuous, 1 cycle, 2 step, 3 segment (hosts 8.8).
     pub run_mode: u8,
     /// `RS`: execution status as of [`super::ExecutionStatus::code`], 0 to 3.
     pub run_status: u8,
@@ -33,8 +33,9 @@ pub struct QuickStatus {
     pub override_percent: u8,
     /// `AL`: level of the worst alarm, 8, 4, 2 or 1; 0 without an alarm.
     pub alarm_level: u8,
-    /// `DC`: the last DO statement has been carried out.
-    pub done: bool,
+    /// `DC`: how many DO statements have ended since power-on, modulo 10. A host sees the end of a DO as a change
+    /// (hosts 8.1).
+    pub ended: u8,
     /// `DS`: a DO statement is being carried out.
     pub busy: bool,
 }
@@ -43,6 +44,8 @@ pub struct QuickStatus {
 const MAX_MASTER_MODE: u8 = 5;
 /// Highest operation mode and execution status.
 const MAX_CODE: u8 = 3;
+/// Highest count of ended DO statements: it has one digit.
+pub const MAX_ENDED: u8 = 9;
 /// Full speed in percent.
 const FULL_SPEED: u8 = 100;
 
@@ -58,7 +61,7 @@ impl QuickStatus {
         ]
         .map(u8::from);
         let [es, ss, sv] = [self.emergency_switch, self.safety_switch, self.servo].map(u8::from);
-        let [dc, ds] = [self.done, self.busy].map(u8::from);
+        let (dc, ds) = (self.ended, u8::from(self.busy));
         let (mm, rm, rs) = (self.master_mode, self.run_mode, self.run_status);
         let (ov, al) = (self.override_percent, self.alarm_level);
         format!(
@@ -92,7 +95,7 @@ impl QuickStatus {
             run_status: at_most(value("RS")?, MAX_CODE, "an execution status from 0 to 3")?,
             override_percent: at_most(value("OV")?, FULL_SPEED, "a percentage from 0 to 100")?,
             alarm_level: alarm_level(value("AL")?)?,
-            done: flag(value("DC")?)?,
+            ended: at_most(value("DC")?, MAX_ENDED, "one digit")?,
             busy: flag(value("DS")?)?,
         };
         match items.next() {
@@ -165,7 +168,7 @@ mod tests {
             (|s| s.run_status = 2, "RS2"),
             (|s| s.override_percent = 55, "OV55"),
             (|s| s.alarm_level = 8, "AL8"),
-            (|s| s.done = true, "DC1"),
+            (|s| s.ended = 9, "DC9"),
             (|s| s.busy = true, "DS1"),
         ];
         let before: Vec<&[u8]> = IDLE.split(|byte| *byte == b' ').collect();
@@ -196,6 +199,7 @@ mod tests {
             ("OV100", "OV101"),
             ("OV100", "OV300"),
             ("AL0", "AL3"),
+            ("DC0", "DC10"),
             ("DS0", "DS0 XX0"),
             ("SE0 SC0", "SC0 SE0"),
             (" SE0", "  SE0"),

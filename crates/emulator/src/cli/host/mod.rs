@@ -88,8 +88,7 @@ fn run_and_wait(
 ) -> Result<Answer, HostError> {
     let answer = plain(session, command)?;
     if matches!(answer, Answer::Positive) {
-        session.wait_for_stop(limit)?;
-        println!("SP");
+        println!("{}", session.wait_for_stop(limit)?);
     }
     Ok(answer)
 }

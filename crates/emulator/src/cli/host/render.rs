@@ -9,7 +9,7 @@ use ts3100_proto::command::{Number, RunMode};
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
-use ts3100_proto::status::io::{LineWords, SF_WORDS};
+use ts3100_proto::status::io::LineWords;
 use ts3100_proto::status::pr::{self, Position};
 use ts3100_proto::status::sf::{self, SystemStatus};
 use ts3100_proto::status::sm::QuickStatus;
@@ -96,7 +96,7 @@ fn quick_status(status: &QuickStatus) -> Value {
         "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(execution(status))),
         "override_percent": status.override_percent,
         "alarm_level": status.alarm_level,
-        "do_done": status.done,
+        "do_ended": status.ended,
         "do_busy": status.busy,
     })
 }
@@ -111,7 +111,7 @@ const QUICK_MODES: [&str; 6] = [
     "EXT (ETHER)",
 ];
 /// Operation modes in the order of their numbers in SM.
-const QUICK_RUN_MODES: [&str; 4] = ["continuous", "cycle", "segment", "step"];
+const QUICK_RUN_MODES: [&str; 4] = ["continuous", "cycle", "step", "segment"];
 
 /// The word of a number, or the number if it has none.
 fn named(words: &[&str], number: u8) -> Value {
@@ -119,10 +119,9 @@ fn named(words: &[&str], number: u8) -> Value {
     word.map_or(json!(number), |word| json!(word))
 }
 
-/// The lines of IO that are on; of the words that SF does not have, nothing is known.
+/// The lines of IO that are on.
 pub(super) fn lines(words: &LineWords) -> Value {
-    let known = |words: &[u16]| on(words.get(..SF_WORDS).unwrap_or(words));
-    json!({ "inputs_on": known(&words.inputs), "outputs_on": known(&words.outputs) })
+    json!({ "inputs_on": on(&words.inputs), "outputs_on": on(&words.outputs) })
 }
 
 /// All of SF; signals as the lists of lines that are on, positions as they came.

@@ -12,8 +12,10 @@ use ts3100_controller::limits;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::Reply;
+use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::io::{self as io_words, LineWords};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
+use ts3100_proto::status::su::StatusBody;
 use ts3100_proto::text::{self, Checksum, Decoded, Framing, StxRule, TextDecoder, TextOptions};
 
 /// Bytes read at once.
@@ -108,11 +110,15 @@ fn nothing_or(found: &[u8]) -> String {
     }
 }
 
+/// Pause between two questions for the status while a program runs.
+const STATUS_PAUSE: Duration = Duration::from_millis(100);
+
 /// How SF came: told by where its ETX stands.
 enum SfForm {
-    Whole(SfLayout),
-    /// The manual's two texts, 253 data bytes first (SF-02).
-    Several,
+    /// One text of eight floats a group.
+    Long,
+    /// A text of 253 data bytes: six floats a group, or the first of the manual's two texts (SF-02).
+    Full,
 }
 
 /// A connection to a controller.
@@ -219,33 +225,29 @@ impl Session {
     /// SF, in one text or two, of either layout; `None` if the answer is NG.
     pub(super) fn system_status(&mut self, command: &Command) -> Result<Option<SystemStatus>, HostError> {
         self.send(&command.encode())?;
-        let content = match self.system_status_form()? {
+        let whole = FL.len() + SfLayout::Eight.len() + 1;
+        let (layout, data) = match self.system_status_form()? {
             None => return self.no_file(),
-            Some(SfForm::Whole(layout)) => {
-                let ending = if matches!(layout, SfLayout::Six) { 2 } else { 1 };
-                let length = FL.len() + layout.len() + ending;
-                let data = self.binary(length, SF_TEXT)?;
+            Some(SfForm::Long) => {
+                let data = self.binary(whole, SF_TEXT)?;
                 self.acknowledge()?;
-                data.get(FL.len()..FL.len() + layout.len())
-                    .unwrap_or_default()
-                    .to_vec()
+                (SfLayout::Eight, data)
             }
-            Some(SfForm::Several) => {
+            Some(SfForm::Full) => {
                 let mut data = self.binary(text::MAX_DATA, SF_TEXT)?;
                 self.acknowledge()?;
-                let rest = FL.len() + SfLayout::Eight.len() + 1 - text::MAX_DATA;
-                data.extend(self.binary(rest, SF_TEXT)?);
-                self.acknowledge()?;
-                data.get(FL.len()..FL.len() + SfLayout::Eight.len())
-                    .unwrap_or_default()
-                    .to_vec()
+                let layout = SfLayout::of_first_text(data.get(FL.len()..).unwrap_or_default());
+                if layout == SfLayout::Eight {
+                    data.extend(self.binary(whole - text::MAX_DATA, SF_TEXT)?);
+                    self.acknowledge()?;
+                }
+                (layout, data)
             }
         };
-        let layout = if content.len() == SfLayout::Six.len() {
-            SfLayout::Six
-        } else {
-            SfLayout::Eight
-        };
+        let content = data
+            .get(FL.len()..FL.len() + layout.len())
+            .unwrap_or_default()
+            .to_vec();
         let decoded = SystemStatus::decode(&content, layout);
         let failed = |reason: String| HostError::Content {
             letters: "SF",
@@ -261,32 +263,33 @@ impl Session {
         if !self.begins_file(deadline)? {
             return Ok(None);
         }
-        // The shorter layout ends 1A 0D 03 after 255 bytes at most; the first of two texts has its ETX
-        // there; in the long text names stand there, which have no control codes.
-        let short = self.stx() + text::MAX_DATA + 1;
-        self.fill(short, deadline)?;
-        let end = self.raw.get(..short).unwrap_or_default();
-        Ok(Some(if end.ends_with(&[text::EOF, text::CR, text::ETX]) {
-            SfForm::Whole(SfLayout::Six)
-        } else if end.ends_with(&[text::ETX]) {
-            SfForm::Several
+        // In the long text names stand where the others have their ETX, and names have no control codes.
+        let full = self.stx() + text::MAX_DATA + 1;
+        self.fill(full, deadline)?;
+        let end = self.raw.get(..full).unwrap_or_default();
+        Ok(Some(if end.ends_with(&[text::ETX]) {
+            SfForm::Full
         } else {
-            SfForm::Whole(SfLayout::Eight)
+            SfForm::Long
         }))
     }
 
-    /// IO, with CR behind EOF or without (hosts 2); `None` if the answer is NG.
+    /// IO, which ends with its 80 bytes (hosts 8.2); one with EOF, or EOF and CR, is read too. `None` if the answer is
+    /// NG.
     pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, HostError> {
         self.send(&command.encode())?;
         let deadline = Instant::now() + self.limit;
         if !self.begins_file(deadline)? {
             return self.no_file();
         }
-        let length = FL.len() + io_words::LENGTH + 1;
-        let behind = self.stx() + length;
-        self.fill(behind + 1, deadline)?;
-        let cr = usize::from(self.raw.get(behind) == Some(&text::CR));
-        let data = self.binary(length + cr, "a text of IO")?;
+        let length = FL.len() + io_words::LENGTH;
+        let mut ending = 0;
+        for byte in [text::EOF, text::CR] {
+            let at = self.stx() + length + ending;
+            self.fill(at + 1, deadline)?;
+            ending += usize::from(self.raw.get(at) == Some(&byte));
+        }
+        let data = self.binary(length + ending, "a text of IO")?;
         self.acknowledge()?;
         let content = data
             .get(FL.len()..FL.len() + io_words::LENGTH)
@@ -347,17 +350,45 @@ impl Session {
         self.answer(expected)
     }
 
-    /// Waits for the SP by which the controller says that the program has stopped.
-    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<(), HostError> {
+    /// Waits until the program has stopped: for the SP by which the controller says so, or, as it says nothing to hosts
+    /// that send no STX (D7), by asking for its status. Returns what to print of it.
+    pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<&'static str, HostError> {
         const EXPECTED: &str = "SP";
         let deadline = limit.map(|limit| Instant::now() + limit);
+        if self.framing == Framing::Bare {
+            self.poll_until_stopped(deadline, limit.unwrap_or_default())?;
+            return Ok("stopped");
+        }
         let data = self.text(EXPECTED, deadline, limit.unwrap_or_default())?;
         match Reply::parse(&data) {
-            Ok(Reply::Sp) => Ok(()),
+            Ok(Reply::Sp) => Ok(EXPECTED),
             _ => Err(HostError::Unexpected {
                 expected: EXPECTED,
                 found: data,
             }),
+        }
+    }
+
+    fn poll_until_stopped(&mut self, deadline: Option<Instant>, limit: Duration) -> Result<(), HostError> {
+        const EXPECTED: &str = "the end of the program";
+        loop {
+            std::thread::sleep(STATUS_PAUSE);
+            let content = self.file(&Command::Su)?.unwrap_or_default();
+            let status = StatusBody::decode(&content).map_err(|error| HostError::Content {
+                letters: "SU",
+                reason: error.to_string(),
+                found: content,
+            })?;
+            if status.execution != ExecutionStatus::Running {
+                return Ok(());
+            }
+            if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
+                return Err(HostError::Silent {
+                    expected: EXPECTED,
+                    limit,
+                    found: Vec::new(),
+                });
+            }
         }
     }
 

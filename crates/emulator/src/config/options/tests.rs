@@ -94,7 +94,7 @@ const OTHERS: [(&str, &str); 27] = [
     ("strict_50ms", "true"),
     ("su.layout", "six-records"),
     ("text.checksum", "sum"),
-    ("text.require_cr", "false"),
+    ("text.require_cr", "true"),
     ("text.stx", "required"),
     ("vr.layout", "packed"),
     ("wait.after_stop", "again"),

@@ -106,8 +106,8 @@ const WORDS: [(&str, &str, u16); 12] = [
     ("system.3", "system", 233),
     ("system.4", "system", 249),
 ];
-/// Reserved words behind them.
-const RESERVED_WORDS: usize = 4;
+/// Words behind them: lines of the SCARA edition (ste80722 S27), reserved in the six-axis one.
+const LAST_WORDS: u16 = 4;
 /// Letters of the values of a position (default reading of sf-layout).
 const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
 
@@ -139,13 +139,21 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
                 SfKind::Lines(prefix, first),
             );
         }
-        for number in 1..=RESERVED_WORDS {
-            table.add(
-                format!("{direction}.reserved.{number}"),
-                format!("reserved {direction} word {number}"),
-                2,
-                SfKind::Reserved,
-            );
+        for number in 1..=LAST_WORDS {
+            let first = 301 + 16 * (number - 1);
+            let (key, name, kind) = match layout {
+                SfLayout::Six => (
+                    format!("{direction}.further.{number}"),
+                    format!("{direction} {prefix}{first}-{}", first + 15),
+                    SfKind::Lines(prefix, first),
+                ),
+                SfLayout::Eight => (
+                    format!("{direction}.reserved.{number}"),
+                    format!("reserved {direction} word {number}"),
+                    SfKind::Reserved,
+                ),
+            };
+            table.add(key, name, 2, kind);
         }
     }
     for group in ["joint", "world", "work"] {

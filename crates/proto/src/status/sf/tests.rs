@@ -85,16 +85,18 @@ fn eight_axes_make_276_bytes() {
     assert_eq!(bytes[272..], [0; 4]);
 }
 
+// clause: S23
 #[test]
-fn six_axes_make_248_bytes() {
+fn six_axes_make_250_bytes() {
     let bytes = full().encode(SfLayout::Six);
-    assert_eq!(bytes.len(), 248);
+    assert_eq!(bytes.len(), 250);
     assert_eq!((float(&bytes, 116), float(&bytes, 136)), (1.0, 6.0));
     assert_eq!((float(&bytes, 140), float(&bytes, 160)), (100.0, 105.0));
     assert_eq!((float(&bytes, 164), float(&bytes, 184)), (-200.5, -205.5));
     assert_eq!(bytes[188..192], *b"W1\0\0");
     assert_eq!(bytes[208..212], *b"T1\0\0");
-    assert_eq!(bytes[228..], *b"ABCDEFGHIJKLMNOPQRST");
+    assert_eq!(bytes[228..248], *b"ABCDEFGHIJKLMNOPQRST");
+    assert_eq!(bytes[248..], [0; 2]);
 }
 
 #[test]
@@ -167,31 +169,67 @@ fn wrong_lengths_and_values_are_refused() {
     }
 }
 
-// clause: SF-22
+// clause: SF-22 S25
 #[test]
-fn alarm_words_lie_in_the_range_of_their_level() {
-    assert_eq!(alarm_word(AlarmLevel::L8, 1), Some(0));
-    assert_eq!(alarm_word(AlarmLevel::L8, 368), Some(367));
-    assert_eq!(alarm_word(AlarmLevel::L4, 1), Some(368));
-    assert_eq!(alarm_word(AlarmLevel::L2, 46), Some(557));
-    assert_eq!(alarm_word(AlarmLevel::L1, 160), Some(895));
+fn alarm_words_lie_in_the_ranges_of_their_level() {
+    for (level, code, word) in [
+        (AlarmLevel::L8, 1, 0),
+        (AlarmLevel::L8, 368, 367),
+        (AlarmLevel::L8, 369, 960),
+        (AlarmLevel::L8, 880, 1471),
+        (AlarmLevel::L4, 1, 368),
+        (AlarmLevel::L4, 144, 511),
+        (AlarmLevel::L4, 145, 1472),
+        (AlarmLevel::L4, 400, 1727),
+        (AlarmLevel::L2, 46, 557),
+        (AlarmLevel::L2, 224, 735),
+        (AlarmLevel::L2, 225, 1728),
+        (AlarmLevel::L2, 480, 1983),
+        (AlarmLevel::L1, 160, 895),
+        // hosts 8.9
+        (AlarmLevel::L1, 200, 935),
+        (AlarmLevel::L1, 224, 959),
+        (AlarmLevel::L1, 225, 1984),
+        (AlarmLevel::L1, 480, 2239),
+    ] {
+        assert_eq!(alarm_word(level, code), Some(word));
+        assert_eq!(alarm_of_word(word), Some((level, code)));
+    }
     for (level, code) in [
         (AlarmLevel::L8, 0),
-        (AlarmLevel::L8, 369),
-        (AlarmLevel::L4, 145),
-        (AlarmLevel::L1, 161),
+        (AlarmLevel::L8, 881),
+        (AlarmLevel::L4, 401),
+        (AlarmLevel::L2, u16::MAX),
+        (AlarmLevel::L1, 481),
     ] {
         assert_eq!(alarm_word(level, code), None);
     }
-    for word in 0..896 {
+    for word in 0..2240 {
         let (level, code) = alarm_of_word(word).unwrap();
         assert_eq!(alarm_word(level, code), Some(word));
     }
-    assert_eq!(alarm_of_word(896), None);
+    assert_eq!(alarm_of_word(2240), None);
     assert_eq!(alarm_of_word(NO_ALARM), None);
 }
 
-// clause: SF-17
+#[test]
+fn the_first_text_tells_its_layout() {
+    let scara = SystemStatus {
+        joint: [-30.0, 78.0, 0.0, -48.0, 0.0, 0.0, 0.0, 0.0],
+        world: [312.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        work: [312.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        ..SystemStatus::default()
+    };
+    let bytes = scara.encode(SfLayout::Six);
+    assert_eq!(SfLayout::of_first_text(&bytes), SfLayout::Six);
+    for status in [scara, full(), SystemStatus::default()] {
+        let bytes = status.encode(SfLayout::Eight);
+        assert_eq!(SfLayout::of_first_text(&bytes[..250]), SfLayout::Eight);
+    }
+    assert_eq!(SfLayout::of_first_text(&[]), SfLayout::Eight);
+}
+
+// clause: SF-17 S26
 #[test]
 fn master_mode_codes() {
     assert_eq!(MasterMode::ALL.map(MasterMode::sf_code), [0, 1, 2, 3, 3]);
