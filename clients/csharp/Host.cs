@@ -131,7 +131,7 @@ class Robot : IDisposable
     const byte Stx = 0x02, Etx = 0x03, Eof = 0x1A;
     const int AdvisedPauseMs = 50;   // between a text of the robot and the next one of the host
     const int DataBytes = 253;       // between STX and ETX
-    const int TotalStatusBytes = 276; // six-axis arms; a SCARA sends 248, and a CR behind EOF
+    const int TotalStatusBytes = 276; // six-axis arms; a SCARA sends 250 and no EOF
 
     readonly Link link;
     readonly Stopwatch sinceText = new Stopwatch();

@@ -17,7 +17,7 @@ STX, ETX, CR, EOF = b"\x02", b"\x03", b"\r", b"\x1a"
 TIMEOUT = 5.0
 ADVISED_PAUSE = 0.050       # between a text of the robot and the next one of the host
 DATA_BYTES = 253            # between STX and ETX
-TOTAL_BYTES = 276           # SF of a six-axis arm; a SCARA sends 248, and a CR behind EOF
+TOTAL_BYTES = 276           # SF of a six-axis arm; a SCARA sends 250 and no EOF
 NO_ALARM = 0xFFFF
 
 

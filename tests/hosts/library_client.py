@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""A host in the way of the vendor's .NET client library (hosts.md 1, 2, 7): texts without STX both ways, SM and VR
-on connecting, the watchdog fed by SM every 300 ms, replies taken and files cut as the library does, SF read by
-its fixed length, moves ended by DC of SM. What the library would throw at is a failure here.
+"""A host in the way of the vendor's .NET client library (hosts.md 1, 2, 7, 8): texts without STX both ways, or with it,
+SM and VR on connecting, the watchdog fed by SM every 300 ms, replies taken and files cut as the library does, SF and IO
+read by their fixed length, moves ended by a change of DC in SM. What the library would throw at is a failure here.
 
     python3 tests/hosts/library_client.py --serve target/release/ts3100 [--model six-axis|scara]"""
 
@@ -12,12 +12,18 @@ import sys
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from wire import CR, EOF, ETX, Failed, Line, equal, ok, options, run, show, true  # noqa: E402
+from wire import CR, EOF, ETX, STX, Failed, Line, equal, ok, options, run, show, true  # noqa: E402
 
 STATUS_TIMEOUT, OK_TIMEOUT = 0.5, 5.0
 FEED = 0.3
 FIRST_BLOCK, NEXT_BLOCK = 226, 225
 MOTION_LIMIT = 20.0
+# DS has to be seen so soon, or the library throws MoveTimeout (hosts.md 8.1).
+UNDER_WAY = 0.2
+# Moves in a row at each interval of the watchdog: DC passes from 9 to 0.
+MOVES_IN_A_ROW = 12
+INTERVALS = (0.1, 0.5, 1.0)
+CYCLES = 40
 
 PROGRAM = b"""GLOBAL
 N1 = 12
@@ -51,34 +57,32 @@ DATA = {
 
 
 class Library:
-    """The library's object: one socket, one request at a time, SM whenever 300 ms have gone."""
+    """The library's object: one socket, one request at a time, SM whenever its interval has gone."""
 
-    def __init__(self, address):
+    def __init__(self, address, stx=False):
         self.line = Line(address)
+        self.stx = STX if stx else b""
         self.feeding = False
+        self.interval = FEED
         self.fed = time.monotonic()
-        self.stray = 0
 
     def send(self, request):
         """One text in one send; the reply to it is what comes next."""
-        if self.feeding and time.monotonic() - self.fed > FEED:
+        if self.feeding and time.monotonic() - self.fed > self.interval:
             self.feed()
         if self.line.more(0.0) or self.line.kept:
-            if self.line.kept.replace(b"SP\r\x03", b""):
-                raise Failed("nothing comes unasked but SP\n     found    %s" % show(self.line.kept))
-            self.stray += 1
-            self.line.kept = b""
-        self.line.raw(request + CR + ETX)
+            raise Failed("nothing comes unasked, not even SP\n     found    %s" % show(self.line.kept))
+        self.line.raw(self.stx + request + CR + ETX)
 
     def text(self, timeout):
         """A reply up to ETX."""
         data = self.line.until(ETX, timeout)
-        if data[:1] == b"\x02":
-            raise Failed("a reply without STX\n     found    %s" % show(data))
-        return data
+        if data[:1] == STX != self.stx or not data.startswith(self.stx):
+            raise Failed("a reply in the framing of the request\n     found    %s" % show(data))
+        return data[len(self.stx):]
 
     def acknowledge(self):
-        self.line.raw(b"OK\r" + ETX)
+        self.line.raw(self.stx + b"OK\r" + ETX)
 
     def order(self, request):
         """A request that is answered OK: only the first two letters count."""
@@ -112,7 +116,7 @@ class Library:
     def fixed(self, request, length):
         """An FL read by its length, binary."""
         self.send(request)
-        data = self.line.count(length, STATUS_TIMEOUT)
+        data = self.line.count(len(self.stx) + length, STATUS_TIMEOUT)[len(self.stx):]
         if data[:3] != b"FL," or data[-1:] != ETX:
             raise Failed("%s is %d bytes from FL to ETX\n     found    %s" % (request.decode(), length, show(data)))
         self.acknowledge()
@@ -129,7 +133,7 @@ class Library:
         """Time passes for the caller; the watchdog is fed all the same."""
         limit = time.monotonic() + seconds
         while time.monotonic() < limit:
-            if self.feeding and time.monotonic() - self.fed > FEED:
+            if self.feeding and time.monotonic() - self.fed > self.interval:
                 self.feed()
             time.sleep(0.01)
 
@@ -141,22 +145,29 @@ class Library:
              record[:9].strip() == "TS3100" and date.year > 2000 and len(record[-4:].strip()) == 4, record)
         return state
 
-    def motion(self, statement):
-        """Move: the DO, then SM until DC, as the library waits."""
+    def motion(self, statement, quiet=False):
+        """Move: the DO, then SM until DC is another one, as the library waits; DS has to show early."""
+        before = self.feed()["DC"]
         self.order(b"DO," + statement)
-        limit = time.monotonic() + MOTION_LIMIT
+        begun = time.monotonic()
         seen = []
-        while time.monotonic() < limit:
+        while time.monotonic() < begun + MOTION_LIMIT:
             state = self.feed()
             seen.append((state["DC"], state["DS"]))
-            if state["DC"] == 1:
-                if (0, 1) not in seen:
-                    raise Failed("%s is seen under way before it is done\n     found    %s"
-                                 % (statement.decode(), seen))
-                ok("%s: DS, then DC" % statement.decode()[:60])
+            if (before, 1) not in seen and time.monotonic() - begun > UNDER_WAY:
+                raise Failed("%s: DS1 within %.1f s\n     found    %s" % (statement.decode(), UNDER_WAY, seen))
+            if state["DC"] != before:
+                if state["DC"] != (before + 1) % 10:
+                    raise Failed("DC counts on from %d\n     found    %d" % (before, state["DC"]))
+                if not quiet:
+                    ok("%s: DS, then another DC" % statement.decode()[:60])
                 return
             time.sleep(0.03)
-        raise Failed("%s: DC1 within %d s\n     found    %s" % (statement.decode(), MOTION_LIMIT, seen[-3:]))
+        raise Failed("%s: DC changes within %d s\n     found    %s" % (statement.decode(), MOTION_LIMIT, seen[-3:]))
+
+    def lines(self):
+        """GetDIO: eighty bytes and nothing behind them."""
+        return struct.unpack(">40H", self.fixed(b"IO,1", 3 + 80 + 1)[3:83])
 
     def floats(self, request):
         return [float(item) for item in self.file(request).split(",")]
@@ -216,7 +227,7 @@ def files(robot, program):
     """SendFile, ReceiveFile, GetDir, DeleteFile."""
     robot.order(b"DL,TEST")
     whole = program.replace(b"\r\n", b"\n")
-    robot.line.raw(b"FL," + whole[:FIRST_BLOCK] + ETX)
+    robot.line.raw(robot.stx + b"FL," + whole[:FIRST_BLOCK] + ETX)
     at, texts = FIRST_BLOCK, 1
     while True:
         equal("text %d of DL is answered OK" % texts, b"OK", robot.text(OK_TIMEOUT)[:2])
@@ -224,14 +235,14 @@ def files(robot, program):
             break
         block = whole[at:at + NEXT_BLOCK]
         at, texts = at + NEXT_BLOCK, texts + 1
-        robot.line.raw(block + (EOF if at >= len(whole) else b"") + ETX)
+        robot.line.raw(robot.stx + block + (EOF if at >= len(whole) else b"") + ETX)
     true("the file went in three texts or more", texts >= 3, texts)
     equal("UL gives the file back, and the EOF", whole + EOF, robot.raw_file(b"UL,TEST"))
     found = directory(robot.file(b"CA"))
     equal("GetDir has the file and its size", len(whole), found.get("TEST"))
     true("GetDir has no file of size 0", 0 not in found.values(), found)
     robot.order(b"DL,GONE")
-    robot.line.raw(b"FL,PROGRAM GONE\nEND\n" + EOF + ETX)
+    robot.line.raw(robot.stx + b"FL,PROGRAM GONE\nEND\n" + EOF + ETX)
     equal("a short file goes in one text", b"OK", robot.text(OK_TIMEOUT)[:2])
     robot.order(b"ER,GONE")
     true("DeleteFile: gone", "GONE" not in directory(robot.file(b"CA")))
@@ -262,9 +273,16 @@ def status(robot, model):
     alarms(robot.file(b"AH"))
     robot.order(b"IW,3 1")
     robot.order(b"HO,9 8 165")
-    lines = struct.unpack(">40H", robot.fixed(b"IO,1", 3 + 80 + 2)[3:83])
-    equal("GetDout: output 3 and byte 9", 4 | 165 << 8, lines[20])
-    equal("GetHexIn", 0, int(robot.file(b"HI,1 8")))
+    equal("GetDout: output 3 and byte 9", 4 | 165 << 8, robot.lines()[20])
+    for turn in range(200):
+        if robot.lines()[20] != 4 | 165 << 8:
+            raise Failed("GetDIO is right each time\n     found    another word in turn %d" % turn)
+        if turn % 20 == 0:
+            get_status(robot.file(b"SU"))
+            robot.fixed(b"SF", length)
+    ok("200 GetDIO in a row, mixed with GetStatus and GetStatusAll")
+    for count in (8, 20, 32):
+        equal("GetHexIn of %d lines" % count, 0, int(robot.file(b"HI,1 %d" % count)))
     for request in (b"MD,1", b"RT,0", b"SC,0", b"JG,1 +", b"JG,1 !", b"MD,0"):
         robot.order(request)
 
@@ -311,7 +329,8 @@ def moves(robot, model):
     equal("Moves: there", [float(item) for item in other.split(b",")[:3]], robot.floats(b"PR,4")[:3])
     robot.motion(b"MOVES POINT(" + other + b")" + with_)
     ok("a move of no length ends as well")
-    robot.motion(b"MOVE POINT(" + first + b")" + with_ + b",Config=1")
+    robot.motion(b"MOVE POINT(" + first + b")" + with_ + b",Config=" +
+                 (b"{Lefty,Above,Nflip,Single4,Single6}" if six else b"1"))
     robot.motion(b"MOVEA %d,12.500" % (6 if six else 3) + with_)
     equal("Movea: the axis is there", 12.5, robot.floats(b"PR,3")[5 if six else 2])
     robot.order(b"DO,PAYLOAD={1.500,0.000,0.000,20.000,0.000,0.000,0.000}" if six else b"DO,PAYLOAD={1.500,20.000}")
@@ -319,6 +338,57 @@ def moves(robot, model):
     true("the name is a coordinate", len(robot.values(b"WK1", 3)) == (6 if six else 4))
     robot.order(b"ZS,2 TL1 0.000 0.000 5.000 0.000" + (b" 0.000 0.000" if six else b""))
     robot.order(b"RS,PRG")
+
+
+def many_moves(robot, model):
+    """Moves in a row at each interval of the watchdog: each ends where it should, none is refused."""
+    six = model == "six-axis"
+    for interval in INTERVALS:
+        robot.interval = interval
+        for turn in range(MOVES_IN_A_ROW):
+            x = 300 + turn % 2 * 12
+            rest = b"100.500,250.000,0.000,0.000,0.000,0.000,0.000,xxxxx" if six else b"100.500,-20.123,45.000,0.000,2"
+            robot.motion(b"%s POINT(%d.000,%s) with SPEED=100.000,ACCEL=100.000,DECEL=100.000"
+                         % (b"MOVES" if turn % 3 else b"MOVE", x, rest), quiet=True)
+            place = robot.floats(b"PR,4")
+            if place[:2] != [x, 100.5]:
+                raise Failed("Move %d ends where it should\n     found    %s" % (turn, place))
+        ok("%d Moves in a row at an interval of %.1f s" % (MOVES_IN_A_ROW, interval))
+    robot.interval = FEED
+    # Out of reach: accepted, never under way, not counted; the next one is served after a reset.
+    before = robot.feed()["DC"]
+    robot.order(b"DO,MOVE POINT(1900.000,0.000,0.000,0.000) with SPEED=50.000,ACCEL=100.000,DECEL=100.000")
+    limit = time.monotonic() + 0.5
+    while time.monotonic() < limit:
+        state = robot.feed()
+        if (state["DC"], state["DS"]) != (before, 0):
+            raise Failed("a Move out of reach leaves DC and DS alone\n     found    %s" % state)
+    equal("out of reach: an alarm of level 4", 4, state["AL"])
+    robot.order(b"RS,ERR")
+    # Cut short: the library waits for DC, whatever else SM says.
+    robot.order(b"DO,MOVEA 1,0.000 with SPEED=1.000,ACCEL=100.000,DECEL=100.000")
+    robot.pause(0.3)
+    equal("a slow move is under way", (before, 1), (robot.feed()["DC"], robot.feed()["DS"]))
+    robot.order(b"EC,BREAK")
+    robot.pause(0.5)
+    equal("EC,BREAK ends it, and it counts", ((before + 1) % 10, 0), (robot.feed()["DC"], robot.feed()["DS"]))
+
+
+def cycles(robot):
+    """Hard polling over ends of cycles: the robot's own SP never falls between two texts."""
+    robot.order(b"DL,SHORT")
+    robot.line.raw(robot.stx + b"FL,PROGRAM SHORT\nDELAY 0.05\nEND\n" + EOF + ETX)
+    equal("the short program is stored", b"OK", robot.text(OK_TIMEOUT)[:2])
+    robot.order(b"SL,SHORT")
+    for turn in range(CYCLES):
+        robot.order(b"RN")
+        polls = 0
+        while robot.feed()["RS"] == 1:
+            robot.file((b"SU", b"PR,1", b"AC")[polls % 3])
+            polls += 1
+        robot.pause(0.02 * (turn % 4))
+    ok("%d ends of cycles without an SP" % CYCLES)
+    robot.order(b"SL,TEST")
 
 
 def programs(robot):
@@ -342,12 +412,12 @@ def programs(robot):
     robot.refused(b"SL,NOTHERE")
 
 
-def job_of(model):
-    """The whole job of a host for one arm."""
+def job_of(model, stx):
+    """The whole job of a host for one arm in one framing."""
     program = PROGRAM % DATA[model]
 
     def job(ip0, _ip1):
-        robot = Library(ip0)
+        robot = Library(ip0, stx)
         state = robot.connect()
         equal("SM: EXT (ETHER), cycle, stop, 100 %", (5, 1, 0, 100),
               (state["MM"], state["RM"], state["RS"], state["OV"]))
@@ -361,13 +431,15 @@ def job_of(model):
         positions(robot, model)
         globals_of(robot, model)
         moves(robot, model)
+        many_moves(robot, model)
         programs(robot)
+        cycles(robot)
         robot.pause(1.5)
         equal("fed all the time, the watchdog is silent", [], alarms(robot.file(b"AC")))
         robot.feeding = False
         time.sleep(1.0)
         found = [number for number, _ in alarms(robot.file(b"AC"))]
-        true("left alone, it raises its alarm of level 2", len(found) == 1 and found[0].startswith("2-"), found)
+        equal("left alone, it raises its alarm of level 2", ["002-137"], found)
         robot.order(b"RS,ERR")
         equal("ResetALARM: none is left", [], alarms(robot.file(b"AC")))
         true("the history keeps it", len(alarms(robot.file(b"AH"))) >= 1)
@@ -384,10 +456,11 @@ def main():
     arguments = parser.parse_args()
     flags = {"six-axis": (), "scara": ("--model", "tsl3000-thl400")}
     for model in [arguments.model] if arguments.model else ["six-axis", "scara"]:
-        print("-- %s" % model, flush=True)
-        code = run(job_of(model), arguments, *flags[model])
-        if code:
-            return code
+        for stx in (False, True):
+            print("-- %s, %s STX" % (model, "with" if stx else "without"), flush=True)
+            code = run(job_of(model, stx), arguments, *flags[model])
+            if code:
+                return code
     return 0
 
 

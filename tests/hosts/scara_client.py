@@ -66,7 +66,7 @@ def job(ip0, _ip1):
     client = Client(ip0)
     equal("SO: five bytes in one receive", OK, client.order(b"SO"))
     first = client.frame()
-    equal("SF ends 1A 0D 03", b"\x1a\r\x03", first[-3:])
+    equal("SF ends 00 00 03, without EOF", b"\x00\x00\x03", first[-3:])
     true("at rest the status is not 1", first[STATUS] != 1)
 
     move = b"DO,MOVE POINT (300,100.5,-20.123,45) WITH ACCEL=50, DECEL=60, SPEED=70"
@@ -100,6 +100,10 @@ def job(ip0, _ip1):
     true("EC,BREAK ends it", last[STATUS] != 1)
     true("on its way", floats(last, WORLD, 2) != [300.0, -100.0], repr(floats(last, WORLD, 4)))
 
+    equal("a DO out of reach: OK", OK, client.order(b"DO,MOVE POINT (900,0,0,0) WITH ACCEL=50, DECEL=60, SPEED=70"))
+    client.motion("a DO that fails at once")
+    client.socket.sendall(b"\x02EC,OVRD 50\x03")
+    equal("its older commands, without CR: OK", OK, client.socket.recv(300))
     equal("BR on leaving: OK", OK, client.order(b"BR"))
     client.socket.shutdown(1)
     client.socket.settimeout(2.0)
