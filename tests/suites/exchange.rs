@@ -237,7 +237,7 @@ fn a_download_is_stored_whole_or_not_at_all() {
     assert_eq!(robot.file(Port::Ip0, "UL,KEEP"), old);
 }
 
-// clause: RAM-01
+// clause: RAM-01 S7
 #[test]
 fn a_line_of_252_characters_is_taken() {
     let mut robot = robot();

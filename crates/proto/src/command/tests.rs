@@ -109,7 +109,14 @@ fn blanks_at_the_end_are_skipped_whatever_the_command() {
     assert_eq!(Command::parse(b"DO,MOVE A1 "), Ok(statement));
     assert_eq!(Command::parse(b"FL,END "), Ok(Command::Fl(b"END ".to_vec())));
     // Blanks do not stand for what is missing.
-    for message in ["MW,0 A 0 ", "IW,3 1 4 ", "ZS,1 WK1 ", "SL,1A ", "EC,MODE ", "JG,1 "] {
+    for message in [
+        "MW,0 A 0 ",
+        "IW,3 1 4 ",
+        "ZS,1 WK1 ",
+        "SL,1A ",
+        "EC,MODE ",
+        "JG,1 ",
+    ] {
         assert!(Command::parse(message.as_bytes()).is_err(), "{message:?}");
     }
 }
