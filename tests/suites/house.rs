@@ -272,7 +272,9 @@ fn clauses_named_by_transcripts_exist_in_form() {
             let named = ["SP", "RN"].iter().any(|word| number.starts_with(word)) || group.starts_with("PRM-");
             let formed = number.chars().all(|c| c.is_ascii_digit()) && number.len() == 2;
             // Rows of the second manual: S1 to S41.
-            let row = clause.strip_prefix('S').is_some_and(|row| row.parse::<u8>().is_ok());
+            let row = clause
+                .strip_prefix('S')
+                .is_some_and(|row| row.parse::<u8>().is_ok());
             assert!(
                 formed || named || row,
                 "{}: {clause} has not the form of a clause id",
