@@ -36,7 +36,6 @@ pub const KIND: Kind = Kind {
         let words = alloc::format!("{} finds {free} bytes free on the RAM drive", prey.words());
         Bitten::new(Effect::Pass, words)
     },
-    ..Kind::PLAIN
 };
 
 fn stores(on: &On, _: &super::super::Values) -> Result<(), FaultError> {

@@ -5,6 +5,7 @@ use super::*;
 use crate::faults::spec::read;
 use crate::options::SfTexts;
 use crate::{ControlRight, KeySwitch};
+use alloc::boxed::Box;
 use alloc::vec;
 use ts3100_proto::command::{COMMANDS, EXTENSIONS};
 
@@ -208,4 +209,58 @@ fn what_is_armed_can_fire_and_what_cannot_is_refused() {
     let total = wrong.len();
     wrong.truncate(40);
     assert!(wrong.is_empty(), "{total}:\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_refusal_says_what_to_leave_out_or_to_give() {
+    for (spec, says) in [
+        (
+            "flipped-bit:way=in,command=SO",
+            "cannot arm flipped-bit: no occasion has command=SO (it waits for bytes that came in); leave out command, \
+             or give way=out",
+        ),
+        (
+            "ng:command=SU,block=1",
+            "no occasion has command=SU and block=1 (it waits for a command or an FL text that came in); leave out \
+             command, or leave out block",
+        ),
+        (
+            "no-reply:command=SU,block=2",
+            "leave out command, or leave out block",
+        ),
+        (
+            "late-reply:command=SU,channel=IP1",
+            "leave out command, or leave out channel",
+        ),
+        (
+            "late-reply:channel=IP1,block=1",
+            "leave out channel, or leave out block",
+        ),
+        ("flipped-bit:channel=IP3", "leave out channel, or give way=in"),
+        ("parity-error:command=SU,block=1", "leave out command and block"),
+        (
+            "power-loss:channel=IP1,block=1",
+            "leave out channel, or leave out block",
+        ),
+        ("key-turned:block=1", "no occasion has command=RN and block=1"),
+        (
+            "duplicate-text:command=UL,block=1000000",
+            "leave out command, or leave out block",
+        ),
+        (
+            "ng:probability=0",
+            "cannot arm ng: with this probability it never fires; give one from 0.000001 to 1",
+        ),
+        ("ng:probability=0.0000001", "it never fires"),
+    ] {
+        let error = spec.parse::<Fault>().unwrap_err().to_string();
+        assert!(error.contains(says), "{spec}: {error}");
+        // A snapshot of before keeps what was armed then; whoever builds one by hand is refused as well.
+        let mut robot = robot();
+        robot.feed(
+            Time::ZERO,
+            Input::from(FaultOrder::Arm(Box::new(read(spec).unwrap()))),
+        );
+        assert!(robot.faults().is_empty(), "{spec}");
+    }
 }
