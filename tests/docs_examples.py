@@ -4,7 +4,7 @@
     python3 tests/docs_examples.py --serve target/release/ts3100 [docs/CONTROL-API.md ...]
 
 A fenced block of shell behind one of these lines is run by `bash -euo pipefail` in a directory of its own that the
-blocks of one page share, with the directory of the binary first in PATH:
+blocks of one page share, with the directory of the binary first in PATH, and `packaging` of the repository in it:
 
     <!-- ci:run-example -->               as it is
     <!-- ci:control FLAGS -->             against a fresh `ts3100 serve --ports auto --ready-json FLAGS`: its control
@@ -25,6 +25,7 @@ import subprocess
 import sys
 import tempfile
 
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 LIMIT = 120
 MARK = re.compile(r"<!-- ci:(run-example|control|output)\s*(.*?) *-->$")
 
@@ -138,6 +139,7 @@ def run_page(path, binary):
     """Runs every block of a page; how many there were."""
     count, printed = 0, None
     with tempfile.TemporaryDirectory(prefix="ts3100-docs-") as directory:
+        os.symlink(os.path.join(ROOT, "packaging"), os.path.join(directory, "packaging"))
         for kind, flags, line, text in blocks(path):
             place = "%s:%d" % (path, line)
             try:

@@ -5,7 +5,7 @@
 --
 -- Install: copy it to a folder of Help > About Wireshark > Folders > Personal Lua Plugins, or
 --   tshark -X lua_script:ts3100.lua -r x.pcapng
--- Filters: ts3100.command == "SL", ts3100.reply == "NG", ts3100.sf.motion_status == 1
+-- Filters: ts3100.command == "SL", ts3100.reply == "NG", ts3100.sf, ts3100.sf.motion_status == 1, ts3100.unknown
 
 local STX, ETX, CR, EOF = 0x02, 0x03, 0x0D, 0x1A
 local MAX_DATA = 253
@@ -62,7 +62,14 @@ local SF_WORDS = {
   { "system.3", "system", 233 }, { "system.4", "system", 249 },
 }
 local LETTERS = { "X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8" }
-local SF_EIGHT, SF_SIX = 276, 248
+-- A SCARA's record ends in two bytes of 0 where no EOF follows it (248 or 250 bytes).
+local SF_EIGHT, SF_SIX, SF_SIX_FILLED = 276, 248, 250
+local IO_WORDS = 80
+-- Words of alarms: level, first word, how many, code of the first. The second ranges are those of the SCARA edition.
+local ALARM_RANGES = {
+  { 8, 0, 368, 1 }, { 4, 368, 144, 1 }, { 2, 512, 224, 1 }, { 1, 736, 224, 1 },
+  { 8, 960, 512, 369 }, { 4, 1472, 256, 145 }, { 2, 1728, 256, 225 }, { 1, 1984, 256, 225 },
+}
 
 local fields = {
   sender = ProtoField.string("ts3100.sender", "Sender"),
@@ -70,11 +77,13 @@ local fields = {
   command = ProtoField.string("ts3100.command", "Command"),
   meaning = ProtoField.string("ts3100.meaning", "Meaning"),
   operand = ProtoField.string("ts3100.operand", "Operand"),
+  unknown = ProtoField.bool("ts3100.unknown", "No command has these letters"),
   reply = ProtoField.string("ts3100.reply", "Answer"),
   to = ProtoField.string("ts3100.answer_to", "Answer to"),
   content = ProtoField.string("ts3100.file", "File"),
   record = ProtoField.string("ts3100.file.record", "Record"),
   su = ProtoField.string("ts3100.su", "SU item"),
+  sf = ProtoField.bytes("ts3100.sf", "SF record"),
   eof = ProtoField.bool("ts3100.eof", "EOF, the file is complete"),
   bytes = ProtoField.bytes("ts3100.data", "Data"),
   no_cr = ProtoField.bool("ts3100.no_cr", "No CR in front of ETX"),
@@ -134,12 +143,17 @@ local packet_direction = Field.new("frame.packet_flags_direction")
 
 -- For each connection its host's commands in order, so that a frame looked at again finds what it answered.
 local conversations = {}
+-- For each connection the port of its host, where that was found by the form of a text.
+local hosts = {}
+-- For each connection whether a download is open, while the packets are looked at for the first time; and what each
+-- text of a host was then taken for.
+local downloads, kinds = {}, {}
 -- The beginning of texts of a serial line that go on in a later packet.
 local waiting = {}
 local cut = {}
 
 function proto.init()
-  conversations, waiting, cut = {}, {}, {}
+  conversations, hosts, downloads, kinds, waiting, cut = {}, {}, {}, {}, {}, {}
 end
 
 local function remember(key, number, letters)
@@ -147,7 +161,7 @@ local function remember(key, number, letters)
   if not all then all = {}; conversations[key] = all end
   local last = all[#all]
   if not last or last.number < number or last.letters ~= letters then
-    all[#all + 1] = { number = number, letters = letters }
+    all[#all + 1] = { number = number, letters = letters, open = letters == "DL" or nil }
   end
 end
 
@@ -177,27 +191,29 @@ local function text_length(tvb, from, letters)
   for at = from, tvb:len() - 1 do
     if tvb(at, 1):uint() == ETX then first = at - from + 1; break end
   end
-  local lengths = letters == "SF" and { 3 + SF_SIX + 1, 3 + SF_EIGHT + 1 } or letters == "IO" and { 3 + 80 + 1 } or {}
+  local lengths = letters == "SF" and { SF_SIX, SF_SIX_FILLED, SF_EIGHT } or letters == "IO" and { IO_WORDS } or {}
   local available = tvb:len() - from
   local head = math.min(3, available - stx)
   if #lengths == 0 or head < 1 or tvb(from + stx, head):string() ~= ("FL,"):sub(1, head) then return first end
   for _, length in ipairs(lengths) do
-    if byte_at(tvb, from + stx + length - 1) == EOF then
-      if byte_at(tvb, from + stx + length) == ETX then return stx + length + 1 end
-      if byte_at(tvb, from + stx + length) == CR and byte_at(tvb, from + stx + length + 1) == ETX then
-        return stx + length + 2
-      end
+    local behind = from + stx + 3 + length
+    if length ~= SF_SIX_FILLED and byte_at(tvb, behind) == EOF then
+      if byte_at(tvb, behind + 1) == ETX then return stx + 3 + length + 2 end
+      if byte_at(tvb, behind + 1) == CR and byte_at(tvb, behind + 2) == ETX then return stx + 3 + length + 3 end
     end
+    -- Without EOF: a text that is full, 253 bytes, and the words of IO.
+    local filled = length == SF_SIX_FILLED or length == IO_WORDS
+    if filled and byte_at(tvb, behind) == ETX then return stx + 3 + length + 1 end
   end
-  if letters == "SF" and byte_at(tvb, from + stx + MAX_DATA) == ETX then return stx + MAX_DATA + 1 end
-  if available < stx + lengths[#lengths] + 2 then return nil end
+  if available < stx + 3 + lengths[#lengths] + 3 then return nil end
   return first
 end
 
 local function dissect_sf(tree, body)
   local six = body:len() < SF_EIGHT
   local axes = six and 6 or 8
-  local whole = tree:add(proto, body, "SF: " .. (six and "six axes, 248 bytes" or "eight axes, 276 bytes"))
+  local whole = tree:add(fields.sf, body())
+  whole:set_text("SF: " .. (six and "six" or "eight") .. " axes, " .. body:len() .. " bytes")
   local function put(key, offset, size)
     if offset + size <= body:len() then
       local field = sf_fields[key]
@@ -207,11 +223,10 @@ local function dissect_sf(tree, body)
         local item = whole:add(field, body(offset, size))
         if key:sub(1, 6) == "alarm." then
           local word = body(offset, 2):uint()
-          local ranges = { { 8, 0, 368 }, { 4, 368, 144 }, { 2, 512, 224 }, { 1, 736, 160 } }
           local shown = "none"
-          for _, range in ipairs(ranges) do
+          for _, range in ipairs(ALARM_RANGES) do
             if word >= range[2] and word < range[2] + range[3] then
-              shown = string.format("%d-%03d", range[1], word - range[2] + 1)
+              shown = string.format("%d-%03d", range[1], word - range[2] + range[4])
             end
           end
           item:append_text(" (" .. shown .. ")")
@@ -250,7 +265,10 @@ local function dissect_file(tree, data, letters)
   local length = data:len()
   local ending = length
   if ending > 3 and data(ending - 1, 1):uint() == CR and data(ending - 2, 1):uint() == EOF then ending = ending - 1 end
-  local complete = ending > 3 and data(ending - 1, 1):uint() == EOF
+  -- Records that are told by their length alone have no EOF.
+  local filled = letters == "SF" and length == 3 + SF_SIX_FILLED or letters == "IO" and length == 3 + IO_WORDS
+  if filled then ending = length end
+  local complete = not filled and ending > 3 and data(ending - 1, 1):uint() == EOF
   if complete then ending = ending - 1 end
   if ending > 3 then
     local body = data(3, ending - 3)
@@ -266,10 +284,34 @@ local function dissect_file(tree, data, letters)
       dissect_records(content, body:tvb(), fields.record, { [CR] = true, [0x0A] = true })
     end
   end
-  tree:add(fields.eof, data(math.min(ending, length - 1), 1), complete)
+  if not filled then tree:add(fields.eof, data(math.min(ending, length - 1), 1), complete) end
 end
 
-local function dissect_text(tvb, pinfo, tree, key, from_robot)
+-- What a text of the host is: the letters of a command, known or not, or "" for a further text of a file.
+local function host_letters(raw, key)
+  local letters = raw:sub(1, 2):upper()
+  if letters == "FL" and raw:sub(3, 3) == "," then return "FL" end
+  local message, ended = raw:gsub("\r$", "")
+  local lines = message:find("[\r\n\26]") ~= nil
+  local formed = COMMANDS[letters] and (message:match("^.. *$") or message:sub(3, 3) == ",")
+  if downloads[key] then return formed and ended == 1 and not lines and letters or "" end
+  -- A capture may begin in the middle of a download.
+  return lines and "" or letters
+end
+
+-- The same for a packet that is looked at again: by then it is another download that is open, or none.
+local function kind_of(raw, pinfo, key, place)
+  local seen = key .. "/" .. pinfo.number .. "/" .. place
+  if not pinfo.visited or kinds[seen] == nil then
+    local letters = host_letters(raw, key)
+    kinds[seen] = letters
+    local goes_on = (letters == "" or letters == "FL") and not raw:find("\26\r?$")
+    if not goes_on then downloads[key] = nil end
+  end
+  return kinds[seen]
+end
+
+local function dissect_text(tvb, pinfo, tree, key, from_robot, place)
   local stx = tvb(0, 1):uint() == STX and 1 or 0
   local length = tvb:len() - stx - 1
   local item = tree:add(proto, tvb(), "TS3100 text from the " .. (from_robot and "controller" or "host"))
@@ -278,16 +320,24 @@ local function dissect_text(tvb, pinfo, tree, key, from_robot)
   if length < 1 then return "empty" end
   local data = tvb(stx, length)
   local raw = data:bytes():raw()
-  local letters = raw:match("^%u%u") or ""
   local message = raw:gsub("\r$", "")
-  local answers = raw:sub(1, 3) == "FL," or message == "OK" or message == "NG" or message == "SP"
   if from_robot then
     local question = asked(key, pinfo.number)
-    local reply = answers and letters or ""
-    if reply == "" then
+    local answers = raw:sub(1, 3) == "FL," or message == "OK" or message == "NG" or message == "SP"
+    if not answers then
       -- A further text of a file.
       item:add(fields.content, data, printable(data:bytes()))
       return "file, continued"
+    end
+    local reply = raw:sub(1, 2)
+    if not pinfo.visited then
+      if reply == "OK" and question == "DL" then
+        -- The OK to the last text ends it; that text has said so.
+        if downloads[key] == nil then downloads[key] = conversations[key][#conversations[key]].open end
+        conversations[key][#conversations[key]].open = nil
+      elseif reply == "NG" then
+        downloads[key] = nil
+      end
     end
     item:add(fields.reply, data(0, 2), reply)
     if question ~= "" and reply ~= "SP" then item:add(fields.to, tvb(0, 0), question):set_generated() end
@@ -298,13 +348,19 @@ local function dissect_text(tvb, pinfo, tree, key, from_robot)
     end
     return reply
   end
-  if not COMMANDS[letters] then
+  local in_download = downloads[key]
+  local letters = kind_of(raw, pinfo, key, place)
+  if letters == "" then
     item:add(fields.content, data, printable(data:bytes()))
     return "file, continued"
   end
-  item:add(fields.command, data(0, 2), letters)
-  item:add(fields.meaning, data(0, 2), COMMANDS[letters]):set_generated()
-  if letters ~= "OK" and letters ~= "NG" and letters ~= "FL" and not pinfo.visited then
+  item:add(fields.command, data(0, math.min(2, length)), printable(data(0, math.min(2, length)):bytes()):upper())
+  local meaning = COMMANDS[letters]
+  item:add(fields.meaning, data(0, math.min(2, length)), meaning or "unknown command"):set_generated()
+  if not meaning then item:add(fields.unknown, data(0, math.min(2, length)), true):set_generated() end
+  -- A file belongs to its DL; without one the answer is the file's.
+  local stray = letters == "FL" and not in_download
+  if letters ~= "OK" and letters ~= "NG" and (letters ~= "FL" or stray) and not pinfo.visited then
     remember(key, pinfo.number, letters)
   end
   if letters == "FL" then
@@ -324,7 +380,7 @@ local function dissect_texts(tvb, pinfo, tree, key, from_robot)
   while from < tvb:len() do
     local length = text_length(tvb, from, from_robot and asked(key, pinfo.number) or "")
     if not length then break end
-    shown[#shown + 1] = dissect_text(tvb(from, length):tvb(), pinfo, tree, key, from_robot)
+    shown[#shown + 1] = dissect_text(tvb(from, length):tvb(), pinfo, tree, key, from_robot, #shown + 1)
     from = from + length
   end
   return from, shown
@@ -392,7 +448,11 @@ function proto.dissector(tvb, pinfo, tree)
     local direction = packet_direction()
     return dissect_serial(tvb, pinfo, tree, direction and direction.value == 2)
   end
-  return dissect_tcp(tvb, pinfo, tree, in_range(proto.prefs.ports, pinfo.src_port))
+  local stream = tcp_stream()
+  local host = hosts["tcp" .. tostring(stream and stream.value or 0)]
+  local from_robot = in_range(proto.prefs.ports, pinfo.src_port)
+  if host then from_robot = host ~= pinfo.src_port end
+  return dissect_tcp(tvb, pinfo, tree, from_robot)
 end
 
 function channel.dissector(tvb, pinfo, tree)
@@ -455,12 +515,11 @@ proto:register_heuristic("tcp", function(tvb, pinfo, tree)
   local answer = letters == "FL" or letters == "OK" or letters == "NG" or letters == "SP"
   local stream = tcp_stream()
   local key = "tcp" .. tostring(stream and stream.value or 0)
-  if not answer then
-    conversations[key .. "host"] = tostring(pinfo.src_port)
-  end
-  local host = conversations[key .. "host"]
-  local from_robot = answer and host ~= nil and host ~= tostring(pinfo.src_port)
-  dissect_tcp(tvb, pinfo, tree, from_robot)
+  if answer then return false end
+  -- From here on the connection is known, whatever its texts begin with.
+  hosts[key] = pinfo.src_port
+  pinfo.conversation = proto
+  dissect_tcp(tvb, pinfo, tree, false)
   return true
 end)
 

@@ -122,6 +122,97 @@ fn a_refusal_is_told_once_by_the_rule_that_says_most() {
 }
 
 #[test]
+fn a_refused_start_is_told_by_the_cause_that_refused_it() {
+    type Cause = fn(&mut Robot);
+    let nothing: Cause = |r| commands(r, &["RS,SEL"]);
+    let jogging: Cause = |r| commands(r, &["MD,0", "SC,0", "JG,1 +"]);
+    let emergency: Cause = |r| r.panel(Panel::EmergencyStop(true));
+    let open: Cause = |r| r.panel(Panel::SafetySwitch(true));
+    let held: Cause = |r| commands(r, &["FD"]);
+    let off: Cause = |r| commands(r, &["BR"]);
+    let state = &rules::REFUSED_BY_STATE;
+    for (causes, rule, reason) in [
+        (&[nothing][..], state, "no file is selected"),
+        (&[nothing, off], state, "no file is selected"),
+        (&[nothing, off, emergency], state, "no file is selected"),
+        (&[jogging], state, "the arm is being guided by JG"),
+        (&[emergency], state, "the emergency stop is on"),
+        (&[off, emergency], state, "the emergency stop is on"),
+        (&[off, open], state, "the safety switch is open"),
+        (&[off], &rules::START_SERVO_OFF, "servo power is off"),
+        (&[off, held], &rules::START_SERVO_OFF, "servo power is off"),
+        (&[held], state, "feed hold is on"),
+    ] {
+        let mut robot = Robot::ready(PROGRAM);
+        causes.iter().for_each(|cause| cause(&mut robot));
+        robot.findings.clear();
+        commands(&mut robot, &["RN"]);
+        let found: Vec<_> = robot.findings.broken().collect();
+        let [(found, tally)] = found[..] else {
+            panic!("{reason}: {found:#?}");
+        };
+        assert_eq!(
+            (found.id, tally.first[0].message.as_str()),
+            (rule.id, &*format!("RN: {reason}"))
+        );
+    }
+}
+
+#[test]
+fn a_risk_is_told_of_a_command_that_was_obeyed_alone() {
+    let robot = after(|r| commands(r, &["RN", "MW,0 NOSUCH 0 5"]));
+    let found: Vec<&str> = robot.findings.broken().map(|(rule, _)| rule.id).collect();
+    assert_eq!(found, [rules::REFUSED_BY_STATE.id]);
+}
+
+#[test]
+fn texts_of_a_file_without_a_download_are_never_blamed_for_their_missing_cr() {
+    let full = format!("FL,{}", "REMARK\r".repeat(40));
+    let full = &full[..253];
+    let more = &"REMARK A\r".repeat(40)[..253];
+    for texts in [
+        &["FL,PROGRAM NEW\rEND\r\x1a"][..],
+        &["fl,PROGRAM NEW\rEND\r\x1a\r"],
+        &["FL,"],
+        // A host that does not look at the answers.
+        &[full, "END\r\x1a"],
+        &[full, more, "END\r\x1a"],
+        &["DL,1\r", full, more, "END\r\x1a"],
+        // Refused in the middle.
+        &["DL,NEW\r", "FL,PROGRAM NEW\r\t", "END", "\x1a"],
+    ] {
+        let mut robot = Robot::ready(PROGRAM);
+        for text in texts {
+            robot.advance_ms(60);
+            robot.send(Port::Ip0, text.as_bytes());
+        }
+        let answers = robot.received(Port::Ip0);
+        assert!(answers.ends_with(b"\x02NG\r\x03"), "{texts:?}");
+        assert_eq!(
+            answers.iter().filter(|byte| **byte == 3).count(),
+            texts.len(),
+            "{texts:?}"
+        );
+        let found = |rule| robot.findings.count(rule);
+        assert!(found(&rules::FILE_WITHOUT_DOWNLOAD) > 0, "{texts:?}");
+        assert_eq!(
+            (found(&rules::NO_CR), found(&rules::UNKNOWN_COMMAND)),
+            (0, 0),
+            "{texts:?}"
+        );
+    }
+    // A command ends it: what comes after it without CR is a command without CR.
+    let robot = after(|r| {
+        r.send(Port::Ip0, b"FL,PROGRAM NEW\r");
+        commands(r, &["FD", "FD"]);
+        r.advance_ms(60);
+        r.send(Port::Ip0, b"FD");
+    });
+    assert_eq!(robot.findings.count(&rules::FILE_WITHOUT_DOWNLOAD), 1);
+    assert_eq!(robot.findings.count(&rules::NO_CR), 1);
+}
+
+#[test]
 fn answers_and_files_in_lower_case_are_found_too() {
     let answer = after(|r| commands(r, &["SU", "ok"]));
     assert_eq!(answer.findings.count(&rules::LOWER_CASE), 1);

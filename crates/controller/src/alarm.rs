@@ -194,6 +194,12 @@ impl Alarms {
         }
     }
 
+    /// Puts alarms of the time before, newest first, behind those of the history.
+    pub fn remember(&mut self, earlier: impl IntoIterator<Item = Alarm>) {
+        self.history.extend(earlier);
+        self.history.truncate(MAX_HISTORY);
+    }
+
     /// Ends every alarm for which `persists` does not hold; true if any ended.
     pub fn reset(&mut self, persists: impl Fn(&AlarmCode) -> bool) -> bool {
         let before = self.active.len();
@@ -231,7 +237,7 @@ impl Alarms {
     }
 
     /// The history, newest first (EU-06).
-    pub fn history(&self) -> impl Iterator<Item = &Alarm> {
+    pub fn history(&self) -> impl Iterator<Item = &Alarm> + Clone {
         self.history.iter()
     }
 

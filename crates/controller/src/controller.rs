@@ -1,6 +1,6 @@
 //! The controller value: what it is made of, and the loop of one input, its effects, and the deadlines.
 
-use crate::alarm::Alarms;
+use crate::alarm::{Alarm, Alarms};
 use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::drive::{Drive, DriveError};
@@ -149,6 +149,13 @@ impl Controller {
         controller.take_parameters();
         controller.show_state();
         Ok(controller)
+    }
+
+    /// This controller, whose error history (EU) goes on from before the power came on: newest first.
+    #[must_use]
+    pub fn remembering(mut self, history: impl IntoIterator<Item = Alarm>) -> Controller {
+        self.alarms.remember(history);
+        self
     }
 
     /// Takes one thing that happened at `now`. Deadlines before it are served first, each at its own time.

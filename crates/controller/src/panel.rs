@@ -16,6 +16,9 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
 
+/// Why RN is refused when nothing but servo power is missing.
+pub(crate) const SERVO_IS_OFF: &str = "servo power is off";
+
 impl Controller {
     /// What has no effect is a finding.
     pub(crate) fn panel(&mut self, panel: Panel) {
@@ -152,7 +155,7 @@ impl Controller {
         } else if self.alarms.blocks_start() {
             "an alarm of level 4 or 8 is active"
         } else if !self.state.servo {
-            "servo power is off"
+            SERVO_IS_OFF
         } else if self.state.feed_hold {
             "feed hold is on"
         } else {

@@ -204,6 +204,7 @@ impl Controller {
                 let download = matches!(session.exchange, Exchange::Receiving { .. });
                 let begun = session.is_partial();
                 let bytes = session.give_up();
+                session.habits.file_refused = download;
                 let (rule, reason) = if begun {
                     (
                         &rules::TEXT_UNFINISHED,
@@ -299,9 +300,13 @@ impl Controller {
                 return self.block(port, data);
             }
         }
+        if self.is_stray_file(port, data) {
+            return self.stray_file(port, data);
+        }
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
+        session.habits.file_refused = false;
         match session.joiner.push(data) {
             Joined::Partial => {}
             Joined::Whole(message) => self.message(port, &message),
@@ -357,7 +362,7 @@ impl Controller {
         }
         match self.bitten(port) {
             Effect::Lost => return,
-            Effect::Refused(reason) => return self.refuse_text(port, "FL", &reason),
+            Effect::Refused(reason) => return self.refuse_block(port, data, &reason),
             _ => {}
         }
         let Some(session) = self.sessions.get_mut(&port) else {
@@ -382,17 +387,17 @@ impl Controller {
                         self.judge_download(port, &name, &content, data);
                         self.send_text(port, &Reply::Ok.encode());
                     }
-                    Err(reason) => self.refuse_text(port, "FL", &reason),
+                    Err(reason) => self.refuse_block(port, data, &reason),
                 }
             }
             Received::Refused(fault) => {
                 self.judge_file(port, &fault, data);
-                self.refuse_text(port, "FL", &fault.to_string());
+                self.refuse_block(port, data, &fault.to_string());
             }
         }
     }
 
-    fn message(&mut self, port: Port, message: &[u8]) {
+    pub(crate) fn message(&mut self, port: Port, message: &[u8]) {
         let command = Command::parse(message);
         if let Ok(command) = &command {
             self.judge_form(port, message, command);
@@ -451,8 +456,12 @@ impl Controller {
             Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
             _ => {}
         }
+        let risk = self.risk_of(&command);
         let outcome = self.command(port, command);
         self.faults.free = None;
+        if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
+            self.find(rule, port, message, text);
+        }
         self.judge_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
         match outcome {
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
@@ -482,7 +491,7 @@ impl Controller {
     }
 
     /// What has come is no command: its NG answers none.
-    fn no_command(&mut self, port: Port) {
+    pub(crate) fn no_command(&mut self, port: Port) {
         if let Some(session) = self.sessions.get_mut(&port) {
             (session.asked, session.block) = ("", 0);
         }
@@ -509,7 +518,7 @@ impl Controller {
     }
 
     /// NG: whatever exchange was open is over.
-    fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
+    pub(crate) fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.exchange = Exchange::Idle;
             session.joiner.reset();

@@ -63,7 +63,7 @@ pub const VARIATIONS: &[Variation] = &[
 ];
 
 /// Fewest data bytes of a text but the last, when a file is cut.
-const SHORTEST_TEXT: u64 = 128;
+pub(crate) const SHORTEST_TEXT: u64 = 128;
 
 /// What varies in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -126,7 +126,7 @@ pub struct Hub {
     faults: Vec<Fault>,
     /// The controller as it was before the first input, for a reset.
     initial: Controller,
-    /// That was a snapshot's.
+    /// It was not new from its files: a snapshot's, or one with an error history.
     restored: bool,
     waits: Vec<Pending>,
     /// Why the deed that was just fed had no effect.
@@ -148,7 +148,7 @@ impl Hub {
         clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
-            restored: settings.restore.is_some(),
+            restored: powered.restored,
             controller: powered.controller,
             clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
@@ -397,6 +397,8 @@ impl Hub {
             journal.input(at, &input);
         }
         self.controller.handle(at, input);
+        // Before an answer leaves: what the host has read of an alarm is kept.
+        self.keep_history();
         while let Some(output) = self.controller.poll_output() {
             if self.is_idle_judgement(&output) {
                 continue;
@@ -422,6 +424,14 @@ impl Hub {
         }
         if let Some(play) = &self.play {
             play.settled(at, &self.controller);
+        }
+    }
+
+    /// The backing directory has the error history as it now is.
+    fn keep_history(&mut self) {
+        let Some(store) = &mut self.store else { return };
+        if let Err(reason) = store.keep_history(self.controller.alarms().history()) {
+            self.log.history_not_kept(self.clock.now(), &reason);
         }
     }
 

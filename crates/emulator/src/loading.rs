@@ -7,6 +7,7 @@ use crate::snapshot;
 use crate::store::{Store, StoreError, StoredFiles};
 use std::io;
 use std::path::{Path, PathBuf};
+use tracing::warn;
 use ts3100_controller::{Controller, Time, limits};
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
@@ -63,6 +64,8 @@ pub struct Powered {
     pub files: StoredFiles,
     /// The example program is among them.
     pub demo: bool,
+    /// Its state is not that of a controller new from these files: a snapshot, or an error history, was there.
+    pub restored: bool,
 }
 
 /// Powers a controller on, puts the files on its drive and selects one, as these settings say.
@@ -82,6 +85,13 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
             name: "a file".to_owned(),
             reason: error.to_string(),
         })?;
+    if let Some(store) = &store {
+        for warning in store.warnings() {
+            warn!(event = "drive", "{warning}");
+        }
+        controller = controller.remembering(store.history().iter().cloned());
+    }
+    let remembers = store.as_ref().is_some_and(|store| !store.history().is_empty());
     for (name, content) in put {
         let stored = controller.put_file(&name, &content);
         stored.map_err(|error| StartError::Store {
@@ -105,6 +115,7 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
         store,
         files,
         demo: demo && settings.restore.is_none(),
+        restored: remembers || settings.restore.is_some(),
     })
 }
 

@@ -173,6 +173,16 @@ impl EventLog {
         );
     }
 
+    /// The error history is not in the directory: EU will answer an older one after a restart.
+    pub fn history_not_kept(&mut self, now: Time, reason: &StoreError) {
+        let (t, reason) = (now.to_string(), reason.to_string());
+        let (t, reason) = (t.as_str(), reason.as_str());
+        error!(
+            event = "store-failed",
+            t, reason, "cannot keep the error history for the next start: {reason}"
+        );
+    }
+
     /// A file is erased and still in the directory: it will be back after a restart.
     pub fn not_removed(&mut self, now: Time, file: &str, reason: &StoreError) {
         let (t, reason) = (now.to_string(), reason.to_string());

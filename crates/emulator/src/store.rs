@@ -1,12 +1,15 @@
 //! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill
 //! of the daemon. A file is written beside its place, synced and renamed, so it is there whole or not at
-//! all. What may be in a file is the controller's business.
+//! all. The error history is kept beside them. What may be in a file is the controller's business.
 
-use std::collections::BTreeMap;
+mod history;
+
+use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits;
 use ts3100_proto::name::FileName;
 
@@ -62,24 +65,31 @@ pub struct Store {
     _lock: File,
     /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
     files: BTreeMap<String, OsString>,
+    /// The error history as it was kept last.
+    history: VecDeque<Alarm>,
+    /// What was found in the directory and is of no use.
+    warnings: Vec<String>,
 }
 
 /// The files found in a backing directory: name on the drive (upper case) and content.
 pub type StoredFiles = Vec<(String, Vec<u8>)>;
 
 impl Store {
-    /// Opens the directory, makes it if it is missing, and reads its files. Hidden files are left alone,
-    /// except unfinished ones of an earlier run, which are removed.
+    /// Opens the directory, makes it if it is missing, and reads its files and the error history. Hidden files are
+    /// left alone, except unfinished ones of an earlier run, which are removed. What has no name of the RAM drive is
+    /// left alone too and named among the [warnings](Store::warnings).
     ///
     /// # Errors
-    /// The system's, [`StoreError::InUse`], and [`StoreError::Foreign`] for anything that can be no file of the RAM drive:
-    /// better refused than a wrong directory written to.
+    /// The system's, [`StoreError::InUse`], and [`StoreError::Foreign`] for a file whose name is one of the RAM drive and
+    /// which cannot be there: a download of that name would destroy it.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
         let mut store = Store {
             directory: directory.to_path_buf(),
             _lock: lock(directory)?,
             files: BTreeMap::new(),
+            history: VecDeque::new(),
+            warnings: Vec::new(),
         };
         let mut found = Vec::new();
         for entry in fs::read_dir(directory).map_err(io_error("list", directory))? {
@@ -89,7 +99,22 @@ impl Store {
             }
         }
         found.sort();
+        store.warnings.sort();
+        store.read_history();
         Ok((store, found))
+    }
+
+    /// What was found in the directory and is of no use, in words.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    fn skip(&mut self, path: &Path, reason: impl std::fmt::Display) {
+        let path = path.display();
+        self.warnings.push(format!(
+            "skipping {path}, which cannot be a file of the RAM drive: {reason}"
+        ));
     }
 
     fn admit(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
@@ -98,19 +123,27 @@ impl Store {
             path: path.clone(),
             reason,
         };
-        let text = file_name
-            .to_str()
-            .ok_or_else(|| foreign("its name is no text".to_owned()))?;
+        let Some(text) = file_name.to_str() else {
+            self.skip(&path, "its name is no text");
+            return Ok(None);
+        };
         if text.starts_with('.') {
             if text.ends_with(UNFINISHED) {
                 fs::remove_file(&path).map_err(io_error("remove the unfinished file", &path))?;
             }
             return Ok(None);
         }
-        let name = FileName::parse(text).map_err(|error| foreign(error.to_string()))?;
+        let name = match FileName::parse(text) {
+            Ok(name) => name,
+            Err(error) => {
+                self.skip(&path, error);
+                return Ok(None);
+            }
+        };
         let metadata = fs::metadata(&path).map_err(io_error("look at", &path))?;
         if !metadata.is_file() {
-            return Err(foreign("it is no file".to_owned()));
+            self.skip(&path, "it is no file");
+            return Ok(None);
         }
         if metadata.len() > limits::MAX_FILE as u64 {
             return Err(foreign(format!(
@@ -139,13 +172,7 @@ impl Store {
     /// The system's; what was there before is then still there.
     pub fn put(&mut self, name: &str, content: &[u8]) -> Result<(), StoreError> {
         let place = self.place(name)?;
-        let unfinished = self.directory.join(format!(".{name}{UNFINISHED}"));
-        let written = write_synced(&unfinished, content);
-        if written.is_err() {
-            // The error that counts is the first one.
-            let _ = fs::remove_file(&unfinished);
-        }
-        written?;
+        let unfinished = self.write_beside(name, content)?;
         // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
         // file system sees two of them or none.
         if let Some(previous) = self
@@ -159,6 +186,25 @@ impl Store {
         fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
         self.files.insert(name.to_owned(), OsString::from(name));
         self.sync()
+    }
+
+    /// Puts a file of the store itself in place of the one before.
+    fn replace(&self, name: &str, content: &[u8]) -> Result<(), StoreError> {
+        let unfinished = self.write_beside(name, content)?;
+        let place = self.directory.join(name);
+        fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
+        self.sync()
+    }
+
+    /// Writes what is to take the place of a file; where it is until then.
+    fn write_beside(&self, name: &str, content: &[u8]) -> Result<PathBuf, StoreError> {
+        let unfinished = self.directory.join(format!(".{name}{UNFINISHED}"));
+        let written = write_synced(&unfinished, content);
+        if written.is_err() {
+            // The error that counts is the first one.
+            let _ = fs::remove_file(&unfinished);
+        }
+        written.map(|()| unfinished)
     }
 
     /// Removes a file; nothing happens if it is not there.

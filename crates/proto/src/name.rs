@@ -8,6 +8,10 @@ use thiserror::Error;
 
 /// Characters a file name may have, dot and extension included.
 pub const MAX_FILE_NAME: usize = 12;
+/// Characters before the dot that the editor of the robot family gives a file name at most (STE 58761 1-16).
+const EDITOR_BASE: usize = 8;
+/// Characters of an extension that this editor gives at most.
+const EDITOR_EXTENSION: usize = 3;
 /// Characters a variable name may have.
 pub const MAX_VARIABLE_NAME: usize = 10;
 /// Subscripts an array element may have. The manual gives no limit; this one is ours.
@@ -93,6 +97,14 @@ impl FileName {
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
+    }
+
+    /// Whether the editor of the robot family can give this name: up to 8 characters and an extension of up to 3.
+    /// The protocol allows 12 characters in all, however they are split (D13).
+    #[must_use]
+    pub fn fits_editor(&self) -> bool {
+        let (base, extension) = self.0.split_once('.').unwrap_or((&self.0, ""));
+        base.len() <= EDITOR_BASE && extension.len() <= EDITOR_EXTENSION
     }
 
     /// Whether it is the name of a parameter file, `USER.PAR` or `ETHERNET.PAR`.
@@ -213,6 +225,23 @@ fn check_first(text: &str, limit: usize) -> Result<(), NameError> {
 mod tests {
     use super::*;
     use alloc::string::ToString;
+
+    // clause: S8
+    #[test]
+    fn the_editors_names_have_eight_characters_and_three() {
+        for (name, fits) in [
+            ("A", true),
+            ("ABCDEFGH", true),
+            ("ABCDEFGHI", false),
+            ("ABCDEFGH.PAR", true),
+            ("ABCDEFGHI.PA", false),
+            ("TEST.DATA", false),
+            ("ABCDEFGHIJKL", false),
+        ] {
+            assert_eq!(FileName::parse(name).unwrap().fits_editor(), fits, "{name}");
+        }
+        assert_ne!(FileName::parse("TEST"), FileName::parse("TEST.PAR"));
+    }
 
     // clause: DIR-01 DIR-04 CMD-DL-08
     #[test]

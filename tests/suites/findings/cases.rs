@@ -371,6 +371,11 @@ const EXCHANGES: &[Case] = &[
         },
     ),
     (
+        &rules::LONG_FILE_NAME,
+        |r| download(r, "NEWPROGRAM", "PROGRAM NEW\rEND\r"),
+        |r| download(r, "NEWPROGR.SCL", "PROGRAM NEW\rEND\r"),
+    ),
+    (
         &rules::PARAMETER_PENDING,
         |r| user_par(r, "= 9600", "= 9600"),
         |r| download(r, "NEW", "PROGRAM NEW\rEND\r"),

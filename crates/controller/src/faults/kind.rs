@@ -288,8 +288,9 @@ pub struct Kind {
     pub command: Option<&'static str>,
     /// The block it waits for when nothing is said.
     pub block: Option<u32>,
-    /// Whether it bites at this point with these parameters; asked for points of the list alone.
-    pub bites: fn(&Values, Point) -> bool,
+    /// Whether it bites at this point, on the FL text of this number, with these parameters; asked for points of the
+    /// list alone.
+    pub bites: fn(&Values, Point, u32) -> bool,
     /// What cannot be meant.
     pub check: fn(&super::On, &Values) -> Result<(), FaultError>,
     /// What it does.
@@ -306,7 +307,7 @@ impl Kind {
         points: &[],
         command: None,
         block: None,
-        bites: |_, _| true,
+        bites: |_, _, _| true,
         check: |_, _| Ok(()),
         act: |_, _, _| Bitten {
             effect: Effect::Pass,

@@ -13,6 +13,7 @@
 pub mod dice;
 pub mod kind;
 mod kinds;
+mod occasions;
 mod spec;
 mod strike;
 
@@ -304,7 +305,18 @@ impl Fault {
     /// # Errors
     /// What was expected and found, and at which key.
     pub fn from_pairs(kind: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
-        spec::build(kind, pairs)
+        let fault = spec::build(kind, pairs)?;
+        fault.check_occasions()?;
+        Ok(fault)
+    }
+
+    /// A fault that was armed once, as a snapshot has it: one that can never fire is taken as it was then.
+    ///
+    /// # Errors
+    /// As [`Fault::from_pairs`].
+    #[cfg(feature = "serde")]
+    pub(crate) fn restored(spec: &str) -> Result<Fault, FaultError> {
+        spec::read(spec)
     }
 
     fn waits_for(&self, prey: &Prey<'_>) -> bool {
@@ -315,7 +327,7 @@ impl Fault {
             block,
         } = &self.on;
         kind.points.contains(&prey.point)
-            && (kind.bites)(&self.values, prey.point)
+            && (kind.bites)(&self.values, prey.point, prey.block)
             && command.as_ref().is_none_or(|command| command == prey.command)
             && channel.is_none_or(|channel| channel == prey.port)
             && block.is_none_or(|block| block == prey.block)
@@ -349,6 +361,9 @@ impl Controller {
         match order {
             FaultOrder::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
+                fault
+                    .check_occasions()
+                    .map_err(|error| Refusal::conflict(&spec, "a fault that can fire", error.to_string()))?;
                 let armed = self.faults.arm(*fault);
                 let id = armed.map_err(|found| {
                     Refusal::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)

@@ -73,6 +73,16 @@ pub enum FaultError {
         /// What was given.
         found: String,
     },
+    /// What it waits for never comes.
+    #[error("cannot arm {kind}: {reason}; {advice}")]
+    Never {
+        /// The kind.
+        kind: &'static str,
+        /// What it waits for, and why that never comes.
+        reason: String,
+        /// What to give or to leave out.
+        advice: String,
+    },
     /// The specification is not of the form.
     #[error("KIND:key=value,key=value expected, `{found}` found")]
     Form {
@@ -178,22 +188,29 @@ impl FromStr for Fault {
     type Err = FaultError;
 
     fn from_str(text: &str) -> Result<Fault, FaultError> {
-        let form = |found: &str| FaultError::Form {
-            found: found.chars().take(80).collect(),
-        };
-        if text.len() > MAX_SPEC {
-            return Err(form(text));
-        }
-        let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
-        let mut pairs = Vec::new();
-        for part in parts(rest).ok_or_else(|| form(rest))? {
-            let (key, value) = part.split_once('=').ok_or_else(|| form(part))?;
-            let value = value.trim();
-            let quoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
-            pairs.push((key.trim().to_string(), quoted.unwrap_or(value).to_string()));
-        }
-        build(kind.trim(), &pairs)
+        let fault = read(text)?;
+        fault.check_occasions()?;
+        Ok(fault)
     }
+}
+
+/// A fault as it is written, whether it can ever fire or not.
+pub(super) fn read(text: &str) -> Result<Fault, FaultError> {
+    let form = |found: &str| FaultError::Form {
+        found: found.chars().take(80).collect(),
+    };
+    if text.len() > MAX_SPEC {
+        return Err(form(text));
+    }
+    let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
+    let mut pairs = Vec::new();
+    for part in parts(rest).ok_or_else(|| form(rest))? {
+        let (key, value) = part.split_once('=').ok_or_else(|| form(part))?;
+        let value = value.trim();
+        let quoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
+        pairs.push((key.trim().to_string(), quoted.unwrap_or(value).to_string()));
+    }
+    build(kind.trim(), &pairs)
 }
 
 /// Cuts at the commas outside of quotes; `None` when a quote is left open.
@@ -254,7 +271,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// A fault from its keys.
+/// A fault from its keys, whether it can ever fire or not.
 pub(super) fn build(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
     let known = || KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
@@ -283,8 +300,8 @@ pub(super) fn build(name: &str, pairs: &[(String, String)]) -> Result<Fault, Fau
         fault.set(key, value)?;
     }
     fault.complete();
-    (kind.check)(&fault.on, &fault.values)?;
     fault.check_channel()?;
+    (kind.check)(&fault.on, &fault.values)?;
     Ok(fault)
 }
 
@@ -306,15 +323,10 @@ impl Kind {
         }
     }
 
-    /// Whether it bites on ports of the simple protocol, and whether on SCOL channels.
+    /// Whether it bites on this port at all.
     fn reaches(&self, port: Port) -> bool {
-        use super::Point;
-        self.points.iter().any(|point| match point {
-            Point::Command | Point::Reply => port.protocol().is_some(),
-            Point::Print | Point::Record => matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2),
-            Point::Bytes => true,
-            Point::Character => matches!(port, Port::Host | Port::Com1),
-        })
+        let mut ports = self.points.iter().flat_map(|point| point.ports());
+        ports.any(|other| other == port)
     }
 }
 

@@ -8,6 +8,8 @@ use crate::{Config, Dialect, HostLine, Input};
 use alloc::boxed::Box;
 use core::time::Duration;
 
+mod occasions;
+
 fn robot() -> Controller {
     let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
     for port in [Port::Ip0, Port::Ip1] {

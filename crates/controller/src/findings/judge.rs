@@ -7,6 +7,7 @@ use crate::Controller;
 use crate::drive::DriveError;
 use crate::limits::HOST_DELAY;
 use crate::output::{Event, Output};
+use crate::panel::SERVO_IS_OFF;
 use crate::port::Port;
 use crate::session::Exchange;
 use crate::time::Time;
@@ -42,6 +43,10 @@ pub struct Habits {
     refused: Option<(Vec<u8>, u32)>,
     /// The controller's last text was an SP nobody asked for: the host could not wait for what it did not expect.
     pub surprised: bool,
+    /// A text of a file was refused and the file was not at its end: a host that does not look at the answer goes on
+    /// sending it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub file_refused: bool,
 }
 
 impl Habits {
@@ -98,12 +103,29 @@ impl Controller {
 
     /// How the first text of a file begins.
     pub(crate) fn judge_beginning(&mut self, port: Port, data: &[u8]) {
-        let is_file = data
-            .get(..3)
-            .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"));
-        if is_file && data.iter().take(2).any(u8::is_ascii_lowercase) {
+        if begins_file(data) && data.iter().take(2).any(u8::is_ascii_lowercase) {
             let text = "FL in lower case is taken as FL";
             self.find(&rules::LOWER_CASE, port, data, text);
+        }
+    }
+
+    /// Whether a text is part of a file although no download is open. Such texts have no CR by design (FL-01).
+    pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
+        let Some(session) = self
+            .sessions
+            .get(&port)
+            .filter(|session| !session.joiner.is_partial())
+        else {
+            return false;
+        };
+        let message = data.strip_suffix(&[CR]).unwrap_or(data);
+        begins_file(data) || session.habits.file_refused && Command::parse(message).is_err()
+    }
+
+    /// A text of a file was refused.
+    pub(crate) fn judge_refused_file(&mut self, port: Port, data: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.habits.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
         }
     }
 
@@ -139,23 +161,11 @@ impl Controller {
     /// What a command means in the present state.
     pub(crate) fn judge_command(&mut self, port: Port, message: &[u8], command: &Command) {
         let letters = command.letters();
-        let runs = self.execution.status() == ExecutionStatus::Running;
         if command.is_extension() {
             let answer = if self.serves(command) { "served" } else { "NG" };
             let row = command.permission_row();
             let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
             self.find(&rules::EXTENSION_COMMAND, port, message, text);
-        }
-        match command {
-            Command::Br if runs => {
-                let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
-                self.find(&rules::SERVO_OFF_RUNNING, port, message, text);
-            }
-            Command::Mw(_) if self.execution.program_runs() => {
-                let text = "MW while the program runs; it acts at once (CMD-MW-06)";
-                self.find(&rules::WRITE_WHILE_RUNNING, port, message, text);
-            }
-            _ => {}
         }
         let now = self.now;
         let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
@@ -171,13 +181,32 @@ impl Controller {
         }
     }
 
+    /// What a command that is obeyed now risks. One that is refused does no such thing.
+    pub(crate) fn risk_of(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
+        match command {
+            Command::Br if self.execution.status() == ExecutionStatus::Running => Some((
+                &rules::SERVO_OFF_RUNNING,
+                "BR while the robot runs; the motion is broken off (CMD-BR-02)",
+            )),
+            Command::Mw(_) if self.execution.program_runs() => Some((
+                &rules::WRITE_WHILE_RUNNING,
+                "MW while the program runs; it acts at once (CMD-MW-06)",
+            )),
+            Command::Dl(name) if !name.fits_editor() => Some((
+                &rules::LONG_FILE_NAME,
+                "the file is taken; file names have at most 8 characters and an extension of at most 3",
+            )),
+            _ => None,
+        }
+    }
+
     /// A command that is valid now was refused, and nothing that has been found since `outputs` were waiting says why.
     pub(crate) fn judge_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
         if self.found_since(outputs) {
             return;
         }
         let rule = match command {
-            Command::Rn if !self.state.servo => &rules::START_SERVO_OFF,
+            Command::Rn if reason == SERVO_IS_OFF => &rules::START_SERVO_OFF,
             Command::Fl(_) => &rules::FILE_WITHOUT_DOWNLOAD,
             _ => &rules::REFUSED_BY_STATE,
         };
@@ -315,6 +344,11 @@ impl Controller {
         let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
         self.waiting().skip(outputs).any(finding)
     }
+}
+
+fn begins_file(data: &[u8]) -> bool {
+    data.get(..3)
+        .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"))
 }
 
 /// Commands that ask and change nothing.

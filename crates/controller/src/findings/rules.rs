@@ -160,6 +160,9 @@ rules! {
     SELECTED_OVERWRITTEN "selected-overwritten" Note "5.3.3 DL [CMD-DL-07]"
         "The selected file was downloaded anew"
         "Select it again with SL: the manual does not say whether RN takes the old or the new one."
+    LONG_FILE_NAME "long-file-name" Note "STE 58761 1-16 [S8]"
+        "A file is downloaded under a longer name than the robot's own editor gives"
+        "At most 8 characters, and an extension of at most 3."
     PARAMETER_PENDING "parameter-pending" Note "5.2.3 [PAR-FILE-03]"
         "A parameter file was downloaded; it acts after the power was off"
         "Turn the power off and on before you rely on it."
@@ -247,7 +250,7 @@ rules! {
 
 /// Every rule, in the order of docs/FINDINGS.md: pace, texts, commands, exchanges and files, connections, SCOL
 /// channels, what is done at the controller itself.
-pub static RULES: [&Rule; 65] = [
+pub static RULES: [&Rule; 66] = [
     &ANSWER_EARLY,
     &COMMAND_EARLY,
     &COMMAND_BEFORE_ANSWER,
@@ -287,6 +290,7 @@ pub static RULES: [&Rule; 65] = [
     &FILE_LINE_ENDS,
     &CR_AFTER_EOF,
     &SELECTED_OVERWRITTEN,
+    &LONG_FILE_NAME,
     &PARAMETER_PENDING,
     &PARAMETER_BROKEN,
     &WATCHDOG_LATE,

@@ -8,6 +8,7 @@ use crate::port::Port;
 use crate::session::{Outcome, Session};
 use alloc::format;
 use alloc::string::{String, ToString};
+use ts3100_proto::command::Command;
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
@@ -56,6 +57,25 @@ impl Controller {
             self.judge_store(port, &error);
             error.to_string()
         })
+    }
+
+    /// Part of a file has come while no download is open (FL-04).
+    pub(crate) fn stray_file(&mut self, port: Port, data: &[u8]) {
+        if let Ok(Command::Fl(_)) = Command::parse(data) {
+            self.message(port, data);
+        } else {
+            self.no_command(port);
+            let reason = "a text of a file that was refused before";
+            self.find(&rules::FILE_WITHOUT_DOWNLOAD, port, data, reason);
+            self.refuse_text(port, "FL", reason);
+        }
+        self.judge_refused_file(port, data);
+    }
+
+    /// NG to a text of a download: the whole file is refused.
+    pub(crate) fn refuse_block(&mut self, port: Port, data: &[u8], reason: &str) {
+        self.refuse_text(port, "FL", reason);
+        self.judge_refused_file(port, data);
     }
 
     /// ER (CMD-ER-01 to CMD-ER-03).

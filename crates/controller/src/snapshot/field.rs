@@ -98,7 +98,7 @@ impl Serialize for Fault {
 impl<'de> Deserialize<'de> for Fault {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Fault, D::Error> {
         let FaultPaper { id, spec } = FaultPaper::deserialize(from)?;
-        let fault = spec.parse::<Fault>();
+        let fault = Fault::restored(&spec);
         let fault = fault.map_err(|error: FaultError| D::Error::custom(error))?;
         Ok(Fault { id, ..fault })
     }

@@ -2,6 +2,7 @@
 //! configured and served is `serve`'s.
 
 use super::serve::{Served, prepare};
+use super::unstarted;
 use crate::config::args::PortsWord;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::embed::single_threaded;
@@ -13,6 +14,7 @@ use clap::Args;
 use std::ffi::{OsStr, OsString};
 use std::io;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::process::{ExitCode, ExitStatus};
 use tokio::process::{Child, Command};
 use ts3100_controller::port::Port;
@@ -58,30 +60,31 @@ impl From<anyhow::Error> for Trouble {
 
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
-    let code = match exec(args) {
-        Ok(code) => code,
-        Err(Trouble::Emulator(error)) => {
-            eprintln!("ts3100: {error:#}");
-            EMULATOR_FAILED
-        }
+    let mut junit = args.serve.junit.clone().or_else(unstarted::by_variable);
+    let (code, words) = match exec(args, &mut junit) {
+        Ok(code) => return ExitCode::from(code),
+        Err(Trouble::Emulator(error)) => (EMULATOR_FAILED, format!("{error:#}")),
         Err(Trouble::Command(command, error)) => {
-            eprintln!("ts3100: cannot run {}: {error}", command.to_string_lossy());
-            if error.kind() == io::ErrorKind::NotFound {
-                NOT_FOUND
-            } else {
-                NOT_EXECUTABLE
-            }
+            let code = match error.kind() {
+                io::ErrorKind::NotFound => NOT_FOUND,
+                _ => NOT_EXECUTABLE,
+            };
+            (code, format!("cannot run {}: {error}", command.to_string_lossy()))
         }
     };
+    eprintln!("ts3100: {words}");
+    unstarted::write(junit.as_deref(), &words);
     ExitCode::from(code)
 }
 
-fn exec(args: ExecArgs) -> Result<u8, Trouble> {
+/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
+fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
     let ExecArgs {
         serve: flags,
         command,
     } = args;
     let (mut args, _) = config::read(flags, &std::env::vars_os().collect()).map_err(anyhow::Error::from)?;
+    junit.clone_from(&args.junit);
     if args.ports.is_none() && args.port_offset.is_none() {
         args.ports = Some(PortsWord::Auto);
     }

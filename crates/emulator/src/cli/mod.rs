@@ -13,6 +13,7 @@ mod report;
 mod run;
 mod serve;
 mod tap;
+mod unstarted;
 
 use crate::config::ServeArgs;
 use clap::{CommandFactory as _, Parser, Subcommand};
@@ -51,7 +52,8 @@ enum Command {
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
 #[must_use]
 pub fn main() -> ExitCode {
-    match Cli::parse().command {
+    let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
+    match cli.command {
         Command::Serve(args) => serve::run(*args),
         Command::Exec(args) => exec::run(*args),
         Command::Host(args) => host::run(&args),
@@ -71,4 +73,16 @@ pub fn main() -> ExitCode {
         }
         Command::Coverage(args) => coverage::run(&args),
     }
+}
+
+/// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.
+fn misused(error: &clap::Error) -> ! {
+    let mut words = std::env::args_os().skip(1);
+    let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
+    // Help and the version are no errors.
+    if serves && error.use_stderr() {
+        let path = unstarted::asked_for(words);
+        unstarted::write(path.as_deref(), &error.render().to_string());
+    }
+    error.exit()
 }

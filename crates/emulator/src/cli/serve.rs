@@ -1,5 +1,6 @@
 //! `ts3100 serve`: from the configuration to a running hub, its ready line and its end by a signal.
 
+use super::unstarted;
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
 use crate::evidence::{Ending, Evidence};
@@ -11,6 +12,7 @@ use crate::scenario::{Outcome, Play};
 use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use tracing::{error, info, warn};
 use ts3100_controller::Controller;
@@ -22,21 +24,26 @@ const COULD_NOT_START: u8 = 2;
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
-    match serve(args) {
+    let mut junit = args.junit.clone().or_else(unstarted::by_variable);
+    match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            let words = format!("{error:#}");
+            eprintln!("ts3100: {words}");
+            unstarted::write(junit.as_deref(), &words);
             ExitCode::from(COULD_NOT_START)
         }
     }
 }
 
-fn serve(flags: ServeArgs) -> anyhow::Result<u8> {
+/// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
+fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     if flags.set.iter().any(|pair| pair == "help") {
         list_options()?;
         return Ok(0);
     }
     let (args, unknown) = config::read(flags, &std::env::vars_os().collect())?;
+    junit.clone_from(&args.junit);
     log::start(args.verbose, args.log_format.unwrap_or_default());
     for name in unknown {
         warn!("the environment variable {name} means nothing to ts3100 serve");
@@ -82,7 +89,8 @@ pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<(
     settings.reports.prepare()?;
     faults::prepare(&settings.report)?;
     if let Some(path) = &args.junit {
-        std::fs::write(path, "").with_context(|| format!("cannot write {}", path.display()))?;
+        std::fs::write(path, unstarted::junit(unstarted::NOT_ENDED))
+            .with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
 }

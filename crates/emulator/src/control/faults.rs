@@ -101,8 +101,8 @@ pub struct Arm {
     #[serde(default, deserialize_with = "whole_if_said")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
-    /// How probably it takes an occasion; 1 if not said.
-    #[schema(minimum = 0, maximum = 1)]
+    /// How probably it takes an occasion, above 0; 1 if not said.
+    #[schema(minimum = 0.000001, maximum = 1)]
     probability: Option<f64>,
     /// The parameters of the kind.
     #[serde(default)]
@@ -280,6 +280,7 @@ impl Arm {
             FaultError::Value {
                 key, expected, found, ..
             } => unfit(&key, expected, found),
+            never @ FaultError::Never { .. } => Problem::new(StatusCode::CONFLICT, never.to_string()),
             FaultError::Form { found } => unfit("body", "a fault".to_owned(), found),
         })
     }

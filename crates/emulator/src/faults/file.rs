@@ -150,7 +150,7 @@ impl File<'_> {
                 FaultError::Key { key, .. }
                 | FaultError::Value { key, .. }
                 | FaultError::Twice { key, .. } => pairs.iter().position(|(name, _)| name == key),
-                FaultError::Kind { .. } | FaultError::Form { .. } => None,
+                FaultError::Kind { .. } | FaultError::Form { .. } | FaultError::Never { .. } => None,
             };
             let at = key.and_then(|key| places.get(key)).copied().unwrap_or(at);
             FaultFileError::Fault {
@@ -208,6 +208,10 @@ mod tests {
             (
                 "[[fault]]\nkind = \"ng\"\nafter = [1]\n",
                 "faults.toml:3: a text or a number expected, array found",
+            ),
+            (
+                "[[fault]]\nkind = \"ng\"\ncommand = \"SU\"\nblock = 1\n",
+                "faults.toml:1: cannot arm ng: no occasion has command=SU and block=1",
             ),
             ("[[fault]\n", "faults.toml: TOML parse error at line 1"),
         ] {

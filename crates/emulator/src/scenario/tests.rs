@@ -68,6 +68,10 @@ fn what_is_wrong_is_said_with_its_line() {
             "[[do]]\nat = \"1 s\"\nactions = [\"raise 9-999\"]",
             "line 3: expected the number of an alarm",
         ),
+        (
+            "[[do]]\nat = \"1 s\"\nactions = [\"fault arm flipped-bit:way=in,command=SO\"]",
+            "cannot arm flipped-bit: no occasion has command=SO",
+        ),
         ("[[expect]]\nwhat = \"command\"", "line 2: expected text"),
         (
             "[[expect]]\nwithin = \"1 s\"",

@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::testing::TempDir;
+use ts3100_controller::alarm::{ALARMS, AlarmCode};
+use ts3100_proto::calendar::CalendarTime;
 
 fn names(directory: &TempDir) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(directory.path())
@@ -123,22 +125,81 @@ fn a_directory_has_one_owner_at_a_time() {
 }
 
 #[test]
-fn foreign_files_are_refused_by_name() {
-    for (name, size, reason) in [
-        ("a-b.scol", 1, "cannot be a file of the RAM drive"),
-        ("BIG", limits::MAX_FILE + 1, "99999 fit"),
-    ] {
-        let directory = TempDir::new("store-foreign");
-        fs::write(directory.path().join(name), vec![b' '; size]).unwrap();
-        let error = Store::open(directory.path()).unwrap_err().to_string();
-        assert!(error.contains(name) && error.contains(reason), "{error}");
-    }
+fn a_file_of_the_drive_that_cannot_be_there_is_refused_by_name() {
     let directory = TempDir::new("store-foreign");
-    fs::create_dir(directory.path().join("SUB")).unwrap();
-    assert!(
-        Store::open(directory.path())
-            .unwrap_err()
-            .to_string()
-            .contains("no file")
-    );
+    fs::write(directory.path().join("BIG"), vec![b' '; limits::MAX_FILE + 1]).unwrap();
+    let error = Store::open(directory.path()).unwrap_err().to_string();
+    assert!(error.contains("BIG") && error.contains("99999 fit"), "{error}");
+}
+
+#[test]
+fn what_has_no_name_of_the_drive_is_skipped_with_a_warning() {
+    let directory = TempDir::new("store-foreign");
+    fs::write(directory.path().join("PICK"), b"END\n").unwrap();
+    let foreign = ["README (1).md", "SUB", "a-b.scol", "2NAME"];
+    for name in foreign {
+        match name {
+            "SUB" => fs::create_dir(directory.path().join(name)).unwrap(),
+            _ => fs::write(directory.path().join(name), b"x").unwrap(),
+        }
+    }
+    fs::write(directory.path().join(".DS_Store"), b"x").unwrap();
+    let before = names(&directory);
+    let (mut store, found) = Store::open(directory.path()).unwrap();
+    assert_eq!(found, vec![("PICK".to_owned(), b"END\n".to_vec())]);
+    let warnings = store.warnings();
+    assert_eq!(warnings.len(), foreign.len(), "{warnings:?}");
+    for name in foreign {
+        assert!(
+            warnings.iter().any(|warning| warning.contains(name)),
+            "{name}: {warnings:?}"
+        );
+    }
+    store.put("PICK", b"x").unwrap();
+    assert_eq!(names(&directory), before);
+}
+
+#[test]
+fn the_error_history_is_kept_and_a_damaged_one_is_named() {
+    let directory = TempDir::new("store-history");
+    let alarm = |code: AlarmCode| Alarm {
+        code,
+        detail: "at line 3".to_owned(),
+        at: CalendarTime::MAX,
+    };
+    let history = [alarm(ALARMS[0]), alarm(ALARMS[1])];
+    let (mut store, _) = Store::open(directory.path()).unwrap();
+    assert!(store.history().is_empty());
+    store.keep_history(history.iter()).unwrap();
+    let kept = directory.path().join(history::FILE);
+    assert!(store.place(history::FILE).is_err(), "no command reaches it");
+    let content = fs::read(&kept).unwrap();
+    fs::remove_file(&kept).unwrap();
+    store.keep_history(history.iter()).unwrap();
+    assert!(!kept.exists(), "what has not changed is not written");
+    drop(store);
+    // Whole, and cut off at each byte as a disk may leave it.
+    for end in 0..=content.len() {
+        fs::write(&kept, &content[..end]).unwrap();
+        let (store, found) = Store::open(directory.path()).unwrap();
+        assert!(found.is_empty());
+        let whole = end == content.len();
+        assert_eq!(store.history().iter().eq(history.iter()), whole, "{end}");
+        assert_eq!(store.warnings().len(), usize::from(!whole));
+        assert!(whole || store.warnings()[0].contains(history::FILE));
+    }
+    for damage in [
+        String::from_utf8(content.clone())
+            .unwrap()
+            .replace("\"version\":1", "\"version\":2"),
+        String::from_utf8(content.clone())
+            .unwrap()
+            .replace("65535", "2026")
+            .replace("\"month\":12", "\"month\":13"),
+        "x".repeat(2 * 1024 * 1024),
+    ] {
+        fs::write(&kept, damage).unwrap();
+        let (store, _) = Store::open(directory.path()).unwrap();
+        assert_eq!((store.history().len(), store.warnings().len()), (0, 1));
+    }
 }

@@ -131,7 +131,7 @@ impl Tape {
             kept: settings.control.as_ref().map(|_| Arc::new(Kept::new(header))),
             observer: Observer::default(),
         };
-        if settings.restore.is_some() {
+        if powered.restored {
             tape.restored(Time::ZERO, &powered.controller);
         }
         Ok(tape)

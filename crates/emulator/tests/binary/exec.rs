@@ -129,11 +129,75 @@ fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
         words.contains("s.toml, line 2: unknown key `wat`") && words.contains("did you mean `what`?"),
         "{words}"
     );
-    assert_eq!(
-        run(&["exec", "--junit", "x.xml", "--", "true"]).status.code(),
-        Some(125)
-    );
     assert_eq!(run(&["exec"]).status.code(), Some(2), "no command");
+}
+
+#[test]
+fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
+    let directory = TempDir::new();
+    let results = directory.path().join("results.xml");
+    let results = results.to_str().unwrap();
+    let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");
+    let broken = directory.file("broken.toml", "[[expect]]\nwat = 1\n");
+    let plain = directory.file("file", "");
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let busy = taken.local_addr().unwrap().port().to_string();
+    let whole = ["--scenario", &scenario];
+    for (words, code, says) in [
+        (
+            &[&whole[..], &["--", "no-such-command"]].concat()[..],
+            127,
+            "cannot run no-such-command: ",
+        ),
+        (&[&whole[..], &["--", &plain]].concat(), 126, "cannot run "),
+        (
+            &["--scenario", &broken, "--", "true"],
+            125,
+            "broken.toml, line 2: unknown key `wat`",
+        ),
+        (&["--", "true"], 125, "--junit writes the results of a scenario"),
+        (
+            &[
+                &whole[..],
+                &["--control", &format!("127.0.0.1:{busy}"), "--", "true"],
+            ]
+            .concat(),
+            125,
+            &busy,
+        ),
+        (
+            &[&whole[..], &["--fault", "nothing", "--", "true"]].concat(),
+            125,
+            "kind of fault expected",
+        ),
+        (
+            &["--no-such-flag", "--", "true"],
+            2,
+            "unexpected argument '--no-such-flag",
+        ),
+        (&["--config", "/nowhere.toml", "--", "true"], 125, "/nowhere.toml"),
+        (&["--ports", "auto"], 2, "required"),
+    ] {
+        std::fs::write(results, "left by the run before").unwrap();
+        let output = run(&[&["exec", "--junit", results], words].concat());
+        assert_eq!(output.status.code(), Some(code), "{words:?}: {}", stderr(&output));
+        let report = std::fs::read_to_string(results).unwrap();
+        assert!(report.contains(says), "{words:?}: {report}");
+        assert!(
+            report.contains(" tests=\"1\" failures=\"0\" errors=\"1\""),
+            "{report}"
+        );
+        let tags = |tag: &str| report.matches(tag).count();
+        for tag in ["testsuites", "testsuite", "testcase", "error"] {
+            assert_eq!(
+                (
+                    tags(&format!("<{tag} ")) + tags(&format!("<{tag}>")),
+                    tags(&format!("</{tag}>"))
+                ),
+                (1, 1)
+            );
+        }
+    }
 }
 
 #[test]

@@ -128,6 +128,10 @@ fn what_is_no_fault_ends_it_before_it_is_ready() {
             "--fault: kind of fault expected, `nothing` found",
         ),
         (
+            ["--fault", "flipped-bit:way=in,command=SO"],
+            "--fault: cannot arm flipped-bit: no occasion has command=SO",
+        ),
+        (
             ["--faults", &file],
             "faults.toml:3: ng: after: a whole number from 0 to 1000000 expected, `soon` found",
         ),
@@ -180,6 +184,9 @@ fn kinds_are_listed_and_specifications_checked() {
     let bad = run(&["faults", "check", "--json", "ng:command=XX", "ng"]);
     assert_eq!(bad.status.code(), Some(1));
     assert!(stderr(&bad).contains("the letters of a command"));
+    let never = run(&["faults", "check", "ng:command=SU,block=1"]);
+    assert_eq!(never.status.code(), Some(1));
+    assert!(stderr(&never).contains("leave out command, or leave out block"));
     let good: Value = serde_json::from_str(&stdout(&bad)).unwrap();
     assert_eq!(good["faults"][0]["kind"], "ng");
 }

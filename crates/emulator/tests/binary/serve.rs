@@ -1,6 +1,6 @@
 //! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
 
-use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, ts3100};
+use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 use std::time::Instant;
@@ -202,6 +202,79 @@ fn a_download_survives_a_kill() {
     assert_eq!(serve.host(&["rs", "sel"]).status.code(), Some(0));
     assert_eq!(serve.host(&["er", "PICK"]).status.code(), Some(0));
     assert!(!directory.path().join("drive/PICK").exists());
+}
+
+// clause: EU-06
+#[test]
+fn the_error_history_survives_a_kill_and_a_damaged_one_does_no_harm() {
+    let directory = TempDir::new();
+    let drive = directory.path().join("drive");
+    let kept = drive.join(".ts3100.history");
+    let words = [
+        "--drive",
+        drive.to_str().unwrap(),
+        "--fault",
+        "alarm:command=SO,number=4-101",
+    ];
+    let history = |serve: &Serve| stdout(&serve.host(&["eu"]));
+    let serve = Serve::start(&words);
+    let empty = history(&serve);
+    serve.host(&["so"]);
+    let first = history(&serve);
+    assert!(first.contains("4-101"), "{first}");
+    serve.signal("KILL");
+    let serve = Serve::start(&words);
+    assert_eq!(history(&serve), first);
+    assert!(!stdout(&serve.host(&["ca"])).contains("HISTORY"));
+    serve.host(&["so"]);
+    let both = history(&serve);
+    assert_eq!(both.matches("4-101").count(), 2, "{both}");
+    serve.signal("TERM");
+    let serve = Serve::start(&words[..2]);
+    assert_eq!(history(&serve), both);
+    serve.signal("TERM");
+    for damage in [
+        "",
+        "{\"version\":1,\"history\":[",
+        "{\"version\":2,\"history\":[]}",
+        "\u{0}",
+    ] {
+        std::fs::write(&kept, damage).unwrap();
+        let serve = Serve::start(&words);
+        assert_eq!(history(&serve), empty, "{damage:?}");
+        serve.host(&["so"]);
+        let again = history(&serve);
+        let log = stderr(&serve.signal("TERM"));
+        assert!(
+            log.contains("cannot read the error history") && log.contains(".ts3100.history"),
+            "{log}"
+        );
+        let serve = Serve::start(&words);
+        assert_eq!(history(&serve), again, "it is kept anew");
+    }
+}
+
+#[test]
+fn foreign_files_in_the_directory_are_named_and_left_alone() {
+    let directory = TempDir::new();
+    let drive = directory.path().join("drive");
+    std::fs::create_dir_all(drive.join("SUB")).unwrap();
+    for name in [".DS_Store", "README (1).md", "PICK"] {
+        std::fs::write(drive.join(name), PICK).unwrap();
+    }
+    let serve = Serve::start(&["--drive", drive.to_str().unwrap()]);
+    assert_eq!(serve.host(&["ul", "PICK"]).stdout, PICK.as_bytes());
+    let files = stdout(&serve.host(&["ca"]));
+    assert!(!files.contains("README") && !files.contains("SUB"), "{files}");
+    let log = stderr(&serve.signal("TERM"));
+    for name in ["README (1).md", "SUB"] {
+        let warnings = log
+            .lines()
+            .filter(|line| line.contains("WARN") && line.contains(name));
+        assert_eq!(warnings.count(), 1, "{name}: {log}");
+        assert!(drive.join(name).exists());
+    }
+    assert!(!log.contains("DS_Store"), "hidden files are nobody's: {log}");
 }
 
 #[test]

@@ -131,6 +131,17 @@ fn a_fault_is_armed_in_the_words_of_the_command_line() {
     assert!(words.contains("`spec` alone"), "{words}");
     let words = robot.refused(422, "POST", "/faults", r#"{"kind":"ng","spec":"ng"}"#);
     assert!(words.contains("`spec` alone"), "{words}");
+    for never in [
+        r#"{"spec":"flipped-bit:way=in,command=SO"}"#,
+        r#"{"kind":"flipped-bit","on":{"command":"SO"},"parameters":{"way":"in"}}"#,
+    ] {
+        let words = robot.refused(409, "POST", "/faults", never);
+        assert!(
+            words.contains("cannot arm flipped-bit: no occasion has command=SO"),
+            "{words}"
+        );
+        assert!(words.contains("leave out command, or give way=out"), "{words}");
+    }
     robot.post(
         "/faults",
         r#"{"kind":"slow-line","id":8.0,"after":1.0,"on":{"block":2.0}}"#,

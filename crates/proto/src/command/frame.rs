@@ -2,7 +2,7 @@
 //! such a variable, and which form of the values its arm takes, is the controller's to know.
 
 use crate::command::number::number;
-use crate::command::operand::{Operands, separator, whole};
+use crate::command::operand::{Operands, list, separator, whole};
 use crate::command::variable::variable;
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
@@ -10,9 +10,8 @@ use alloc::format;
 use alloc::string::String;
 use core::fmt::Write;
 use nom::Parser;
-use nom::combinator::{cut, map_opt};
+use nom::combinator::map_opt;
 use nom::error::context;
-use nom::multi::separated_list1;
 
 /// Values for a SCARA: X Y Z C.
 const SCARA_VALUES: usize = 4;
@@ -52,7 +51,7 @@ impl ZsFrame {
 pub(super) fn zs(operands: Operands<'_>) -> Result<Command, CommandError> {
     const FRAME: &str = "1 (work) or 2 (tool)";
     let frame = context(FRAME, map_opt(whole("", 0..=u8::MAX), ZsFrame::from_code));
-    let values = separated_list1(separator, cut(number.map(Number::as_f64)));
+    let values = list(number.map(Number::as_f64));
     let grammar = (frame, separator, variable, separator, values);
     let (frame, (), name, (), values) = operands.read(FRAME, grammar)?;
     if matches!(values.len(), SCARA_VALUES | SIX_AXIS_VALUES) {

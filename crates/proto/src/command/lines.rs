@@ -1,15 +1,14 @@
 //! IW: forcing I/O lines. Which numbers are lines is the controller's to know (CMD-IW-04).
 
-use crate::command::operand::{Operands, Read, separator};
+use crate::command::operand::{Operands, Read, list, separator};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use nom::Parser;
 use nom::character::complete::{digit1, one_of};
-use nom::combinator::{cut, map_res};
+use nom::combinator::map_res;
 use nom::error::context;
-use nom::multi::separated_list1;
 
 /// Lines an IW may force (CMD-IW-02).
 pub const MAX_LINES: usize = 32;
@@ -25,7 +24,7 @@ pub struct LineWrite {
 
 /// `line state`, repeated; blanks or commas between all of them (CMD-IW-03).
 pub(super) fn iw(operands: Operands<'_>) -> Result<Command, CommandError> {
-    let lines = operands.read("a line number", separated_list1(separator, cut(pair)))?;
+    let lines = operands.read("a line number", list(pair))?;
     if lines.len() > MAX_LINES {
         let error = operands.malformed(&format!("at most {MAX_LINES} lines"), 0);
         return Err(error);

@@ -3,13 +3,16 @@
 
 use crate::command::{Command, CommandError, excerpt};
 use alloc::string::String;
+use alloc::vec::Vec;
 use core::ops::RangeInclusive;
 use core::str::FromStr;
 use nom::branch::alt;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, digit1, space0, space1};
-use nom::combinator::{eof, map_opt};
+use nom::combinator::{cut, eof, map_opt, not};
 use nom::error::{ContextError, ErrorKind, FromExternalError, ParseError, context};
+use nom::multi::separated_list1;
+use nom::sequence::preceded;
 use nom::{IResult, Parser};
 
 /// Letters of a command, before its comma.
@@ -58,6 +61,13 @@ pub(super) type Read<'a, T> = IResult<&'a str, T, Unmet<'a>>;
 pub(super) fn separator(input: &str) -> Read<'_, ()> {
     let comma = (space0, char(','), space0).map(|_| ());
     context("a blank", alt((comma, space1.map(|_| ())))).parse(input)
+}
+
+/// Operands of one kind, one or more, up to the end. Blanks at the end announce no further one.
+pub(super) fn list<'a, T>(
+    item: impl Parser<&'a str, Output = T, Error = Unmet<'a>>,
+) -> impl Parser<&'a str, Output = Vec<T>, Error = Unmet<'a>> {
+    separated_list1(preceded(not((space0, eof)), separator), cut(item))
 }
 
 /// A run of the characters that numbers are made of.

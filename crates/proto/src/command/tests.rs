@@ -96,6 +96,33 @@ fn blanks_after_the_comma_are_skipped() {
 
 // clause: FRM-18
 #[test]
+fn blanks_at_the_end_are_skipped_whatever_the_command() {
+    // The content of a file and a statement are kept as they came.
+    let skips = |row: &&CommandRow| !matches!(row.letters, "FL" | "DO");
+    for row in all().filter(skips) {
+        for blanks in [" ", "  ", "     "] {
+            let message = format!("{}{blanks}", row.example);
+            assert_eq!(Command::parse(message.as_bytes()), Ok(parsed(row)), "{message:?}");
+        }
+    }
+    let statement = Command::Do("MOVE A1 ".to_string());
+    assert_eq!(Command::parse(b"DO,MOVE A1 "), Ok(statement));
+    assert_eq!(Command::parse(b"FL,END "), Ok(Command::Fl(b"END ".to_vec())));
+    // Blanks do not stand for what is missing.
+    for message in [
+        "MW,0 A 0 ",
+        "IW,3 1 4 ",
+        "ZS,1 WK1 ",
+        "SL,1A ",
+        "EC,MODE ",
+        "JG,1 ",
+    ] {
+        assert!(Command::parse(message.as_bytes()).is_err(), "{message:?}");
+    }
+}
+
+// clause: FRM-18
+#[test]
 fn missing_and_surplus_operands_are_malformed() {
     for row in all() {
         let has_operand = row.example.contains(',');

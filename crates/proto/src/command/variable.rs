@@ -2,7 +2,7 @@
 //! takes, is the controller's to know.
 
 use crate::command::number::number;
-use crate::command::operand::{Operands, Read, number_token, separator};
+use crate::command::operand::{Operands, Read, list, number_token, separator};
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
 use alloc::format;
@@ -12,9 +12,8 @@ use core::fmt::Write;
 use nom::Parser;
 use nom::bytes::complete::take_while1;
 use nom::character::complete::{char, one_of};
-use nom::combinator::{cut, map_opt, map_res, opt, recognize};
+use nom::combinator::{map_opt, map_res, opt, recognize};
 use nom::error::context;
-use nom::multi::separated_list1;
 
 /// Values an MW may carry. The manual's longest, a position, has nine.
 pub const MAX_VALUES: usize = 16;
@@ -137,7 +136,7 @@ pub(super) fn mr(operands: Operands<'_>) -> Result<Command, CommandError> {
 /// `flag name type values` (CMD-MW-01).
 pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
     let flag = context(FLAG, one_of("01"));
-    let values = separated_list1(separator, cut(number));
+    let values = list(number);
     let grammar = (flag, separator, variable, separator, kind, separator, values);
     let (flag, (), variable, (), kind, (), values) = operands.read(FLAG, grammar)?;
     if values.len() > MAX_VALUES {

@@ -130,7 +130,7 @@ fn a_file_beyond_the_room_is_refused_at_that_block() {
     );
 }
 
-// clause: RAM-01 RAM-02
+// clause: RAM-01 RAM-02 S7
 #[test]
 fn lines_have_at_most_252_characters_whatever_the_line_end() {
     for end in [b"\r".as_slice(), b"\n", b"\r\n"] {

@@ -27,6 +27,8 @@ pub const KIND: Kind = Kind {
     points: &[Point::Command],
     command: Some("DL"),
     block: Some(0),
+    // The room is that of the whole file: it is known when the command comes.
+    bites: |_, _, block| block == 0,
     check: stores,
     act: |controller, values, prey| {
         let free = values.bytes("free").unwrap_or(0);
@@ -34,7 +36,6 @@ pub const KIND: Kind = Kind {
         let words = alloc::format!("{} finds {free} bytes free on the RAM drive", prey.words());
         Bitten::new(Effect::Pass, words)
     },
-    ..Kind::PLAIN
 };
 
 fn stores(on: &On, _: &super::super::Values) -> Result<(), FaultError> {

@@ -46,7 +46,7 @@ pub const KIND: Kind = Kind {
         },
     ],
     points: &[Point::Reply, Point::Print, Point::Bytes],
-    bites: |values, point| (values.word("way") == IN) == (point == Point::Bytes),
+    bites: |values, point, _| (values.word("way") == IN) == (point == Point::Bytes),
     act: |controller, values, prey| {
         let mut bytes = prey.bytes.to_vec();
         let (byte, bit) = place(controller, values, bytes.len());

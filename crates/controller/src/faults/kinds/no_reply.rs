@@ -20,7 +20,7 @@ pub const KIND: Kind = Kind {
         what: "reply: the command is obeyed; command: it is not",
     }],
     points: &[Point::Command, Point::Reply],
-    bites: |values, point| (values.word("lost") == COMMAND) == (point == Point::Command),
+    bites: |values, point, _| (values.word("lost") == COMMAND) == (point == Point::Command),
     act: |_, _, prey| {
         let words = match prey.point {
             Point::Command => alloc::format!("{} is lost before the robot sees it", prey.words()),

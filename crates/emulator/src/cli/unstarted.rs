@@ -1,0 +1,76 @@
+//! The JUnit report of a run that could not start: CI takes a file that is missing, empty or broken for no report at
+//! all. The report of a run that ended is the scenario's.
+
+use crate::evidence::escape;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// What the report says until the run has ended.
+pub(super) const NOT_ENDED: &str = "the run was not carried to its end";
+/// The variable that stands for `--junit`.
+const VARIABLE: &str = "TS3100_JUNIT";
+
+/// The report: one test case with an error, which is why.
+pub(super) fn junit(why: &str) -> String {
+    let why = escape(why.trim_end());
+    let first = why.lines().next().unwrap_or_default();
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  \
+         <testsuite name=\"ts3100\" tests=\"1\" failures=\"0\" errors=\"1\" skipped=\"0\" time=\"0\">\n    \
+         <testcase classname=\"ts3100\" name=\"start\" time=\"0\">\n      \
+         <error message=\"{first}\">{why}</error>\n    </testcase>\n  </testsuite>\n</testsuites>\n"
+    )
+}
+
+/// Writes the report, where one was asked for, and says so on stderr if that fails.
+pub(super) fn write(path: Option<&Path>, why: &str) {
+    let Some(path) = path else { return };
+    let shown = path.display().to_string();
+    match std::fs::write(path, junit(why)) {
+        // That it cannot be written may be why the run did not start.
+        Err(error) if !why.contains(&shown) => eprintln!("ts3100: cannot write {shown}: {error}"),
+        _ => {}
+    }
+}
+
+/// The file of `--junit`, or of its variable, on a command line that cannot be understood otherwise.
+pub(super) fn asked_for(words: impl Iterator<Item = OsString>) -> Option<PathBuf> {
+    let mut words = words.take_while(|word| word != "--");
+    while let Some(word) = words.next() {
+        if word == "--junit" {
+            return words.next().map(PathBuf::from);
+        }
+        if let Some(path) = word.to_str().and_then(|word| word.strip_prefix("--junit=")) {
+            return Some(PathBuf::from(path));
+        }
+    }
+    by_variable()
+}
+
+/// The file of the variable.
+pub(super) fn by_variable() -> Option<PathBuf> {
+    std::env::var_os(VARIABLE).map(PathBuf::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_file_is_found_on_a_broken_command_line() {
+        let found = |line: &str| asked_for(line.split(' ').map(OsString::from));
+        assert_eq!(found("exec --nonsense --junit a.xml -- x"), Some("a.xml".into()));
+        assert_eq!(found("exec --junit=b.xml --nonsense"), Some("b.xml".into()));
+        assert_eq!(found("exec -- x --junit a.xml"), None);
+        assert_eq!(found("exec --junit"), None);
+    }
+
+    #[test]
+    fn what_is_said_is_escaped() {
+        let report = junit("no <command> & \"none\"\nUsage: a\n");
+        assert!(
+            report.contains("message=\"no &lt;command&gt; &amp; &quot;none&quot;\">no &lt;command&gt;"),
+            "{report}"
+        );
+    }
+}

@@ -1,0 +1,102 @@
+//! The error history of the controller in the backing directory: for whoever uses `--drive` the end of the daemon is a
+//! power cycle, and EU answers the same after it. The file is hidden, so it is no file of the RAM drive.
+
+use super::{Store, StoreError};
+use serde::{Deserialize, Serialize};
+use std::collections::VecDeque;
+use std::fs;
+use std::io;
+use std::path::Path;
+use ts3100_controller::alarm::Alarm;
+use ts3100_controller::limits::MAX_HISTORY;
+
+/// The file, beside those of the RAM drive.
+pub(super) const FILE: &str = ".ts3100.history";
+/// Version of its form.
+const VERSION: u32 = 1;
+/// More bytes than the longest history has.
+const MAX_SIZE: u64 = 1024 * 1024;
+
+#[derive(Serialize)]
+struct Writing<'a> {
+    version: u32,
+    history: &'a VecDeque<Alarm>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Reading {
+    version: u32,
+    history: VecDeque<Alarm>,
+}
+
+impl Store {
+    /// The error history as it was kept last, newest first.
+    #[must_use]
+    pub fn history(&self) -> &VecDeque<Alarm> {
+        &self.history
+    }
+
+    /// Keeps the error history, durably, if it has changed since it was kept last.
+    ///
+    /// # Errors
+    /// The system's; it is tried again when the history changes again.
+    pub fn keep_history<'a>(
+        &mut self,
+        history: impl Iterator<Item = &'a Alarm> + Clone,
+    ) -> Result<(), StoreError> {
+        if self.history.iter().eq(history.clone()) {
+            return Ok(());
+        }
+        self.history = history.cloned().collect();
+        let paper = Writing {
+            version: VERSION,
+            history: &self.history,
+        };
+        let content = serde_json::to_vec(&paper).map_err(|error| StoreError::Io {
+            action: "write",
+            path: self.directory.join(FILE),
+            reason: error.into(),
+        })?;
+        self.replace(FILE, &content)
+    }
+
+    /// Reads what was kept; a file that is damaged counts as none and is named among the warnings.
+    pub(super) fn read_history(&mut self) {
+        let path = self.directory.join(FILE);
+        match read(&path) {
+            Ok(history) => self.history = history,
+            Err(reason) => self.warnings.push(format!(
+                "cannot read the error history {}: {reason}; EU starts empty",
+                path.display()
+            )),
+        }
+    }
+}
+
+fn read(path: &Path) -> Result<VecDeque<Alarm>, String> {
+    let content = || -> io::Result<Vec<u8>> {
+        if fs::metadata(path)?.len() > MAX_SIZE {
+            return Err(io::Error::other(format!("more than {MAX_SIZE} bytes")));
+        }
+        fs::read(path)
+    };
+    let content = match content() {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(VecDeque::new()),
+        content => content.map_err(|error| error.to_string())?,
+    };
+    let Reading { version, history } = serde_json::from_slice(&content).map_err(|error| error.to_string())?;
+    if version != VERSION {
+        return Err(format!("version {VERSION} expected, {version} found"));
+    }
+    if history.len() > MAX_HISTORY {
+        return Err(format!(
+            "at most {MAX_HISTORY} alarms expected, {} found",
+            history.len()
+        ));
+    }
+    match history.iter().find(|alarm| !alarm.at.is_valid()) {
+        Some(alarm) => Err(format!("a date expected, {:?} found", alarm.at)),
+        None => Ok(history),
+    }
+}
