@@ -3,8 +3,11 @@
 //! ACK answers (S40) and where EX_SVON acts (S41).
 
 use crate::extended::{text, values, word};
+use std::time::Duration;
 use ts3100_controller::options::Strobe;
-use ts3100_controller::{Config, ControlRight, Dialect, Event, KeySwitch, Output, Panel, Port};
+use ts3100_controller::{
+    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, Panel, Port,
+};
 use ts3100_tests::Robot;
 
 const STROBE: u16 = 249;
@@ -455,4 +458,129 @@ fn one_output_names_the_mode_and_one_the_battery() {
     );
     robot.panel(Panel::Battery(false));
     assert!(!output(&mut robot, BT_ALM));
+}
+
+// clause: S41
+#[test]
+fn ex_svon_is_latched_and_acts_in_ext_sig_while_sv_rdy_is_off() {
+    for mode in MODES {
+        let mut robot = robot();
+        robot.panel(Panel::Servo(false));
+        in_mode(&mut robot, mode);
+        set(&mut robot, EX_SVON, true);
+        let acts = mode == (KeySwitch::Ext, ControlRight::Sig);
+        assert_eq!(output(&mut robot, SV_RDY), acts, "{mode:?}");
+        set(&mut robot, EX_SVON, false);
+        robot.advance_ms(1_000);
+        assert_eq!(output(&mut robot, SV_RDY), acts, "{mode:?}: latched");
+        assert_eq!(refusals(&robot), 0, "{mode:?}");
+        pulse(&mut robot, EX_SVON);
+        assert_eq!(refusals(&robot), usize::from(acts), "{mode:?}: SV_RDY is on");
+    }
+}
+
+/// A TSL3000E in EXT, its servo off, asked for it by each way there is.
+fn tsl3000e() -> Robot {
+    let mut robot = Robot::with(Config::new(Dialect::Field).with_controller(ControllerType::Tsl3000e));
+    robot.connect(Port::Ip0);
+    robot
+}
+
+fn servo(robot: &mut Robot) -> bool {
+    let shown = robot.total(Port::Ip0)[0] == 1;
+    assert_eq!(text(robot, "SM,1").contains("SV1"), shown);
+    assert_eq!(output(robot, SV_RDY), shown);
+    shown
+}
+
+type Way = fn(&mut Robot);
+
+/// Every way to turn the servo on.
+const WAYS: [(&str, Way); 3] = [
+    ("SO", |robot| robot.command(Port::Ip0, "SO")),
+    ("panel", |robot| robot.panel(Panel::Servo(true))),
+    ("EX_SVON", |robot| {
+        robot.panel(Panel::ControlRight(ControlRight::Sig));
+        pulse(robot, EX_SVON);
+        robot.panel(Panel::ControlRight(ControlRight::Ether));
+    }),
+];
+
+fn turned_on_twice() -> Robot {
+    let mut robot = tsl3000e();
+    for _ in 0..2 {
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot));
+        robot.command(Port::Ip0, "BR");
+    }
+    robot
+}
+
+// clause: S41
+#[test]
+fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
+    for (way, turn_on) in WAYS {
+        let mut robot = turned_on_twice();
+        let start = robot.now();
+        turn_on(&mut robot);
+        assert!(!servo(&mut robot), "{way}");
+        let due = start + Duration::from_secs(7);
+        let held = |output: &Output| *output == Output::Event(Event::ServoHeldBack(due));
+        assert!(robot.outputs.iter().any(held), "{way}");
+        assert_eq!(
+            robot.ask(Port::Ip0, "DO,DOUT(1)"),
+            b"NG\r",
+            "{way}: no servo power yet"
+        );
+        // Asked again meanwhile it comes no later; a snapshot carries it.
+        robot.command(Port::Ip0, "SO");
+        robot = Robot::of(ts3100_tests::paper::again(&robot.controller));
+        robot.advance(due.since(robot.now()) - Duration::from_millis(1));
+        assert!(!servo(&mut robot), "{way}");
+        robot.advance_ms(1);
+        assert!(servo(&mut robot), "{way}");
+        // The fourth and the fifth come at once, the sixth does not.
+        for at_once in [true, true, false] {
+            robot.command(Port::Ip0, "BR");
+            turn_on(&mut robot);
+            assert_eq!(servo(&mut robot), at_once, "{way}");
+        }
+    }
+}
+
+// clause: S41
+#[test]
+fn what_turns_the_servo_off_ends_the_pause_and_only_a_tsl3000e_has_one() {
+    let offs: [Way; 3] = [
+        |robot| robot.command(Port::Ip0, "BR"),
+        |robot| pulse(robot, SVOFF),
+        |robot| {
+            robot.panel(Panel::EmergencyStop(true));
+            robot.panel(Panel::EmergencyStop(false));
+            robot.command(Port::Ip0, "RS,ERR");
+        },
+    ];
+    for turn_off in offs {
+        let mut robot = turned_on_twice();
+        robot.command(Port::Ip0, "SO");
+        robot.advance_ms(3_000);
+        turn_off(&mut robot);
+        robot.advance_ms(10_000);
+        assert!(!servo(&mut robot));
+        robot.command(Port::Ip0, "SO");
+        assert!(!servo(&mut robot), "the third still waits");
+        robot.panel(Panel::PowerCycle);
+        robot.connect(Port::Ip0);
+        robot.advance_ms(10_000);
+        assert!(!servo(&mut robot), "power off ends it too");
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot), "and counts from one again");
+    }
+    let mut robot = robot();
+    robot.panel(Panel::ControlRight(ControlRight::Ether));
+    for _ in 0..6 {
+        robot.command(Port::Ip0, "BR");
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot));
+    }
 }

@@ -9,7 +9,7 @@ use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
 use crate::line::Line;
 use crate::network::NetworkPlan;
-use crate::options::{Config, ControllerType};
+use crate::options::Config;
 use crate::outbox::Outbox;
 use crate::output::{Event, Output};
 use crate::port::Port;
@@ -112,7 +112,7 @@ impl Controller {
             open_mode: config.options.open_mode,
             ..EthernetParameters::factory()
         };
-        let key = if config.key == KeySwitch::Internal && config.controller == ControllerType::Tsl3100 {
+        let key = if config.key == KeySwitch::Internal && !config.controller.has_internal() {
             KeySwitch::Ext
         } else {
             config.key
@@ -199,6 +199,7 @@ impl Controller {
             .chain(self.arrives_at())
             .chain(self.execution.deadline())
             .chain(self.signals.deadline())
+            .chain(self.state.servo_due)
             .chain(self.state.watchdog.as_ref().map(Watchdog::deadline))
             .min()
     }

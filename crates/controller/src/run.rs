@@ -64,6 +64,7 @@ impl Controller {
         if !self.state.powered {
             return;
         }
+        self.end_servo_interval();
         while self.step_direct() || self.step_program() {}
         self.show_state();
         self.release_sp();
