@@ -21,6 +21,7 @@ mod guiding;
 mod house;
 mod kinematics;
 mod lines;
+mod maintenance;
 mod measured;
 mod motion;
 mod network;

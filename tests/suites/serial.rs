@@ -2,7 +2,6 @@
 //! what is lost on a half-duplex line. Settings as such are in `lines`.
 
 use std::time::Duration;
-use ts3100_controller::model::ArmModel;
 use ts3100_controller::{
     Config, ControlRight, Dialect, Event, HostLine, HostSettings, Input, Options, Output, Panel, Port, Time,
 };
@@ -13,10 +12,7 @@ use ts3100_tests::{Robot, frame};
 fn paced(u06: &str, change: impl Fn(&mut Options)) -> Robot {
     let mut config = Config::new(Dialect::Field);
     change(&mut config.options);
-    paced_robot(Robot::with(config), u06)
-}
-
-fn paced_robot(mut robot: Robot, u06: &str) -> Robot {
+    let mut robot = Robot::with(config);
     for port in ["COM1", "HOST"] {
         robot
             .controller
@@ -86,36 +82,6 @@ fn dropped(robot: &Robot, reason: &str) -> usize {
 fn printer(lines: u32) -> String {
     let text = "x".repeat(99);
     format!("PROGRAM P\nFOR K = 1 TO {lines}\nPRINT COM1, \"{text}\", CR\nNEXT K\nEND\n")
-}
-
-/// The SCARA's HOST at the two speeds that the six-axis controller does not have.
-// clause: S2
-#[test]
-fn host_of_a_scara_controller_is_served_at_300_and_600_bit_s() {
-    let scara = || {
-        Robot::with(Config {
-            model: ArmModel::thl400(),
-            ..Config::new(Dialect::Field)
-        })
-    };
-    let set = |robot: &mut Robot, port: &str, speed: u32| {
-        let value = format!("{speed} 8 0 1");
-        robot.controller.set_parameter("USER.PAR", "U06", port, &value)
-    };
-    for speed in [300, 600] {
-        let mut robot = paced_robot(scara(), "1200 8 0 1");
-        set(&mut robot, "HOST", speed).unwrap();
-        assert!(set(&mut robot, "COM1", speed).is_err(), "HOST only");
-        robot.panel(Panel::PowerCycle);
-        robot.panel(Panel::ControlRight(ControlRight::Rs232c));
-        robot.connect(Port::Host);
-        // Five characters there, five back, ten bits each.
-        robot.raw(Port::Host, &frame(b"SO\r"));
-        within(time_for(&mut robot, Port::Host, 5), 100.0 / f64::from(speed));
-        assert_eq!(robot.alarms(), Vec::<String>::new());
-        let mut six = usual();
-        assert!(set(&mut six, "HOST", speed).is_err());
-    }
 }
 
 // clause: SER-01 SER-02

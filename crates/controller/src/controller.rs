@@ -17,6 +17,7 @@ use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::{State, Watchdog};
 use crate::time::Time;
+use crate::upkeep::Upkeep;
 use crate::vary::Vary;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
@@ -86,6 +87,8 @@ pub struct Controller {
     pub(crate) network: NetworkPlan,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
+    /// What is counted for the maintenance information.
+    pub(crate) upkeep: Upkeep,
     /// What is broken on purpose.
     pub(crate) faults: Faults,
     /// What varies, if anything.
@@ -139,6 +142,7 @@ impl Controller {
             ethernet,
             user: UserParameters::factory(),
             traced: false,
+            upkeep: Upkeep::default(),
             faults: Faults::new(config.fault_seed),
             vary: config.vary.map(Vary::new),
             outbox: Outbox::default(),
@@ -148,6 +152,7 @@ impl Controller {
         controller.make_parameter_files()?;
         controller.take_parameters();
         controller.show_state();
+        controller.note_upkeep();
         Ok(controller)
     }
 

@@ -113,11 +113,7 @@ pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
     let Some(table) = port.protocol() else {
         return Vec::new();
     };
-    let extensions: &[&str] = if config.options.extensions {
-        &EXTENSION_ROWS
-    } else {
-        &[]
-    };
+    let extensions = EXTENSION_ROWS.iter().filter(|row| config.serves_row(row));
     let internal = config.controller.has_internal();
     let modes = || {
         MasterMode::ALL

@@ -63,6 +63,7 @@ mod stop;
 mod talk;
 mod tasks;
 pub mod time;
+mod upkeep;
 pub mod vary;
 mod view;
 

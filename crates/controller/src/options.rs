@@ -6,6 +6,7 @@ use crate::limits;
 use core::time::Duration;
 use scol_mini::{IntDivision, LanguageOptions};
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::command::Command;
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::status::su::SuLayout;
@@ -256,6 +257,9 @@ impl ControllerType {
     }
 }
 
+/// Commands beyond our manual that the edition for SCARA robots prints: served for a SCARA arm in both dialects (S29).
+const SCARA_EDITION: [&str; 1] = ["MN"];
+
 /// What a controller is made of.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
@@ -285,6 +289,20 @@ pub struct Config {
 }
 
 impl Config {
+    /// Whether this command is served at all: those of the manual, the others by option `extensions`, or because the
+    /// edition of the manual for the arm prints them.
+    #[must_use]
+    pub fn serves(&self, command: &Command) -> bool {
+        !command.is_extension() || self.serves_row(command.permission_row())
+    }
+
+    /// The same of an extension by its row in the permission tables.
+    #[must_use]
+    pub fn serves_row(&self, row: &str) -> bool {
+        let printed = self.model.language() == scol_mini::Arm::Scara && SCARA_EDITION.contains(&row);
+        self.options.extensions || printed
+    }
+
     /// The same with this controller, and the options it presets.
     #[must_use]
     pub fn with_controller(mut self, controller: ControllerType) -> Config {

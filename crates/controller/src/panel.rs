@@ -1,7 +1,6 @@
 //! What is done at the controller itself: panel, teach pendant, terminals, power.
 
 use crate::Controller;
-use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::controller::fresh_lines;
 use crate::execution::{By, Course, Execution};
@@ -212,13 +211,12 @@ impl Controller {
         }
         self.interrupt(By::Host);
         self.jogging = None;
-        let rested = self.arm.joints(self.now);
         self.state = State {
             powered: false,
             run_mode: self.state.run_mode,
             ..self.state.as_left_by_hand(self.now)
         };
-        self.arm = Arm::at(self.config.model.clone(), rested);
+        self.arm.power_off(self.now);
         self.signals.drop_outputs();
         self.alarms.reset(|_| false);
         self.pendant.clear();

@@ -325,7 +325,7 @@ impl Controller {
         match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
-            Some(Ok(command)) if command.is_extension() && !self.config.options.extensions => true,
+            Some(Ok(command)) if !self.config.serves(&command) => true,
             Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(

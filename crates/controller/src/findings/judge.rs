@@ -141,7 +141,7 @@ impl Controller {
         let letters = command.letters();
         let runs = self.execution.status() == ExecutionStatus::Running;
         if command.is_extension() {
-            let answer = if self.config.options.extensions {
+            let answer = if self.config.serves(command) {
                 "served"
             } else {
                 "NG"

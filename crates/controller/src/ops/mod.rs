@@ -25,7 +25,7 @@ use ts3100_proto::status::ExecutionStatus;
 impl Controller {
     /// Carries out a command that came on a protocol port.
     pub(crate) fn command(&mut self, port: Port, command: Command) -> Outcome {
-        if command.is_extension() && !self.config.options.extensions {
+        if !self.config.serves(&command) {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
         let row = command.permission_row();
@@ -95,6 +95,7 @@ impl Controller {
             Command::Sm(_) => self.op_quick_status(),
             Command::Ac => self.op_current_alarms(),
             Command::Ah => self.op_alarm_history(),
+            Command::Mn => Outcome::file(self.maintenance().encode()),
             Command::Io(_) => self.op_lines(),
             Command::Hi { first, count } => self.op_read_inputs(first, count),
             Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),

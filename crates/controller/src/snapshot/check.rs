@@ -114,6 +114,7 @@ impl Controller {
         within("state.guide.rate", state.guide.rate, 0..=2)?;
         within("state.guide.mode", state.guide.mode, 0..=2)?;
         lasting("state.run_total", state.run_total)?;
+        lasting("upkeep", self.upkeep.longest())?;
         if let Some(watchdog) = &state.watchdog {
             lasting("state.watchdog.timeout", watchdog.timeout)?;
         }

@@ -131,6 +131,8 @@ pub enum Command {
         /// X Y Z C, or X Y Z A B C, in mm and degrees; finite. The arm decides which.
         values: Vec<f64>,
     },
+    /// Extension: maintenance information (S29).
+    Mn,
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
     Md(u8),
     /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
@@ -203,7 +205,7 @@ impl Command {
             Command::Mr(read) => operand(&mut data, &variable::encode_read(read)),
             Command::Iw(lines) => operand(&mut data, &lines::encode(lines)),
             Command::Do(statement) => operand(&mut data, statement),
-            Command::Ac | Command::Ah => {}
+            Command::Ac | Command::Ah | Command::Mn => {}
             Command::Sm(number) | Command::Io(number) | Command::Vl(number) => digits(&mut data, *number),
             Command::Md(number) | Command::Rt(number) | Command::Sc(number) => digits(&mut data, *number),
             Command::Pr(query) => digits(&mut data, query.code()),
@@ -265,6 +267,7 @@ impl Command {
             Command::Rt(_) => "RT",
             Command::Sc(_) => "SC",
             Command::Jg { .. } => "JG",
+            Command::Mn => "MN",
         }
     }
 
