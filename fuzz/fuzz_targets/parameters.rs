@@ -5,7 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{Input, Panel};
 use ts3100_fuzz::{Cell, text_and_choices};
-use ts3100_proto::parameter::{EthernetParameters, UserParameters, rewrite};
+use ts3100_proto::parameter::{Edition, EthernetParameters, UserParameters, rewrite};
 
 const SECTIONS: [&str; 8] = ["E00", "E01", "E04", "E05", "E10", "U06", "U07", "U09"];
 
@@ -13,10 +13,10 @@ fuzz_target!(|data: &[u8]| {
     let (text, mut choices) = text_and_choices(data);
     let content = text.as_bytes();
     let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
-    let (user, _) = UserParameters::parse(content, &UserParameters::factory());
+    let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
     // What was read once is a good previous value.
     let _ = EthernetParameters::parse(content, &ethernet);
-    let _ = UserParameters::parse(content, &user);
+    let _ = UserParameters::parse(content, &user, Edition::Scara);
     let section = SECTIONS[usize::from(choices.byte()) % SECTIONS.len()];
     let value = String::from_utf8_lossy(choices.chunk()).into_owned();
     let key = String::from_utf8_lossy(choices.chunk()).into_owned();

@@ -29,6 +29,7 @@ local COMMANDS = {
   AH = "alarm history (extension)", IO = "input and output words (extension)", HI = "read lines (extension)",
   HO = "write lines (extension)", PR = "position (extension)", VL = "speeds (extension)",
   ZS = "frames (extension)", MD = "mode (extension)", RT = "extension", SC = "extension", JG = "guide (extension)",
+  MN = "maintenance information (extension)",
 }
 
 -- Fields of SF: offset, size, key, name, kind. Groups of equal fields follow by loops, as in the manual's table.

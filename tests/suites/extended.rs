@@ -86,7 +86,7 @@ fn refused(robot: &mut Robot, command: &str) {
 }
 
 /// One well-formed text of every extension.
-const EXAMPLES: [&str; 15] = [
+const EXAMPLES: [&str; 16] = [
     "SM,1",
     "WD,700 2",
     "AC",
@@ -102,6 +102,7 @@ const EXAMPLES: [&str; 15] = [
     "SC,3",
     "JG,1 +",
     "RS,ERR",
+    "MN",
 ];
 
 // clause: CMD-LST-05 CMD-LST-04
@@ -157,7 +158,7 @@ fn permissions_are_those_of_their_kin() {
                 robot.panel(Panel::ControlRight(right));
                 let everywhere = matches!(
                     command.get(..2),
-                    Some("SM" | "AC" | "AH" | "IO" | "PR" | "VL" | "HI" | "RS")
+                    Some("SM" | "AC" | "AH" | "IO" | "PR" | "VL" | "HI" | "RS" | "MN")
                 );
                 let answer = robot.ask(port, command);
                 assert_eq!(
@@ -178,7 +179,7 @@ fn running_refuses_jogging_and_the_alarm_reset() {
     for command in ["JG,1 +", "RS,ERR"] {
         refused(&mut robot, command);
     }
-    for command in ["SM,1", "PR,1", "VL,1", "AC", "AH", "HI,1 8"] {
+    for command in ["SM,1", "PR,1", "VL,1", "AC", "AH", "HI,1 8", "MN"] {
         robot.file(Port::Ip0, command);
     }
     assert!(robot.ask(Port::Ip0, "IO,1").starts_with(b"FL,"));
@@ -197,6 +198,7 @@ fn operands_out_of_range_are_refused_without_effect() {
     for command in [
         "SM",
         "SM,2",
+        "MN,1",
         "SM,1 1",
         "WD",
         "WD,700",

@@ -64,7 +64,7 @@ fn the_arm_moves_while_the_key_is_held() {
 fn every_axis_of_both_arms_is_guided_to_its_limit() {
     for (mut robot, limits) in [
         (six_axis(), vec![190.0, 179.0, 165.0, 360.0, 175.0, 360.0]),
-        (scara(), vec![170.0, 150.0, 150.0, 360.0, 360.0]),
+        (scara(), vec![180.0, 150.0, 150.0, 360.0, 360.0]),
     ] {
         robot.command(Port::Ip0, "RT,2");
         for (index, limit) in limits.iter().enumerate() {

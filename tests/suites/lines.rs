@@ -2,8 +2,10 @@
 //! file, lengths, and the code table.
 
 use crate::extended::{text, word};
+use std::time::Duration;
 use ts3100_controller::display::PAGES;
-use ts3100_controller::{ControlRight, Dialect, Input, Panel, Port};
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::{Config, ControlRight, Dialect, Input, Panel, Port};
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame, unframe};
 
@@ -31,6 +33,39 @@ fn with_lines(com1: &str, host: &str) -> Robot {
     ];
     let change: Vec<(&str, &str)> = change.iter().map(|(from, to)| (*from, to.as_str())).collect();
     with_parameters(Dialect::Field, "USER.PAR", &change)
+}
+
+/// The SCARA's HOST at the two speeds that the six-axis controller does not have.
+// clause: S2
+#[test]
+fn host_of_a_scara_controller_is_served_at_300_and_600_bit_s() {
+    let with = |model: ArmModel| {
+        Robot::with(Config {
+            model,
+            ..Config::new(Dialect::Field)
+        })
+    };
+    let set = |robot: &mut Robot, port: &str, speed: u32| {
+        let value = format!("{speed} 8 0 1");
+        robot.controller.set_parameter("USER.PAR", "U06", port, &value)
+    };
+    for speed in [300, 600] {
+        let mut robot = with(ArmModel::thl400());
+        set(&mut robot, "HOST", speed).unwrap();
+        assert!(set(&mut robot, "COM1", speed).is_err(), "HOST only");
+        robot.panel(Panel::PowerCycle);
+        robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+        robot.connect(Port::Host);
+        robot.raw(Port::Host, &frame(b"SO\r"));
+        // Five characters there, five back, ten bits each.
+        let expected = Duration::from_secs(100) / speed;
+        robot.advance(expected * 98 / 100);
+        assert!(robot.received(Port::Host).len() < 5, "{speed}");
+        robot.advance(expected * 4 / 100);
+        assert!(robot.received(Port::Host).ends_with(b"\x03"), "{speed}");
+        assert_eq!(robot.alarms(), Vec::<String>::new());
+        assert!(set(&mut with(ArmModel::tv800()), "HOST", speed).is_err());
+    }
 }
 
 // clause: SER-01 SER-02 PAR-U06-03

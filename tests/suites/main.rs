@@ -21,6 +21,8 @@ mod guiding;
 mod house;
 mod kinematics;
 mod lines;
+mod maintenance;
+mod measured;
 mod motion;
 mod network;
 mod permissions;

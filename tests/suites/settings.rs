@@ -202,6 +202,7 @@ fn the_tsl3100_has_no_internal_position() {
     for (controller, word) in [
         (ControllerType::Ts3100, "internal"),
         (ControllerType::Tsl3100, "external(ethernet)"),
+        (ControllerType::Tsl3000e, "external(ethernet)"),
     ] {
         let mut robot = Robot::with(Config {
             controller,

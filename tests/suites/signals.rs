@@ -1,9 +1,13 @@
 //! EXT (SIG): the robot driven by the system inputs Din249 to Din261 and answering on the system outputs
-//! Dout249 to Dout262. Edges, levels and pulses are those of docs/PROTOCOL.md 11, all of them assumed.
+//! Dout249 to Dout262. Edges, levels and pulses are those of docs/PROTOCOL.md 11, all of them assumed but for what
+//! ACK answers (S40) and where EX_SVON acts (S41).
 
 use crate::extended::{text, values, word};
+use std::time::Duration;
 use ts3100_controller::options::Strobe;
-use ts3100_controller::{Config, ControlRight, Dialect, Event, KeySwitch, Output, Panel, Port};
+use ts3100_controller::{
+    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, Panel, Port,
+};
 use ts3100_tests::Robot;
 
 const STROBE: u16 = 249;
@@ -96,10 +100,10 @@ fn a_cycle_by_signals_alone() {
     robot.panel(Panel::Servo(false));
     assert!(!output(&mut robot, SV_RDY) && output(&mut robot, SYS_RDY) && output(&mut robot, CYC_ST));
     pulse(&mut robot, EX_SVON);
-    assert!(output(&mut robot, SV_RDY) && output(&mut robot, ACK));
+    assert!(output(&mut robot, SV_RDY) && !output(&mut robot, ACK));
     robot.advance_ms(100);
     pulse(&mut robot, RUN);
-    assert!(output(&mut robot, AUTORUN) && output(&mut robot, ACK) && !output(&mut robot, CYC_END));
+    assert!(output(&mut robot, AUTORUN) && !output(&mut robot, ACK) && !output(&mut robot, CYC_END));
     assert_eq!(status(&mut robot), "running");
     robot.advance_ms(10_000);
     assert_eq!(robot.received(Port::Ip1), b"AB");
@@ -111,24 +115,62 @@ fn a_cycle_by_signals_alone() {
     assert!(!output(&mut robot, SV_RDY) && !output(&mut robot, AUTORUN));
 }
 
+/// The modes in which the inputs are tried: all five.
+const MODES: [(KeySwitch, ControlRight); 5] = [
+    (KeySwitch::Ext, ControlRight::Sig),
+    (KeySwitch::Ext, ControlRight::Rs232c),
+    (KeySwitch::Ext, ControlRight::Ether),
+    (KeySwitch::Internal, ControlRight::Sig),
+    (KeySwitch::Teaching, ControlRight::Sig),
+];
+
+fn in_mode(robot: &mut Robot, (key, right): (KeySwitch, ControlRight)) {
+    robot.panel(Panel::Key(key));
+    robot.panel(Panel::ControlRight(right));
+}
+
+// clause: S40
 #[test]
-fn ack_is_a_pulse_of_100_ms_and_only_for_what_was_obeyed() {
-    for line in [RUN, EX_SVON, PRG_RST, STEP_RST, CYC_RST, DO_RST, ALM_RST, STROBE] {
-        let mut robot = robot();
-        assert!(!output(&mut robot, ACK));
-        set(&mut robot, line, true);
-        assert!(output(&mut robot, ACK), "Din{line}");
-        robot.advance_ms(99);
-        assert!(output(&mut robot, ACK), "Din{line}, 99 ms");
-        robot.advance_ms(1);
-        assert!(!output(&mut robot, ACK), "Din{line}, 100 ms");
-        robot.advance_ms(500);
-        set(&mut robot, line, false);
-        assert!(
-            !output(&mut robot, ACK),
-            "the falling edge of Din{line} says nothing"
-        );
+fn ack_is_a_pulse_of_100_ms_in_every_mode_for_the_five_it_answers() {
+    for mode in MODES {
+        for line in [PRG_RST, STEP_RST, CYC_RST, DO_RST, STROBE] {
+            let mut robot = robot();
+            in_mode(&mut robot, mode);
+            assert!(!output(&mut robot, ACK));
+            set(&mut robot, line, true);
+            assert!(output(&mut robot, ACK), "{mode:?} Din{line}");
+            robot.advance_ms(99);
+            assert!(output(&mut robot, ACK), "{mode:?} Din{line}, 99 ms");
+            robot.advance_ms(1);
+            assert!(!output(&mut robot, ACK), "{mode:?} Din{line}, 100 ms");
+            robot.advance_ms(500);
+            set(&mut robot, line, false);
+            assert!(
+                !output(&mut robot, ACK),
+                "the falling edge of Din{line} says nothing"
+            );
+        }
     }
+}
+
+// clause: S40
+#[test]
+fn ack_never_answers_the_other_inputs() {
+    for mode in MODES {
+        for line in [RUN, EX_SVON, ALM_RST, STOP, CYCLE, LOW_SPD, BREAK, SVOFF] {
+            let mut robot = robot();
+            robot.panel(Panel::Servo(line != EX_SVON));
+            in_mode(&mut robot, mode);
+            set(&mut robot, line, true);
+            assert!(!output(&mut robot, ACK), "{mode:?} Din{line}");
+            robot.advance_ms(100);
+            assert!(!output(&mut robot, ACK), "{mode:?} Din{line}, later");
+        }
+    }
+}
+
+#[test]
+fn what_has_no_effect_is_not_acknowledged() {
     let mut robot = robot();
     robot.panel(Panel::Servo(false));
     set(&mut robot, RUN, true);
@@ -140,9 +182,50 @@ fn ack_is_a_pulse_of_100_ms_and_only_for_what_was_obeyed() {
     assert_eq!(refusals(&robot), 2);
 }
 
+/// Each pair rises within one instant, the second a moment after the first or together with it by STROBE.
+// clause: S40
+#[test]
+fn of_several_at_once_only_the_first_is_processed() {
+    let both_on = |strobe, order: [u16; 2]| {
+        let mut robot = robot_with(strobe, PROGRAM);
+        robot.panel(Panel::ControlRight(ControlRight::Ether));
+        robot.command(Port::Ip0, "IW,1 1");
+        robot.panel(Panel::ControlRight(ControlRight::Sig));
+        pulse(&mut robot, RUN);
+        pulse(&mut robot, STROBE);
+        robot.panel(Panel::Start);
+        pulse(&mut robot, BREAK);
+        quiet(&mut robot);
+        assert_eq!(status(&mut robot), "stop(retry)");
+        for line in order {
+            set(&mut robot, line, true);
+        }
+        set(&mut robot, STROBE, strobe == Strobe::Required);
+        let outputs = word(&robot.total(Port::Ip0), 84);
+        (
+            status(&mut robot),
+            outputs,
+            output(&mut robot, ACK),
+            refusals(&robot),
+        )
+    };
+    let step = ("stop(reset)".to_string(), 1, true, 1);
+    let outputs = ("stop(retry)".to_string(), 0, true, 1);
+    assert_eq!(both_on(Strobe::Free, [STEP_RST, DO_RST]), step);
+    assert_eq!(both_on(Strobe::Free, [DO_RST, STEP_RST]), outputs);
+    for order in [[STEP_RST, DO_RST], [DO_RST, STEP_RST]] {
+        assert_eq!(both_on(Strobe::Required, order), step, "the lowest number");
+    }
+    let mut robot = robot();
+    set(&mut robot, PRG_RST, true);
+    robot.advance_ms(1);
+    set(&mut robot, DO_RST, true);
+    assert_eq!(refusals(&robot), 0, "one after the other");
+}
+
 // clause: PRM-LEG-08
 #[test]
-fn start_and_reset_inputs_are_dead_outside_ext_sig() {
+fn start_inputs_are_dead_outside_ext_sig() {
     let places = [
         (KeySwitch::Ext, ControlRight::Rs232c),
         (KeySwitch::Ext, ControlRight::Ether),
@@ -164,10 +247,11 @@ fn start_and_reset_inputs_are_dead_outside_ext_sig() {
             robot.panel(Panel::ControlRight(right));
             let mode = text(&mut robot, "SU");
             let before = robot.total(Port::Ip0);
-            for line in [EX_SVON, RUN, PRG_RST, STEP_RST, CYC_RST, DO_RST, ALM_RST, CYCLE] {
+            for line in [EX_SVON, RUN, ALM_RST, CYCLE] {
                 set(&mut robot, line, true);
                 pulse(&mut robot, STROBE);
                 set(&mut robot, line, false);
+                robot.advance_ms(100);
                 let after = robot.total(Port::Ip0);
                 assert_eq!(after, before, "{key:?} {right:?} Din{line}");
                 assert_eq!(text(&mut robot, "SU"), mode, "{key:?} {right:?} Din{line}");
@@ -261,7 +345,7 @@ fn resets_wait_for_a_stop_but_not_that_of_alarms() {
     }
     assert_eq!(refusals(&robot), 4);
     pulse(&mut robot, ALM_RST);
-    assert!(!output(&mut robot, ALARM) && output(&mut robot, ACK));
+    assert!(!output(&mut robot, ALARM) && !output(&mut robot, ACK));
     assert_eq!(status(&mut robot), "running");
 }
 
@@ -296,7 +380,11 @@ fn with_strobe_required_commands_wait_for_it() {
     }
     robot.advance_ms(200);
     pulse(&mut robot, STROBE);
-    assert!(!output(&mut robot, ACK), "nothing stood beside it");
+    assert!(output(&mut robot, ACK), "STROBE itself is answered");
+    quiet(&mut robot);
+    set(&mut robot, PRG_RST, true);
+    pulse(&mut robot, STROBE);
+    assert!(!output(&mut robot, ACK), "the reset waits for a stop");
     pulse(&mut robot, STOP);
     robot.advance_ms(11_000);
     assert_eq!(status(&mut robot), "stop(continue)", "stops need no strobe");
@@ -370,4 +458,129 @@ fn one_output_names_the_mode_and_one_the_battery() {
     );
     robot.panel(Panel::Battery(false));
     assert!(!output(&mut robot, BT_ALM));
+}
+
+// clause: S41
+#[test]
+fn ex_svon_is_latched_and_acts_in_ext_sig_while_sv_rdy_is_off() {
+    for mode in MODES {
+        let mut robot = robot();
+        robot.panel(Panel::Servo(false));
+        in_mode(&mut robot, mode);
+        set(&mut robot, EX_SVON, true);
+        let acts = mode == (KeySwitch::Ext, ControlRight::Sig);
+        assert_eq!(output(&mut robot, SV_RDY), acts, "{mode:?}");
+        set(&mut robot, EX_SVON, false);
+        robot.advance_ms(1_000);
+        assert_eq!(output(&mut robot, SV_RDY), acts, "{mode:?}: latched");
+        assert_eq!(refusals(&robot), 0, "{mode:?}");
+        pulse(&mut robot, EX_SVON);
+        assert_eq!(refusals(&robot), usize::from(acts), "{mode:?}: SV_RDY is on");
+    }
+}
+
+/// A TSL3000E in EXT, its servo off, asked for it by each way there is.
+fn tsl3000e() -> Robot {
+    let mut robot = Robot::with(Config::new(Dialect::Field).with_controller(ControllerType::Tsl3000e));
+    robot.connect(Port::Ip0);
+    robot
+}
+
+fn servo(robot: &mut Robot) -> bool {
+    let shown = robot.total(Port::Ip0)[0] == 1;
+    assert_eq!(text(robot, "SM,1").contains("SV1"), shown);
+    assert_eq!(output(robot, SV_RDY), shown);
+    shown
+}
+
+type Way = fn(&mut Robot);
+
+/// Every way to turn the servo on.
+const WAYS: [(&str, Way); 3] = [
+    ("SO", |robot| robot.command(Port::Ip0, "SO")),
+    ("panel", |robot| robot.panel(Panel::Servo(true))),
+    ("EX_SVON", |robot| {
+        robot.panel(Panel::ControlRight(ControlRight::Sig));
+        pulse(robot, EX_SVON);
+        robot.panel(Panel::ControlRight(ControlRight::Ether));
+    }),
+];
+
+fn turned_on_twice() -> Robot {
+    let mut robot = tsl3000e();
+    for _ in 0..2 {
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot));
+        robot.command(Port::Ip0, "BR");
+    }
+    robot
+}
+
+// clause: S41
+#[test]
+fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
+    for (way, turn_on) in WAYS {
+        let mut robot = turned_on_twice();
+        let start = robot.now();
+        turn_on(&mut robot);
+        assert!(!servo(&mut robot), "{way}");
+        let due = start + Duration::from_secs(7);
+        let held = |output: &Output| *output == Output::Event(Event::ServoHeldBack(due));
+        assert!(robot.outputs.iter().any(held), "{way}");
+        assert_eq!(
+            robot.ask(Port::Ip0, "DO,DOUT(1)"),
+            b"NG\r",
+            "{way}: no servo power yet"
+        );
+        // Asked again meanwhile it comes no later; a snapshot carries it.
+        robot.command(Port::Ip0, "SO");
+        robot = Robot::of(ts3100_tests::paper::again(&robot.controller));
+        robot.advance(due.since(robot.now()) - Duration::from_millis(1));
+        assert!(!servo(&mut robot), "{way}");
+        robot.advance_ms(1);
+        assert!(servo(&mut robot), "{way}");
+        // The fourth and the fifth come at once, the sixth does not.
+        for at_once in [true, true, false] {
+            robot.command(Port::Ip0, "BR");
+            turn_on(&mut robot);
+            assert_eq!(servo(&mut robot), at_once, "{way}");
+        }
+    }
+}
+
+// clause: S41
+#[test]
+fn what_turns_the_servo_off_ends_the_pause_and_only_a_tsl3000e_has_one() {
+    let offs: [Way; 3] = [
+        |robot| robot.command(Port::Ip0, "BR"),
+        |robot| pulse(robot, SVOFF),
+        |robot| {
+            robot.panel(Panel::EmergencyStop(true));
+            robot.panel(Panel::EmergencyStop(false));
+            robot.command(Port::Ip0, "RS,ERR");
+        },
+    ];
+    for turn_off in offs {
+        let mut robot = turned_on_twice();
+        robot.command(Port::Ip0, "SO");
+        robot.advance_ms(3_000);
+        turn_off(&mut robot);
+        robot.advance_ms(10_000);
+        assert!(!servo(&mut robot));
+        robot.command(Port::Ip0, "SO");
+        assert!(!servo(&mut robot), "the third still waits");
+        robot.panel(Panel::PowerCycle);
+        robot.connect(Port::Ip0);
+        robot.advance_ms(10_000);
+        assert!(!servo(&mut robot), "power off ends it too");
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot), "and counts from one again");
+    }
+    let mut robot = robot();
+    robot.panel(Panel::ControlRight(ControlRight::Ether));
+    for _ in 0..6 {
+        robot.command(Port::Ip0, "BR");
+        robot.command(Port::Ip0, "SO");
+        assert!(servo(&mut robot));
+    }
 }

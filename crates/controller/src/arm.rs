@@ -4,15 +4,19 @@
 mod course;
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
 mod append;
+mod asked;
 mod guide;
 mod retry;
+mod wear;
 
+use asked::Asked;
 pub use guide::{Guidance, GuideFrame};
+pub use wear::Wear;
 
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,46 +25,6 @@ pub struct Pace {
     pub override_percent: u8,
     /// Highest speed of the tool point in mm/s, if one holds (PRM-SPD-01).
     pub tool_speed_cap: Option<f64>,
-}
-
-/// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
-struct Asked {
-    speed: f64,
-    accel: f64,
-    decel: f64,
-    torque: Joints,
-}
-
-/// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
-const LOAD_EFFECT: f64 = 0.5;
-
-impl Asked {
-    /// A load slows acceleration and deceleration, in proportion to its part of the heaviest one.
-    fn with_load(self, mass: f64, heaviest: f64) -> Asked {
-        let part = 1.0 - LOAD_EFFECT * (mass / heaviest).clamp(0.0, 1.0);
-        Asked {
-            accel: self.accel * part,
-            decel: self.decel * part,
-            ..self
-        }
-    }
-
-    fn limits(self, pace: Pace) -> Limits {
-        Limits {
-            speed: self.speed / 100.0,
-            override_part: f64::from(pace.override_percent) / 100.0,
-            accel: self.accel / 100.0,
-            decel: self.decel / 100.0,
-            tool_speed_cap: pace.tool_speed_cap,
-            torque: self.torque,
-        }
-    }
 }
 
 /// A motion under way.
@@ -130,6 +94,9 @@ pub struct Arm {
     interrupted: Option<Active>,
     /// Coordinate system of the position last moved to, where it had its own.
     position_work: Option<Frame>,
+    /// What the axes have done.
+    #[cfg_attr(feature = "serde", serde(default))]
+    wear: Wear,
 }
 
 /// The frames a program has set.
@@ -209,6 +176,7 @@ impl Arm {
             active: None,
             interrupted: None,
             position_work: None,
+            wear: Wear::default(),
         }
     }
 
@@ -227,6 +195,9 @@ impl Arm {
             checked.map_err(|reason| (place, reason.to_string()))
         };
         posture("arm.rest", &self.rest)?;
+        if !self.wear.is_sound() {
+            return Err(("arm.wear", "numbers that no motion leads to".to_string()));
+        }
         let under_way = self.active.iter().map(|active| ("arm.active", active));
         let interrupted = self.interrupted.iter().map(|active| ("arm.interrupted", active));
         for (place, active) in under_way.chain(interrupted) {
@@ -279,7 +250,11 @@ impl Arm {
 
     /// Ends the motion if its time has come; true if it did.
     pub fn settle(&mut self, now: Time) -> bool {
-        let over = self.ends_at().is_some_and(|end| end <= now);
+        let end = self.ends_at().filter(|end| *end <= now);
+        let over = end.is_some();
+        if let Some(end) = end {
+            self.account(end);
+        }
         if let Some(active) = self.active.take_if(|_| over)
             && !active.locked
         {
@@ -309,6 +284,7 @@ impl Arm {
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
         let (planned, asked) = self.planned(motion, &from, pace)?;
+        self.account(start);
         self.rest = from;
         self.forget_interrupted();
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
@@ -352,6 +328,7 @@ impl Arm {
             accel,
             decel,
             torque: torque(&motion.conditions),
+            load_part: NO_LOAD,
         }
         .with_load(load, self.model.max_payload);
         let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
@@ -512,6 +489,7 @@ impl Arm {
 
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
+        self.account(now);
         if let Some(active) = &mut self.active {
             active.motion.hold(now.since(active.start));
         }
@@ -519,6 +497,7 @@ impl Arm {
 
     /// Feed hold released: the motion goes on.
     pub fn resume(&mut self, now: Time) {
+        self.account(now);
         if let Some(active) = &mut self.active {
             active.motion.resume(now.since(active.start));
         }
@@ -526,6 +505,7 @@ impl Arm {
 
     /// The override or the cap changed under way.
     pub fn set_pace(&mut self, now: Time, pace: Pace) {
+        self.account(now);
         if let Some(active) = &mut self.active {
             active
                 .motion
@@ -535,6 +515,7 @@ impl Arm {
 
     /// The motion is given up: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
+        self.account(now);
         if let Some(active) = &mut self.active {
             active.motion.stop(now.since(active.start));
         }

@@ -9,7 +9,7 @@ use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
 use crate::line::Line;
 use crate::network::NetworkPlan;
-use crate::options::{Config, ControllerType};
+use crate::options::Config;
 use crate::outbox::Outbox;
 use crate::output::{Event, Output};
 use crate::port::Port;
@@ -17,6 +17,7 @@ use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::{State, Watchdog};
 use crate::time::Time;
+use crate::upkeep::Upkeep;
 use crate::vary::Vary;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
@@ -86,6 +87,8 @@ pub struct Controller {
     pub(crate) network: NetworkPlan,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
+    /// What is counted for the maintenance information.
+    pub(crate) upkeep: Upkeep,
     /// What is broken on purpose.
     pub(crate) faults: Faults,
     /// What varies, if anything.
@@ -112,7 +115,7 @@ impl Controller {
             open_mode: config.options.open_mode,
             ..EthernetParameters::factory()
         };
-        let key = if config.key == KeySwitch::Internal && config.controller == ControllerType::Tsl3100 {
+        let key = if config.key == KeySwitch::Internal && !config.controller.has_internal() {
             KeySwitch::Ext
         } else {
             config.key
@@ -139,6 +142,7 @@ impl Controller {
             ethernet,
             user: UserParameters::factory(),
             traced: false,
+            upkeep: Upkeep::default(),
             faults: Faults::new(config.fault_seed),
             vary: config.vary.map(Vary::new),
             outbox: Outbox::default(),
@@ -148,6 +152,7 @@ impl Controller {
         controller.make_parameter_files()?;
         controller.take_parameters();
         controller.show_state();
+        controller.note_upkeep();
         Ok(controller)
     }
 
@@ -206,6 +211,7 @@ impl Controller {
             .chain(self.arrives_at())
             .chain(self.execution.deadline())
             .chain(self.signals.deadline())
+            .chain(self.state.servo_due)
             .chain(self.state.watchdog.as_ref().map(Watchdog::deadline))
             .min()
     }

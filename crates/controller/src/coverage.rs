@@ -1,7 +1,7 @@
 //! Which cells of the permission tables a host's tests have reached: command, master mode, and what came of it.
 //! What counts as reachable is what the tables say; how it is shown is the edge's.
 
-use crate::options::{Config, ControllerType};
+use crate::options::Config;
 use crate::output::{Event, Verdict};
 use crate::port::Port;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -106,23 +106,19 @@ impl Coverage {
 
 /// The cells a host on this port can reach: a valid command is served; one that is valid when the robot is stopped
 /// is served then and NG while it runs; one that is not valid is NG. An NG for another reason is possible nearly
-/// everywhere and required nowhere. Without the option `extensions` there are no rows of extensions, and a TSL3100
-/// has no mode INTERNAL.
+/// everywhere and required nowhere. Without the option `extensions` there are no rows of extensions, and only
+/// a TS3100 has the mode INTERNAL.
 #[must_use]
 pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
     let Some(table) = port.protocol() else {
         return Vec::new();
     };
-    let extensions: &[&str] = if config.options.extensions {
-        &EXTENSION_ROWS
-    } else {
-        &[]
-    };
-    let tsl = config.controller == ControllerType::Tsl3100;
+    let extensions = EXTENSION_ROWS.iter().filter(|row| config.serves_row(row));
+    let internal = config.controller.has_internal();
     let modes = || {
         MasterMode::ALL
             .into_iter()
-            .filter(move |mode| !(tsl && *mode == MasterMode::Internal))
+            .filter(move |mode| internal || *mode != MasterMode::Internal)
     };
     let places = ROWS
         .iter()
@@ -144,7 +140,7 @@ pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Dialect;
+    use crate::{ControllerType, Dialect};
 
     #[test]
     fn what_can_be_reached_is_what_the_tables_say() {

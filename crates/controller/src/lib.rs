@@ -51,6 +51,7 @@ mod parameters;
 mod peers;
 pub mod port;
 mod run;
+mod sending;
 mod serial;
 mod serve;
 mod session;
@@ -63,6 +64,7 @@ mod stop;
 mod talk;
 mod tasks;
 pub mod time;
+mod upkeep;
 pub mod vary;
 mod view;
 

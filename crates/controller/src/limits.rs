@@ -42,6 +42,10 @@ pub const TEACHING_SPEED: f64 = 250.0;
 pub const PENDANT_TEXT: usize = 4_096;
 /// Length of the pulses ACK and CYC_END (SF-39; assumed).
 pub const PULSE: Duration = Duration::from_millis(100);
+/// Of so many servo-ons the last comes later, by the option `servo.interval` (S41).
+pub const SERVO_ONS: u8 = 3;
+/// By how much it comes later on a TSL3000E (S41).
+pub const SERVO_INTERVAL: Duration = Duration::from_secs(7);
 /// Speed under LOW_SPD in percent (assumed; option `sig.low_speed`).
 pub const LOW_SPEED: u8 = 10;
 /// Speed of guidance by hand at the rates slow, mid, fast, in percent (assumed).

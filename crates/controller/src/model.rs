@@ -5,7 +5,8 @@
 //! files is left to the edge, `check` tells whether what was read is an arm.
 //!
 //! No data sheet was at hand: every number here is ours (D11), chosen so that the manual's sample positions
-//! (SF-42, EXAMPLE-05 and the DATA block of 5.4.1) can be reached with room to spare.
+//! (SF-42, EXAMPLE-05 and the DATA block of 5.4.1) can be reached with room to spare. Those of the SCARA also agree with
+//! a point and with motion times measured on a real arm (hosts.md 8.11, 8.12; `tests/suites/measured.rs`).
 
 mod check;
 
@@ -159,6 +160,8 @@ impl ArmModel {
 
     /// `tsl3000-thl400`: a SCARA arm reaching 400 mm, with axis T as its fifth (assumed).
     ///
+    /// Axis 1 goes half a turn both ways, because a point of the real arm needs it at -175.4 degrees (hosts.md 8.11).
+    /// The acceleration of axis 2 and the speed of axis 3 are fitted to motion times of the real arm (hosts.md 8.12).
     /// Ready: elbow to the left (LEFTY), 312 mm in front of the foot, shaft at 0 mm.
     #[must_use]
     pub fn thl400() -> ArmModel {
@@ -169,9 +172,9 @@ impl ArmModel {
                 second_arm: 175.0,
             }),
             axes: [
-                axis(170.0, 660.0, 2640.0),
-                axis(150.0, 660.0, 2640.0),
-                axis(150.0, 1120.0, 4480.0),
+                axis(180.0, 660.0, 2640.0),
+                axis(150.0, 660.0, 1000.0),
+                axis(150.0, 840.0, 3360.0),
                 axis(360.0, 1500.0, 6000.0),
                 axis(360.0, 600.0, 2400.0),
             ]

@@ -6,6 +6,7 @@ use crate::limits;
 use core::time::Duration;
 use scol_mini::{IntDivision, LanguageOptions};
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::command::{Command, SCARA_MANUAL};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::status::su::SuLayout;
@@ -181,6 +182,9 @@ pub struct Options {
     pub bad_character: BadCharacter,
     /// `serial.while_sending`.
     pub while_sending: WhileSending,
+    /// `servo.interval`: every third servo-on comes only this much later (S41); zero: none does.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub servo_interval: Duration,
     /// `scol.sticky_work`.
     pub sticky_work: bool,
     /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
@@ -217,6 +221,7 @@ impl Options {
             serial_pacing: true,
             bad_character: BadCharacter::Drop,
             while_sending: WhileSending::Lost,
+            servo_interval: Duration::ZERO,
             sticky_work: false,
             data_copy: false,
         };
@@ -259,7 +264,7 @@ impl Options {
     }
 }
 
-/// Which controller it is: the TSL3100 has no INTERNAL position on its key switch (GEN-05).
+/// Which controller it is: only the TS3100 has an INTERNAL position on its key switch (GEN-05; of the TSL3000E assumed).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ControllerType {
@@ -268,6 +273,26 @@ pub enum ControllerType {
     Ts3100,
     /// TSL3100.
     Tsl3100,
+    /// TSL3000E, of whose interface manual two pages are known (S40, S41): it presets `servo.interval`.
+    Tsl3000e,
+}
+
+impl ControllerType {
+    /// Its name, as VR tells it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            ControllerType::Ts3100 => "TS3100",
+            ControllerType::Tsl3100 => "TSL3100",
+            ControllerType::Tsl3000e => "TSL3000E",
+        }
+    }
+
+    /// Whether its key switch has the position INTERNAL.
+    #[must_use]
+    pub const fn has_internal(self) -> bool {
+        matches!(self, ControllerType::Ts3100)
+    }
 }
 
 /// What a controller is made of.
@@ -299,6 +324,30 @@ pub struct Config {
 }
 
 impl Config {
+    /// Whether this command is served at all: those of the manual, the others by option `extensions`, or because the
+    /// edition of the manual for the arm prints them.
+    #[must_use]
+    pub fn serves(&self, command: &Command) -> bool {
+        !command.is_extension() || self.serves_row(command.permission_row())
+    }
+
+    /// The same of an extension by its row in the permission tables.
+    #[must_use]
+    pub fn serves_row(&self, row: &str) -> bool {
+        let printed = self.model.language() == scol_mini::Arm::Scara && SCARA_MANUAL.contains(&row);
+        self.options.extensions || printed
+    }
+
+    /// The same with this controller, and the options it presets.
+    #[must_use]
+    pub fn with_controller(mut self, controller: ControllerType) -> Config {
+        self.controller = controller;
+        if controller == ControllerType::Tsl3000e {
+            self.options.servo_interval = limits::SERVO_INTERVAL;
+        }
+        self
+    }
+
     /// A TS3100 with the six-axis arm, key in EXT, control right with ETHER (D9).
     #[must_use]
     pub fn new(dialect: Dialect) -> Config {

@@ -178,6 +178,8 @@ pub enum Event {
     },
     /// Servo power.
     Servo(bool),
+    /// Servo power was turned on and comes only at this time (option `servo.interval`).
+    ServoHeldBack(Time),
     /// A program file was selected (or none).
     Selected(Option<String>),
 }

@@ -1,13 +1,12 @@
 //! What is done at the controller itself: panel, teach pendant, terminals, power.
 
 use crate::Controller;
-use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::controller::fresh_lines;
 use crate::execution::{By, Course, Execution};
 use crate::findings::rules;
 use crate::input::{KeySwitch, Panel};
-use crate::options::ControllerType;
+use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::state::State;
@@ -68,8 +67,12 @@ impl Controller {
 
     /// Turning the key while a program runs stops it behind the present step.
     fn turn_key(&mut self, key: KeySwitch) -> Result<(), String> {
-        if key == KeySwitch::Internal && self.config.controller == ControllerType::Tsl3100 {
-            return Err("the TSL3100 has no INTERNAL position (5.3.2)".to_string());
+        let controller = self.config.controller;
+        if key == KeySwitch::Internal && !controller.has_internal() {
+            return Err(format!(
+                "the {} has no INTERNAL position (5.3.2)",
+                controller.name()
+            ));
         }
         if key != self.state.key {
             self.stop_after_step(By::Other);
@@ -79,7 +82,8 @@ impl Controller {
         Ok(())
     }
 
-    /// Servo power on (CMD-SO-02).
+    /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
+    /// the same (assumed).
     pub(crate) fn servo_on(&mut self) -> Result<(), String> {
         if self.state.emergency_stop {
             return Err("the emergency stop is on".to_string());
@@ -90,10 +94,31 @@ impl Controller {
         if self.alarms.blocks_servo() {
             return Err("an alarm of level 8 is active".to_string());
         }
-        if !core::mem::replace(&mut self.state.servo, true) {
-            self.event(Event::Servo(true));
+        if self.state.servo || self.state.servo_due.is_some() {
+            return Ok(());
+        }
+        let interval = self.config.options.servo_interval;
+        if interval.is_zero() || self.state.servo_ons + 1 < SERVO_ONS {
+            self.servo_comes();
+        } else {
+            let due = self.now + interval;
+            self.state.servo_due = Some(due);
+            self.event(Event::ServoHeldBack(due));
         }
         Ok(())
+    }
+
+    fn servo_comes(&mut self) {
+        self.state.servo = true;
+        self.state.servo_ons = (self.state.servo_ons + 1) % SERVO_ONS;
+        self.event(Event::Servo(true));
+    }
+
+    /// Servo power that was held back comes if its time has come.
+    pub(crate) fn end_servo_interval(&mut self) {
+        if self.state.servo_due.take_if(|due| *due <= self.now).is_some() {
+            self.servo_comes();
+        }
     }
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
@@ -189,13 +214,12 @@ impl Controller {
         }
         self.interrupt(By::Host);
         self.jogging = None;
-        let rested = self.arm.joints(self.now);
         self.state = State {
             powered: false,
             run_mode: self.state.run_mode,
             ..self.state.as_left_by_hand(self.now)
         };
-        self.arm = Arm::at(self.config.model.clone(), rested);
+        self.arm.power_off(self.now);
         self.signals.drop_outputs();
         self.alarms.reset(|_| false);
         self.pendant.clear();

@@ -8,7 +8,9 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use thiserror::Error;
 use ts3100_proto::name::{FileName, NameError};
-use ts3100_proto::parameter::{EthernetParameters, ParameterProblem, RewriteError, UserParameters, rewrite};
+use ts3100_proto::parameter::{
+    Edition, EthernetParameters, ParameterProblem, RewriteError, UserParameters, rewrite,
+};
 
 /// Name of the Ethernet parameter file.
 const ETHERNET_PAR: &str = "ETHERNET.PAR";
@@ -67,7 +69,7 @@ impl Controller {
         if name == ETHERNET_PAR {
             EthernetParameters::parse(content, &self.ethernet).1
         } else {
-            UserParameters::parse(content, &self.user).1
+            UserParameters::parse(content, &self.user, self.edition()).1
         }
     }
 
@@ -80,7 +82,7 @@ impl Controller {
             problems.extend(found.into_iter().map(|problem| (ETHERNET_PAR, problem)));
         }
         if let Some(content) = self.drive.get(USER_PAR) {
-            let (user, found) = UserParameters::parse(content, &self.user);
+            let (user, found) = UserParameters::parse(content, &self.user, self.edition());
             self.user = user;
             problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
         }
@@ -90,10 +92,18 @@ impl Controller {
         }
     }
 
+    /// The edition of the manual that holds for the arm.
+    fn edition(&self) -> Edition {
+        match self.arm.kind() {
+            scol_mini::Arm::SixAxis => Edition::SixAxis,
+            scol_mini::Arm::Scara => Edition::Scara,
+        }
+    }
+
     pub(crate) fn make_parameter_files(&mut self) -> Result<(), DriveError> {
         let options = &self.config.options;
         let ethernet = EthernetParameters::factory_text(options.open_mode, options.line_end);
-        let user = UserParameters::factory_text(options.line_end);
+        let user = UserParameters::factory_text(options.line_end, self.edition());
         for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
             if !self.drive.contains(name) {
                 self.store(&FileName::parse(name)?, &content)?;

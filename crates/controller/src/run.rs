@@ -61,12 +61,13 @@ impl Controller {
         for (line, on) in self.signals.ended_drives(self.now) {
             self.drive_input(line, on);
         }
-        if !self.state.powered {
-            return;
+        if self.state.powered {
+            self.end_servo_interval();
+            while self.step_direct() || self.step_program() {}
+            self.show_state();
+            self.release_sp();
         }
-        while self.step_direct() || self.step_program() {}
-        self.show_state();
-        self.release_sp();
+        self.note_upkeep();
     }
 
     /// Takes one task one step further; false when all wait or nothing runs.

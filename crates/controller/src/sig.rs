@@ -1,6 +1,6 @@
 //! External operation by signals: the system inputs Din249-261 and the system outputs Dout249-262. The
-//! manual gives their names only (SF-31, SF-38); edges, levels and pulses here are assumed and written down
-//! in docs/PROTOCOL.md.
+//! manual gives their names only (SF-31, SF-38); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
+//! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/PROTOCOL.md.
 
 use crate::Controller;
 use crate::execution::By;
@@ -9,7 +9,8 @@ use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
 use crate::options::Strobe;
 use alloc::format;
-use alloc::string::ToString;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 
@@ -48,16 +49,13 @@ pub(crate) mod dout {
     pub const ALARM: u16 = 262;
 }
 
-/// Inputs that start or reset something; only in EXT (SIG) (PRM-LEG-08).
-const COMMANDS: [u16; 7] = [
-    din::PRG_RST,
-    din::STEP_RST,
-    din::CYC_RST,
-    din::DO_RST,
-    din::ALM_RST,
-    din::EX_SVON,
-    din::RUN,
-];
+/// Inputs that ACK answers when they are processed, in every master mode; of several at once the first alone is
+/// processed (S40).
+const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST];
+
+/// Inputs that ACK does not answer; they act in EXT (SIG) only (PRM-LEG-08, S40, S41). EX_SVON before RUN: with
+/// `sig.strobe = required` one STROBE can do both.
+const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
 
 impl Controller {
     /// An input line is driven from outside.
@@ -85,10 +83,8 @@ impl Controller {
             din::STOP if on => self.stop_after_step(By::Other),
             din::BREAK if on => self.interrupt(By::Other),
             din::SVOFF if on => self.servo_off(By::Other),
-            din::STROBE if on && self.by_signals() => self.strobe(),
-            _ if on && COMMANDS.contains(&line) && self.config.options.strobe == Strobe::Free => {
-                self.signal(line);
-            }
+            din::STROBE if on => self.strobe(),
+            _ if on && self.config.options.strobe == Strobe::Free => self.signal(line),
             _ => {}
         }
     }
@@ -97,51 +93,75 @@ impl Controller {
         self.state.key == KeySwitch::Ext && self.state.control_right == ControlRight::Sig
     }
 
-    /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count; otherwise it
-    /// is acknowledged and no more.
+    /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count. It is acknowledged,
+    /// unless a reset beside it was refused.
     fn strobe(&mut self) {
-        match self.config.options.strobe {
-            Strobe::Free => self.acknowledge(),
-            Strobe::Required => {
-                for line in COMMANDS {
-                    if self.signals.input(line) {
-                        self.signal(line);
-                    }
-                }
-            }
+        let required = self.config.options.strobe == Strobe::Required;
+        let is_on = |line: &u16| required && self.signals.input(*line);
+        let resets: Vec<u16> = RESETS.into_iter().filter(is_on).collect();
+        let others: Vec<u16> = UNANSWERED.into_iter().filter(is_on).collect();
+        if resets.is_empty() {
+            let result = self.first_at_once();
+            self.answer_signal(din::STROBE, result);
+        }
+        for line in resets.into_iter().chain(others) {
+            self.signal(line);
         }
     }
 
-    /// A command input: acknowledged by a pulse of ACK if it was obeyed.
+    /// A command input that counts now; any other input says nothing.
     fn signal(&mut self, line: u16) {
-        if !self.by_signals() {
+        if UNANSWERED.contains(&line) && !self.by_signals() {
             return;
         }
-        let stopped = self.execution.status() != ExecutionStatus::Running;
         let result = match line {
             din::RUN => self.start(),
+            din::EX_SVON if self.state.servo => Err("servo power is on already (SV_RDY)".to_string()),
             din::EX_SVON => self.servo_on(),
             din::ALM_RST => {
                 self.reset_alarms();
                 Ok(())
             }
-            _ if !stopped => Err("a reset is accepted only in stop mode".to_string()),
-            din::PRG_RST => self.reset_program(Reset::Program),
-            din::STEP_RST => self.reset_program(Reset::Step),
-            din::CYC_RST => self.reset_program(Reset::Cycle),
-            _ => self.reset_program(Reset::Signal),
+            din::PRG_RST => self.reset_by_signal(Reset::Program),
+            din::STEP_RST => self.reset_by_signal(Reset::Step),
+            din::CYC_RST => self.reset_by_signal(Reset::Cycle),
+            din::DO_RST => self.reset_by_signal(Reset::Signal),
+            _ => return,
         };
+        self.answer_signal(line, result);
+    }
+
+    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), String> {
+        self.first_at_once()?;
+        if self.execution.status() == ExecutionStatus::Running {
+            return Err("a reset is accepted only in stop mode".to_string());
+        }
+        self.reset_program(reset)
+    }
+
+    /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
+    /// at it.
+    ///
+    /// # Errors
+    /// Another was the first.
+    fn first_at_once(&self) -> Result<(), String> {
+        if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
+            return Err("of several inputs at once only the first is processed".to_string());
+        }
+        Ok(())
+    }
+
+    fn answer_signal(&mut self, line: u16, result: Result<(), String>) {
         match result {
-            Ok(()) => self.acknowledge(),
+            Ok(()) if UNANSWERED.contains(&line) => {}
+            Ok(()) => {
+                self.signals.pulse(dout::ACK, self.now + PULSE);
+            }
             Err(reason) => {
                 let message = format!("Din{line} had no effect: {reason}");
                 self.find(&rules::SIGNAL_REFUSED, None, &[], message);
             }
         }
-    }
-
-    fn acknowledge(&mut self) {
-        self.signals.pulse(dout::ACK, self.now + PULSE);
     }
 
     /// CYC_END: on from END until the next start; in continuous operation a pulse.

@@ -164,6 +164,12 @@ impl Signals {
         exists
     }
 
+    /// When the pulse of an output ends; `None` while there is none.
+    #[must_use]
+    pub fn pulse_end(&self, line: u16) -> Option<Time> {
+        self.pulses.get(&line).copied()
+    }
+
     /// When the next pulse ends.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {

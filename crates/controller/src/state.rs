@@ -59,6 +59,12 @@ pub struct State {
     pub powered: bool,
     /// Servo power.
     pub servo: bool,
+    /// When servo power that was turned on comes: `servo.interval` holds it back until then.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub servo_due: Option<Time>,
+    /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`](crate::limits::SERVO_ONS) less one at most.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub servo_ons: u8,
     /// The emergency stop button is pressed.
     pub emergency_stop: bool,
     /// The safety switch is open.
@@ -96,6 +102,8 @@ impl State {
         State {
             powered: true,
             servo: false,
+            servo_due: None,
+            servo_ons: 0,
             emergency_stop: false,
             safety_open: false,
             key,

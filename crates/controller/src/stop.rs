@@ -146,6 +146,7 @@ impl Controller {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: By) {
         self.interrupt(by);
+        self.state.servo_due = None;
         if core::mem::take(&mut self.state.servo) {
             self.event(Event::Servo(false));
         }

@@ -3,25 +3,23 @@
 
 use crate::Controller;
 use crate::faults::Point;
-use crate::faults::kind::{Effect, Parcel, Prey};
+use crate::faults::kind::{Effect, Prey};
 use crate::findings::rules;
-use crate::limits::{HOST_DELAY, MAX_SEND};
+use crate::limits::HOST_DELAY;
 use crate::line::{Leaving, Line};
 use crate::output::Event;
 use crate::port::Port;
 use crate::session::{Exchange, Outcome};
 use crate::time::Time;
-use crate::vary::Vary;
 use alloc::borrow::Cow;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use core::time::Duration;
 use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
 use ts3100_proto::message::Joined;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault, encode_text};
+use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
@@ -342,7 +340,7 @@ impl Controller {
         match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
-            Some(Ok(command)) if !self.serves(&command) => true,
+            Some(Ok(command)) if !self.config.serves(&command) => true,
             Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(
@@ -529,80 +527,5 @@ impl Controller {
             reason: reason.to_string(),
         });
         self.send_text(port, &Reply::Ng.encode());
-    }
-
-    /// Sends a text of the command that is being served.
-    pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
-        let Some(session) = self.sessions.get(&port) else {
-            return;
-        };
-        let (asked, block) = (session.asked, session.block);
-        let delay = self.vary.as_mut().map(Vary::reply_delay);
-        self.send_as(port, data, (asked, block), delay.unwrap_or_default());
-    }
-
-    /// Sends a text that nobody has asked for: SP.
-    pub(crate) fn send_unasked(&mut self, port: Port, data: &[u8]) {
-        self.send_as(port, data, ("SP", 0), Duration::ZERO);
-    }
-
-    /// Sends a text in the form of the host's last one.
-    fn send_as(&mut self, port: Port, data: &[u8], (command, block): (&str, u32), delay: Duration) {
-        let checksum = self.config.options.text.checksum;
-        let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
-            return;
-        };
-        let framing: Framing = session.framing;
-        let bytes: Vec<u8> = encode_text(data, framing, checksum);
-        debug_assert!(bytes.len() <= MAX_SEND);
-        self.event(Event::TextOut {
-            port,
-            framing,
-            data: data.to_vec(),
-        });
-        let prey = Prey {
-            point: Point::Reply,
-            port,
-            command,
-            block,
-            bytes: &bytes,
-            data,
-        };
-        let sent = self.leave(&prey, delay);
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.sent_at = Some(sent);
-            session.habits.surprised = data == Reply::Sp.encode();
-            if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
-                session.replied_at = Some(sent);
-            }
-        }
-    }
-
-    /// Bytes of PRINT leave.
-    pub(crate) fn send_bytes(&mut self, port: Port, bytes: &[u8]) {
-        let prey = Prey {
-            point: Point::Print,
-            port,
-            command: "",
-            block: 0,
-            bytes,
-            data: bytes,
-        };
-        self.leave(&prey, Duration::ZERO);
-    }
-
-    /// Something leaves, as faults and variation make it. Returns when the last of it has left.
-    fn leave(&mut self, prey: &Prey<'_>, delay: Duration) -> Time {
-        let port = prey.port;
-        if self.faults.is_deaf(port) {
-            return self.now;
-        }
-        let parcels = match (self.bite(prey), &mut self.vary) {
-            (Effect::Lost, _) => return self.now,
-            (Effect::Sent(parcels), _) => parcels,
-            (_, Some(vary)) => vary.segments(delay, prey.bytes),
-            (_, None) => [Parcel::bytes(prey.bytes.to_vec())].into(),
-        };
-        self.post(port, parcels)
     }
 }

@@ -158,6 +158,13 @@ impl EventLog {
                 let word = if *on { "on" } else { "off" };
                 info!(event = "servo", t, on, "servo {word}");
             }
+            Event::ServoHeldBack(until) => {
+                let until = until.to_string();
+                info!(
+                    event = "servo-held-back",
+                    t, until, "servo on: held back until {until}"
+                );
+            }
             Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),
             Event::Selected(None) => info!(event = "selected", t, "selected: none"),
         }

@@ -37,9 +37,10 @@ pub const ROWS: [&str; 20] = [
     "IW", "VR", "DO",
 ];
 
-/// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms.
-pub const EXTENSION_ROWS: [&str; 15] = [
-    "SM", "AC", "AH", "IO", "PR", "VL", "HI", "HO", "WD", "ZS", "MD", "RT", "SC", "JG", "RS,ERR",
+/// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms. A snapshot has them in this order: a new one
+/// goes to the end.
+pub const EXTENSION_ROWS: [&str; 16] = [
+    "SM", "AC", "AH", "IO", "PR", "VL", "HI", "HO", "WD", "ZS", "MD", "RT", "SC", "JG", "RS,ERR", "MN",
 ];
 
 /// The columns as the file names them, in the order of [`MasterMode::ALL`].
@@ -58,8 +59,29 @@ type Rows<const N: usize> = [Row; N];
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "extensions_on_paper"))]
     host_extensions: Rows<{ EXTENSION_ROWS.len() }>,
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "extensions_on_paper"))]
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
+}
+
+/// Rows that a snapshot of an older version has; those behind them were valid everywhere when they came.
+#[cfg(feature = "serde")]
+const FIRST_EXTENSIONS: usize = 15;
+
+#[cfg(feature = "serde")]
+fn extensions_on_paper<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
+where
+    D: serde::Deserializer<'de>,
+{
+    use serde::de::{Deserialize, Error};
+    let mut rows = alloc::vec::Vec::<Row>::deserialize(from)?;
+    if rows.len() >= FIRST_EXTENSIONS && rows.len() < N {
+        rows.resize(N, [Permission::Valid; COLUMNS.len()]);
+    }
+    let found = rows.len();
+    rows.try_into()
+        .map_err(|_| D::Error::custom(format_args!("expected {N} rows of extensions, found {found}")))
 }
 
 /// Why a permission file cannot be used.
@@ -286,7 +308,7 @@ mod tests {
     #[test]
     fn the_extensions() {
         let like = [
-            ("SF", "SM AC AH IO PR VL HI"),
+            ("SF", "SM AC AH IO PR VL HI MN"),
             ("IW", "HO"),
             ("EC", "WD ZS MD RT SC"),
             ("DO", "JG"),

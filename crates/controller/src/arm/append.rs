@@ -30,10 +30,12 @@ impl Arm {
         let Some(blended) = active.motion.blend(&self.model, at, &planned, pass, &tool) else {
             return Ok(false);
         };
+        let start = active.start;
+        self.account(now);
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
         self.active = Some(Active {
             motion: blended,
-            start: active.start,
+            start,
             asked,
             locked: false,
             frames: Systems::of_motion(motion),

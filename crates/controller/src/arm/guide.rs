@@ -4,7 +4,7 @@
 use super::{Active, Arm, Asked, Frames, Pace, axis_index, torque};
 use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
 use crate::model::Joints;
-use crate::motion::{Limits, Motion, MotionError, Pose, Target, Transform, plan};
+use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::Conditions;
 use thiserror::Error;
@@ -87,6 +87,7 @@ impl Arm {
             accel: 100.0,
             decel: 100.0,
             torque: torque(conditions),
+            load_part: NO_LOAD,
         };
         let limits = asked.limits(pace);
         let frames = Frames::of(conditions);
@@ -110,8 +111,10 @@ impl Arm {
                 }
             }
         }
+        let planned = planned?;
+        self.account(start);
         self.active = Some(Active {
-            motion: planned?,
+            motion: planned,
             start,
             asked,
             locked,

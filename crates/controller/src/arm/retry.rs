@@ -32,6 +32,7 @@ impl Arm {
         let Some(mut interrupted) = self.interrupted.take() else {
             return false;
         };
+        self.account(now);
         let limits = interrupted.asked.limits(pace);
         let at = now.since(interrupted.start);
         interrupted.motion.take_up(at, &limits);

@@ -16,6 +16,7 @@ use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::ac::{AlarmRecord, MAX_MESSAGE, encode_alarms};
 use ts3100_proto::status::ca::{DirectoryEntry, encode_directory_with};
 use ts3100_proto::status::eu::{ErrorEntry, encode_history};
+use ts3100_proto::status::mn::Maintenance;
 use ts3100_proto::status::mr::encode_values;
 use ts3100_proto::status::sf::SfLayout;
 use ts3100_proto::text::MAX_DATA;
@@ -53,6 +54,9 @@ impl Point {
     }
 }
 
+/// More than any counter of MN comes to: ten thousand years in minutes.
+const MOST_COUNTED: f64 = 5.3e9;
+
 /// The most FL texts that an exchange of this command has; 0 where it has none.
 fn most_texts(command: &str) -> u32 {
     let at = CalendarTime::MAX;
@@ -83,6 +87,10 @@ fn most_texts(command: &str) -> u32 {
         "AH" => texts(alarms(MAX_HISTORY)),
         "SF" => texts(SfLayout::Eight.len()),
         "MR" => texts(encode_values(&[Number::Real(f64::MIN); MR_VALUES]).len()),
+        "MN" => {
+            let (axes, information) = ([[MOST_COUNTED; _]; _], [MOST_COUNTED; _]);
+            texts(Maintenance { axes, information }.encode().len())
+        }
         // Their content fits into one text whatever it is.
         "SU" | "VR" | "SM" | "IO" | "HI" | "PR" | "VL" => 1,
         _ => 0,

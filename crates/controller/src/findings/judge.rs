@@ -162,7 +162,11 @@ impl Controller {
     pub(crate) fn judge_command(&mut self, port: Port, message: &[u8], command: &Command) {
         let letters = command.letters();
         if command.is_extension() {
-            let answer = if self.serves(command) { "served" } else { "NG" };
+            let answer = if self.config.serves(command) {
+                "served"
+            } else {
+                "NG"
+            };
             let row = command.permission_row();
             let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
             self.find(&rules::EXTENSION_COMMAND, port, message, text);

@@ -239,7 +239,7 @@ rules! {
         "The message says the reason."
     SIGNAL_REFUSED "signal-refused" Warning "5.3.3 SF [SF-31, PRM-LEG-08]"
         "A command input that had no effect"
-        "The message says the reason; a command input that was obeyed is acknowledged by ACK."
+        "The message says the reason; ACK answers STROBE and the resets, when they are processed."
     NO_SUCH_LINE "no-such-line" Warning "5.3.3 SF [SF-31]"
         "An input line that does not exist"
         "Inputs are 1-64, 101-164 and 201-264."

@@ -12,6 +12,7 @@
 
 mod arch;
 mod chain;
+mod effort;
 mod kinematics;
 mod path;
 mod plan;
@@ -20,6 +21,7 @@ mod profile;
 mod run;
 
 pub use arch::Gate;
+pub use effort::Effort;
 pub use kinematics::{Singularity, Unreachable};
 pub use plan::plan;
 pub use pose::{Pose, Transform, normalised};
@@ -29,6 +31,8 @@ use crate::model::{AXES, Joints};
 
 /// Smallest part of full speed or acceleration a motion is run with: 1 % of 1 %.
 pub const MIN_FRACTION: f64 = 1e-4;
+/// What an empty hand leaves the axes of their acceleration: all.
+pub const NO_LOAD: f64 = 1.0;
 /// Smallest bound for the tool speed, mm/s.
 pub const MIN_TOOL_SPEED: f64 = 0.1;
 

@@ -256,6 +256,17 @@ impl Profile {
         self.phases.iter().map(|phase| phase.duration).sum()
     }
 
+    /// The stretches of steady acceleration between two times, from the start: each with its begin and end.
+    pub fn stretches(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+        let ends = self.phases.iter().scan(0.0, |time, phase| {
+            let begin = *time;
+            *time += phase.duration;
+            Some((begin, *time))
+        });
+        let within = move |(begin, end): (f64, f64)| (begin.max(from), end.min(to));
+        ends.map(within).filter(|(begin, end)| begin < end)
+    }
+
     /// Where it rests.
     #[must_use]
     pub fn end(&self) -> f64 {

@@ -2,6 +2,7 @@
 //! How it came about is `plan`'s; times count from its own start, the clock is the caller's.
 
 use super::chain::{Chain, LOOKING_MARGIN, Leg};
+use super::effort::{Effort, between};
 use super::path::Path;
 use super::pose::Transform;
 use super::profile::{Ability, Profile, Rates, State};
@@ -219,6 +220,14 @@ impl Motion {
     #[must_use]
     pub fn joints_at(&self, t: Duration) -> Joints {
         self.path.joints_at(self.state_at(t).place)
+    }
+
+    /// What the axes do between two times after the start. `load` is the part of their acceleration that the load
+    /// leaves them.
+    #[must_use]
+    pub fn effort(&self, model: &ArmModel, load: f64, from: Duration, to: Duration) -> Effort {
+        let second = |t: Duration| t.saturating_sub(self.since).as_secs_f64();
+        between(model, &self.path, &self.profile, load, (second(from), second(to)))
     }
 
     /// When, after its start, the motion rests: at its end, or where feed hold or stop lets it rest. Rounded up to

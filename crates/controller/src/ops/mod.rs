@@ -18,7 +18,6 @@ use crate::output::{Event, Verdict};
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::format;
-use scol_mini::Arm;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
 use ts3100_proto::status::ExecutionStatus;
@@ -26,7 +25,7 @@ use ts3100_proto::status::ExecutionStatus;
 impl Controller {
     /// Carries out a command that came on a protocol port.
     pub(crate) fn command(&mut self, port: Port, command: Command) -> Outcome {
-        if !self.serves(&command) {
+        if !self.config.serves(&command) {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
         if command.is_extension() {
@@ -54,12 +53,6 @@ impl Controller {
             });
         }
         outcome
-    }
-
-    /// Whether this controller knows the command: those of its manual, and with `extensions` all that hosts send.
-    pub(crate) fn serves(&self, command: &Command) -> bool {
-        let printed = || self.arm.kind() == Arm::Scara && command.is_in_scara_manual();
-        !command.is_extension() || self.config.options.extensions || printed()
     }
 
     /// Carries out a command that is valid.
@@ -105,6 +98,7 @@ impl Controller {
             Command::Sm(_) => self.op_quick_status(),
             Command::Ac => self.op_current_alarms(),
             Command::Ah => self.op_alarm_history(),
+            Command::Mn => Outcome::file(self.maintenance().encode()),
             Command::Io(_) => self.op_lines(),
             Command::Hi { first, count } => self.op_read_inputs(first, count),
             Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),

@@ -2,7 +2,7 @@
 
 use crate::Controller;
 use crate::alarm::Alarm;
-use crate::options::{ControllerType, SfTexts};
+use crate::options::SfTexts;
 use crate::port::Port;
 use crate::session::Outcome;
 use crate::vary::Vary;
@@ -138,10 +138,7 @@ impl Controller {
 
     /// VR: the system software; to the letter of the manual also the arm's record (VR-03).
     pub(super) fn op_version(&mut self) -> Outcome {
-        let system = match self.config.controller {
-            ControllerType::Ts3100 => "TS3100",
-            ControllerType::Tsl3100 => "TSL3100",
-        };
+        let system = self.config.controller.name();
         let arm = self
             .arm
             .model()

@@ -8,9 +8,9 @@ use crate::controller::fresh_lines;
 use crate::drive::Drive;
 use crate::input::KeySwitch;
 use crate::limits::{
-    LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_PARCELS, MAX_SEND, OUTBOX, PENDANT_TEXT, RING_BUFFER,
+    LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_PARCELS, MAX_SEND, OUTBOX, PENDANT_TEXT, RING_BUFFER, SERVO_ONS,
 };
-use crate::options::{Config, ControllerType};
+use crate::options::Config;
 use crate::port::Port;
 use crate::signals::Signals;
 use crate::vary::Vary;
@@ -72,13 +72,18 @@ pub(super) fn config(config: &Config) -> Checked {
     model.map_err(|error| SnapshotError::value("config.model", "an arm", error))?;
     within("config.options.low_speed", config.options.low_speed, 1..=100)?;
     lasting("config.options.do_min_run", config.options.do_min_run)?;
+    lasting("config.options.servo_interval", config.options.servo_interval)?;
     if !config.calendar.is_valid() {
         let found = format!("{:?}", config.calendar);
         return Err(SnapshotError::value("config.calendar", "a date and time", found));
     }
-    if config.controller == ControllerType::Tsl3100 && config.key == KeySwitch::Internal {
-        let expected = "TEACHING or EXT, which the TSL3100 has";
-        return Err(SnapshotError::value("config.key", expected, "INTERNAL"));
+    key_exists("config.key", config, config.key)
+}
+
+fn key_exists(place: &str, config: &Config, key: KeySwitch) -> Checked {
+    if key == KeySwitch::Internal && !config.controller.has_internal() {
+        let expected = format!("TEACHING or EXT, which the {} has", config.controller.name());
+        return Err(SnapshotError::value(place, &expected, "INTERNAL"));
     }
     Ok(())
 }
@@ -109,19 +114,21 @@ impl Controller {
         within("state.guide.rate", state.guide.rate, 0..=2)?;
         within("state.guide.mode", state.guide.mode, 0..=2)?;
         lasting("state.run_total", state.run_total)?;
+        lasting("upkeep", self.upkeep.longest())?;
         if let Some(watchdog) = &state.watchdog {
             lasting("state.watchdog.timeout", watchdog.timeout)?;
         }
-        let servo = state.servo && (state.emergency_stop || state.safety_open);
-        if servo {
+        within("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
+        if state.servo && state.servo_due.is_some() {
+            let expected = "no servo power that is held back while it is on";
+            return Err(SnapshotError::value("state.servo_due", expected, "one"));
+        }
+        let servo = state.servo || state.servo_due.is_some();
+        if servo && (state.emergency_stop || state.safety_open) {
             let expected = "no servo power in an emergency stop or with the safety switch open";
             return Err(SnapshotError::value("state.servo", expected, "servo power"));
         }
-        if self.config.controller == ControllerType::Tsl3100 && state.key == KeySwitch::Internal {
-            let expected = "TEACHING or EXT, which the TSL3100 has";
-            return Err(SnapshotError::value("state.key", expected, "INTERNAL"));
-        }
-        Ok(())
+        key_exists("state.key", &self.config, state.key)
     }
 
     fn check_drive(&self) -> Checked {

@@ -24,6 +24,7 @@ use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::State;
 use crate::time::Time;
+use crate::upkeep::Upkeep;
 use crate::vary::Vary;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
@@ -133,6 +134,8 @@ pub struct Snapshot {
     user: UserParameters,
     network: NetworkPlan,
     traced: bool,
+    #[serde(default)]
+    upkeep: Upkeep,
     faults: Faults,
     vary: Option<Vary>,
     outbox: Outbox,
@@ -172,6 +175,7 @@ impl Controller {
             user: self.user,
             network: self.network,
             traced: self.traced,
+            upkeep: self.upkeep,
             faults: self.faults.clone(),
             vary: self.vary.clone(),
             outbox: self.outbox.clone(),
@@ -204,6 +208,7 @@ impl Controller {
             user,
             network,
             traced,
+            upkeep,
             faults,
             vary,
             outbox,
@@ -231,6 +236,7 @@ impl Controller {
             user,
             network,
             traced,
+            upkeep,
             faults,
             vary,
             outbox,

@@ -293,6 +293,8 @@ pub enum Controller {
     Ts3100,
     /// Key switch TEACHING, EXT (GEN-05).
     Tsl3100,
+    /// As tsl3100, and every third servo-on comes 7 s late (servo.interval).
+    Tsl3000e,
 }
 
 impl From<Controller> for options::ControllerType {
@@ -300,6 +302,7 @@ impl From<Controller> for options::ControllerType {
         match controller {
             Controller::Ts3100 => options::ControllerType::Ts3100,
             Controller::Tsl3100 => options::ControllerType::Tsl3100,
+            Controller::Tsl3000e => options::ControllerType::Tsl3000e,
         }
     }
 }

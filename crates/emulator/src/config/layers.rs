@@ -115,8 +115,8 @@ pub enum ConfigError {
     #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
     JunitAlone,
     /// GEN-05.
-    #[error("the TSL3100 has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
-    NoInternal,
+    #[error("the {0} has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
+    NoInternal(&'static str),
 }
 
 impl From<ts3100_controller::faults::FaultError> for ConfigError {

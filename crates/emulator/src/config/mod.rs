@@ -28,7 +28,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::input::KeySwitch;
-use ts3100_controller::options::{Config, ControllerType, Dialect, Options};
+use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
 
@@ -118,9 +118,10 @@ impl Settings {
     ///
     /// # Errors
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
-    /// INTERNAL on a TSL3100, a fault, two ways to one serial port.
+    /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
-        let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into));
+        let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into))
+            .with_controller(args.controller.map_or_else(Default::default, Into::into));
         let mut links = LinkOptions::default();
         for pair in &args.set {
             let (key, value) = pair
@@ -131,11 +132,10 @@ impl Settings {
         if let Some(model) = &args.model {
             controller.model = model.read()?;
         }
-        controller.controller = args.controller.map_or_else(Default::default, Into::into);
         controller.key = args.key.map_or_else(Default::default, Into::into);
         controller.control_right = args.control_right.map_or_else(Default::default, Into::into);
-        if controller.controller == ControllerType::Tsl3100 && controller.key == KeySwitch::Internal {
-            return Err(ConfigError::NoInternal);
+        if !controller.controller.has_internal() && controller.key == KeySwitch::Internal {
+            return Err(ConfigError::NoInternal(controller.controller.name()));
         }
         if let Some(path) = &args.permissions {
             let text = layers::read_text(path)?;
@@ -227,11 +227,12 @@ fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<()
         .filter_map(|flag| Some(format!("--{}", flag.split_once('=')?.0)))
         .filter(|flag| flag != "--set")
         .collect();
+    let preset = Config::new(Dialect::default()).with_controller(controller.controller);
     let others = [
         ("--load", !args.load.is_empty()),
         ("--select", args.select.is_some()),
         ("--servo-on", args.servo_on == Some(true)),
-        ("--set", controller.options != Options::of(Dialect::default())),
+        ("--set", controller.options != preset.options),
     ];
     given.extend(
         others

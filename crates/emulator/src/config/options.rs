@@ -152,6 +152,9 @@ const TABLE: &[(&str, &str, Set)] = &[
             word(v, &[("lost", WhileSending::Lost), ("kept", WhileSending::Kept)]),
         )
     }),
+    ("servo.interval", "a duration, for example 7s", |o, _, v| {
+        put(&mut o.servo_interval, duration(v))
+    }),
     ("sf.split", "one or several (texts)", |o, _, v| {
         put(
             &mut o.sf_texts,

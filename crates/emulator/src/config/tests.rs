@@ -185,6 +185,24 @@ fn the_tsl3100_has_no_internal() {
     assert!(Settings::from_args(&args).is_ok());
 }
 
+// clause: S41
+#[test]
+fn a_tsl3000e_presets_the_servo_interval_and_a_named_option_wins() {
+    let interval = |args: &[&str]| {
+        let (args, _) = read(flags(args), &Environment::new()).unwrap();
+        let controller = Settings::from_args(&args).unwrap().controller;
+        controller.options.servo_interval.as_secs()
+    };
+    assert_eq!(interval(&["--controller", "tsl3100"]), 0);
+    assert_eq!(interval(&["--controller", "tsl3000e"]), 7);
+    assert_eq!(interval(&["--controller", "tsl3000e", "--dialect", "manual"]), 7);
+    assert_eq!(
+        interval(&["--controller", "tsl3000e", "--set", "servo.interval=0s"]),
+        0
+    );
+    assert_eq!(interval(&["--set", "servo.interval=7s"]), 7);
+}
+
 #[test]
 fn ports_come_from_the_parameters_or_the_system() {
     let (args, _) = read(flags(&["--ports", "auto"]), &Environment::new()).unwrap();

@@ -18,7 +18,7 @@ pub struct Happening {
     /// Virtual time in seconds.
     pub t: f64,
     /// What kind of thing: `connected`, `disconnected`, `received`, `sent`, `text-in`, `text-out`, `dropped`,
-    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `cut`, `deaf`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `selected`,
+    /// `answered`, `refused`, `finding`, `fault-armed`, `fault`, `cut`, `deaf`, `alarm`, `alarms-reset`, `status`, `statement`, `servo`, `servo-held-back`, `selected`,
     /// `stored`, `erased`, `pendant`, `power-off`, `power-on`, `undone`, `reset`.
     pub event: &'static str,
     /// The port it concerns.
@@ -81,6 +81,9 @@ pub struct Happening {
     /// Servo power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub on: Option<bool>,
+    /// Virtual time in seconds at which servo power that is held back comes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub until: Option<f64>,
     /// Name of a file; absent when the selection ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
@@ -308,6 +311,10 @@ impl Happening {
             Event::Servo(on) => Happening {
                 on: Some(*on),
                 ..new("servo")
+            },
+            Event::ServoHeldBack(until) => Happening {
+                until: Some(seconds(*until)),
+                ..new("servo-held-back")
             },
             Event::Selected(file) => Happening {
                 file: file.clone(),

@@ -143,6 +143,7 @@ impl Metrics {
             | Event::Status { .. }
             | Event::Statement { .. }
             | Event::Servo(_)
+            | Event::ServoHeldBack(_)
             | Event::Selected(_) => {}
         }
     }

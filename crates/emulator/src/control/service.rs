@@ -68,10 +68,7 @@ async fn get_version(State(hub): State<Handle>) -> Result<Json<Version>, Problem
     let look = |sight: &Sight<'_>| Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
-        controller: match sight.controller.config().controller {
-            ts3100_controller::ControllerType::Ts3100 => "TS3100",
-            ts3100_controller::ControllerType::Tsl3100 => "TSL3100",
-        },
+        controller: sight.controller.config().controller.name(),
         model: sight.controller.config().model.name.clone(),
     };
     Ok(Json(hub.look(look).await?))

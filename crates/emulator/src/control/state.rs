@@ -43,6 +43,9 @@ pub struct Everything {
     run_mode: &'static str,
     /// Servo power is on.
     servo: bool,
+    /// Virtual time in seconds at which servo power comes that `servo.interval` holds back.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    servo_due: Option<f64>,
     /// The emergency stop is pressed.
     emergency_stop: bool,
     /// The safety switch is open.
@@ -204,6 +207,7 @@ impl Everything {
             master_mode: state.master_mode().words(),
             run_mode: state.run_mode.word(),
             servo: state.servo,
+            servo_due: state.servo_due.map(seconds),
             emergency_stop: state.emergency_stop,
             safety_open: state.safety_open,
             feed_hold: state.feed_hold,

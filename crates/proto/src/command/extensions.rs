@@ -122,6 +122,14 @@ pub const EXTENSIONS: &[CommandRow] = &[
         read: jog::jg,
     },
     CommandRow {
+        letters: "MN",
+        description: "Maintenance information request",
+        form: "MN",
+        sender: Sender::Host,
+        example: "MN",
+        read: |operands| operands.none(Command::Mn),
+    },
+    CommandRow {
         letters: "RS",
         description: "Reset of alarms",
         form: "RS,ERR",

@@ -132,6 +132,8 @@ pub enum Command {
         /// X Y Z C, or X Y Z A B C, in mm and degrees; finite. The arm decides which.
         values: Vec<f64>,
     },
+    /// Extension: maintenance information (S29).
+    Mn,
     /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
     Md(u8),
     /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
@@ -204,7 +206,7 @@ impl Command {
             Command::Mr(read) => operand(&mut data, &variable::encode_read(read)),
             Command::Iw(lines) => operand(&mut data, &lines::encode(lines)),
             Command::Do(statement) => operand(&mut data, statement),
-            Command::Ac | Command::Ah => {}
+            Command::Ac | Command::Ah | Command::Mn => {}
             Command::Sm(number) | Command::Io(number) | Command::Vl(number) => digits(&mut data, *number),
             Command::Md(number) | Command::Rt(number) | Command::Sc(number) => digits(&mut data, *number),
             Command::Pr(query) => digits(&mut data, query.code()),
@@ -266,6 +268,7 @@ impl Command {
             Command::Rt(_) => "RT",
             Command::Sc(_) => "SC",
             Command::Jg { .. } => "JG",
+            Command::Mn => "MN",
         }
     }
 
@@ -283,12 +286,6 @@ impl Command {
     pub fn is_extension(&self) -> bool {
         let row = self.permission_row();
         !COMMANDS.iter().any(|command| command.letters == row)
-    }
-
-    /// Whether the SCARA edition of the manual prints this extension: such controllers serve it by their manual.
-    #[must_use]
-    pub fn is_in_scara_manual(&self) -> bool {
-        SCARA_MANUAL.contains(&self.letters())
     }
 }
 

@@ -31,7 +31,10 @@ fn the_table_has_the_23_commands_of_the_manual() {
 #[test]
 fn the_extensions_stand_apart() {
     let letters: Vec<&str> = EXTENSIONS.iter().map(|row| row.letters).collect();
-    assert_eq!(letters.join(" "), "SM WD AC AH IO HI HO PR VL ZS MD RT SC JG RS");
+    assert_eq!(
+        letters.join(" "),
+        "SM WD AC AH IO HI HO PR VL ZS MD RT SC JG MN RS"
+    );
     let forms: Vec<&str> = EXTENSIONS.iter().map(|row| row.form).collect();
     assert_eq!(forms.last(), Some(&"RS,ERR"));
     for row in COMMANDS {

@@ -3,7 +3,7 @@
 
 use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
 use alloc::format;
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// Parity of a serial line.
@@ -18,12 +18,32 @@ pub enum Parity {
     Even,
 }
 
+/// Which edition of the communication manual describes the controller: HOST has other speeds in the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Edition {
+    /// That of the six-axis robots (PAR-U06-04).
+    SixAxis,
+    /// That of the SCARA robots (S2).
+    Scara,
+}
+
+impl Edition {
+    /// The speeds that only HOST has, in bit/s.
+    #[must_use]
+    pub const fn host_speeds(self) -> &'static [u32] {
+        match self {
+            Edition::SixAxis => &[115_200],
+            Edition::Scara => &[300, 600, 115_200],
+        }
+    }
+}
+
 /// One serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialLine {
-    /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also 115200.
+    /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
     #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::speed"))]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
@@ -103,13 +123,13 @@ impl UserParameters {
 
     /// The file of a fresh RAM drive.
     #[must_use]
-    pub fn factory_text(line_end: LineEnd) -> Vec<u8> {
-        UserParameters::factory().text(line_end)
+    pub fn factory_text(line_end: LineEnd, edition: Edition) -> Vec<u8> {
+        UserParameters::factory().text(line_end, edition)
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
-    pub fn text(&self, line_end: LineEnd) -> Vec<u8> {
+    pub fn text(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
         let values = |key: &str, line: SerialLine| {
             format!(
                 "{{{key}}} = {} {} {} {}",
@@ -121,7 +141,11 @@ impl UserParameters {
         };
         let lines = [
             String::from("[U06] Serial ports"),
-            String::from("{Speed: 1200, 2400, 4800, 9600, 19200, 38400; HOST also 115200}"),
+            format!(
+                "{{Speed: {}; HOST also {}}}",
+                listed(&SPEEDS),
+                listed(edition.host_speeds())
+            ),
             String::from("{Character length: 7, 8}"),
             String::from("{Parity: 0 none, 1 odd, 2 even}"),
             String::from("{Stop bits: 1, 2}"),
@@ -135,20 +159,28 @@ impl UserParameters {
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
     /// problem, and so are keys unknown or twice in [U06].
     #[must_use]
-    pub fn parse(content: &[u8], previous: &UserParameters) -> (UserParameters, Vec<ParameterProblem>) {
+    pub fn parse(
+        content: &[u8],
+        previous: &UserParameters,
+        edition: Edition,
+    ) -> (UserParameters, Vec<ParameterProblem>) {
         let file = ParameterFile::parse(content);
         let mut problems = Problems::default();
         let mut next = *previous;
         check_size(&file, &mut problems);
         let mut section = Values::of(&file, "U06", &mut problems);
-        let expected =
-            "speed 1200, 2400, 4800, 9600, 19200 or 38400, length 7 or 8, parity 0 to 2, stop bits 1 or 2";
-        section.keyed(COM1, &mut next.com1, expected, |value| {
-            serial_line(value, &SPEEDS)
-        });
-        let expected = expected.replace(" or 38400", ", 38400 or 115200");
-        let host: Vec<u32> = SPEEDS.into_iter().chain([HOST_SPEED]).collect();
-        section.keyed(HOST, &mut next.host, &expected, |value| serial_line(value, &host));
+        let mut host: Vec<u32> = SPEEDS.iter().chain(edition.host_speeds()).copied().collect();
+        host.sort_unstable();
+        for (key, line, speeds) in [
+            (COM1, &mut next.com1, SPEEDS.as_slice()),
+            (HOST, &mut next.host, host.as_slice()),
+        ] {
+            let expected = format!(
+                "speed {}, length 7 or 8, parity 0 to 2, stop bits 1 or 2",
+                one_of(speeds)
+            );
+            section.keyed(key, line, &expected, |value| serial_line(value, speeds));
+        }
         section.refuse_other_keys(&[COM1, HOST]);
         (next, problems.0)
     }
@@ -171,8 +203,18 @@ const HOST: &str = "HOST";
 
 /// Speeds of both ports in bit/s.
 const SPEEDS: [u32; 6] = [1_200, 2_400, 4_800, 9_600, 19_200, 38_400];
-/// The speed that only HOST has (PAR-U06-04).
-const HOST_SPEED: u32 = 115_200;
+
+fn listed(speeds: &[u32]) -> String {
+    let words: Vec<String> = speeds.iter().map(ToString::to_string).collect();
+    words.join(", ")
+}
+
+fn one_of(speeds: &[u32]) -> String {
+    match speeds.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", listed(rest)),
+        _ => listed(speeds),
+    }
+}
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialLine> {
     let [speed, length, parity, stop] = words(value)?;
@@ -192,20 +234,19 @@ fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialLine> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::string::ToString;
 
     fn read(com1: &str, host: &str) -> (UserParameters, Vec<ParameterProblem>) {
         let text = format!(
             "[U01] other = 5\n[U06] Serial {{Speed}}(9600, 1200)\n{{COM1}} = {com1}\n{{ host }}\n= {host}\n[END]"
         );
-        UserParameters::parse(text.as_bytes(), &UserParameters::factory())
+        UserParameters::parse(text.as_bytes(), &UserParameters::factory(), Edition::SixAxis)
     }
 
     // clause: PAR-U06-01 PAR-U06-02
     #[test]
     fn the_file_of_a_fresh_drive() {
         for line_end in [LineEnd::Lf, LineEnd::Cr] {
-            let bytes = UserParameters::factory_text(line_end);
+            let bytes = UserParameters::factory_text(line_end, Edition::SixAxis);
             let text = String::from_utf8(bytes.clone()).unwrap();
             assert!(text.starts_with("[U06]"));
             assert!(text.contains("{COM1} = 9600 8 0 1") && text.contains("{HOST} = 9600 8 0 1"));
@@ -221,11 +262,16 @@ mod tests {
                 host: other,
             };
             assert_eq!(
-                UserParameters::parse(&bytes, &previous),
+                UserParameters::parse(&bytes, &previous, Edition::SixAxis),
                 (UserParameters::factory(), Vec::new())
             );
             assert_eq!(
-                UserParameters::parse(&previous.text(line_end), &UserParameters::factory()).0,
+                UserParameters::parse(
+                    &previous.text(line_end, Edition::SixAxis),
+                    &UserParameters::factory(),
+                    Edition::SixAxis
+                )
+                .0,
                 previous
             );
         }
@@ -269,6 +315,27 @@ mod tests {
         );
     }
 
+    // clause: S2
+    #[test]
+    fn the_scara_edition_has_two_low_speeds_on_host() {
+        let factory = UserParameters::factory();
+        for speed in [300, 600, 115_200] {
+            let text = format!("[U06] {{COM1}} = {speed} 8 0 1 {{HOST}} = {speed} 8 0 1");
+            let (parameters, problems) = UserParameters::parse(text.as_bytes(), &factory, Edition::Scara);
+            assert_eq!((parameters.com1.speed, parameters.host.speed), (9_600, speed));
+            assert_eq!(problems.len(), 1, "COM1 has none of them");
+            let (parameters, problems) = UserParameters::parse(text.as_bytes(), &factory, Edition::SixAxis);
+            let known = speed == 115_200;
+            assert_eq!(parameters.host.speed, if known { speed } else { 9_600 });
+            assert_eq!(problems.len(), if known { 1 } else { 2 });
+        }
+        let text = String::from_utf8(UserParameters::factory_text(LineEnd::Lf, Edition::Scara)).unwrap();
+        assert!(text.contains("HOST also 300, 600, 115200}"), "{text}");
+        let bad = b"[U06] {COM1} = 9600 8 0 1 {HOST} = 1 8 0 1";
+        let problem = UserParameters::parse(bad, &factory, Edition::Scara).1[0].to_string();
+        assert!(problem.contains("speed 300, 600, 1200, 2400"), "{problem}");
+    }
+
     // clause: PAR-U06-06
     #[test]
     fn bad_values_keep_the_whole_line() {
@@ -292,7 +359,7 @@ mod tests {
     #[test]
     fn missing_and_surplus_values_are_told() {
         let factory = UserParameters::factory();
-        let (parameters, problems) = UserParameters::parse(b"", &factory);
+        let (parameters, problems) = UserParameters::parse(b"", &factory, Edition::SixAxis);
         assert_eq!((parameters, problems.len()), (factory, 2));
         assert!(
             problems
@@ -301,7 +368,7 @@ mod tests {
         );
         let text =
             b"[U06] {COM1} = 1200 8 0 1 {COM1} = 2400 8 0 1 {HOST} = 9600 8 0 1 {COM2} = 9600 8 0 1 [U06]";
-        let (parameters, problems) = UserParameters::parse(text, &factory);
+        let (parameters, problems) = UserParameters::parse(text, &factory, Edition::SixAxis);
         assert_eq!((parameters.com1.speed, problems.len()), (1_200, 3));
     }
 }

@@ -1,5 +1,5 @@
-//! The files a host asks for with SU, SF, EU, VR, CA and MR, and with the extensions SM, AC, AH, PR, VL and
-//! IO, as values with encoder and decoder. All of them are contents: what stands between `FL,` and EOF.
+//! The files a host asks for with SU, SF, EU, VR, CA and MR, and with the extensions SM, AC, AH, PR, VL, IO
+//! and MN, as values with encoder and decoder. All of them are contents: what stands between `FL,` and EOF.
 //! Cutting them into texts is `file`'s, filling them is the controller's.
 
 pub mod ac;
@@ -7,6 +7,7 @@ pub mod ca;
 pub mod eu;
 mod fields;
 pub mod io;
+pub mod mn;
 pub mod mr;
 pub mod pr;
 pub mod sf;

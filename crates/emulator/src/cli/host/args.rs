@@ -170,6 +170,8 @@ pub(super) enum Show {
     Alarms,
     /// PR and VL.
     Position,
+    /// MN.
+    Maintenance,
 }
 
 /// What an exchange consists of.

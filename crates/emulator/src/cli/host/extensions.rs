@@ -66,6 +66,8 @@ pub(super) enum Extension {
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
+    /// Extension: maintenance information, by the numbers of its items
+    Mn,
     /// Extension: guide mode: jog, inching, free (0 to 2)
     Md {
         /// Word or number
@@ -118,6 +120,7 @@ impl Extension {
             Extension::Ac => "AC".to_owned(),
             Extension::Ah => "AH".to_owned(),
             Extension::Io => "IO,1".to_owned(),
+            Extension::Mn => "MN".to_owned(),
             Extension::Hi { first, count } => format!("HI,{first} {count}"),
             Extension::Ho { first, count, value } => format!("HO,{first} {count} {value}"),
             Extension::Pr { which } => format!("PR,{which}"),
@@ -139,6 +142,7 @@ impl Extension {
             Extension::Ac | Extension::Ah => Action::Status(Show::Alarms),
             Extension::Hi { .. } => Action::Status(Show::Values),
             Extension::Pr { .. } | Extension::Vl { .. } => Action::Status(Show::Position),
+            Extension::Mn => Action::Status(Show::Maintenance),
             Extension::Io => Action::Lines,
             Extension::Wd { .. }
             | Extension::Ho { .. }

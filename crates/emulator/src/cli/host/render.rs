@@ -10,6 +10,7 @@ use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
 use ts3100_proto::status::io::LineWords;
+use ts3100_proto::status::mn::{AXIS_ITEMS, INFORMATION_ITEMS, Maintenance};
 use ts3100_proto::status::pr::{self, Position};
 use ts3100_proto::status::sf::{self, SystemStatus};
 use ts3100_proto::status::sm::QuickStatus;
@@ -31,6 +32,7 @@ pub(super) fn decode(show: Show, content: &[u8]) -> Result<Value, BodyError> {
         Show::QuickStatus => quick_status(&QuickStatus::decode(content)?),
         Show::Alarms => list(&ac::decode_alarms(content)?, alarm_record),
         Show::Position => position(&pr::decode_position(content)?),
+        Show::Maintenance => maintenance(&Maintenance::decode(content)?),
     })
 }
 
@@ -80,6 +82,22 @@ fn alarm_record(record: &AlarmRecord) -> Value {
 /// Values without names: which coordinates they are depends on the query and the arm.
 fn position(position: &Position) -> Value {
     json!({ "values": position.values, "configuration": position.configuration })
+}
+
+fn maintenance(read: &Maintenance) -> Value {
+    let axes = AXIS_ITEMS
+        .iter()
+        .zip(&read.axes)
+        .map(|(item, values)| (*item, json!(values)));
+    let information = INFORMATION_ITEMS.iter().zip(&read.information);
+    let mut items: Vec<(u8, Value)> = axes
+        .chain(information.map(|(item, value)| (*item, json!(value))))
+        .collect();
+    items.sort_by_key(|(item, _)| *item);
+    let items = items
+        .into_iter()
+        .map(|(item, value)| (format!("item_{item}"), value));
+    Value::Object(items.collect::<Map<String, Value>>())
 }
 
 fn quick_status(status: &QuickStatus) -> Value {

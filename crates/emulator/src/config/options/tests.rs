@@ -34,6 +34,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         serial_pacing,
         bad_character,
         while_sending,
+        servo_interval,
         sticky_work,
         data_copy,
     } = options;
@@ -55,6 +56,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("serial.bad_character", format!("{bad_character:?}")),
         ("serial.pacing", format!("{serial_pacing:?}")),
         ("serial.while_sending", format!("{while_sending:?}")),
+        ("servo.interval", format!("{servo_interval:?}")),
         ("sf.split", format!("{sf_texts:?}")),
         ("sig.low_speed", format!("{low_speed:?}")),
         ("sig.strobe", format!("{strobe:?}")),
@@ -70,7 +72,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 27] = [
+const OTHERS: [(&str, &str); 28] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -87,6 +89,7 @@ const OTHERS: [(&str, &str); 27] = [
     ("serial.bad_character", "keep"),
     ("serial.pacing", "false"),
     ("serial.while_sending", "kept"),
+    ("servo.interval", "7s"),
     ("sf.split", "several"),
     ("sig.low_speed", "37"),
     ("sig.strobe", "required"),

@@ -1,0 +1,79 @@
+//! What the axes have done so far, for the maintenance information (S29): added up whenever the course of a motion
+//! changes or ends, never while it is only looked at.
+
+use super::Arm;
+use crate::motion::Effort;
+use crate::time::Time;
+
+/// What the axes have done.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Wear {
+    /// Since the controller was made.
+    pub total: Effort,
+    /// Since the power came on.
+    pub since_power_on: Effort,
+    /// Up to when the motion under way is in it.
+    until: Time,
+}
+
+impl Wear {
+    fn add(&mut self, effort: &Effort, until: Time) {
+        self.total.add(effort);
+        self.since_power_on.add(effort);
+        self.until = until;
+    }
+
+    /// Whether its numbers can have come of motions.
+    #[cfg(feature = "serde")]
+    pub(crate) fn is_sound(&self) -> bool {
+        /// More than any arm does in the time there is.
+        const MOST: f64 = 1e18;
+        let numbers = self.total.numbers().chain(self.since_power_on.numbers());
+        numbers.into_iter().all(|number| (0.0..=MOST).contains(&number))
+    }
+}
+
+impl Arm {
+    /// What the axes have done by `now`.
+    #[must_use]
+    pub fn wear(&self, now: Time) -> Wear {
+        let mut wear = self.wear.clone();
+        wear.add(&self.effort_until(now), now);
+        wear
+    }
+
+    /// Takes what the motion under way has done until then; before its course changes.
+    pub(super) fn account(&mut self, until: Time) {
+        let effort = self.effort_until(until);
+        self.wear.add(&effort, until);
+    }
+
+    fn effort_until(&self, until: Time) -> Effort {
+        let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
+            return Effort::default();
+        };
+        let (from, to) = (self.wear.until.since(active.start), until.since(active.start));
+        active
+            .motion
+            .effort(&self.model, active.asked.load_part, from, to)
+    }
+
+    /// The power went off: the arm rests where it is, and what it has done since the power came on is forgotten.
+    pub fn power_off(&mut self, now: Time) {
+        self.account(now);
+        let wear = Wear {
+            since_power_on: Effort::default(),
+            ..self.wear.clone()
+        };
+        let rest = self.joints(now);
+        *self = Arm {
+            wear,
+            ..Arm::at(self.model.clone(), rest)
+        };
+    }
+}

@@ -1,0 +1,189 @@
+//! What a motion asks of the axes between two of its moments: the way they go, and their torque. Torque is the part of
+//! its acceleration that an axis uses, as the statement TORQUE counts it: no inertia is known, and the acceleration
+//! an axis has already stands for it. Adding up over motions is the arm's.
+
+use super::path::Path;
+use super::profile::Profile;
+use crate::model::{ArmModel, Joints};
+
+/// Steps into which a stretch of steady acceleration is cut where the axes do not follow it evenly: on lines, arcs,
+/// arches and motions that overlap.
+const UNEVEN_STEPS: u16 = 64;
+/// The same for a motion of all joints together: two give its acceleration exactly.
+const EVEN_STEPS: u16 = 2;
+/// Shortest step in which an acceleration can be told from rounding, s.
+const SHORTEST_STEP: f64 = 1e-6;
+
+/// What the axes have done: each value belongs to one axis, degrees, or mm of one that slides.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Effort {
+    /// Way gone, to and fro.
+    pub way: Joints,
+    /// Torque integrated over time, percent times seconds.
+    pub torque: Joints,
+    /// Its square integrated over time.
+    pub square: Joints,
+    /// Highest torque, percent.
+    pub peak: Joints,
+    /// Seconds in which the arm moved.
+    pub seconds: f64,
+}
+
+impl Effort {
+    /// This and another behind it.
+    pub fn add(&mut self, other: &Effort) {
+        for (sum, values) in [
+            (&mut self.way, &other.way),
+            (&mut self.torque, &other.torque),
+            (&mut self.square, &other.square),
+        ] {
+            for (sum, value) in sum.iter_mut().zip(values) {
+                *sum += value;
+            }
+        }
+        for (peak, value) in self.peak.iter_mut().zip(other.peak) {
+            *peak = peak.max(value);
+        }
+        self.seconds += other.seconds;
+    }
+
+    /// All its numbers, for a check of one that was read.
+    #[cfg(feature = "serde")]
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
+        let joints = [self.way, self.torque, self.square, self.peak];
+        joints.into_iter().flatten().chain([self.seconds])
+    }
+}
+
+/// What the axes do while a path is gone through from second `from` to second `to` of its course. `load` is the part
+/// of their acceleration that the load in the hand leaves them.
+pub(super) fn between(
+    model: &ArmModel,
+    path: &Path,
+    profile: &Profile,
+    load: f64,
+    (from, to): (f64, f64),
+) -> Effort {
+    let steps = match path {
+        Path::Joint { .. } => EVEN_STEPS,
+        Path::Chain(_) | Path::Guided(_) => UNEVEN_STEPS,
+    };
+    let mut effort = Effort::default();
+    for (begin, end) in profile.stretches(from, to) {
+        let step = (end - begin) / f64::from(steps);
+        let at = |index: u16| path.joints_at(profile.state_at(begin + step * f64::from(index)).place);
+        let mut trail = [at(0), at(0), at(1)];
+        effort.seconds += end - begin;
+        pass(&mut effort.way, &trail[1], &trail[2]);
+        for index in 2..=steps {
+            trail = [trail[1], trail[2], at(index)];
+            pass(&mut effort.way, &trail[1], &trail[2]);
+            if step > SHORTEST_STEP {
+                // Each inner moment stands for an equal part of the stretch.
+                let seconds = (end - begin) / f64::from(steps - 1);
+                strain(&mut effort, model, &trail, step, load, seconds);
+            }
+        }
+    }
+    effort
+}
+
+fn pass(way: &mut Joints, from: &Joints, to: &Joints) {
+    for ((way, from), to) in way.iter_mut().zip(from).zip(to) {
+        *way += (to - from).abs();
+    }
+}
+
+/// The torque that three postures a step apart tell of, for so many seconds.
+fn strain(
+    effort: &mut Effort,
+    model: &ArmModel,
+    [before, here, after]: &[Joints; 3],
+    step: f64,
+    load: f64,
+    seconds: f64,
+) {
+    let bends = before.iter().zip(here).zip(after);
+    let accels = bends.map(|((before, here), after)| (after - 2.0 * here + before).abs() / (step * step));
+    let sums = effort.torque.iter_mut().zip(&mut effort.square);
+    let places = sums.zip(&mut effort.peak);
+    for ((axis, accel), ((torque, square), peak)) in model.axes.iter().zip(accels).zip(places) {
+        let percent = accel / (axis.max_accel * load) * 100.0;
+        *torque += percent * seconds;
+        *square += percent * percent * seconds;
+        *peak = peak.max(percent);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::model::ArmModel;
+    use crate::motion::{Limits, NO_LOAD, Target, Transform, plan};
+    use core::time::Duration;
+
+    fn close(found: f64, expected: f64, slack: f64) {
+        assert!((found - expected).abs() < slack, "{found}, {expected} expected");
+    }
+
+    /// Axis 1 of the default arm over 100 degrees: 240 degrees/s, 960 degrees/s²; 0.25 s up, 0.25 s down.
+    #[test]
+    fn the_effort_of_a_trapezoid_is_its_closed_form() {
+        let model = ArmModel::tv800();
+        let target = Target::Axis {
+            axis: 0,
+            value: 100.0,
+        };
+        for accel in [1.0, 0.5] {
+            let limits = Limits {
+                accel,
+                decel: accel,
+                ..Limits::FULL
+            };
+            let motion = plan(&model, &model.ready, &target, &Transform::IDENTITY, &limits).unwrap();
+            let effort = motion.effort(&model, NO_LOAD, Duration::ZERO, motion.duration());
+            // At half the acceleration the way is over before the full speed is reached.
+            let top = (100.0 * 960.0 * accel).sqrt().min(240.0);
+            let ramps = 2.0 * top / (960.0 * accel);
+            close(effort.way[0], 100.0, 1e-9);
+            close(effort.torque[0], 100.0 * accel * ramps, 1e-6);
+            close(effort.square[0], 1e4 * accel * accel * ramps, 1e-4);
+            close(effort.peak[0], 100.0 * accel, 1e-6);
+            close(effort.seconds, motion.duration().as_secs_f64(), 2e-6);
+            assert_eq!((effort.way[1], effort.torque[1], effort.peak[1]), (0.0, 0.0, 0.0));
+            // In two parts as in one; half the acceleration left by the load is twice the torque.
+            let middle = motion.duration() / 3;
+            let mut parts = motion.effort(&model, NO_LOAD, Duration::ZERO, middle);
+            parts.add(&motion.effort(&model, NO_LOAD, middle, motion.duration() * 2));
+            close(parts.way[0], effort.way[0], 1e-9);
+            close(parts.torque[0], effort.torque[0], 1e-3);
+            let loaded = motion.effort(&model, 0.5, Duration::ZERO, motion.duration());
+            close(loaded.peak[0], 2.0 * effort.peak[0], 1e-6);
+        }
+    }
+
+    #[test]
+    fn on_a_line_every_axis_is_followed() {
+        let model = ArmModel::thl400();
+        let (pose, _) = model.forward(&model.ready);
+        let mut end = pose;
+        end.xyz[1] -= 200.0;
+        end.xyz[2] += 40.0;
+        let target = Target::Line(end, [0; 5]);
+        let motion = plan(&model, &model.ready, &target, &Transform::IDENTITY, &Limits::FULL).unwrap();
+        let effort = motion.effort(&model, NO_LOAD, Duration::ZERO, motion.duration());
+        close(effort.way[2], 40.0, 1e-6);
+        let direct = (motion.end()[0] - model.ready[0]).abs();
+        assert!(
+            effort.way[0] >= direct && effort.way[0] < direct * 1.2,
+            "{effort:?}"
+        );
+        for (axis, peak) in effort.peak.iter().enumerate().take(3) {
+            assert!(*peak > 1.0 && *peak < 201.0, "axis {axis}: {peak} %");
+        }
+    }
+}
