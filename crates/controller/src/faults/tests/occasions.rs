@@ -255,7 +255,7 @@ fn a_refusal_says_what_to_leave_out_or_to_give() {
     ] {
         let error = spec.parse::<Fault>().unwrap_err().to_string();
         assert!(error.contains(says), "{spec}: {error}");
-        // A snapshot of before keeps what was armed then; whoever builds one by hand is refused as well.
+        // As it is read from a snapshot, which keeps what was armed once; to arm it anew is refused here too.
         let mut robot = robot();
         robot.feed(
             Time::ZERO,
