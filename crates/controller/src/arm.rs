@@ -4,7 +4,7 @@
 mod course;
 
 use crate::model::{ArmModel, Joints};
-use crate::motion::{Gate, Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
 use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
