@@ -4,7 +4,9 @@ use crate::extended::{scara, scara_of, six_axis};
 use ts3100_controller::deed::Deed;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Dialect, Input, Panel, Port};
+use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::mn::Maintenance;
+use ts3100_proto::status::position::CurrentPosition;
 use ts3100_tests::{Robot, paper};
 
 /// Half a unit of the only decimal.
@@ -193,4 +195,33 @@ fn a_locked_machine_wears_nothing() {
     let read = maintenance(&mut robot);
     assert_eq!(read.axes, Maintenance::default().axes);
     close(read.information[3], 0.0, "motion time");
+}
+
+/// The torque is that of the acceleration: 100 % in a ramp, 50 % with half of it, none at speed and at rest.
+// clause: S28
+#[test]
+fn the_current_position_file_shows_joints_line_and_torques_of_the_motion() {
+    let mut robot = Robot::ready("PROGRAM T\nDELAY 1.0\nMOVEA 1, 100.9 WITH DECEL=50\nDELAY 9.0\nEND\n");
+    let at_rest = robot.controller.current_position();
+    assert_eq!(at_rest.joints, [0, 10, 130, 0, 40, 0]);
+    robot.command(Port::Ip0, "RN");
+    let mut shown = |ms: u64| {
+        robot.advance_ms(ms);
+        let position = robot.controller.current_position();
+        assert_eq!(CurrentPosition::decode(&position.encode()), Ok(position));
+        assert_eq!(position.measured, position.joints);
+        assert_eq!(position.torques[1..], [0; 5]);
+        (
+            position.status,
+            position.line,
+            position.joints[0],
+            position.torques[0],
+        )
+    };
+    let running = ExecutionStatus::Running;
+    // 0.25 s up to 240 degrees/s, 30 degrees; the last 60 in 0.5 s, from 0.295 s on.
+    assert_eq!(shown(1_100), (running, 3, 4, 100));
+    assert_eq!(shown(170), (running, 3, 34, 0));
+    assert_eq!(shown(100), (running, 3, 57, 50));
+    assert_eq!(shown(2_000), (running, 4, 100, 0), "the integer part");
 }

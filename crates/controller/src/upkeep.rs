@@ -1,13 +1,14 @@
 //! The maintenance information (MN, S29): how long the controller was in which state, and what the axes have done, as
-//! numbers on the wire. What the axes have done is counted by `arm`. All of it survives a power cycle.
+//! numbers on the wire; and the current position file (S28). What the axes have done is counted by `arm`. All of it survives a power cycle.
 
 use crate::Controller;
 use crate::model::{ArmKind, Joints};
 use crate::motion::Effort;
 use crate::time::Time;
 use core::time::Duration;
-use libm::sqrt;
+use libm::{round, sqrt};
 use ts3100_proto::status::mn::{MN_AXES, Maintenance};
+use ts3100_proto::status::position::{CurrentPosition, POSITION_AXES};
 
 /// Degrees of a revolution.
 const REVOLUTION: f64 = 360.0;
@@ -84,6 +85,21 @@ impl Controller {
         }
     }
 
+    /// What the current position file of the SCARA edition holds now (S28); no command is known that asks for it.
+    #[must_use]
+    pub fn current_position(&self) -> CurrentPosition {
+        let joints = whole(&self.arm.joints(self.now));
+        let (line, _) = self.steps();
+        CurrentPosition {
+            status: self.status(),
+            line: u16::try_from(line).unwrap_or(u16::MAX),
+            joints,
+            // The servo follows exactly.
+            measured: joints,
+            torques: whole(&self.arm.torques(self.now).map(round)),
+        }
+    }
+
     /// The maintenance information now. Which item is which value is assumed, but for the order of items 10 to 16.
     pub(crate) fn maintenance(&self) -> Maintenance {
         let (now, wear, upkeep) = (self.now, self.arm.wear(self.now), &self.upkeep);
@@ -117,6 +133,20 @@ impl Controller {
             ],
         }
     }
+}
+
+/// The integer parts of the first axes.
+fn whole(joints: &Joints) -> [i32; POSITION_AXES] {
+    let mut parts = [0; POSITION_AXES];
+    for (part, joint) in parts.iter_mut().zip(joints) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the cast saturates; what is behind the point is left out"
+        )]
+        let whole = *joint as i32;
+        *part = whole;
+    }
+    parts
 }
 
 type PerAxis = [f64; MN_AXES];

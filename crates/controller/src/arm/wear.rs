@@ -2,8 +2,13 @@
 //! changes or ends, never while it is only looked at.
 
 use super::Arm;
+use crate::model::Joints;
 use crate::motion::Effort;
 use crate::time::Time;
+use core::time::Duration;
+
+/// Span over which a present torque is taken.
+const TORQUE_SPAN: Duration = Duration::from_millis(1);
 
 /// What the axes have done.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,6 +52,20 @@ impl Arm {
         wear
     }
 
+    /// Torque of each axis from `now` on, percent: the mean over [`TORQUE_SPAN`]. What was before may belong to another
+    /// motion.
+    #[must_use]
+    pub fn torques(&self, now: Time) -> Joints {
+        let effort = self.effort_between(now, now + TORQUE_SPAN);
+        effort.torque.map(|torque| {
+            if effort.seconds > 0.0 {
+                torque / effort.seconds
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// Takes what the motion under way has done until then; before its course changes.
     pub(super) fn account(&mut self, until: Time) {
         let effort = self.effort_until(until);
@@ -54,10 +73,14 @@ impl Arm {
     }
 
     fn effort_until(&self, until: Time) -> Effort {
+        self.effort_between(self.wear.until, until)
+    }
+
+    fn effort_between(&self, from: Time, until: Time) -> Effort {
         let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
             return Effort::default();
         };
-        let (from, to) = (self.wear.until.since(active.start), until.since(active.start));
+        let (from, to) = (from.since(active.start), until.since(active.start));
         active
             .motion
             .effort(&self.model, active.asked.load_part, from, to)

@@ -249,6 +249,19 @@ impl Happening {
         })
     }
 
+    fn of_servo(now: Time, event: &Event) -> Happening {
+        match event {
+            Event::ServoHeldBack(until) => Happening {
+                until: Some(seconds(*until)),
+                ..Happening::new(now, "servo-held-back")
+            },
+            _ => Happening {
+                on: Some(*event == Event::Servo(true)),
+                ..Happening::new(now, "servo")
+            },
+        }
+    }
+
     fn of_event(now: Time, event: &Event) -> Happening {
         let new = |event| Happening::new(now, event);
         match event {
@@ -308,14 +321,7 @@ impl Happening {
                 task: Some(*task),
                 ..new("statement")
             },
-            Event::Servo(on) => Happening {
-                on: Some(*on),
-                ..new("servo")
-            },
-            Event::ServoHeldBack(until) => Happening {
-                until: Some(seconds(*until)),
-                ..new("servo-held-back")
-            },
+            Event::Servo(_) | Event::ServoHeldBack(_) => Happening::of_servo(now, event),
             Event::Selected(file) => Happening {
                 file: file.clone(),
                 ..new("selected")

@@ -152,6 +152,10 @@ pub struct ArmDoc {
     moving: bool,
     /// Percentage of it completed; 100 when none is under way.
     percent: f64,
+    /// The current position file of the SCARA edition, its 20 items: motion status, execution line, joints 1 to 6 as
+    /// integer parts, as commanded and as measured, torques 1 to 6 in percent of the acceleration an axis has. No
+    /// command is known that asks for it.
+    position_file: String,
 }
 
 /// The watchdog of a host.
@@ -272,6 +276,9 @@ fn arm(sight: &Sight<'_>) -> ArmDoc {
         configuration: arm.configuration,
         moving: arm.moving,
         percent: arm.percent,
+        position_file: String::from_utf8_lossy(&sight.controller.current_position().encode())
+            .trim_end()
+            .to_owned(),
     }
 }
 

@@ -9,6 +9,7 @@ mod fields;
 pub mod io;
 pub mod mn;
 pub mod mr;
+pub mod position;
 pub mod pr;
 pub mod sf;
 pub mod sm;
