@@ -187,22 +187,31 @@ pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
     if let Some(value) = of(COMMON) {
         return Some(value);
     }
-    let digits = of(DIGITS).or_else(|| five_letters(word))?;
+    let digits = of(DIGITS).or_else(|| letters(word).filter(|_| !word.contains('X')))?;
     match arm {
         Arm::SixAxis => Some(digits),
         Arm::Scara => (digits % 10_000 == 0).then_some(digits / 10_000),
     }
 }
 
-/// `LAFSS` and its 31 sisters: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D.
-fn five_letters(word: &str) -> Option<i32> {
-    const LETTERS: [[u8; 2]; 5] = [*b"LR", *b"AB", *b"NF", *b"SD", *b"SD"];
+/// The configuration a word names where a configuration is wanted: a constant, or on a six-axis arm five letters
+/// of which some may be `X`, undefined, as the vendor's library writes them (hosts 8.5). `XXXXX` and its kin are
+/// names everywhere else.
+pub(crate) fn configuration(word: &str, arm: Arm) -> Option<i32> {
+    constant(word, arm)
+        .filter(|_| word == "FREE" || !COMMON.iter().any(|(common, _)| *common == word))
+        .or_else(|| letters(word).filter(|_| arm == Arm::SixAxis))
+}
+
+/// `LAFSS` and its kin: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D, each or X for undefined.
+fn letters(word: &str) -> Option<i32> {
+    const LETTERS: [[u8; 3]; 5] = [*b"XLR", *b"XAB", *b"XNF", *b"XSD", *b"XSD"];
     if word.len() != LETTERS.len() {
         return None;
     }
-    word.bytes().zip(LETTERS).try_fold(0, |number, (letter, pair)| {
-        let digit = pair.iter().position(|known| *known == letter)?;
-        Some(number * 10 + if digit == 0 { 1 } else { 2 })
+    word.bytes().zip(LETTERS).try_fold(0, |number, (letter, known)| {
+        let digit = known.iter().position(|known| *known == letter)?;
+        Some(number * 10 + i32::try_from(digit).ok()?)
     })
 }
 
@@ -260,5 +269,13 @@ mod tests {
         assert_eq!(constant("RIGHTY", Arm::Scara), Some(2));
         assert_eq!(constant("FLIP", Arm::Scara), None);
         assert_eq!(constant("LAFSS", Arm::Scara), None);
+        for (word, number) in [("XXXXX", 0), ("LAXXX", 11_000), ("XXNXX", 100), ("RBFDD", 22_222)] {
+            assert_eq!(configuration(word, Arm::SixAxis), Some(number), "{word}");
+            assert_eq!(configuration(word, Arm::Scara), None, "{word}");
+        }
+        assert_eq!(configuration("FREE", Arm::Scara), Some(0));
+        assert_eq!(configuration("COARSE", Arm::SixAxis), None);
+        assert_eq!(configuration("XAXSX", Arm::SixAxis), Some(1_010));
+        assert_eq!(configuration("AXLSX", Arm::SixAxis), None);
     }
 }

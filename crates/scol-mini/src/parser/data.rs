@@ -132,9 +132,7 @@ impl Cursor<'_> {
         let number = match self.peek() {
             None => return Ok(Configuration::default()),
             Some(Token::Integer(number)) => Some(*number),
-            Some(Token::Word(word)) => crate::builtin::constant(word, self.arm)
-                .filter(|_| !matches!(word.as_str(), "ON" | "OFF"))
-                .map(i64::from),
+            Some(Token::Word(word)) => crate::builtin::configuration(word, self.arm).map(i64::from),
             Some(_) => None,
         };
         let short = span.end - span.start <= 5 || matches!(self.peek(), Some(Token::Word(_)));

@@ -49,7 +49,7 @@ impl Cursor<'_> {
                 self.advance();
                 Simple::Kill(self.expression()?)
             }
-            "TIMER" if assigned => Simple::Timer(self.setting()?),
+            "TIMER" if assigned => Simple::Timer(self.setting(None)?),
             "GAIN" if assigned => self.per_axis(PerAxis::Gain)?,
             "TORQUE" if assigned => self.per_axis(PerAxis::Torque)?,
             _ => return Ok(None),

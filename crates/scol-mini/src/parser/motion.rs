@@ -64,17 +64,20 @@ impl Cursor<'_> {
                     format!("{word} stands twice in one WITH"),
                 ));
             }
-            list.push((condition, self.setting()?));
+            list.push((condition, self.setting(Some(condition))?));
             if !self.sign(Sign::Comma) {
                 return Ok(list);
             }
         }
     }
 
-    /// `NAME = value` with the cursor on the name.
-    pub(super) fn setting(&mut self) -> Result<Expression, Problem> {
+    /// `NAME = value` with the cursor on the name, that of a motion condition if there is one.
+    pub(super) fn setting(&mut self, of: Option<Condition>) -> Result<Expression, Problem> {
         self.advance();
         self.expect_sign(Sign::Assign, "=")?;
-        self.expression()
+        match of {
+            Some(Condition::Config) => self.configuration(),
+            _ => self.expression(),
+        }
     }
 }
