@@ -83,15 +83,20 @@ impl Builtin {
             .map_or("", |(spelling, _)| spelling)
     }
 
+    /// It makes a vector value: arguments left out are 0.
+    pub fn is_vector(self) -> bool {
+        matches!(self, Builtin::Point | Builtin::Trans | Builtin::Payload)
+    }
+
     /// Fewest and most arguments.
     pub fn arity(self, arm: Arm) -> (usize, usize) {
         match self {
             Builtin::Atan2 | Builtin::Mod | Builtin::Bcdin => (2, 2),
             Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
             Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
-            Builtin::Point => (1, coordinates(arm) + 1),
-            Builtin::Trans => (1, crate::value::Trans::order(arm).len()),
-            Builtin::Payload => (1, crate::value::Payload::width(arm)),
+            Builtin::Point => (0, coordinates(arm) + 1),
+            Builtin::Trans => (0, crate::value::Trans::order(arm).len()),
+            Builtin::Payload => (0, crate::value::Payload::width(arm)),
             _ => (1, 1),
         }
     }
@@ -157,7 +162,15 @@ pub(crate) fn condition(word: &str) -> Option<Condition> {
 }
 
 /// Constants that are the same for every arm.
-const COMMON: &[(&str, i32)] = &[("ON", 1), ("OFF", 0), ("FREE", 0), ("FINE", 1), ("COARSE", 0)];
+const COMMON: &[(&str, i32)] = &[
+    ("ON", 1),
+    ("OFF", 0),
+    ("TRUE", 1),
+    ("FALSE", 0),
+    ("FREE", 0),
+    ("FINE", 1),
+    ("COARSE", 0),
+];
 /// Constants for the digits of a configuration, as a six-axis arm has them.
 const DIGITS: &[(&str, i32)] = &[
     ("LEFTY", 10_000),

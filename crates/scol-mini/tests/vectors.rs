@@ -139,3 +139,47 @@ fn the_statement_config_and_data_take_the_same_words() {
     assert_eq!(lines[1], "PRINT Tp \"         100\"");
     assert!(lines[2].contains("/11000 "), "{}", lines[2]);
 }
+
+// clause: S30
+#[test]
+fn elements_left_out_are_0_and_braces_make_what_the_statement_takes() {
+    let six = |statement: &str| motion(Arm::SixAxis, statement).map(target).map(|to| to.coords);
+    let at = |x, y, z| Ok([x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    for (statement, expected) in [
+        ("MOVE POINT()", at(0.0, 0.0, 0.0)),
+        ("MOVE POINT(,, 200)", at(0.0, 0.0, 200.0)),
+        ("MOVE POINT(1,,3,)", at(1.0, 0.0, 3.0)),
+        (
+            "MOVE {200,100,50,0,0,1}",
+            Ok([200.0, 100.0, 50.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+        ),
+        ("MOVES {1,2,3} WITH PAYLOAD={2,30}", at(1.0, 2.0, 3.0)),
+        ("MOVEC {1,2,3} {4,5,6}", at(4.0, 5.0, 6.0)),
+        ("MOVEC {1,2,3}, {4,5,,} with speed=5", at(4.0, 5.0, 0.0)),
+        ("MOVEJ {1,2,3} {10,50,5}", at(1.0, 2.0, 3.0)),
+        ("MOVE POINT(1,2,3) + {,,10}", at(1.0, 2.0, 13.0)),
+        ("MOVE POINT(1,2,3) * TRANS(,,10)", at(1.0, 2.0, 13.0)),
+    ] {
+        assert_eq!(six(statement), expected, "{statement}");
+    }
+    for (arm, statement, code) in [
+        (Arm::SixAxis, "MOVE POINT(,,,,,,,,,)", "E0206"),
+        (Arm::SixAxis, "MOVE {1,2,3,4,5,6,7,8,0,0}", "E0206"),
+        (Arm::SixAxis, "MOVE POINT(1,2) WITH SPEED={1}", "E0207"),
+        (Arm::SixAxis, "MOVEA 1, DIN(,2)", "E0101"),
+        (Arm::Scara, "BASE = {1,2,3,4,5}", "E0206"),
+        (Arm::Scara, "MOVE {1,2,3,4,5,1,1}", "E0206"),
+    ] {
+        assert_eq!(
+            motion(arm, statement).map(|_| ()),
+            Err(code.into()),
+            "{statement}"
+        );
+    }
+    let frame = motion(Arm::Scara, "MOVE {1,2,3,4,5,righty} WITH WORK={1,2,,90}").unwrap();
+    assert_eq!(
+        frame.conditions.work.trans.coords,
+        [1.0, 2.0, 0.0, 0.0, 0.0, 90.0]
+    );
+    assert_eq!(target(frame).listed(Arm::Scara), [1.0, 2.0, 3.0, 4.0, 5.0, 2.0]);
+}

@@ -162,14 +162,23 @@ impl Cursor<'_> {
         Ok(Expression { node, span })
     }
 
-    /// `{mass, x, y, ...}`: load data written in place.
+    /// `{a, b, ...}`: a vector written in place, of the kind that its statement takes.
     fn braces(&mut self, span: Span) -> Result<Expression, Problem> {
         self.advance();
-        let arguments = self.arguments(Builtin::Payload, Sign::CloseBrace, "}")?;
-        self.function(Builtin::Payload, arguments, span)
+        let arguments = self.arguments(self.vector, Sign::CloseBrace, "}")?;
+        self.function(self.vector, arguments, span)
     }
 
-    /// The arguments of a function. The configuration of a POINT may be a word.
+    /// An expression in which braces make a vector of this kind.
+    pub(super) fn expression_of(&mut self, vector: Builtin) -> Result<Expression, Problem> {
+        let outer = core::mem::replace(&mut self.vector, vector);
+        let expression = self.expression();
+        self.vector = outer;
+        expression
+    }
+
+    /// The arguments of a function. Those of a vector may be left out, and the configuration of a POINT may be a
+    /// word.
     fn arguments(
         &mut self,
         builtin: Builtin,
@@ -177,6 +186,12 @@ impl Cursor<'_> {
         spelling: &str,
     ) -> Result<Vec<Expression>, Problem> {
         self.items(close, spelling, |cursor, before| {
+            if builtin.is_vector() && cursor.left_out(close) {
+                return Ok(Expression {
+                    node: Node::Literal(Value::Integer(0)),
+                    span: cursor.before(),
+                });
+            }
             let config = builtin == Builtin::Point && before == coordinates(cursor.arm);
             match cursor.configuration_word().filter(|_| config) {
                 Some(word) => {
@@ -322,6 +337,8 @@ impl Cursor<'_> {
         if arguments.len() < fewest || arguments.len() > most {
             let wanted = if fewest == most {
                 format!("{most}")
+            } else if fewest == 0 {
+                format!("at most {most}")
             } else {
                 format!("{fewest} to {most}")
             };
