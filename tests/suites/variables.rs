@@ -31,7 +31,7 @@ fn robot() -> Robot {
     Robot::ready(PROGRAM)
 }
 
-fn read(robot: &mut Robot, operands: &str) -> String {
+pub fn read(robot: &mut Robot, operands: &str) -> String {
     let answer = robot.ask(Port::Ip0, &format!("MR,{operands}"));
     if answer == b"NG\r" {
         return "NG".to_string();

@@ -3,8 +3,9 @@
 
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits;
+use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{IntDivision, LanguageOptions};
+use scol_mini::{Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::permission::PermissionTable;
@@ -258,6 +259,9 @@ pub struct Config {
     pub fault_seed: u64,
     /// Seed of the legal variation; none: every text leaves at once, in one piece, in the usual order.
     pub vary: Option<u64>,
+    /// Points that are taught on the controller; every selected file sees them as names of its DATA.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub points: Vec<TaughtPoint>,
 }
 
 impl Config {
@@ -281,6 +285,19 @@ impl Config {
             },
             fault_seed: 0,
             vary: None,
+            points: Vec::new(),
         }
+    }
+
+    /// The options of the language, for the arm of this controller.
+    #[must_use]
+    pub fn language(&self) -> LanguageOptions {
+        self.options.language(self.model.language())
+    }
+
+    /// Compiles a file as this controller does when it is selected.
+    #[must_use]
+    pub fn compile(&self, source: &str) -> Compilation {
+        compile_with_points(source, &self.language(), &self.points)
     }
 }

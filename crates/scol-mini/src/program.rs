@@ -108,6 +108,12 @@ pub(crate) struct Symbols {
 }
 
 impl Symbols {
+    /// Adds a variable that all programs see.
+    pub fn share(&mut self, slot: Slot) {
+        self.shared.insert(slot.name.clone(), self.slots.len());
+        self.slots.push(slot);
+    }
+
     /// Gives every variable its cells, once all are known.
     pub fn place(&mut self) {
         self.cells = 0;
@@ -190,10 +196,20 @@ pub(crate) fn flat_length(bounds: &[u32]) -> usize {
     })
 }
 
-/// FNV-1a over a source and its options, on top of another fingerprint.
-pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
+/// A fingerprint of bytes on top of another one.
+pub(crate) fn hash(base: u64, bytes: &[u8]) -> u64 {
+    fnv(base.to_le_bytes().into_iter().chain(bytes.iter().copied()))
+}
+
+/// FNV-1a.
+fn fnv(bytes: impl Iterator<Item = u8>) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+}
+
+/// The fingerprint of a source and its options, on top of another one.
+pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
     let LanguageOptions {
         arm,
         sticky_work,
@@ -206,12 +222,8 @@ pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) ->
         u8::from(int_division == crate::IntDivision::Real),
         u8::from(data_copy),
     ];
-    let bytes = base
-        .to_le_bytes()
-        .into_iter()
-        .chain(switches)
-        .chain(source.bytes());
-    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+    let base = base.to_le_bytes().into_iter();
+    fnv(base.chain(switches).chain(source.bytes()))
 }
 
 impl Program {

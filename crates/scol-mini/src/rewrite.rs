@@ -9,7 +9,7 @@ use crate::diagnostic::Span;
 use crate::memory::{AccessError, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
-use crate::program::Program;
+use crate::program::{Owner, Program};
 use crate::sink::Sink;
 use crate::value::Value;
 
@@ -17,7 +17,8 @@ use crate::value::Value;
 ///
 /// The source must be the one `program` was compiled from, or a result of this function. A name of GLOBAL without an
 /// initial value gets one; an element of an array gets a line of its own after the declaration if it has none.
-/// A `WORK` line before a position stays. (CMD-MW-02, CMD-MW-05)
+/// A `WORK` line before a position stays. A taught point that the file does not define gets a line in its DATA.
+/// (CMD-MW-02, CMD-MW-05)
 ///
 /// # Errors
 /// As [`Memory::set_global`](crate::Memory::set_global); `NotInSource` when the source does not declare the name,
@@ -31,7 +32,8 @@ pub fn rewrite_value(
 ) -> Result<String, AccessError> {
     let (slot, _) = shared(program, name, subscripts)?;
     let name = name.to_ascii_uppercase();
-    let kind = program.symbols.slots.get(slot).and_then(|slot| slot.kind);
+    let slot = program.symbols.slots.get(slot);
+    let kind = slot.and_then(|slot| slot.kind);
     if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
         return Err(AccessError::KindMismatch {
             name,
@@ -47,6 +49,10 @@ pub fn rewrite_value(
         Some(datum) => {
             let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
             (datum.value, text)
+        }
+        None if slot.is_some_and(|slot| slot.owner == Owner::Data) => {
+            let text = taught_text(value, arm).ok_or_else(too_large)?;
+            taught_site(source, &file, &format!("POINT {name}={text}"))
         }
         None => {
             let text = global_text(value, arm).ok_or_else(too_large)?;
@@ -95,14 +101,7 @@ fn global_site(
         let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
         return alone.then(|| (last.line, format!("{name} = {text}")));
     }
-    let rest = source.get(last.line.end..)?;
-    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-    let line_end = match rest.get(length..) {
-        Some(tail) if tail.starts_with("\r\n") => "\r\n",
-        Some(tail) if tail.starts_with('\n') => "\n",
-        _ => "\r",
-    };
-    let at = last.line.end + length;
+    let (at, line_end) = line_end(source, last.line.end);
     let list = subscripts
         .iter()
         .map(ToString::to_string)
@@ -112,6 +111,33 @@ fn global_site(
         Span { start: at, end: at },
         format!("{line_end}{name}({list}) = {text}"),
     ))
+}
+
+/// Where the line that holds `from` ends, and by what.
+fn line_end(source: &str, from: usize) -> (usize, &'static str) {
+    let rest = source.get(from..).unwrap_or_default();
+    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+    let line_end = match rest.get(length..) {
+        Some(tail) if tail.starts_with("\r\n") => "\r\n",
+        Some(tail) if tail.starts_with('\n') => "\n",
+        _ => "\r",
+    };
+    (from + length, line_end)
+}
+
+/// Where a new line of DATA goes, and what goes there: behind the heading, so that no WORK is in front of it; without
+/// DATA, a block at the end of the file.
+fn taught_site(source: &str, file: &File, datum: &str) -> (Span, String) {
+    if let Some(heading) = file.data_heading {
+        let (at, line_end) = line_end(source, heading.end);
+        return (Span { start: at, end: at }, format!("{line_end}{datum}"));
+    }
+    let end = source.find('\u{1A}').unwrap_or(source.len());
+    let (_, line_end) = line_end(source, 0);
+    let open = !source.get(..end).is_some_and(|text| text.ends_with(['\r', '\n']));
+    let begin = if open { line_end } else { "" };
+    let block = format!("{begin}DATA{line_end}{datum}{line_end}END{line_end}");
+    (Span { start: end, end }, block)
 }
 
 /// A value as GLOBAL writes it.
@@ -145,19 +171,25 @@ fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<St
             if braced { format!("{{{numbers}}}") } else { numbers }
         }
         Value::Coordinate(trans) => list(&trans.listed(arm))?,
-        Value::Position(position) => {
-            let mut numbers = position.listed(arm);
-            numbers.pop();
-            let config = match (arm, position.config.number_on(arm)) {
-                (_, 0) => String::new(),
-                (Arm::SixAxis, number) => format!("{number:05}"),
-                (Arm::Scara, 1) => "LEFTY".to_string(),
-                (Arm::Scara, _) => "RIGHTY".to_string(),
-            };
-            format!("{}/{config}", list(&numbers)?)
-        }
+        Value::Position(_) => taught_text(value, arm)?,
         Value::Integer(_) | Value::Real(_) => return None,
     })
+}
+
+/// A position as DATA writes it.
+fn taught_text(value: &Value, arm: Arm) -> Option<String> {
+    let Value::Position(position) = value else {
+        return None;
+    };
+    let mut numbers = position.listed(arm);
+    numbers.pop();
+    let config = match (arm, position.config.number_on(arm)) {
+        (_, 0) => String::new(),
+        (Arm::SixAxis, number) => format!("{number:05}"),
+        (Arm::Scara, 1) => "LEFTY".to_string(),
+        (Arm::Scara, _) => "RIGHTY".to_string(),
+    };
+    Some(format!("{}/{config}", list(&numbers)?))
 }
 
 fn list(numbers: &[f64]) -> Option<String> {

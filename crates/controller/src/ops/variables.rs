@@ -108,7 +108,7 @@ impl Controller {
         let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
             .map_err(|error| error.to_string())?;
         let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(|error| error.to_string())?;
-        let compilation = scol_mini::compile(&source, &self.config.options.language(self.arm.kind()));
+        let compilation = self.config.compile(&source);
         let program = compilation
             .program
             .ok_or("the file does not compile with that value")?;

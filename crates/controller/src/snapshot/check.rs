@@ -14,12 +14,13 @@ use crate::options::{Config, ControllerType};
 use crate::port::Port;
 use crate::signals::Signals;
 use crate::vary::Vary;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::ToString;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 use core::time::Duration;
+use scol_mini::MAX_POINTS;
 use ts3100_proto::name::FileName;
 
 /// Longest duration anything is counted with: as long as virtual time can last.
@@ -80,7 +81,21 @@ pub(super) fn config(config: &Config) -> Checked {
         let expected = "TEACHING or EXT, which the TSL3100 has";
         return Err(SnapshotError::value("config.key", expected, "INTERNAL"));
     }
-    Ok(())
+    points(config)
+}
+
+fn points(config: &Config) -> Checked {
+    at_most("config.points", config.points.len(), MAX_POINTS)?;
+    let arm = config.model.language();
+    let mut names = BTreeSet::new();
+    let mut points = config.points.iter();
+    match points.find(|point| !point.is_valid(arm) || !names.insert(&point.name)) {
+        Some(point) => {
+            let expected = "points as a table has them, each name once";
+            Err(SnapshotError::value("config.points", expected, &point.name))
+        }
+        None => Ok(()),
+    }
 }
 
 impl Controller {

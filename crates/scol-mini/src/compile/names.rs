@@ -64,9 +64,7 @@ pub(super) fn resolve_block(
                 subscript.variables(&mut |inner| scope.resolve(inner, sink));
             }
         });
-        located
-            .statement
-            .expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+        scope.read(&mut located.statement, sink);
     }
 }
 
@@ -84,7 +82,18 @@ pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, s
             subscript.variables(&mut |inner| scope.resolve(inner, sink));
         }
     });
-    statement.expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+    scope.read(statement, sink);
+}
+
+/// Names that can only mean positions: targets of motions, what a coordinate is read of, what a POINT is added to.
+fn positions(statement: &mut Statement) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut take = |variable: &Variable| {
+        names.insert(variable.name.text.clone());
+    };
+    statement.targeted(&mut |target| target.terms(&mut take));
+    statement.expressions(&mut |expression| expression.positions(&mut take));
+    names
 }
 
 /// Plain variables handed to a subprogram, which may give them a value.
@@ -159,6 +168,27 @@ impl Scope<'_> {
         self.locals.get(name).copied().or_else(shared)
     }
 
+    /// Resolves what a statement reads.
+    fn read(&self, statement: &mut Statement, sink: &mut Sink) {
+        let positions = positions(statement);
+        statement.expressions(&mut |e| {
+            e.variables(&mut |variable| {
+                if self.is_missing(variable) && positions.contains(&variable.name.text) {
+                    sink.error(no_point(variable));
+                } else {
+                    self.resolve(variable, sink);
+                }
+            });
+        });
+    }
+
+    /// Whether nothing gives this plain variable a value.
+    fn is_missing(&self, variable: &Variable) -> bool {
+        let name = &variable.name.text;
+        let known = self.lookup(name).is_some() || self.doubtful.contains(name) || self.lost.contains(name);
+        variable.subscripts.is_empty() && !known
+    }
+
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
@@ -210,4 +240,11 @@ impl Scope<'_> {
         )
         .help("assign it, or declare it in GLOBAL or DATA")
     }
+}
+
+/// A point of which neither the file nor the table of taught points says where it is.
+fn no_point(variable: &Variable) -> Problem {
+    let name = &variable.name;
+    let message = format!("no value for {}: add DATA, or give --points", name.text);
+    Problem::new("E0201", name.span, message)
 }

@@ -31,6 +31,8 @@ pub(crate) struct File {
     pub globals: Vec<Declaration>,
     pub blocks: Vec<Block>,
     pub data: Vec<Datum>,
+    /// The line that opens DATA.
+    pub data_heading: Option<Span>,
     /// Words of lines that did not parse: what they would have declared is not known, so nothing is said about them.
     pub doubtful: BTreeSet<String>,
 }

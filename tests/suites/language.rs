@@ -1,0 +1,151 @@
+//! The language as a host and the controller together see it: points that are taught on the controller, what a
+//! program reads of the world, and what it writes back into its file.
+
+use crate::extended::scara_of;
+use crate::variables::read;
+use ts3100_controller::model::ArmModel;
+use ts3100_controller::{Config, Controller, Dialect, Output, Panel, Port};
+use ts3100_tests::Robot;
+
+/// A robot with these points, as `--points` gives them, and nothing selected.
+fn taught(model: ArmModel, table: &str) -> Robot {
+    let mut config = Config::new(Dialect::Field);
+    config.points = scol_mini::parse_points(table, model.language()).unwrap();
+    config.model = model;
+    let mut robot = Robot::with(config);
+    robot.connect(Port::Ip0);
+    robot.connect(Port::Ip1);
+    robot.panel(Panel::Servo(true));
+    robot
+}
+
+const TABLE: &str = "NAME,X,Y,Z,C,T,CONFIG\nT1,250,100,20,30,0,LEFTY\nE1,200,-150,10,0,0,RIGHTY\n";
+/// A program as it is published: its points are in the controller (scol.md 13.14).
+const BARE: &str = "PROGRAM PICK\nMOVE T1\nMOVE E1 + POINT(,, 5)\nPRINT IP1, T1.X, CR\nEND\n";
+
+#[test]
+fn a_file_without_data_finds_the_taught_points() {
+    let mut robot = taught(ArmModel::thl400(), TABLE);
+    robot.load("PICK", BARE);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(10_000);
+    assert_eq!(robot.alarms(), Vec::<String>::new());
+    assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
+    robot.received(Port::Ip0);
+    let world = robot.controller.whereabouts().world;
+    assert!(
+        (world[1] + 150.0).abs() < 1e-6 && (world[2] - 15.0).abs() < 1e-6,
+        "{world:?}"
+    );
+    assert_eq!(robot.ask(Port::Ip0, "DO,MOVE T1"), b"OK\r");
+    robot.advance_ms(5_000);
+    assert_eq!(robot.alarms(), Vec::<String>::new());
+
+    // GLOBAL and DATA of a file come first.
+    let own = "GLOBAL\nT1 = 7\nEND\nPROGRAM P\nPRINT IP1, T1, E1.X, CR\nEND\nDATA\nPOINT E1=1,2/\nEND\n";
+    robot.load("OWN", own);
+    robot.received(Port::Ip0);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    assert_eq!(robot.received(Port::Ip1), b"           7       1.000\r");
+}
+
+#[test]
+fn six_axes_take_the_same_table_with_their_coordinates() {
+    let mut robot = taught(ArmModel::tv800(), "A1,400,0,200,0,0,0,0,0,LANSS\n");
+    robot.load("P", "PROGRAM P\nMOVE A1\nEND\n");
+    assert_eq!(
+        read(&mut robot, "A1 4"),
+        "400.000 0.000 200.000 0.000 0.000 0.000 0.000 0.000 11111.000"
+    );
+}
+
+// clause: CMD-MR-01 CMD-MW-02 S15
+#[test]
+fn hosts_reach_taught_points_and_restore_them_into_the_file() {
+    let mut robot = taught(ArmModel::thl400(), TABLE);
+    robot.load("PICK", BARE);
+    assert_eq!(
+        read(&mut robot, "T1 4"),
+        "250.000 100.000 20.000 30.000 0.000 1.000"
+    );
+    assert_eq!(robot.ask(Port::Ip0, "MW,0 T1 4 240 110 20 30 0 2"), b"OK\r");
+    assert_eq!(
+        read(&mut robot, "T1 4"),
+        "240.000 110.000 20.000 30.000 0.000 2.000"
+    );
+    robot.command(Port::Ip0, "RS,PRG");
+    assert_eq!(
+        read(&mut robot, "T1 4"),
+        "250.000 100.000 20.000 30.000 0.000 1.000"
+    );
+    for (point, line) in [("T1", "T1=240,110,20,30,0/RIGHTY"), ("E1", "E1=200,-140,10,4,5/")] {
+        let values = if point == "T1" {
+            "240 110 20 30 0 2"
+        } else {
+            "200 -140 10 4 5 0"
+        };
+        assert_eq!(robot.ask(Port::Ip0, &format!("MW,1 {point} 4 {values}")), b"OK\r");
+        assert!(stored(&robot).contains(line), "{}", stored(&robot));
+    }
+    assert_eq!(
+        stored(&robot),
+        format!("{BARE}DATA\nPOINT E1=200,-140,10,4,5/\nPOINT T1=240,110,20,30,0/RIGHTY\nEND\n")
+    );
+    robot.command(Port::Ip0, "RS,PRG");
+    assert_eq!(
+        read(&mut robot, "E1 4"),
+        "200.000 -140.000 10.000 4.000 5.000 0.000"
+    );
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(10_000);
+    assert_eq!(robot.received(Port::Ip1), b"     240.000\r");
+}
+
+/// The content of the selected file as it was last given to the edge.
+fn stored(robot: &Robot) -> String {
+    let contents = robot.outputs.iter().filter_map(|output| match output {
+        Output::Stored { content, .. } => Some(content),
+        _ => None,
+    });
+    String::from_utf8(contents.last().unwrap().clone()).unwrap()
+}
+
+#[test]
+fn a_restored_controller_knows_its_points_and_one_of_old_has_none() {
+    let mut robot = taught(ArmModel::thl400(), TABLE);
+    robot.load("PICK", BARE);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(50);
+    let mut again = Robot::of(Controller::restore(robot.controller.snapshot()).unwrap());
+    for robot in [&mut robot, &mut again] {
+        robot.advance_ms(10_000);
+        assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
+        robot.load("AGAIN", BARE);
+        assert!(read(robot, "T1 4").starts_with("250.000"));
+    }
+    let mut paper = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let two = paper["config"]["points"][0].clone();
+    paper["config"]["points"].as_array_mut().unwrap().push(two);
+    let twice = serde_json::from_value(paper).unwrap();
+    assert!(Controller::restore(twice).is_err(), "a name stands twice");
+    let mut plain = Robot::ready("PROGRAM P\nMOVE P1\nEND\nDATA\nPOINT P1=400/\nEND\n");
+    plain.advance_ms(1);
+    let mut paper = serde_json::to_value(plain.controller.snapshot()).unwrap();
+    paper["config"].as_object_mut().unwrap().remove("points");
+    let old = serde_json::from_value(paper).unwrap();
+    assert_eq!(Controller::restore(old).unwrap(), plain.controller);
+}
+
+#[test]
+fn a_point_without_a_value_is_refused_with_what_to_do() {
+    let mut robot = scara_of(ArmModel::thl400());
+    robot.controller.put_file("PICK", BARE.as_bytes()).unwrap();
+    robot.connect(Port::Ip0);
+    assert_eq!(robot.ask(Port::Ip0, "SL,PICK"), b"NG\r");
+    let reasons = format!("{:?}", robot.outputs);
+    for point in ["T1", "E1"] {
+        let message = format!("no value for {point}: add DATA, or give --points");
+        assert!(reasons.contains(&message), "{reasons}");
+    }
+}
