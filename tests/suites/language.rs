@@ -149,3 +149,149 @@ fn a_point_without_a_value_is_refused_with_what_to_do() {
         assert!(reasons.contains(&message), "{reasons}");
     }
 }
+
+/// A robot whose option `key` has this value.
+fn with_option(key: &str, value: &str) -> Robot {
+    let mut config = Config::new(Dialect::Field);
+    config.options.serial_pacing = false;
+    let mut links = ts3100_emulator::config::LinkOptions::default();
+    ts3100_emulator::config::set_option(&mut config.options, &mut links, key, value).unwrap();
+    let mut robot = Robot::with(config);
+    robot.connect(Port::Ip0);
+    robot.connect(Port::Ip1);
+    robot.panel(Panel::Servo(true));
+    robot
+}
+
+/// What a program prints on IP1, and the alarms it leaves.
+fn printed(robot: &mut Robot, body: &str, received: &[u8]) -> (String, Vec<String>) {
+    robot.load("TEST", &format!("PROGRAM T\n{body}\nEND\n"));
+    robot.command(Port::Ip0, "RN");
+    robot.raw(Port::Ip1, received);
+    robot.advance_ms(1_000);
+    let text = String::from_utf8(robot.received(Port::Ip1)).unwrap();
+    (text.replace(' ', "").replace('\r', "|"), robot.alarms())
+}
+
+#[test]
+fn an_input_that_does_not_exist_raises_the_alarm_of_dout() {
+    let alarms = |body: &str| printed(&mut with_option("scol.din_unknown", "alarm"), body, b"").1;
+    let dout = alarms("DOUT(70)");
+    assert_eq!(dout.len(), 1, "{dout:?}");
+    for body in [
+        "PRINT IP1, DIN(70)",
+        "IF DIN(-999) THEN STOP",
+        "WAIT DIN(1, 300)",
+        "PRINT IP1, BCDIN(62, 1)",
+    ] {
+        assert_eq!(alarms(body), dout, "{body}");
+    }
+    assert_eq!(
+        alarms("PRINT IP1, DIN(64), DIN(264), BCDIN(61, 1), CR"),
+        Vec::<String>::new()
+    );
+    let zero = printed(
+        &mut with_option("scol.din_unknown", "zero"),
+        "PRINT IP1, DIN(70), DIN(-999), CR",
+        b"",
+    );
+    assert_eq!(zero, ("01|".to_string(), Vec::new()));
+}
+
+#[test]
+fn a_scara_counts_a_difference_of_a_thousandth_as_equal() {
+    let body = "X = 1.001\nY = 1.0\nPRINT IP1, X == Y, X <> Y, X > Y, X >= Y, X <= Y, X == 1.002, X == 1.0021, CR\n\
+        IF X == Y THEN GOTO SAME\nPRINT IP1, \"D\", CR\nSAME:\nPRINT IP1, 1 == 2, CR";
+    let of = |robot: &mut Robot| printed(robot, body, b"").0;
+    let (near, exact) = ("1001110|0|", "0111000|D|0|");
+    let mut scara = scara_of(ArmModel::thl400());
+    scara.connect(Port::Ip1);
+    assert_eq!(of(&mut scara), near);
+    assert_eq!(of(&mut with_option("channel.no_peer", "alarm")), exact);
+    assert_eq!(of(&mut with_option("scol.equal_within", "0.001")), near);
+    let mut scara = Config::new(Dialect::Field);
+    scara.model = ArmModel::thl400();
+    scara.options.equal_within = Some(0.0);
+    let mut scara = Robot::with(scara);
+    scara.connect(Port::Ip0);
+    scara.connect(Port::Ip1);
+    scara.panel(Panel::Servo(true));
+    assert_eq!(of(&mut scara), exact);
+}
+
+/// A snapshot from before these options: the controller goes on as the one it was taken of did.
+#[test]
+fn options_that_an_older_snapshot_does_not_name_are_as_they_were() {
+    let mut config = Config::new(Dialect::Field);
+    config.model = ArmModel::thl400();
+    config.options.equal_within = Some(0.0);
+    config.options.din_unknown = ts3100_controller::options::UnknownInput::Zero;
+    let mut robot = Robot::with(config);
+    robot.load("P", "PROGRAM P\nPRINT IP1, 1.001 == 1.0, DIN(70), CR\nEND\n");
+    let mut old = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let options = old["config"]["options"].as_object_mut().unwrap();
+    for name in ["equal_within", "din_unknown"] {
+        assert!(options.remove(name).is_some(), "{name}");
+    }
+    let old = serde_json::from_value(old).unwrap();
+    assert_eq!(Controller::restore(old).unwrap(), robot.controller);
+}
+
+// clause: INP-03 INP-14 INP-10
+#[test]
+fn integers_out_of_range_raise_the_overflow_alarm_on_both_sides() {
+    for malformed in ["alarm", "leading-number"] {
+        let read = |body: &str, received: &[u8]| {
+            printed(&mut with_option("input.malformed", malformed), body, received).1
+        };
+        let integer = "N = 0\nINPUT IP1, N\nPRINT IP1, N, CR";
+        let above = read(integer, b"2147483648\r");
+        assert!(above.len() == 1 && above[0].starts_with("2-107"), "{above:?}");
+        assert_eq!(read(integer, b"-2147483649\r"), above);
+        assert_eq!(read(integer, b"-2147483648\r"), Vec::<String>::new());
+        let real = "X = 0.0\nY = 0.0\nINPUT IP1, X, Y\nPRINT IP1, X, Y, CR";
+        let beyond = read(real, b"5,1E400\r");
+        assert!(beyond.len() == 1 && beyond[0].starts_with("2-107"), "{beyond:?}");
+        assert_eq!(read(real, b"-2147483649,1E30\r"), Vec::<String>::new());
+    }
+    let mut robot = with_option("input.malformed", "leading-number");
+    let (text, _) = printed(
+        &mut robot,
+        "X = 0.0\nINPUT IP1, X\nINPUT IP1, X\nPRINT IP1, X, CR",
+        b"1E400\r7\r",
+    );
+    assert_eq!(text, "", "an alarm of level 2 stops behind the step");
+    robot.panel(Panel::AlarmReset);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(1_000);
+    assert_eq!(
+        robot.received(Port::Ip1),
+        b"       7.000\r",
+        "nothing of 1E400 is left"
+    );
+}
+
+// clause: INP-10 S16
+#[test]
+fn input_makes_a_variable_that_was_never_assigned_and_what_a_stop_leaves_out_is_0() {
+    let mut robot = Robot::ready("PROGRAM T\nINPUT IP1, A, B, C\nPRINT IP1, A, B, C, CR\nEND\n");
+    robot.command(Port::Ip0, "RN");
+    robot.raw(Port::Ip1, b"1,2.5,3\r");
+    robot.advance_ms(100);
+    assert_eq!(
+        robot.received(Port::Ip1),
+        b"           1       2.500           3\r"
+    );
+    robot.received(Port::Ip0);
+    robot.command(Port::Ip0, "RS,PRG");
+    robot.command(Port::Ip0, "RN");
+    robot.raw(Port::Ip1, b"4,");
+    robot.advance_ms(100);
+    robot.command(Port::Ip0, "SP");
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(100);
+    assert_eq!(
+        robot.received(Port::Ip1),
+        b"           4           0           0\r"
+    );
+}

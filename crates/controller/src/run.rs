@@ -5,6 +5,7 @@ use crate::Controller;
 use crate::alarm::{self, AlarmCode};
 use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
+use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
 use crate::output::Event;
 use crate::time::Time;
@@ -382,6 +383,7 @@ impl Controller {
             run_mode: self.state.run_mode,
             now: seen,
             timer: self.execution.timer.read(seen),
+            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
         let pause = task.machine.run(self.execution.memory_mut(), &view, fuel);

@@ -215,6 +215,7 @@ pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) ->
         sticky_work,
         int_division,
         data_copy,
+        equal_within,
     } = *options;
     let switches = [
         u8::from(arm == crate::Arm::Scara),
@@ -223,7 +224,12 @@ pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) ->
         u8::from(data_copy),
     ];
     let base = base.to_le_bytes().into_iter();
-    fnv(base.chain(switches).chain(source.bytes()))
+    // Only where it differs from the exact comparison: fingerprints of older snapshots stay valid.
+    let within = Some(equal_within)
+        .filter(|within| *within != 0.0)
+        .map(f32::to_le_bytes);
+    let within = within.into_iter().flatten();
+    fnv(base.chain(switches).chain(within).chain(source.bytes()))
 }
 
 impl Program {

@@ -16,6 +16,7 @@ const SIX: LanguageOptions = LanguageOptions {
     sticky_work: false,
     data_copy: false,
     int_division: scol_mini::IntDivision::Truncate,
+    equal_within: 0.0,
 };
 
 fn with(globals: &str, data: &str, options: &LanguageOptions) -> (Arc<Program>, Memory) {

@@ -73,6 +73,9 @@ pub(super) fn config(config: &Config) -> Checked {
     model.map_err(|error| SnapshotError::value("config.model", "an arm", error))?;
     within("config.options.low_speed", config.options.low_speed, 1..=100)?;
     lasting("config.options.do_min_run", config.options.do_min_run)?;
+    if let Some(found) = config.options.equal_within {
+        within("config.options.equal_within", found, 0.0..=f32::MAX)?;
+    }
     if !config.calendar.is_valid() {
         let found = format!("{:?}", config.calendar);
         return Err(SnapshotError::value("config.calendar", "a date and time", found));

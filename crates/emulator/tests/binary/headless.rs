@@ -219,6 +219,14 @@ fn points_come_from_a_table_for_check_and_run() {
     for verb in ["check", "run"] {
         let output = run(&[verb, &file, scara[0], scara[1], "--points", &points]);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        if verb == "run" {
+            let said = stderr(&output);
+            assert!(said.contains(", configuration LEFTY\n"), "{said}");
+            let found = json(&run(&[
+                "run", &file, scara[0], scara[1], "--points", &points, "--json",
+            ]));
+            assert_eq!(found["configuration"], "LEFTY");
+        }
         let output = run(&[verb, &file, scara[0], scara[1]]);
         assert_ne!(output.status.code(), Some(0), "{verb}");
         let said = stdout(&output) + &stderr(&output);

@@ -9,6 +9,8 @@ pub(super) struct Registers<'a> {
     pub cells: &'a mut [Cell],
     /// The first temporary.
     pub temporaries: usize,
+    /// Reals that differ by so much or less are equal.
+    pub within: f32,
 }
 
 impl Registers<'_> {
@@ -78,7 +80,7 @@ impl Registers<'_> {
         if let Some([a, b]) = Cell::integers([a, b]) {
             return Some(relation.integers(a, b));
         }
-        Some(relation.reals(a.single()?, b.single()?))
+        Some(relation.reals(a.single()?, b.single()?, self.within))
     }
 
     /// An element; what is outside the array is nowhere.
@@ -179,7 +181,7 @@ impl Registers<'_> {
         } else {
             let [a, b, old, by] = Cell::reals(cells)?;
             // Reals take longer to compute than it takes to have foreseen it wrongly now and then.
-            if !relation.reals(a, b) {
+            if !relation.reals(a, b, self.within) {
                 return Some(());
             }
             Cell::real(finite(reals(old, by))?)

@@ -35,6 +35,7 @@ impl Machine {
         };
         let mut at = usize::from(*entry);
         let (cells, temporaries) = (memory.registers(), program.symbols.cells);
+        let within = program.options.equal_within;
         let instructions = code.instructions.as_slice();
         let mut left = *fuel;
         let mut around = self.around();
@@ -45,7 +46,16 @@ impl Machine {
             let charge = u32::from(*charge);
             if left < charge {
                 let empty;
-                (empty, at, left) = self.crawl(program, Registers { cells, temporaries }, at, left);
+                (empty, at, left) = self.crawl(
+                    program,
+                    Registers {
+                        cells,
+                        temporaries,
+                        within,
+                    },
+                    at,
+                    left,
+                );
                 break empty;
             }
             left -= charge;
@@ -54,7 +64,11 @@ impl Machine {
                     break 'block false;
                 };
                 // Anew for each instruction: what lives longer would be kept in memory.
-                let registers = Registers { cells, temporaries };
+                let registers = Registers {
+                    cells,
+                    temporaries,
+                    within,
+                };
                 match swift(registers, code, operation, &around) {
                     Some(Stride::On(by)) => {
                         at += by;
@@ -70,7 +84,15 @@ impl Machine {
                     }
                     None => {}
                 }
-                match self.quick(program, operation, &mut Registers { cells, temporaries }) {
+                match self.quick(
+                    program,
+                    operation,
+                    &mut Registers {
+                        cells,
+                        temporaries,
+                        within,
+                    },
+                ) {
                     Outcome::On if operation.ends() => {
                         at += 1;
                         around = self.around();

@@ -36,6 +36,8 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         while_sending,
         sticky_work,
         data_copy,
+        din_unknown,
+        equal_within,
     } = options;
     let LinkOptions { second, redial } = links;
     vec![
@@ -51,6 +53,8 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("scol.int_division", format!("{int_division:?}")),
         ("dl.command_ends", format!("{command_ends_download:?}")),
         ("scol.data_copy", format!("{data_copy:?}")),
+        ("scol.din_unknown", format!("{din_unknown:?}")),
+        ("scol.equal_within", format!("{equal_within:?}")),
         ("scol.sticky_work", format!("{sticky_work:?}")),
         ("serial.bad_character", format!("{bad_character:?}")),
         ("serial.pacing", format!("{serial_pacing:?}")),
@@ -70,7 +74,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 27] = [
+const OTHERS: [(&str, &str); 29] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -83,6 +87,8 @@ const OTHERS: [(&str, &str); 27] = [
     ("scol.int_division", "real"),
     ("dl.command_ends", "false"),
     ("scol.data_copy", "true"),
+    ("scol.din_unknown", "zero"),
+    ("scol.equal_within", "0.5"),
     ("scol.sticky_work", "true"),
     ("serial.bad_character", "keep"),
     ("serial.pacing", "false"),
