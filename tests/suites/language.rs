@@ -295,3 +295,91 @@ fn input_makes_a_variable_that_was_never_assigned_and_what_a_stop_leaves_out_is_
         b"           4           0           0\r"
     );
 }
+
+const DATA: &str = "GLOBAL\nN = 1\nM = 2\nDIM LOG(2) AS INTEGER\nDIM FIRST(1) AS INTEGER\nFIRST(0) = 3\nEND\n\
+    PROGRAM P\nN = N + 10\nM = 20\nH.Z = 150\nLOG(1) = LOG(1) + 1\nFIRST(0) = 9\n@\nPRINT IP1, N, LOG(1), CR\nEND\n\
+    DATA\nPOINT H=400,0,200/\nEND\n";
+
+// clause: CMD-MW-02
+#[test]
+fn restore_writes_the_data_back_into_the_file() {
+    let (old, new) = ("N = 1\nM = 2\n", "N = 11\nM = 20\n");
+    let height = |text: &str| text.replace("H=400,0,200/", "H=400,0,150,0,0,0,0,0/");
+    for (statement, restored) in [
+        (
+            "RESTORE",
+            height(&DATA.replace(old, new).replace("FIRST(0) = 3", "FIRST(0) = 9")),
+        ),
+        ("RESTORE N, H", height(&DATA.replace(old, "N = 11\nM = 2\n"))),
+        ("IF N > 99 THEN RESTORE", DATA.to_string()),
+    ] {
+        let mut robot = Robot::ready(&DATA.replace('@', statement));
+        robot.command(Port::Ip0, "RN");
+        robot.advance_ms(100);
+        assert_eq!(robot.alarms(), Vec::<String>::new());
+        assert_eq!(
+            robot.received(Port::Ip1),
+            b"          11           1\r",
+            "{statement}"
+        );
+        let file = robot
+            .controller
+            .files()
+            .find(|(name, _)| *name == "TEST")
+            .unwrap();
+        let text = String::from_utf8(file.1.to_vec()).unwrap();
+        assert_eq!(text, restored.replace('@', statement), "{statement}");
+        // A start takes what the file says, but for an array without an initial value.
+        robot.received(Port::Ip0);
+        robot.command(Port::Ip0, "RS,PRG");
+        robot.received(Port::Ip0);
+        let n = if restored.contains("N = 11") { "11" } else { "1" };
+        assert_eq!(read(&mut robot, "N 0"), n, "{statement}");
+        assert_eq!(read(&mut robot, "LOG(1) 5"), "1", "{statement}");
+        let first = if restored.contains("FIRST(0) = 3") {
+            "3"
+        } else {
+            "9"
+        };
+        assert_eq!(read(&mut robot, "FIRST(0) 5"), first, "{statement}");
+        // The machine goes on in the new file.
+        assert_eq!(
+            Controller::restore(robot.controller.snapshot()).unwrap(),
+            robot.controller
+        );
+        robot.load("TEST", &text);
+        assert_eq!(
+            read(&mut robot, "LOG(1) 5"),
+            "0",
+            "selected anew: nothing is kept"
+        );
+    }
+}
+
+#[test]
+fn restore_by_do_and_by_a_monitor_is_the_same_and_what_cannot_be_restored_is_an_alarm() {
+    let mut robot = Robot::ready(&DATA.replace('@', "N = 5"));
+    assert_eq!(robot.ask(Port::Ip0, "MW,0 N 0 7"), b"OK\r");
+    assert_eq!(robot.ask(Port::Ip0, "DO,RESTORE"), b"OK\r");
+    robot.advance_ms(300);
+    assert!(stored(&robot).contains("N = 7\nM = 2"), "{}", stored(&robot));
+    assert_eq!(robot.ask(Port::Ip0, "DO,RESTORE N, NOPE"), b"NG\r");
+
+    let watching = "GLOBAL\nN = 1\nEND\nPROGRAM P\nON N > 2 DO RESTORE\nN = 3\nDELAY 1\nEND\n";
+    let mut robot = Robot::ready(watching);
+    robot.command(Port::Ip0, "RN");
+    robot.advance_ms(500);
+    assert!(stored(&robot).contains("N = 3\nEND"), "{}", stored(&robot));
+    assert_eq!(
+        Controller::restore(robot.controller.snapshot()).unwrap(),
+        robot.controller
+    );
+
+    let mut robot = Robot::new(Dialect::Field);
+    robot.connect(Port::Ip0);
+    robot.panel(Panel::Servo(true));
+    robot.command(Port::Ip0, "DO,RESTORE");
+    robot.advance_ms(300);
+    let alarms = robot.alarms();
+    assert!(alarms.len() == 1 && alarms[0].starts_with("2-112"), "{alarms:?}");
+}

@@ -12,6 +12,7 @@ use crate::time::Time;
 use crate::view::View;
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 use scol_mini::{Answer, Fault, FaultKind, Pause};
@@ -37,6 +38,11 @@ pub(crate) enum Step {
     Killed {
         /// That task.
         id: u16,
+    },
+    /// RESTORE is over as a statement; the file is written when every task stands in its place.
+    Restore {
+        /// What is to be restored; none: all.
+        names: Vec<String>,
     },
     /// STOP was executed.
     Stopped,
@@ -113,6 +119,10 @@ impl Controller {
             Step::Done { motion } => self.between_steps(motion),
             Step::Switch { to } => {
                 self.execution.turn = to;
+                self.between_steps(false);
+            }
+            Step::Restore { names } => {
+                self.restore_data(&names);
                 self.between_steps(false);
             }
             Step::Stopped => self.stop_after_step(By::Other),
@@ -218,6 +228,10 @@ impl Controller {
                     moved: direct.moved || motion,
                     ..direct
                 });
+            }
+            Step::Restore { names } => {
+                self.execution.direct = Some(direct);
+                self.restore_data(&names);
             }
             Step::Stopped | Step::Ended => {
                 let shown = if direct.moved {

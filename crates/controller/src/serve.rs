@@ -61,6 +61,10 @@ impl Controller {
             }
             Request::Task { program } => self.start_task(task, program),
             Request::Switch => self.switch_task(task),
+            Request::Restore { names } => match self.answer(task, Answer::Done, false) {
+                Step::Done { .. } => Step::Restore { names },
+                other => other,
+            },
             Request::Kill { task: victim } => self.kill_task(task, victim),
             Request::Stop => match self.answer(task, Answer::Done, false) {
                 Step::Done { .. } => Step::Stopped,

@@ -234,8 +234,8 @@ const STATEMENTS: &[&str] = &[
     "DELAY", "DIM", "DISABLE", "DO", "ELSE", "ENABLE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO", "IF",
     "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES", "NEXT",
     "NOT", "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT",
-    "READY", "REMARK", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN", "TO", "TP",
-    "WAIT", "WITH",
+    "READY", "REMARK", "RESTORE", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN",
+    "TO", "TP", "WAIT", "WITH",
 ];
 
 /// `true` when the word cannot be the name of a variable, label or program.

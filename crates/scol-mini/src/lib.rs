@@ -74,7 +74,7 @@ pub use program::{Program, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
-pub use rewrite::rewrite_value;
+pub use rewrite::{restore_values, rewrite_value};
 #[cfg(feature = "serde")]
 pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};

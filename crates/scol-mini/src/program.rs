@@ -171,6 +171,30 @@ impl Slot {
         self.bounds.as_ref().map_or(1, |bounds| flat_length(bounds))
     }
 
+    /// What an element begins with.
+    pub fn first_value(&self, index: usize) -> Option<Value> {
+        let given = self.initial.iter().find(|(known, _)| *known == index);
+        let zero = || self.kind.filter(|_| self.zeroed).map(Kind::zero);
+        given.map(|(_, value)| value.clone()).or_else(zero)
+    }
+
+    /// The subscripts of the element of this flat index; none for a plain variable.
+    pub fn subscripts(&self, mut index: usize) -> Vec<i32> {
+        let bounds = self.bounds.as_deref().unwrap_or_default();
+        let mut subscripts: Vec<i32> = bounds
+            .iter()
+            .rev()
+            .map(|bound| {
+                let length = *bound as usize + 1;
+                let subscript = index % length;
+                index /= length;
+                i32::try_from(subscript).unwrap_or(i32::MAX)
+            })
+            .collect();
+        subscripts.reverse();
+        subscripts
+    }
+
     /// The flat index of an element; `None` for a wrong number of subscripts or one out of bounds.
     pub fn index(&self, subscripts: &[i32]) -> Option<usize> {
         let bounds = self.bounds.as_deref().unwrap_or_default();
@@ -342,6 +366,9 @@ mod tests {
         assert_eq!(slot.length(), 12);
         assert_eq!(slot.index(&[0, 0]), Some(0));
         assert_eq!(slot.index(&[2, 3]), Some(11));
+        for index in 0..12 {
+            assert_eq!(slot.index(&slot.subscripts(index)), Some(index));
+        }
         assert_eq!(slot.index(&[3, 0]), None);
         assert_eq!(slot.index(&[-1, 0]), None);
         assert_eq!(slot.index(&[1]), None);

@@ -132,6 +132,11 @@ pub enum Request {
     },
     /// `SWITCH`: let another task run.
     Switch,
+    /// `RESTORE`: write values into the file, as [`restore_values`](crate::restore_values) does.
+    Restore {
+        /// Names of GLOBAL and DATA; none: all.
+        names: Vec<String>,
+    },
     /// `KILL`: end a task.
     Kill {
         /// Its ID.

@@ -195,6 +195,8 @@ pub(crate) enum Simple {
     },
     Yield,
     Kill(Expression),
+    /// `RESTORE A, B`; without names all data of the file.
+    Restore(Vec<Name>),
 }
 
 /// A statement as parsed; the compiler turns control flow into steps and jumps.
@@ -252,6 +254,21 @@ impl Statement {
                 action.expressions(visit);
             }
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
+        }
+    }
+
+    /// Calls `visit` with every name that the statement restores.
+    pub fn restored(&self, visit: &mut dyn FnMut(&Name)) {
+        match self {
+            Statement::Simple(Simple::Restore(names)) => names.iter().for_each(visit),
+            Statement::If { then, otherwise, .. } => {
+                then.restored(visit);
+                if let Some(otherwise) = otherwise {
+                    otherwise.restored(visit);
+                }
+            }
+            Statement::On { action, .. } => action.restored(visit),
+            _ => {}
         }
     }
 
@@ -342,6 +359,7 @@ impl Simple {
             | Simple::Switch(..)
             | Simple::Ignore
             | Simple::Task { .. }
+            | Simple::Restore(_)
             | Simple::Yield => {}
         }
     }

@@ -168,8 +168,15 @@ impl Scope<'_> {
         self.locals.get(name).copied().or_else(shared)
     }
 
-    /// Resolves what a statement reads.
+    /// Resolves what a statement reads, and looks for what it restores.
     fn read(&self, statement: &mut Statement, sink: &mut Sink) {
+        statement.restored(&mut |name| {
+            if !self.symbols.shared.contains_key(&name.text) && !self.doubtful.contains(&name.text) {
+                let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
+                let problem = Problem::new("E0201", name.span, message);
+                sink.error(problem.help("RESTORE writes into the file what stands in GLOBAL and DATA"));
+            }
+        });
         let positions = positions(statement);
         statement.expressions(&mut |e| {
             e.variables(&mut |variable| {

@@ -118,6 +118,9 @@ impl Context<'_> {
                 seconds: self.double(seconds)?,
             },
             Simple::Yield => Request::Switch,
+            Simple::Restore(names) => Request::Restore {
+                names: names.iter().map(|name| name.text.clone()).collect(),
+            },
             Simple::Kill(task) => Request::Kill {
                 task: self.integer(task)?,
             },

@@ -454,7 +454,7 @@ pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions)
 }
 
 /// The world of a constant: none.
-struct Nowhere;
+pub(crate) struct Nowhere;
 
 impl Inputs for Nowhere {
     fn din(&self, _: u16) -> bool {

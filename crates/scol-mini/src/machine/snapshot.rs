@@ -183,6 +183,10 @@ fn check_pending(pending: &Pending, program: &Program, arguments: usize) -> Resu
             *block < program.blocks.len() && targets.len() <= 1,
             "a task of a program of the file",
         ),
+        Request::Restore { names } => expect(
+            names.iter().all(|name| program.symbols.shared.contains_key(name)),
+            "names of GLOBAL and DATA",
+        ),
         Request::BufferReset { .. }
         | Request::Stop
         | Request::Break
