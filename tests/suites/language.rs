@@ -104,11 +104,11 @@ fn hosts_reach_taught_points_and_restore_them_into_the_file() {
 
 /// The content of the selected file as it was last given to the edge.
 fn stored(robot: &Robot) -> String {
-    let contents = robot.outputs.iter().filter_map(|output| match output {
+    let mut contents = robot.outputs.iter().filter_map(|output| match output {
         Output::Stored { content, .. } => Some(content),
         _ => None,
     });
-    String::from_utf8(contents.last().unwrap().clone()).unwrap()
+    String::from_utf8(contents.next_back().unwrap().clone()).unwrap()
 }
 
 #[test]
@@ -294,6 +294,38 @@ fn input_makes_a_variable_that_was_never_assigned_and_what_a_stop_leaves_out_is_
         robot.received(Port::Ip1),
         b"           4           0           0\r"
     );
+}
+
+// clause: INP-10 INP-11 CMD-DO-05 S16
+#[test]
+fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
+    let mut robot = Robot::ready("GLOBAL\nN = 7\nEND\nPROGRAM T\nMINE = 1\nPRINT IP1, N, CR\nEND\n");
+    assert_eq!(robot.ask(Port::Ip0, "DO,INPUT IP1, FRESH, N, MINE"), b"OK\r");
+    robot.advance_ms(500);
+    assert_eq!(robot.ask(Port::Ip0, "DO,DELAY 0"), b"NG\r", "it waits");
+    let mut again = Robot::of(Controller::restore(robot.controller.snapshot()).unwrap());
+    for robot in [&mut robot, &mut again] {
+        robot.raw(Port::Ip1, b"2.5,");
+        robot.advance_ms(100);
+        assert_eq!(
+            Controller::restore(robot.controller.snapshot()).unwrap(),
+            robot.controller
+        );
+        robot.raw(Port::Ip1, b"12,3\r");
+        robot.advance_ms(500);
+        assert_eq!(robot.alarms(), Vec::<String>::new());
+        robot.received(Port::Ip0);
+        assert_eq!(read(robot, "N 0"), "12");
+        assert_eq!(read(robot, "FRESH -1"), "NG", "it was the statement's own");
+        assert_eq!(robot.ask(Port::Ip0, "DO,INPUT IP1, FRESH, N"), b"OK\r");
+        robot.raw(Port::Ip1, b"4,");
+        robot.advance_ms(100);
+        robot.command(Port::Ip0, "EC,BREAK");
+        robot.advance_ms(500);
+        robot.received(Port::Ip0);
+        assert_eq!(read(robot, "N 0"), "0", "what has not come is 0");
+        assert_eq!(robot.ask(Port::Ip0, "DO,PRINT IP1, FRESH"), b"NG\r");
+    }
 }
 
 const DATA: &str = "GLOBAL\nN = 1\nM = 2\nDIM LOG(2) AS INTEGER\nDIM FIRST(1) AS INTEGER\nFIRST(0) = 3\nEND\n\

@@ -128,12 +128,12 @@ impl<'a> Row<'a> {
         self.fields.get(at).map_or("", |(_, text)| text)
     }
 
-    fn wrong(&self, at: usize, expected: impl ToString) -> PointsError {
+    fn wrong(&self, at: usize, expected: impl Into<String>) -> PointsError {
         let (column, found) = self.fields.get(at).copied().unwrap_or((1, ""));
         PointsError {
             line: self.line,
             column,
-            expected: expected.to_string(),
+            expected: expected.into(),
             found: match found {
                 "" => "nothing".to_string(),
                 text => format!("`{}`", text.escape_debug()),

@@ -24,6 +24,8 @@ pub struct Program {
     pub(crate) code: Code,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,
+    /// Variables that a statement executed directly makes for itself, as parameters without a value.
+    pub(crate) created: usize,
 }
 
 /// What is known about a variable that all programs share.
@@ -268,6 +270,7 @@ impl Program {
             steps: Vec::new(),
             code: Code::default(),
             rcycle: None,
+            created: 0,
         })
     }
 

@@ -108,6 +108,7 @@ fn build(
         blocks,
         steps,
         rcycle,
+        created: 0,
     })
 }
 

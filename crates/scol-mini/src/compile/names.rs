@@ -11,7 +11,7 @@ use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
-use crate::tree::{Expression, Node, Reference, Statement, Variable};
+use crate::tree::{Expression, Node, Reference, Simple, Statement, Variable};
 
 /// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
 /// own, with the value of the datum at first.
@@ -68,14 +68,24 @@ pub(super) fn resolve_block(
     }
 }
 
-/// Resolves a statement that is executed directly: GLOBAL and DATA only.
-pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
-    let scope = Scope {
+/// Resolves a statement that is executed directly: GLOBAL and DATA only. A name that neither has and INPUT gives a value
+/// is a variable of the statement (S16); returns how many of them there are.
+pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) -> usize {
+    let mut scope = Scope {
         locals: BTreeMap::new(),
         lost: BTreeSet::new(),
         doubtful: &BTreeSet::new(),
         symbols,
     };
+    if let Statement::Simple(Simple::Input { targets, .. }) = statement {
+        for target in targets.iter().filter(|target| target.subscripts.is_empty()) {
+            let name = &target.name.text;
+            if scope.lookup(name).is_none() {
+                let created = Reference::Parameter(scope.locals.len());
+                scope.locals.insert(name.clone(), created);
+            }
+        }
+    }
     statement.targets(&mut |variable| {
         scope.resolve(variable, sink);
         for subscript in &mut variable.subscripts {
@@ -83,6 +93,7 @@ pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, s
         }
     });
     scope.read(statement, sink);
+    scope.locals.len()
 }
 
 /// Names that can only mean positions: targets of motions, what a coordinate is read of, what a POINT is added to.

@@ -190,6 +190,7 @@ impl Machine {
     pub fn direct(program: Arc<Program>) -> Self {
         Self {
             task: 0,
+            arguments: alloc::vec![Argument::Unset; program.created],
             ..Self::main(program)
         }
     }

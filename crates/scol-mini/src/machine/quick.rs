@@ -293,10 +293,10 @@ impl Machine {
             Argument::Place(Place::Cell { cell, .. }) => cells.get(cell)?.number(),
             Argument::Place(Place::Argument(at)) => match self.argument_at(at)? {
                 Argument::Number(number) => Some(*number),
-                Argument::Place(_) | Argument::Vector(_) => None,
+                Argument::Place(_) | Argument::Vector(_) | Argument::Unset => None,
             },
             Argument::Number(number) => Some(number),
-            Argument::Vector(_) => None,
+            Argument::Vector(_) | Argument::Unset => None,
         }
     }
 
@@ -315,9 +315,13 @@ impl Machine {
             Some(Argument::Place(Place::Cell { cell, .. })) => {
                 Register::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
             }
-            Some(Argument::Place(Place::Argument(_)) | Argument::Number(_) | Argument::Vector(_)) | None => {
-                false
-            }
+            Some(
+                Argument::Place(Place::Argument(_))
+                | Argument::Number(_)
+                | Argument::Vector(_)
+                | Argument::Unset,
+            )
+            | None => false,
         }
     }
 
@@ -426,7 +430,9 @@ impl Machine {
                 let at = self.absolute(parameter);
                 match self.argument_at(at)? {
                     Argument::Place(place) => Some(Argument::Place(*place)),
-                    Argument::Number(_) | Argument::Vector(_) => Some(Argument::Place(Place::Argument(at))),
+                    Argument::Number(_) | Argument::Vector(_) | Argument::Unset => {
+                        Some(Argument::Place(Place::Argument(at)))
+                    }
                 }
             }
             Handed::Value(register) => cells.get(usize::from(register))?.number().map(Argument::Number),

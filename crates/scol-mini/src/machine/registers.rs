@@ -3,6 +3,7 @@
 
 use crate::cell::Cell;
 use crate::code::{Join, Near, Register, Relation, TEMPORARIES};
+use crate::program::Program;
 
 /// The cells a program works on.
 pub(super) struct Registers<'a> {
@@ -11,6 +12,34 @@ pub(super) struct Registers<'a> {
     pub temporaries: usize,
     /// Reals that differ by so much or less are equal.
     pub within: f32,
+}
+
+impl<'a> Registers<'a> {
+    #[inline(always)]
+    pub fn new(cells: &'a mut [Cell], of: Rules) -> Registers<'a> {
+        let Rules { temporaries, within } = of;
+        Registers {
+            cells,
+            temporaries,
+            within,
+        }
+    }
+}
+
+/// What holds for all cells of a program.
+#[derive(Clone, Copy)]
+pub(super) struct Rules {
+    temporaries: usize,
+    within: f32,
+}
+
+impl Rules {
+    pub fn of(program: &Program) -> Rules {
+        Rules {
+            temporaries: program.symbols.cells,
+            within: program.options.equal_within,
+        }
+    }
 }
 
 impl Registers<'_> {

@@ -132,6 +132,7 @@ fn check_argument(argument: &Argument, program: &Program, arguments: usize) -> R
     match argument {
         Argument::Place(place) => check_place(*place, program, arguments),
         Argument::Number(number) => snapshot::value(&super::arithmetic::as_value(*number)),
+        Argument::Unset => expect(program.created > 0, "variables that a statement of DO makes"),
         Argument::Vector(value) => {
             expect(!value.kind().is_number(), "a number handed over as a number")?;
             snapshot::value(value)

@@ -5,7 +5,7 @@
 use super::Machine;
 use super::circle;
 use super::quick::Outcome;
-use super::registers::{Registers, root};
+use super::registers::{Registers, Rules, root};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
 use crate::code::{Code, Instruction, Near, Quick, Register, Target};
@@ -34,8 +34,7 @@ impl Machine {
             return false;
         };
         let mut at = usize::from(*entry);
-        let (cells, temporaries) = (memory.registers(), program.symbols.cells);
-        let within = program.options.equal_within;
+        let (cells, of) = (memory.registers(), Rules::of(program));
         let instructions = code.instructions.as_slice();
         let mut left = *fuel;
         let mut around = self.around();
@@ -46,16 +45,7 @@ impl Machine {
             let charge = u32::from(*charge);
             if left < charge {
                 let empty;
-                (empty, at, left) = self.crawl(
-                    program,
-                    Registers {
-                        cells,
-                        temporaries,
-                        within,
-                    },
-                    at,
-                    left,
-                );
+                (empty, at, left) = self.crawl(program, Registers::new(cells, of), at, left);
                 break empty;
             }
             left -= charge;
@@ -64,11 +54,7 @@ impl Machine {
                     break 'block false;
                 };
                 // Anew for each instruction: what lives longer would be kept in memory.
-                let registers = Registers {
-                    cells,
-                    temporaries,
-                    within,
-                };
+                let registers = Registers::new(cells, of);
                 match swift(registers, code, operation, &around) {
                     Some(Stride::On(by)) => {
                         at += by;
@@ -84,15 +70,7 @@ impl Machine {
                     }
                     None => {}
                 }
-                match self.quick(
-                    program,
-                    operation,
-                    &mut Registers {
-                        cells,
-                        temporaries,
-                        within,
-                    },
-                ) {
+                match self.quick(program, operation, &mut Registers::new(cells, of)) {
                     Outcome::On if operation.ends() => {
                         at += 1;
                         around = self.around();
