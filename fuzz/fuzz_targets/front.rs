@@ -28,6 +28,7 @@ fuzz_target!(|data: &[u8]| {
         } else {
             IntDivision::Real
         },
+        equal_within: if choice & 16 == 0 { 0.0 } else { 0.001 },
     };
     let source = String::from_utf8_lossy(data).into_owned();
     let compilation = compile(&source, &options);

@@ -20,6 +20,7 @@ mod four_axes;
 mod guiding;
 mod house;
 mod kinematics;
+mod language;
 mod lines;
 mod maintenance;
 mod measured;

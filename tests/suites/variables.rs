@@ -31,7 +31,7 @@ fn robot() -> Robot {
     Robot::ready(PROGRAM)
 }
 
-fn read(robot: &mut Robot, operands: &str) -> String {
+pub fn read(robot: &mut Robot, operands: &str) -> String {
     let answer = robot.ask(Port::Ip0, &format!("MR,{operands}"));
     if answer == b"NG\r" {
         return "NG".to_string();
@@ -48,7 +48,7 @@ fn read(robot: &mut Robot, operands: &str) -> String {
 }
 
 // clause: CMD-MR-01 CMD-MR-02 CMD-MR-03 CMD-MR-04 CMD-MR-05 CMD-MR-06 MR-01 MR-02 MR-03 MR-04 MR-05
-// clause: DATA-01 DATA-02 DATA-03 DATA-05 DATA-06 DATA-07 DATA-08 RAM-07 RAM-09
+// clause: DATA-01 DATA-02 DATA-03 DATA-05 DATA-06 DATA-07 DATA-08 RAM-07 RAM-09 S15
 #[test]
 fn mr_of_every_type() {
     let mut robot = robot();

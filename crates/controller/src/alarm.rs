@@ -79,6 +79,9 @@ alarms! {
         "A task wanted to move the arm that another task moves.", "Move the arm from one task only.";
     TOO_MANY_TASKS = L2 111 true "Too many tasks", "TASK was executed while all tasks were in use.",
         "End a task first; MAXTASK tells how many there can be.";
+    NOT_RESTORED = L2 112 true "Data not restored",
+        "RESTORE could not write the file: none is selected, it was downloaded anew, or the RAM drive is full.",
+        "Select the file again, or make room on the RAM drive.";
     PARAMETER = L1 101 true "Parameter not accepted", "A value in USER.PAR or ETHERNET.PAR is not allowed.",
         "Correct the file and turn the power off and on.";
     BATTERY = L1 102 true "Battery low", "The battery of the RAM drive is low.", "Replace the battery.";

@@ -22,6 +22,8 @@ pub enum Datum {
     Leading(String, Number),
     /// Something that is no number.
     Malformed(String),
+    /// A number beyond the range of a real.
+    OutOfRange(String),
 }
 
 /// The receive side of a channel.
@@ -133,13 +135,24 @@ fn read(token: &str, malformed: Malformed) -> Datum {
         return Datum::Empty;
     }
     match (number(token), malformed) {
-        (Some(value), _) => Datum::Value(value),
+        (Some(Read::Number(value)), _) => Datum::Value(value),
+        (Some(Read::TooLarge), _) => Datum::OutOfRange(String::from(token)),
         (None, Malformed::Alarm) => Datum::Malformed(String::from(token)),
-        (None, Malformed::LeadingNumber) => Datum::Leading(String::from(token), leading_number(token)),
+        (None, Malformed::LeadingNumber) => match leading_number(token) {
+            Read::Number(value) => Datum::Leading(String::from(token), value),
+            Read::TooLarge => Datum::OutOfRange(String::from(token)),
+        },
     }
 }
 
-fn number(token: &str) -> Option<Number> {
+/// What a token that is a number comes to.
+enum Read {
+    Number(Number),
+    /// Beyond the range of a real.
+    TooLarge,
+}
+
+fn number(token: &str) -> Option<Read> {
     let figures = token
         .bytes()
         .all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e'));
@@ -147,21 +160,27 @@ fn number(token: &str) -> Option<Number> {
         return None;
     }
     if let Ok(integer) = token.parse::<i32>() {
-        return Some(Number::Integer(integer));
+        return Some(Read::Number(Number::Integer(integer)));
     }
-    token
-        .parse::<f32>()
-        .ok()
-        .filter(|real| real.is_finite())
-        .map(Number::Real)
+    let real = token.parse::<f32>().ok()?;
+    if !real.is_finite() {
+        return Some(Read::TooLarge);
+    }
+    // An integer below the range must not be rounded into it.
+    let is_integer = !token.bytes().any(|byte| matches!(byte, b'.' | b'E' | b'e'));
+    let real = match is_integer && real == i32::MIN as f32 {
+        true => real.next_down(),
+        false => real,
+    };
+    Some(Read::Number(Number::Real(real)))
 }
 
-fn leading_number(token: &str) -> Number {
+fn leading_number(token: &str) -> Read {
     (1..=token.len())
         .rev()
         .filter_map(|end| token.get(..end))
         .find_map(number)
-        .unwrap_or(Number::Integer(0))
+        .unwrap_or(Read::Number(Number::Integer(0)))
 }
 
 #[cfg(test)]
@@ -230,6 +249,32 @@ mod tests {
             let expected = Datum::Leading(String::from(token), number);
             assert_eq!(channel.take(Malformed::LeadingNumber), expected);
         }
+    }
+
+    // clause: INP-03 INP-14
+    #[test]
+    fn a_number_beyond_its_range_is_one_number_out_of_range() {
+        for malformed in [Malformed::Alarm, Malformed::LeadingNumber] {
+            for token in ["1E400", "-1e39", "1E400mm"] {
+                if malformed == Malformed::Alarm && token.ends_with('m') {
+                    continue;
+                }
+                let mut channel = Channel::default();
+                channel.push(token.as_bytes());
+                channel.push(b",5\r");
+                assert_eq!(channel.take(malformed), Datum::OutOfRange(String::from(token)));
+                assert_eq!(channel.take(malformed), Datum::Value(Integer(5)));
+            }
+        }
+        let beyond = |token: &str| match numbers(token.as_bytes())[..] {
+            [Real(value)] => f64::from(value),
+            ref other => panic!("{other:?}"),
+        };
+        assert!(beyond("2147483648\r") > f64::from(i32::MAX));
+        assert!(beyond("-2147483649\r") < f64::from(i32::MIN));
+        assert!(beyond("-2147483776\r") < f64::from(i32::MIN));
+        assert_eq!(beyond("-2147483648.0\r"), f64::from(i32::MIN));
+        assert_eq!(numbers(b"-2147483648\r"), [Integer(i32::MIN)]);
     }
 
     // clause: INP-13

@@ -135,7 +135,7 @@ impl Controller {
             lines: fresh_lines(),
             keys: Channel::default(),
             pendant: String::new(),
-            execution: Execution::new(&config.options.language(arm.kind())),
+            execution: Execution::new(&config.language()),
             arm,
             jogging: None,
             network: NetworkPlan::of(&ethernet),
@@ -336,7 +336,7 @@ impl Controller {
             .get(name.as_str())
             .ok_or_else(|| SelectError::Missing(label()))?;
         let source = String::from_utf8_lossy(content).into_owned();
-        let compilation = scol_mini::compile(&source, &self.config.options.language(self.arm.kind()));
+        let compilation = self.config.compile(&source);
         let Some(program) = compilation.program else {
             return Err(SelectError::Errors {
                 name: label(),

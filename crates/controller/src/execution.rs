@@ -558,10 +558,10 @@ impl Execution {
         self.direct_ended = (self.direct_ended + 1) % (MAX_ENDED + 1);
     }
 
-    /// Step 1 with the data as the file gives it (RS,PRG, SL).
+    /// Step 1 with the data as the file gives it (RS,PRG).
     pub fn initialise(&mut self, now: Time) {
         if let Some(selected) = &mut self.selected {
-            selected.memory = Memory::new(&selected.program);
+            selected.memory.start_anew(&selected.program);
         }
         self.rewind(now);
     }

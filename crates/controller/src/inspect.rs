@@ -30,7 +30,7 @@ impl Controller {
     /// The options with which this controller compiles a file.
     #[must_use]
     pub fn language(&self) -> LanguageOptions {
-        self.config.options.language(self.arm.kind())
+        self.config.language()
     }
 
     /// Whether an input is on.

@@ -36,6 +36,8 @@ pub const SCAN: Duration = Duration::from_millis(10);
 pub const COARSE_LEAD: Duration = Duration::from_millis(50);
 /// Shortest time a DO motion shows RUN (D7, option `do.min_run`).
 pub const DO_MIN_RUN: Duration = Duration::from_millis(200);
+/// Difference of two reals that a SCARA controller counts as equal (hosts.md 8.13, option `scol.equal_within`).
+pub const SCARA_EQUAL_WITHIN: f32 = 0.001;
 /// Speed of the tool point in TEACHING, in mm/s (PRM-SPD-01).
 pub const TEACHING_SPEED: f64 = 250.0;
 /// Teach pendant screen: characters of PRINT kept.

@@ -4,6 +4,7 @@
 use crate::Controller;
 use crate::execution::{Doing, Task};
 use crate::limits::SCAN;
+use crate::options::UnknownInput;
 use crate::run::{Step, alarm_of};
 use crate::view::View;
 use alloc::boxed::Box;
@@ -29,6 +30,7 @@ impl Controller {
             run_mode: self.state.run_mode,
             now: seen,
             timer: self.execution.timer.read(seen),
+            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
         let found = task.machine.look(self.execution.memory_mut(), &view);

@@ -3,8 +3,9 @@
 
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits;
+use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{IntDivision, LanguageOptions};
+use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::{Command, SCARA_MANUAL};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
@@ -99,6 +100,16 @@ impl From<UnsolicitedSp> for Option<bool> {
     }
 }
 
+/// What DIN does with a number that no input has (option `scol.din_unknown`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum UnknownInput {
+    /// The alarm that DOUT raises for such a number.
+    Alarm,
+    /// It is off.
+    Zero,
+}
+
 /// Whether the command inputs of EXT (SIG) need STROBE (option `sig.strobe`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -189,6 +200,26 @@ pub struct Options {
     pub sticky_work: bool,
     /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
     pub data_copy: bool,
+    /// `scol.din_unknown`.
+    #[cfg_attr(feature = "serde", serde(default = "before::din_unknown"))]
+    pub din_unknown: UnknownInput,
+    /// `scol.equal_within`: comparisons count reals that differ by so much or less as equal; none: as the arm has it,
+    /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
+    #[cfg_attr(feature = "serde", serde(default = "before::equal_within"))]
+    pub equal_within: Option<f32>,
+}
+
+/// What options of today were before there were snapshots that name them.
+#[cfg(feature = "serde")]
+mod before {
+    pub(super) fn din_unknown() -> super::UnknownInput {
+        super::UnknownInput::Zero
+    }
+
+    #[expect(clippy::unnecessary_wraps, reason = "the type of the field")]
+    pub(super) fn equal_within() -> Option<f32> {
+        Some(0.0)
+    }
 }
 
 impl Options {
@@ -224,6 +255,8 @@ impl Options {
             servo_interval: Duration::ZERO,
             sticky_work: false,
             data_copy: false,
+            din_unknown: UnknownInput::Alarm,
+            equal_within: None,
         };
         match dialect {
             Dialect::Field => field,
@@ -260,6 +293,10 @@ impl Options {
             sticky_work: self.sticky_work,
             int_division: self.int_division,
             data_copy: self.data_copy,
+            equal_within: self.equal_within.unwrap_or(match arm {
+                Arm::Scara => limits::SCARA_EQUAL_WITHIN,
+                Arm::SixAxis => 0.0,
+            }),
         }
     }
 }
@@ -321,6 +358,9 @@ pub struct Config {
     pub fault_seed: u64,
     /// Seed of the legal variation; none: every text leaves at once, in one piece, in the usual order.
     pub vary: Option<u64>,
+    /// Points that are taught on the controller; every selected file sees them as names of its DATA.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub points: Vec<TaughtPoint>,
 }
 
 impl Config {
@@ -368,6 +408,19 @@ impl Config {
             },
             fault_seed: 0,
             vary: None,
+            points: Vec::new(),
         }
+    }
+
+    /// The options of the language, for the arm of this controller.
+    #[must_use]
+    pub fn language(&self) -> LanguageOptions {
+        self.options.language(self.model.language())
+    }
+
+    /// Compiles a file as this controller does when it is selected.
+    #[must_use]
+    pub fn compile(&self, source: &str) -> Compilation {
+        compile_with_points(source, &self.language(), &self.points)
     }
 }

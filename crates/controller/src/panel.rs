@@ -249,7 +249,7 @@ impl Controller {
         if self.state.key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
-        self.execution = Execution::new(&self.config.options.language(self.arm.kind()));
+        self.execution = Execution::new(&self.config.language());
         self.execution.timer.set_at = self.now;
         if let Ok(name) = file
             && let Err(error) = self.select_file(&name)

@@ -5,12 +5,14 @@ use crate::Controller;
 use crate::alarm::{self, AlarmCode};
 use crate::execution::{By, Course, Direct, Doing, Execution, Task};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
+use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
 use crate::output::Event;
 use crate::time::Time;
 use crate::view::View;
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 use core::cell::Cell;
 use core::time::Duration;
 use scol_mini::{Answer, Fault, FaultKind, Pause};
@@ -36,6 +38,11 @@ pub(crate) enum Step {
     Killed {
         /// That task.
         id: u16,
+    },
+    /// RESTORE is over as a statement; the file is written when every task stands in its place.
+    Restore {
+        /// What is to be restored; none: all.
+        names: Vec<String>,
     },
     /// STOP was executed.
     Stopped,
@@ -113,6 +120,10 @@ impl Controller {
             Step::Done { motion } => self.between_steps(motion),
             Step::Switch { to } => {
                 self.execution.turn = to;
+                self.between_steps(false);
+            }
+            Step::Restore { names } => {
+                self.restore_data(&names);
                 self.between_steps(false);
             }
             Step::Stopped => self.stop_after_step(By::Other),
@@ -232,6 +243,10 @@ impl Controller {
                     moved: direct.moved || motion,
                     ..direct
                 });
+            }
+            Step::Restore { names } => {
+                self.execution.direct = Some(direct);
+                self.restore_data(&names);
             }
             Step::Stopped | Step::Ended if direct.moved => {
                 let until = direct.since + self.config.options.do_min_run;
@@ -404,6 +419,7 @@ impl Controller {
             run_mode: self.state.run_mode,
             now: seen,
             timer: self.execution.timer.read(seen),
+            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
         let pause = task.machine.run(self.execution.memory_mut(), &view, fuel);

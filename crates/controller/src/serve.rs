@@ -20,13 +20,13 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Accuracy, Answer, Channel, Motion, Number, Request};
+use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
 
 impl Controller {
     pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {
         match request {
             Request::Move(motion) => self.start_motion(task, &motion),
-            Request::Print { channel, data } => self.print(task, channel, &data),
+            Request::Print { channel, data, cut } => self.print(task, channel, &data, cut),
             Request::BufferReset { channel } => {
                 if let Some(buffer) = self.channel_mut(channel) {
                     buffer.clear();
@@ -61,6 +61,10 @@ impl Controller {
             }
             Request::Task { program } => self.start_task(task, program),
             Request::Switch => self.switch_task(task),
+            Request::Restore { names } => match self.answer(task, Answer::Done, false) {
+                Step::Done { .. } => Step::Restore { names },
+                other => other,
+            },
             Request::Kill { task: victim } => self.kill_task(task, victim),
             Request::Stop => match self.answer(task, Answer::Done, false) {
                 Step::Done { .. } => Step::Stopped,
@@ -167,9 +171,10 @@ impl Controller {
         (load.mass > self.arm.model().max_payload).then_some(load.mass)
     }
 
-    fn print(&mut self, task: &mut Task, channel: Channel, data: &[u8]) -> Step {
+    fn print(&mut self, task: &mut Task, channel: Channel, data: &[u8], cut: usize) -> Step {
         let line = task.machine.line();
         let Some(port) = Port::of_channel(channel) else {
+            self.tell_cut(None, line, data, cut);
             self.show_on_pendant(data);
             return self.answer(task, Answer::Done, false);
         };
@@ -177,6 +182,7 @@ impl Controller {
             task.doing = Doing::Pausing { until };
             return Step::Blocked;
         }
+        self.tell_cut(Some(port), line, data, cut);
         let missing = self.missing_peer(port);
         if missing {
             let message = format!("line {line}: PRINT {port}: no peer is connected");
@@ -191,6 +197,13 @@ impl Controller {
                 format!("line {line}: PRINT {port}: no peer is connected"),
             ),
             (step, _) => step,
+        }
+    }
+
+    fn tell_cut(&mut self, port: Option<Port>, line: u32, data: &[u8], cut: usize) {
+        if cut > 0 {
+            let message = format!("line {line}: PRINT: at most {MAX_PRINT} bytes expected, {cut} more found");
+            self.find(&rules::PRINT_CUT, port, data, message);
         }
     }
 
@@ -244,6 +257,14 @@ impl Controller {
                         got: values,
                     };
                     return Step::Blocked;
+                }
+                Datum::OutOfRange(token) => {
+                    let line = task.machine.line();
+                    self.cancel_input(task, values);
+                    let detail = format!(
+                        "line {line}: INPUT: a number in the range of a real expected, {token:?} found"
+                    );
+                    return Step::Trouble(alarm::OVERFLOW, detail);
                 }
                 Datum::Malformed(token) => {
                     self.not_a_number(channel, &token);

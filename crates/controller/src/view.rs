@@ -21,6 +21,8 @@ pub struct View<'a> {
     pub now: Time,
     /// TIMER, in seconds.
     pub timer: f64,
+    /// Inputs that do not exist are off, and not refused.
+    pub unknown_inputs: bool,
     /// Something was looked at that changes by time alone, so a WAIT must look again.
     pub changing: Cell<bool>,
 }
@@ -36,6 +38,10 @@ impl View<'_> {
 impl Inputs for View<'_> {
     fn din(&self, line: u16) -> bool {
         self.signals.input(line)
+    }
+
+    fn has_input(&self, line: u16) -> bool {
+        self.unknown_inputs || Signals::exists(line)
     }
 
     fn dout(&self, line: u16) -> bool {

@@ -83,15 +83,20 @@ impl Builtin {
             .map_or("", |(spelling, _)| spelling)
     }
 
+    /// It makes a vector value: arguments left out are 0.
+    pub fn is_vector(self) -> bool {
+        matches!(self, Builtin::Point | Builtin::Trans | Builtin::Payload)
+    }
+
     /// Fewest and most arguments.
     pub fn arity(self, arm: Arm) -> (usize, usize) {
         match self {
             Builtin::Atan2 | Builtin::Mod | Builtin::Bcdin => (2, 2),
             Builtin::Max | Builtin::Min => (2, MAX_ARGUMENTS),
             Builtin::Din | Builtin::Dout => (1, MAX_ARGUMENTS),
-            Builtin::Point => (1, coordinates(arm) + 1),
-            Builtin::Trans => (1, crate::value::Trans::order(arm).len()),
-            Builtin::Payload => (1, crate::value::Payload::width(arm)),
+            Builtin::Point => (0, coordinates(arm) + 1),
+            Builtin::Trans => (0, crate::value::Trans::order(arm).len()),
+            Builtin::Payload => (0, crate::value::Payload::width(arm)),
             _ => (1, 1),
         }
     }
@@ -157,7 +162,15 @@ pub(crate) fn condition(word: &str) -> Option<Condition> {
 }
 
 /// Constants that are the same for every arm.
-const COMMON: &[(&str, i32)] = &[("ON", 1), ("OFF", 0), ("FREE", 0), ("FINE", 1), ("COARSE", 0)];
+const COMMON: &[(&str, i32)] = &[
+    ("ON", 1),
+    ("OFF", 0),
+    ("TRUE", 1),
+    ("FALSE", 0),
+    ("FREE", 0),
+    ("FINE", 1),
+    ("COARSE", 0),
+];
 /// Constants for the digits of a configuration, as a six-axis arm has them.
 const DIGITS: &[(&str, i32)] = &[
     ("LEFTY", 10_000),
@@ -187,22 +200,31 @@ pub(crate) fn constant(word: &str, arm: Arm) -> Option<i32> {
     if let Some(value) = of(COMMON) {
         return Some(value);
     }
-    let digits = of(DIGITS).or_else(|| five_letters(word))?;
+    let digits = of(DIGITS).or_else(|| letters(word).filter(|_| !word.contains('X')))?;
     match arm {
         Arm::SixAxis => Some(digits),
         Arm::Scara => (digits % 10_000 == 0).then_some(digits / 10_000),
     }
 }
 
-/// `LAFSS` and its 31 sisters: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D.
-fn five_letters(word: &str) -> Option<i32> {
-    const LETTERS: [[u8; 2]; 5] = [*b"LR", *b"AB", *b"NF", *b"SD", *b"SD"];
+/// The configuration a word names where a configuration is wanted: a constant, or on a six-axis arm five letters
+/// of which some may be `X`, undefined, as the vendor's library writes them (hosts 8.5). `XXXXX` and its kin are
+/// names everywhere else.
+pub(crate) fn configuration(word: &str, arm: Arm) -> Option<i32> {
+    constant(word, arm)
+        .filter(|_| word == "FREE" || !COMMON.iter().any(|(common, _)| *common == word))
+        .or_else(|| letters(word).filter(|_| arm == Arm::SixAxis))
+}
+
+/// `LAFSS` and its kin: shoulder L/R, elbow A/B, wrist N/F, axis 4 S/D, axis 6 S/D, each or X for undefined.
+fn letters(word: &str) -> Option<i32> {
+    const LETTERS: [[u8; 3]; 5] = [*b"XLR", *b"XAB", *b"XNF", *b"XSD", *b"XSD"];
     if word.len() != LETTERS.len() {
         return None;
     }
-    word.bytes().zip(LETTERS).try_fold(0, |number, (letter, pair)| {
-        let digit = pair.iter().position(|known| *known == letter)?;
-        Some(number * 10 + if digit == 0 { 1 } else { 2 })
+    word.bytes().zip(LETTERS).try_fold(0, |number, (letter, known)| {
+        let digit = known.iter().position(|known| *known == letter)?;
+        Some(number * 10 + i32::try_from(digit).ok()?)
     })
 }
 
@@ -212,8 +234,8 @@ const STATEMENTS: &[&str] = &[
     "DELAY", "DIM", "DISABLE", "DO", "ELSE", "ENABLE", "END", "FOR", "FREELOAD", "GLOBAL", "GOTO", "IF",
     "IGNORE", "INPUT", "IP1", "IP2", "KILL", "MOVE", "MOVEA", "MOVEC", "MOVEI", "MOVEJ", "MOVES", "NEXT",
     "NOT", "NOWAIT", "OPEN1", "OPEN2", "OPENI1", "OPENI2", "OR", "PAUSE", "PRINT", "PROGRAM", "PULOUT",
-    "READY", "REMARK", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN", "TO", "TP",
-    "WAIT", "WITH",
+    "READY", "REMARK", "RESTORE", "RESUME", "RETURN", "SETGAIN", "STEP", "STOP", "SWITCH", "TASK", "THEN",
+    "TO", "TP", "WAIT", "WITH",
 ];
 
 /// `true` when the word cannot be the name of a variable, label or program.
@@ -260,5 +282,13 @@ mod tests {
         assert_eq!(constant("RIGHTY", Arm::Scara), Some(2));
         assert_eq!(constant("FLIP", Arm::Scara), None);
         assert_eq!(constant("LAFSS", Arm::Scara), None);
+        for (word, number) in [("XXXXX", 0), ("LAXXX", 11_000), ("XXNXX", 100), ("RBFDD", 22_222)] {
+            assert_eq!(configuration(word, Arm::SixAxis), Some(number), "{word}");
+            assert_eq!(configuration(word, Arm::Scara), None, "{word}");
+        }
+        assert_eq!(configuration("FREE", Arm::Scara), Some(0));
+        assert_eq!(configuration("COARSE", Arm::SixAxis), None);
+        assert_eq!(configuration("XAXSX", Arm::SixAxis), Some(1_010));
+        assert_eq!(configuration("AXLSX", Arm::SixAxis), None);
     }
 }

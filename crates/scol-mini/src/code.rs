@@ -402,16 +402,27 @@ impl Relation {
         u32::from(self.0) >> outcome & 1 != 0
     }
 
-    /// Whether it holds between two reals.
+    /// Whether it holds between two reals, of which those that differ by `within` or less are equal.
     #[inline(always)]
-    pub fn reals(self, a: f32, b: f32) -> bool {
+    pub fn reals(self, a: f32, b: f32, within: f32) -> bool {
         let outcome = if a.is_nan() || b.is_nan() {
             3
+        } else if within > 0.0 && near(a, b, within) {
+            1
         } else {
             u32::from(a >= b) + u32::from(a > b)
         };
         u32::from(self.0) >> outcome & 1 != 0
     }
+}
+
+/// Whether two reals differ by `within` or less. The last digit of the larger one is allowed for: 1.001 and 1.0 as
+/// written in a program differ by 0.001, but as reals by a little more.
+#[inline(always)]
+fn near(a: f32, b: f32, within: f32) -> bool {
+    let (a, b) = (f64::from(a), f64::from(b));
+    let digit = libm::fmax(libm::fabs(a), libm::fabs(b)) * f64::from(f32::EPSILON);
+    libm::fabs(a - b) <= f64::from(within) + digit
 }
 
 impl Near {
@@ -487,13 +498,13 @@ mod tests {
             for (number, expected) in (1..=3).zip(holds) {
                 assert_eq!(relation.integers(number, 2), expected, "{number} {operator:?} 2");
                 assert_eq!(
-                    relation.reals(number as f32, 2.0),
+                    relation.reals(number as f32, 2.0, 0.0),
                     expected,
                     "{number} {operator:?} 2.0"
                 );
             }
-            assert_eq!(relation.reals(f32::NAN, 2.0), holds[3]);
-            assert_eq!(relation.reals(2.0, f32::NAN), holds[3]);
+            assert_eq!(relation.reals(f32::NAN, 2.0, 0.0), holds[3]);
+            assert_eq!(relation.reals(2.0, f32::NAN, 0.0), holds[3]);
         }
         assert_eq!(Relation::of(Binary::Add), None);
     }
@@ -501,5 +512,27 @@ mod tests {
     #[test]
     fn four_instructions_fit_a_line_of_the_cache() {
         assert_eq!(size_of::<Instruction>(), 16);
+    }
+
+    #[test]
+    fn reals_within_the_difference_are_equal_and_neither_less_nor_greater() {
+        for (a, b, within, equal) in [
+            (1.0, 1.001, 0.001, true),
+            (1.001, 1.0, 0.001, true),
+            (100.001, 100.0, 0.001, true),
+            (1.0, 1.0011, 0.001, false),
+            (-0.0005, 0.0005, 0.001, true),
+            (0.0, 1e-9, 0.0, false),
+            (1.0, 1.0, 0.0, true),
+            (1.0, 1.5, 0.5, true),
+        ] {
+            let holds = |operator| Relation::of(operator).unwrap().reals(a, b, within);
+            assert_eq!(holds(Binary::Equal), equal, "{a} {b}");
+            assert_eq!(holds(Binary::NotEqual), !equal, "{a} {b}");
+            assert_eq!(holds(Binary::Less), !equal && a < b, "{a} {b}");
+            assert_eq!(holds(Binary::Greater), !equal && a > b, "{a} {b}");
+            assert_eq!(holds(Binary::LessEqual), equal || a < b, "{a} {b}");
+            assert_eq!(holds(Binary::GreaterEqual), equal || a > b, "{a} {b}");
+        }
     }
 }

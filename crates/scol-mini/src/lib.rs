@@ -49,6 +49,7 @@ mod memory;
 mod options;
 mod outline;
 mod parser;
+mod points;
 mod program;
 mod request;
 mod rewrite;
@@ -59,20 +60,21 @@ mod suggest;
 mod tree;
 mod value;
 
-pub use compile::{Compilation, compile, compile_direct};
+pub use compile::{Compilation, compile, compile_direct, compile_with_points};
 pub use conditions::{AXES, Accuracy, Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
-pub use lint::check;
+pub use lint::{check, check_with_points};
 pub use machine::{Jump, Machine, Monitored};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
+pub use points::{PointsError, TaughtPoint, parse_points};
 pub use program::{Program, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
-pub use rewrite::rewrite_value;
+pub use rewrite::{restore_values, rewrite_value};
 #[cfg(feature = "serde")]
 pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
 pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
@@ -101,3 +103,5 @@ pub const MAX_ARRAY: usize = 20_000;
 pub const MAX_SUBSCRIPTS: usize = 4;
 /// Longest name of a variable that the protocol can reach, and of a DATA name (DATA-13).
 pub const MAX_DATA_NAME: usize = 10;
+/// Most points of a table of taught points.
+pub const MAX_POINTS: usize = 10_000;

@@ -47,7 +47,7 @@ mod tests {
     use super::*;
     use std::vec;
 
-    // clause: RAM-05 RAM-06
+    // clause: RAM-05 RAM-06 S7
     #[test]
     fn cr_lf_and_both_end_a_line_and_1a_ends_the_file() {
         let spans: Vec<(u32, &str)> = lines("a\rb\r\nc\n\nd\x1Ae\r")

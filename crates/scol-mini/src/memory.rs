@@ -126,6 +126,25 @@ impl Memory {
         }
     }
 
+    /// Begins as [`Memory::new`], but for the arrays of GLOBAL without initial values, which keep what they hold over a
+    /// start (scol.md 13.3).
+    pub fn start_anew(&mut self, program: &Program) {
+        let old = core::mem::replace(self, Memory::new(program));
+        for (at, slot) in program.symbols.slots.iter().enumerate() {
+            if slot.owner != Owner::Global || slot.bounds.is_none() || !slot.initial.is_empty() {
+                continue;
+            }
+            if let (Some(kind), Some(was)) = (self.kinds.get_mut(at), old.kinds.get(at)) {
+                *kind = *was;
+            }
+            for cell in slot.base..slot.base + slot.length() {
+                if let Some(value) = old.value(cell) {
+                    self.put(cell, value);
+                }
+            }
+        }
+    }
+
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
     ///
     /// # Errors

@@ -23,7 +23,7 @@ pub enum IntDivision {
 }
 
 /// The switches of the language.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LanguageOptions {
     /// The width of positions and coordinates.
     pub arm: Arm,
@@ -34,4 +34,7 @@ pub struct LanguageOptions {
     /// `true`: a program that assigns to a name of DATA has a copy of its own; `false`: it changes the datum for all
     /// programs.
     pub data_copy: bool,
+    /// Reals that differ by so much or less are equal in a comparison, and so neither less nor greater than each other.
+    /// 0: only equal numbers are equal. Integers are always compared exactly.
+    pub equal_within: f32,
 }

@@ -193,9 +193,21 @@ impl Row {
         names
     }
 
+    /// The kind of a line of DATA, as a word; a line that begins with the name is a POINT.
+    pub fn datum_word(&self) -> &str {
+        match sign(self.body.get(1)) {
+            Some(Sign::Assign) => "POINT",
+            _ => self.head(),
+        }
+    }
+
     /// The name of a line of DATA that is no WORK.
     pub fn datum(&self) -> Option<(&str, Span)> {
-        let named = self.body.get(1).filter(|_| self.head() != "WORK")?;
+        let bare = sign(self.body.get(1)) == Some(Sign::Assign);
+        let named = self
+            .body
+            .get(usize::from(!bare))
+            .filter(|_| self.head() != "WORK")?;
         Some((word(Some(named)), named.span)).filter(|(name, _)| !name.is_empty())
     }
 }

@@ -24,6 +24,8 @@ pub struct Program {
     pub(crate) code: Code,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,
+    /// Variables that a statement executed directly makes for itself, as parameters without a value.
+    pub(crate) created: usize,
 }
 
 /// What is known about a variable that all programs share.
@@ -108,6 +110,12 @@ pub(crate) struct Symbols {
 }
 
 impl Symbols {
+    /// Adds a variable that all programs see.
+    pub fn share(&mut self, slot: Slot) {
+        self.shared.insert(slot.name.clone(), self.slots.len());
+        self.slots.push(slot);
+    }
+
     /// Gives every variable its cells, once all are known.
     pub fn place(&mut self) {
         self.cells = 0;
@@ -165,6 +173,30 @@ impl Slot {
         self.bounds.as_ref().map_or(1, |bounds| flat_length(bounds))
     }
 
+    /// What an element begins with.
+    pub fn first_value(&self, index: usize) -> Option<Value> {
+        let given = self.initial.iter().find(|(known, _)| *known == index);
+        let zero = || self.kind.filter(|_| self.zeroed).map(Kind::zero);
+        given.map(|(_, value)| value.clone()).or_else(zero)
+    }
+
+    /// The subscripts of the element of this flat index; none for a plain variable.
+    pub fn subscripts(&self, mut index: usize) -> Vec<i32> {
+        let bounds = self.bounds.as_deref().unwrap_or_default();
+        let mut subscripts: Vec<i32> = bounds
+            .iter()
+            .rev()
+            .map(|bound| {
+                let length = *bound as usize + 1;
+                let subscript = index % length;
+                index /= length;
+                i32::try_from(subscript).unwrap_or(i32::MAX)
+            })
+            .collect();
+        subscripts.reverse();
+        subscripts
+    }
+
     /// The flat index of an element; `None` for a wrong number of subscripts or one out of bounds.
     pub fn index(&self, subscripts: &[i32]) -> Option<usize> {
         let bounds = self.bounds.as_deref().unwrap_or_default();
@@ -190,15 +222,26 @@ pub(crate) fn flat_length(bounds: &[u32]) -> usize {
     })
 }
 
-/// FNV-1a over a source and its options, on top of another fingerprint.
-pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
+/// A fingerprint of bytes on top of another one.
+pub(crate) fn hash(base: u64, bytes: &[u8]) -> u64 {
+    fnv(base.to_le_bytes().into_iter().chain(bytes.iter().copied()))
+}
+
+/// FNV-1a.
+fn fnv(bytes: impl Iterator<Item = u8>) -> u64 {
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
     const PRIME: u64 = 0x0100_0000_01b3;
+    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+}
+
+/// The fingerprint of a source and its options, on top of another one.
+pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) -> u64 {
     let LanguageOptions {
         arm,
         sticky_work,
         int_division,
         data_copy,
+        equal_within,
     } = *options;
     let switches = [
         u8::from(arm == crate::Arm::Scara),
@@ -206,12 +249,13 @@ pub(crate) fn fingerprint(base: u64, source: &str, options: &LanguageOptions) ->
         u8::from(int_division == crate::IntDivision::Real),
         u8::from(data_copy),
     ];
-    let bytes = base
-        .to_le_bytes()
-        .into_iter()
-        .chain(switches)
-        .chain(source.bytes());
-    bytes.fold(OFFSET, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(PRIME))
+    let base = base.to_le_bytes().into_iter();
+    // Only where it differs from the exact comparison: fingerprints of older snapshots stay valid.
+    let within = Some(equal_within)
+        .filter(|within| *within != 0.0)
+        .map(f32::to_le_bytes);
+    let within = within.into_iter().flatten();
+    fnv(base.chain(switches).chain(within).chain(source.bytes()))
 }
 
 impl Program {
@@ -226,6 +270,7 @@ impl Program {
             steps: Vec::new(),
             code: Code::default(),
             rcycle: None,
+            created: 0,
         })
     }
 
@@ -324,6 +369,9 @@ mod tests {
         assert_eq!(slot.length(), 12);
         assert_eq!(slot.index(&[0, 0]), Some(0));
         assert_eq!(slot.index(&[2, 3]), Some(11));
+        for index in 0..12 {
+            assert_eq!(slot.index(&slot.subscripts(index)), Some(index));
+        }
         assert_eq!(slot.index(&[3, 0]), None);
         assert_eq!(slot.index(&[-1, 0]), None);
         assert_eq!(slot.index(&[1]), None);

@@ -8,13 +8,17 @@ use alloc::vec::Vec;
 use crate::conditions::Conditions;
 use crate::value::Position;
 
-/// Most bytes one `PRINT` sends; the rest is cut (SER-03).
+/// Most bytes one `PRINT` sends; what is more is cut in front of its CR (SER-03).
 pub const MAX_PRINT: usize = 256;
 
 /// What expressions may look at outside the program.
 pub trait Inputs {
     /// State of an input signal, counted from 1.
     fn din(&self, line: u16) -> bool;
+    /// Whether there is an input signal of this number; one that is not there cannot be read.
+    fn has_input(&self, _line: u16) -> bool {
+        true
+    }
     /// State of an output signal, counted from 1.
     fn dout(&self, line: u16) -> bool;
     /// `MOTION`: how much of the present motion is done, in percent; 100 when the arm stands.
@@ -67,8 +71,11 @@ pub enum Request {
     Print {
         /// Where to.
         channel: Channel,
-        /// The bytes.
+        /// The bytes; the CR at their end, if the statement has one, is never cut.
         data: Vec<u8>,
+        /// How many bytes more the statement has.
+        #[cfg_attr(feature = "serde", serde(default))]
+        cut: usize,
     },
     /// Discard what the channel has received (BUF-01); never for the teach pendant.
     BufferReset {
@@ -125,6 +132,11 @@ pub enum Request {
     },
     /// `SWITCH`: let another task run.
     Switch,
+    /// `RESTORE`: write values into the file, as [`restore_values`](crate::restore_values) does.
+    Restore {
+        /// Names of GLOBAL and DATA; none: all.
+        names: Vec<String>,
+    },
     /// `KILL`: end a task.
     Kill {
         /// Its ID.

@@ -1,4 +1,4 @@
-//! Puts a new initial value into the source of a file, for MW with the flag that restores into the file.
+//! Puts new initial values into the source of a file, for RESTORE and for MW with the flag that restores into the file.
 //! Storing the file is left to the caller.
 
 use alloc::format;
@@ -6,10 +6,10 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 use crate::diagnostic::Span;
-use crate::memory::{AccessError, shared};
+use crate::memory::{AccessError, Memory, shared};
 use crate::options::Arm;
 use crate::parser::{Datum, Declaration, File, parse_file};
-use crate::program::Program;
+use crate::program::{Owner, Program};
 use crate::sink::Sink;
 use crate::value::Value;
 
@@ -17,7 +17,8 @@ use crate::value::Value;
 ///
 /// The source must be the one `program` was compiled from, or a result of this function. A name of GLOBAL without an
 /// initial value gets one; an element of an array gets a line of its own after the declaration if it has none.
-/// A `WORK` line before a position stays. (CMD-MW-02, CMD-MW-05)
+/// A `WORK` line before a position stays. A taught point that the file does not define gets a line in its DATA.
+/// (CMD-MW-02, CMD-MW-05)
 ///
 /// # Errors
 /// As [`Memory::set_global`](crate::Memory::set_global); `NotInSource` when the source does not declare the name,
@@ -29,34 +30,144 @@ pub fn rewrite_value(
     subscripts: &[i32],
     value: &Value,
 ) -> Result<String, AccessError> {
-    let (slot, _) = shared(program, name, subscripts)?;
-    let name = name.to_ascii_uppercase();
-    let kind = program.symbols.slots.get(slot).and_then(|slot| slot.kind);
-    if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
-        return Err(AccessError::KindMismatch {
-            name,
-            expected,
-            found: value.kind(),
-        });
+    let rewriter = Rewriter::new(source, program);
+    let edit = rewriter.edit(name, subscripts, value)?;
+    rewriter.apply(Vec::from([edit]))
+}
+
+/// The source with the values that `memory` holds for these names, or for all if there are none: those of GLOBAL that
+/// have an initial value, and DATA. A value that is the one of the source already leaves it as it is (scol.md 13.4).
+///
+/// # Errors
+/// As [`rewrite_value`].
+pub fn restore_values(
+    source: &str,
+    program: &Program,
+    memory: &Memory,
+    names: &[String],
+) -> Result<String, AccessError> {
+    let rewriter = Rewriter::new(source, program);
+    let symbols = &program.symbols;
+    let mut edits = Vec::new();
+    for (name, at) in &symbols.shared {
+        let Some(slot) = symbols
+            .slots
+            .get(*at)
+            .filter(|_| names.is_empty() || names.contains(name))
+        else {
+            continue;
+        };
+        // A taught point is not in the file yet; naming it puts it there.
+        let put = !names.is_empty() && slot.owner == Owner::Data && !rewriter.has_datum(name);
+        for index in 0..slot.length() {
+            let first = slot.first_value(index);
+            let Some(value) = memory.value(slot.base + index) else {
+                continue;
+            };
+            let wanted = !names.is_empty() || slot.initial.iter().any(|(known, _)| *known == index);
+            let same = first.is_some_and(|first| rewriter.same(&first, &value));
+            if put || (wanted && !same) {
+                edits.push(rewriter.edit(name, &slot.subscripts(index), &value)?);
+            }
+        }
     }
-    let file = parse_file(source, &program.options, &mut Sink::new(source));
-    let arm = program.options.arm;
-    let datum = file.data.iter().find(|datum| datum.name.text == name);
-    let too_large = || AccessError::TooLarge(name.clone());
-    let (span, text) = match datum {
-        Some(datum) => {
-            let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
-            (datum.value, text)
+    rewriter.apply(edits)
+}
+
+/// A change of the source.
+enum Edit {
+    /// What to replace, and by what.
+    At(Span, String),
+    /// A new line of DATA.
+    Taught(String),
+}
+
+struct Rewriter<'a> {
+    source: &'a str,
+    program: &'a Program,
+    file: File,
+    arm: Arm,
+}
+
+impl<'a> Rewriter<'a> {
+    fn new(source: &'a str, program: &'a Program) -> Rewriter<'a> {
+        Rewriter {
+            source,
+            program,
+            file: parse_file(source, &program.options, &mut Sink::new(source)),
+            arm: program.options.arm,
         }
-        None => {
-            let text = global_text(value, arm).ok_or_else(too_large)?;
-            global_site(source, &file, &name, subscripts, &text).ok_or(AccessError::NotInSource(name))?
+    }
+
+    fn has_datum(&self, name: &str) -> bool {
+        self.file.data.iter().any(|datum| datum.name.text == name)
+    }
+
+    /// Whether both are written the same way; a position does not say where its WORK lies.
+    fn same(&self, a: &Value, b: &Value) -> bool {
+        match (a, b) {
+            (Value::Position(a), Value::Position(b)) => a.listed(self.arm) == b.listed(self.arm),
+            _ => a == b,
         }
-    };
-    let (Some(head), Some(tail)) = (source.get(..span.start), source.get(span.end..)) else {
-        return Err(AccessError::NotInSource(String::new()));
-    };
-    Ok(format!("{head}{text}{tail}"))
+    }
+
+    fn edit(&self, name: &str, subscripts: &[i32], value: &Value) -> Result<Edit, AccessError> {
+        let (source, arm) = (self.source, self.arm);
+        let (slot, _) = shared(self.program, name, subscripts)?;
+        let name = name.to_ascii_uppercase();
+        let slot = self.program.symbols.slots.get(slot);
+        let kind = slot.and_then(|slot| slot.kind);
+        if let Some(expected) = kind.filter(|kind| *kind != value.kind()) {
+            return Err(AccessError::KindMismatch {
+                name,
+                expected,
+                found: value.kind(),
+            });
+        }
+        let too_large = || AccessError::TooLarge(name.clone());
+        match self.file.data.iter().find(|datum| datum.name.text == name) {
+            Some(datum) => {
+                let text = datum_text(source, datum, value, arm).ok_or_else(too_large)?;
+                Ok(Edit::At(datum.value, text))
+            }
+            None if slot.is_some_and(|slot| slot.owner == Owner::Data) => {
+                let text = taught_text(value, arm).ok_or_else(too_large)?;
+                Ok(Edit::Taught(format!("POINT {name}={text}")))
+            }
+            None => {
+                let text = global_text(value, arm).ok_or_else(too_large)?;
+                let site = global_site(source, &self.file, &name, subscripts, &text);
+                let (span, text) = site.ok_or(AccessError::NotInSource(name))?;
+                Ok(Edit::At(span, text))
+            }
+        }
+    }
+
+    /// The source with all changes.
+    fn apply(&self, edits: Vec<Edit>) -> Result<String, AccessError> {
+        let (mut changes, mut taught) = (Vec::new(), Vec::new());
+        for edit in edits {
+            match edit {
+                Edit::At(span, text) => changes.push((span, text)),
+                Edit::Taught(line) => taught.push(line),
+            }
+        }
+        if !taught.is_empty() {
+            changes.push(taught_site(self.source, &self.file, &taught));
+        }
+        // Stable: elements of one array are put behind one line, in their order.
+        changes.sort_by_key(|(span, _)| span.start);
+        let (mut text, mut done) = (String::new(), 0);
+        for (span, change) in changes {
+            let kept = self.source.get(done..span.start);
+            text.push_str(kept.ok_or(AccessError::NotInSource(String::new()))?);
+            text.push_str(&change);
+            done = span.end;
+        }
+        let rest = self.source.get(done..);
+        text.push_str(rest.ok_or(AccessError::NotInSource(String::new()))?);
+        Ok(text)
+    }
 }
 
 /// What to replace in GLOBAL, and by what.
@@ -95,14 +206,7 @@ fn global_site(
         let alone = file.globals.iter().filter(|d| d.line == last.line).count() == 1;
         return alone.then(|| (last.line, format!("{name} = {text}")));
     }
-    let rest = source.get(last.line.end..)?;
-    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
-    let line_end = match rest.get(length..) {
-        Some(tail) if tail.starts_with("\r\n") => "\r\n",
-        Some(tail) if tail.starts_with('\n') => "\n",
-        _ => "\r",
-    };
-    let at = last.line.end + length;
+    let (at, line_end) = line_end(source, last.line.end);
     let list = subscripts
         .iter()
         .map(ToString::to_string)
@@ -112,6 +216,36 @@ fn global_site(
         Span { start: at, end: at },
         format!("{line_end}{name}({list}) = {text}"),
     ))
+}
+
+/// Where the line that holds `from` ends, and by what.
+fn line_end(source: &str, from: usize) -> (usize, &'static str) {
+    let rest = source.get(from..).unwrap_or_default();
+    let length = rest.find(['\r', '\n']).unwrap_or(rest.len());
+    let line_end = match rest.get(length..) {
+        Some(tail) if tail.starts_with("\r\n") => "\r\n",
+        Some(tail) if tail.starts_with('\n') => "\n",
+        _ => "\r",
+    };
+    (from + length, line_end)
+}
+
+/// Where new lines of DATA go, and what goes there: behind the heading, so that no WORK is in front of them; without
+/// DATA, a block at the end of the file.
+fn taught_site(source: &str, file: &File, lines: &[String]) -> (Span, String) {
+    let at_heading = file.data_heading.map(|heading| line_end(source, heading.end));
+    let (_, end) = at_heading.unwrap_or_else(|| line_end(source, 0));
+    let lines = lines.join(end);
+    if let Some((at, end)) = at_heading {
+        return (Span { start: at, end: at }, format!("{end}{lines}"));
+    }
+    let at = source.find('\u{1A}').unwrap_or(source.len());
+    let open = !source.get(..at).is_some_and(|text| text.ends_with(['\r', '\n']));
+    let begin = if open { end } else { "" };
+    (
+        Span { start: at, end: at },
+        format!("{begin}DATA{end}{lines}{end}END{end}"),
+    )
 }
 
 /// A value as GLOBAL writes it.
@@ -145,19 +279,25 @@ fn datum_text(source: &str, datum: &Datum, value: &Value, arm: Arm) -> Option<St
             if braced { format!("{{{numbers}}}") } else { numbers }
         }
         Value::Coordinate(trans) => list(&trans.listed(arm))?,
-        Value::Position(position) => {
-            let mut numbers = position.listed(arm);
-            numbers.pop();
-            let config = match (arm, position.config.number_on(arm)) {
-                (_, 0) => String::new(),
-                (Arm::SixAxis, number) => format!("{number:05}"),
-                (Arm::Scara, 1) => "LEFTY".to_string(),
-                (Arm::Scara, _) => "RIGHTY".to_string(),
-            };
-            format!("{}/{config}", list(&numbers)?)
-        }
+        Value::Position(_) => taught_text(value, arm)?,
         Value::Integer(_) | Value::Real(_) => return None,
     })
+}
+
+/// A position as DATA writes it.
+fn taught_text(value: &Value, arm: Arm) -> Option<String> {
+    let Value::Position(position) = value else {
+        return None;
+    };
+    let mut numbers = position.listed(arm);
+    numbers.pop();
+    let config = match (arm, position.config.number_on(arm)) {
+        (_, 0) => String::new(),
+        (Arm::SixAxis, number) => format!("{number:05}"),
+        (Arm::Scara, 1) => "LEFTY".to_string(),
+        (Arm::Scara, _) => "RIGHTY".to_string(),
+    };
+    Some(format!("{}/{config}", list(&numbers)?))
 }
 
 fn list(numbers: &[f64]) -> Option<String> {
@@ -273,5 +413,55 @@ mod tests {
         ));
         let other = rewrite_value("PROGRAM P\nEND\n", &program, "A", &[], &Value::Integer(1));
         assert!(matches!(other, Err(AccessError::NotInSource(_))));
+    }
+
+    /// What a program has made of these data, restored.
+    fn restored(statements: &str, names: &[&str]) -> String {
+        let source = SOURCE.replace("B=1", &statements.replace('\n', "\r\n"));
+        let points = crate::parse_points("Q,1,,,,,,,,\nR,2,,,,,,,,\n", Arm::SixAxis).unwrap();
+        let options = LanguageOptions::default();
+        let compilation = crate::compile_with_points(&source, &options, &points);
+        let program = compilation.program.unwrap();
+        let mut memory = Memory::new(&program);
+        let mut machine = crate::Machine::main(program.clone());
+        let end = machine.run(&mut memory, &crate::machine::Nowhere, &mut 100);
+        assert_eq!(end, crate::Pause::Ended);
+        let names: Vec<String> = names.iter().map(ToString::to_string).collect();
+        let text = restore_values(&source, &program, &memory, &names).unwrap();
+        // What was restored is what a start gives.
+        let again = crate::compile_with_points(&text, &options, &points)
+            .program
+            .unwrap();
+        let fresh = Memory::new(&again);
+        for (name, info, _) in program.variables().filter(|(_, info, _)| !info.array) {
+            if names.iter().any(|known| known == name) && info.kind != Some(crate::Kind::Position) {
+                assert_eq!(
+                    fresh.global(&again, name, &[]),
+                    memory.global(&program, name, &[])
+                );
+            }
+        }
+        text.replace(&statements.replace('\n', "\r\n"), "B=1")
+    }
+
+    #[test]
+    fn all_that_was_changed_goes_into_the_file_or_what_is_named() {
+        let statements = "A = 25\nB = 2.5\nT(2) = 0.5\nT(1) = 7\nS = 4\nP1.X = 9\nR.X = 3\nW = TRANS(8)";
+        let data = "DATA\r\nPOINT R=3,0,0,0,0,0,0,0/\r\nPOINT P1 = 9,0,3,0,0,0,0,0/ ' taught";
+        // B, S and T have no initial value: only their names restore them.
+        let expected = SOURCE
+            .replace("a = 10 ", "a = 25 ")
+            .replace("DATA\r\nPOINT P1 = 1,,3/ ' taught", data)
+            .replace("W=1,2", "W=8,0,0,0,0,0");
+        assert_eq!(restored(statements, &[]), expected);
+        assert_eq!(restored("B = 1.5", &[]), SOURCE);
+        let expected = SOURCE
+            .replace(" B\r", " B = 2.5\r")
+            .replace("U(1)\r\n", "U(1)\r\nT(1) = 7.0\r\nT(2) = 0.5\r\n")
+            .replace("DIM S AS INTEGER", "S = 4");
+        assert_eq!(restored(statements, &["B", "T", "S"]), expected);
+        // A taught point that is named goes into the file as it is.
+        let expected = SOURCE.replace("DATA\r\n", "DATA\r\nPOINT Q=1,0,0,0,0,0,0,0/\r\n");
+        assert_eq!(restored(statements, &["Q"]), expected);
     }
 }

@@ -195,6 +195,8 @@ pub(crate) enum Simple {
     },
     Yield,
     Kill(Expression),
+    /// `RESTORE A, B`; without names all data of the file.
+    Restore(Vec<Name>),
 }
 
 /// A statement as parsed; the compiler turns control flow into steps and jumps.
@@ -252,6 +254,43 @@ impl Statement {
                 action.expressions(visit);
             }
             Statement::Next(_) | Statement::Goto(_) | Statement::Return => {}
+        }
+    }
+
+    /// Calls `visit` with every name that the statement restores.
+    pub fn restored(&self, visit: &mut dyn FnMut(&Name)) {
+        match self {
+            Statement::Simple(Simple::Restore(names)) => names.iter().for_each(visit),
+            Statement::If { then, otherwise, .. } => {
+                then.restored(visit);
+                if let Some(otherwise) = otherwise {
+                    otherwise.restored(visit);
+                }
+            }
+            Statement::On { action, .. } => action.restored(visit),
+            _ => {}
+        }
+    }
+
+    /// Calls `visit` with every position a motion of the statement leads to or through.
+    pub fn targeted(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
+        match self {
+            Statement::Simple(Simple::Move { course, .. }) => match course {
+                Course::Ptp(a) | Course::Line(a) => visit(a),
+                Course::Arc(a, b) | Course::Arch(a, b) => {
+                    visit(a);
+                    visit(b);
+                }
+                Course::Axis(..) | Course::AxisBy(..) | Course::Ready => {}
+            },
+            Statement::If { then, otherwise, .. } => {
+                then.targeted(visit);
+                if let Some(otherwise) = otherwise {
+                    otherwise.targeted(visit);
+                }
+            }
+            Statement::On { action, .. } => action.targeted(visit),
+            _ => {}
         }
     }
 
@@ -320,6 +359,7 @@ impl Simple {
             | Simple::Switch(..)
             | Simple::Ignore
             | Simple::Task { .. }
+            | Simple::Restore(_)
             | Simple::Yield => {}
         }
     }
@@ -346,6 +386,38 @@ impl Expression {
                     argument.variables(visit);
                 }
             }
+        }
+    }
+
+    /// Calls `visit` with the variables that are added up to the value: those of `P1 + P2`, and `P1` of `P1 * T`.
+    pub fn terms(&self, visit: &mut dyn FnMut(&Variable)) {
+        match &self.node {
+            Node::Variable(variable) => visit(variable),
+            Node::Binary(Binary::Add | Binary::Subtract, left, right) => {
+                left.terms(visit);
+                right.terms(visit);
+            }
+            Node::Binary(Binary::Multiply, left, _) => left.terms(visit),
+            _ => {}
+        }
+    }
+
+    /// Calls `visit` with the variables that must be positions, whatever the statement: `P` of `P.X` and of
+    /// `P + POINT(...)`.
+    pub fn positions(&self, visit: &mut dyn FnMut(&Variable)) {
+        let is_point = |e: &Expression| matches!(e.node, Node::Function(Builtin::Point, _));
+        match &self.node {
+            Node::Component(of, _) => of.terms(visit),
+            Node::Unary(_, of) => of.positions(visit),
+            Node::Binary(_, left, right) => {
+                if is_point(left) || is_point(right) {
+                    self.terms(visit);
+                }
+                left.positions(visit);
+                right.positions(visit);
+            }
+            Node::Function(_, arguments) => arguments.iter().for_each(|argument| argument.positions(visit)),
+            Node::Literal(_) | Node::System(_) | Node::Variable(_) => {}
         }
     }
 

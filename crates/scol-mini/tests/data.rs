@@ -16,6 +16,7 @@ const SIX: LanguageOptions = LanguageOptions {
     sticky_work: false,
     data_copy: false,
     int_division: scol_mini::IntDivision::Truncate,
+    equal_within: 0.0,
 };
 
 fn with(globals: &str, data: &str, options: &LanguageOptions) -> (Arc<Program>, Memory) {
@@ -52,6 +53,32 @@ fn positions_have_eight_numbers_and_a_configuration() {
     assert_eq!(listed("POINT A=-1.5,+2.25E1/LBNSS", "A", &SIX)[..2], [-1.5, 22.5]);
     assert_eq!(listed("POINT A=0/LBNSS", "A", &SIX)[8], 12111.0);
     assert_eq!(listed("POINT A=123456.789", "A", &SIX)[0], 123_456.789);
+}
+
+// clause: DATA-02 S30
+#[test]
+fn a_line_that_begins_with_a_name_is_a_position_and_blanks_do_not_count() {
+    let scara = LanguageOptions {
+        arm: Arm::Scara,
+        ..SIX
+    };
+    let line = "POINT A1 = 203.346, 390.635, 94.252, 30.261, 0.000 / LEFTY";
+    let numbers = [203.346, 390.635, 94.252, 30.261, 0.0, 1.0];
+    assert_eq!(listed(line, "A1", &scara), numbers);
+    assert_eq!(listed(&line.replace("POINT ", ""), "A1", &scara), numbers);
+    assert_eq!(
+        listed("A2=523.123,-234.567,180.945,45.345,0.0/LEFTY", "A2", &scara),
+        [523.123, -234.567, 180.945, 45.345, 0.0, 1.0]
+    );
+    assert_eq!(
+        listed("A2 = , 1,, / ", "A2", &scara),
+        [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
+    );
+    assert_eq!(listed("A2=1,2,3,4,5,6/LANSS", "A2", &SIX)[8], 11111.0);
+    for bad in ["A2 1", "SPEED=1", "MOVE=1", "A2=1 2", "A2"] {
+        let source = format!("PROGRAM M\nEND\nDATA\n{bad}\nEND\n");
+        assert!(compile(&source, &scara).program.is_none(), "{bad}");
+    }
 }
 
 // clause: DATA-06 DATA-07 DATA-08

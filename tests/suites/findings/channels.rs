@@ -7,6 +7,16 @@ use ts3100_tests::Robot;
 
 const READS: &str = "PROGRAM TEST\nINPUT IP1, A\nEND\n";
 const PRINTS: &str = "PROGRAM TEST\nPRINT IP1, 1, CR\nDELAY 1\nEND\n";
+
+/// A PRINT of 201 bytes and 12 for each number.
+fn prints_long(numbers: usize) -> String {
+    let text = "X".repeat(200);
+    format!(
+        "PROGRAM TEST\nPRINT IP1, \"{text}\"{}, CR\nEND\n",
+        ", 1".repeat(numbers)
+    )
+}
+
 fn signal(robot: &mut Robot, servo: bool) {
     robot.panel(Panel::ControlRight(ControlRight::Sig));
     robot.panel(Panel::Servo(servo));
@@ -46,6 +56,17 @@ pub const CHANNELS: &[Case] = &[
         &rules::INPUT_OVERFLOW,
         |r| r.raw(Port::Ip1, &[b'1'; 257]),
         |r| r.raw(Port::Ip1, &[b'1'; 256]),
+    ),
+    (
+        &rules::PRINT_CUT,
+        |r| {
+            loaded(r, &prints_long(5));
+            commands(r, &["RN"]);
+        },
+        |r| {
+            loaded(r, &prints_long(4));
+            commands(r, &["RN"]);
+        },
     ),
     (
         &rules::INPUT_NOT_A_NUMBER,

@@ -206,6 +206,9 @@ rules! {
     INPUT_OVERFLOW "input-overflow" Error "4.1.2 [INP-13]"
         "More than 256 bytes wait on a channel; the newest are lost"
         "Send a record when the program asks for it."
+    PRINT_CUT "print-cut" Error "4.1.1 [SER-03]"
+        "PRINT of more than 256 bytes: the end was lost, its CR kept"
+        "Divide it into several PRINT statements, CR in the last."
     INPUT_NOT_A_NUMBER "input-not-a-number" Error "4.1.2 [INP-03, INP-14]"
         "INPUT found something that is no number"
         "Send integers and reals only, commas between them, CR at the end."
@@ -250,7 +253,7 @@ rules! {
 
 /// Every rule, in the order of docs/FINDINGS.md: pace, texts, commands, exchanges and files, connections, SCOL
 /// channels, what is done at the controller itself.
-pub static RULES: [&Rule; 66] = [
+pub static RULES: [&Rule; 67] = [
     &ANSWER_EARLY,
     &COMMAND_EARLY,
     &COMMAND_BEFORE_ANSWER,
@@ -304,6 +307,7 @@ pub static RULES: [&Rule; 66] = [
     &DATA_BEFORE_INPUT,
     &DATA_CLEARED,
     &INPUT_OVERFLOW,
+    &PRINT_CUT,
     &INPUT_NOT_A_NUMBER,
     &INPUT_EMPTY,
     &INPUT_LINE_FEED,

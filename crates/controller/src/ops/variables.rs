@@ -1,10 +1,12 @@
 //! MR and MW: the global variables and the data of the selected file.
 
 use crate::Controller;
+use crate::alarm;
 use crate::output::Output;
 use crate::session::Outcome;
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use scol_mini::{Arm, Kind, Payload, Position, Trans, Value};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
@@ -83,14 +85,25 @@ impl Controller {
             .set_global(program, name, subscripts, value)
             .map_err(|error| error.to_string())?;
         if let Some((source, program)) = changed {
-            let label = selected.name.clone();
-            selected.source.clone_from(&source);
-            self.execution.replace_program(program);
-            self.push_output(Output::Stored {
-                name: label,
-                content: source.into_bytes(),
-            });
+            self.take_rewritten(source, program);
         }
+        Ok(())
+    }
+
+    /// RESTORE of a program: the values go into the file as those of MW do (scol.md 13.4).
+    pub(crate) fn restore_data(&mut self, names: &[String]) {
+        if let Err(reason) = self.restored(names) {
+            self.raise(alarm::NOT_RESTORED, format!("RESTORE: {reason}"));
+        }
+    }
+
+    fn restored(&mut self, names: &[String]) -> Result<(), String> {
+        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let (program, memory) = (&selected.program, &selected.memory);
+        let source = scol_mini::restore_values(&selected.source, program, memory, names)
+            .map_err(|error| error.to_string())?;
+        let program = self.stored(&source)?;
+        self.take_rewritten(source, program);
         Ok(())
     }
 
@@ -99,16 +112,23 @@ impl Controller {
         &mut self,
         variable: &VariableName,
         value: &Value,
-    ) -> Result<(String, alloc::sync::Arc<scol_mini::Program>), String> {
+    ) -> Result<(String, Arc<scol_mini::Program>), String> {
+        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let VariableName { name, subscripts } = variable;
+        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
+            .map_err(|error| error.to_string())?;
+        let program = self.stored(&source)?;
+        Ok((source, program))
+    }
+
+    /// Stores the selected file with new initial values on the drive; its program.
+    fn stored(&mut self, source: &str) -> Result<Arc<scol_mini::Program>, String> {
         let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
         if selected.stale {
             return Err("the file was downloaded anew; select it first".to_string());
         }
-        let VariableName { name, subscripts } = variable;
-        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
-            .map_err(|error| error.to_string())?;
         let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(|error| error.to_string())?;
-        let compilation = scol_mini::compile(&source, &self.config.options.language(self.arm.kind()));
+        let compilation = self.config.compile(source);
         let program = compilation
             .program
             .ok_or("the file does not compile with that value")?;
@@ -120,7 +140,21 @@ impl Controller {
         self.drive
             .store(&file, source.as_bytes())
             .map_err(|error| error.to_string())?;
-        Ok((source, program))
+        Ok(program)
+    }
+
+    /// What runs goes on in the rewritten file, and the edge keeps it.
+    fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
+        let Some(selected) = self.execution.selected.as_mut() else {
+            return;
+        };
+        let name = selected.name.clone();
+        selected.source.clone_from(&source);
+        self.execution.replace_program(program);
+        self.push_output(Output::Stored {
+            name,
+            content: source.into_bytes(),
+        });
     }
 }
 

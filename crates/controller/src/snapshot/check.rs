@@ -14,12 +14,13 @@ use crate::options::Config;
 use crate::port::Port;
 use crate::signals::Signals;
 use crate::vary::Vary;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::ToString;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 use core::time::Duration;
+use scol_mini::MAX_POINTS;
 use ts3100_proto::name::FileName;
 
 /// Longest duration anything is counted with: as long as virtual time can last.
@@ -73,11 +74,15 @@ pub(super) fn config(config: &Config) -> Checked {
     within("config.options.low_speed", config.options.low_speed, 1..=100)?;
     lasting("config.options.do_min_run", config.options.do_min_run)?;
     lasting("config.options.servo_interval", config.options.servo_interval)?;
+    if let Some(found) = config.options.equal_within {
+        within("config.options.equal_within", found, 0.0..=f32::MAX)?;
+    }
     if !config.calendar.is_valid() {
         let found = format!("{:?}", config.calendar);
         return Err(SnapshotError::value("config.calendar", "a date and time", found));
     }
-    key_exists("config.key", config, config.key)
+    key_exists("config.key", config, config.key)?;
+    points(config)
 }
 
 fn key_exists(place: &str, config: &Config, key: KeySwitch) -> Checked {
@@ -86,6 +91,20 @@ fn key_exists(place: &str, config: &Config, key: KeySwitch) -> Checked {
         return Err(SnapshotError::value(place, &expected, "INTERNAL"));
     }
     Ok(())
+}
+
+fn points(config: &Config) -> Checked {
+    at_most("config.points", config.points.len(), MAX_POINTS)?;
+    let arm = config.model.language();
+    let mut names = BTreeSet::new();
+    let mut points = config.points.iter();
+    match points.find(|point| !point.is_valid(arm) || !names.insert(&point.name)) {
+        Some(point) => {
+            let expected = "points as a table has them, each name once";
+            Err(SnapshotError::value("config.points", expected, &point.name))
+        }
+        None => Ok(()),
+    }
 }
 
 impl Controller {

@@ -3,15 +3,14 @@
 use super::SnapshotError;
 use crate::execution::{Course, Direct, Doing, Execution, MAIN_TASK, Selected, Stopwatch, Task};
 use crate::limits::STATEMENTS_PER_SCAN;
+use crate::options::Config;
 use crate::time::Time;
 use alloc::boxed::Box;
 use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
-use scol_mini::{
-    LanguageOptions, MAX_TASKS, Machine, MachineState, Memory, MemoryState, Program, compile, compile_direct,
-};
+use scol_mini::{MAX_TASKS, Machine, MachineState, Memory, MemoryState, Program, compile_direct};
 use ts3100_proto::status::sm::MAX_ENDED;
 
 /// A [`Task`].
@@ -155,7 +154,7 @@ impl SelectedPaper {
         }
     }
 
-    fn restore(self, language: &LanguageOptions) -> Result<Selected, SnapshotError> {
+    fn restore(self, config: &Config) -> Result<Selected, SnapshotError> {
         let name = ts3100_proto::name::FileName::parse(&self.name).ok();
         if !name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter()) {
             return Err(SnapshotError::value(
@@ -164,7 +163,7 @@ impl SelectedPaper {
                 &self.name,
             ));
         }
-        let compilation = compile(&self.source, language);
+        let compilation = config.compile(&self.source);
         let Some(program) = compilation.program else {
             let errors = compilation.diagnostics.first();
             let found = errors.map_or_else(String::new, |error| error.render(&self.source, &self.name));
@@ -251,14 +250,14 @@ impl ExecutionPaper {
         }
     }
 
-    pub(super) fn restore(self, language: &LanguageOptions) -> Result<Execution, SnapshotError> {
-        let mut execution = Execution::new(language);
+    pub(super) fn restore(self, config: &Config) -> Result<Execution, SnapshotError> {
+        let mut execution = Execution::new(&config.language());
         execution
             .restore_spare(self.spare_memory)
             .map_err(|reason| SnapshotError::run("execution.spare_memory", reason))?;
         execution.selected = self
             .selected
-            .map(|selected| selected.restore(language))
+            .map(|selected| selected.restore(config))
             .transpose()?;
         let program = Arc::clone(execution.program());
         let main = self.main.map(|task| task.restore("execution.main", &program));

@@ -216,7 +216,7 @@ impl Controller {
         SnapshotHead { format, version }.check()?;
         check::config(&config)?;
         let arm = arm.of_model(config.model.clone());
-        let execution = execution.restore(&config.options.language(arm.kind()))?;
+        let execution = execution.restore(&config)?;
         let controller = Controller {
             config,
             now,

@@ -2,8 +2,9 @@
 
 use super::report;
 use crate::config::model::ModelChoice;
+use crate::config::read_points;
 use clap::{Args, ValueEnum};
-use scol_mini::{Diagnostic, LanguageOptions, Severity};
+use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -19,6 +20,9 @@ pub(super) struct CheckArgs {
     /// Arm, by name or .toml file, which decides how wide a position is
     #[arg(long, value_name = "MODEL", default_value = "ts3100-tv800")]
     model: ModelChoice,
+    /// Points taught on the controller, a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+    #[arg(long, value_name = "FILE")]
+    points: Option<PathBuf>,
     /// Form of the remarks on stdout
     #[arg(long, value_name = "FORMAT", default_value = "text")]
     format: Format,
@@ -48,8 +52,13 @@ enum Outcome {
 
 /// Checks every file.
 pub(super) fn run(args: &CheckArgs) -> ExitCode {
-    let arm = match args.model.read() {
-        Ok(model) => model.language(),
+    let around = args.model.read().and_then(|model| {
+        let arm = model.language();
+        let points = args.points.as_deref().map(|path| read_points(path, arm));
+        Ok((arm, points.transpose()?.unwrap_or_default()))
+    });
+    let (arm, points) = match around {
+        Ok(around) => around,
         Err(error) => {
             eprintln!("ts3100: {error}");
             return ExitCode::from(Outcome::Unreadable as u8);
@@ -63,7 +72,7 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     let mut worst = Outcome::Clean;
     let mut files = Vec::new();
     for path in &args.files {
-        let file = CheckedFile::of(path, &options);
+        let file = CheckedFile::of(path, &options, &points);
         worst = worst.max(outcome(&file, args.deny_warnings));
         let written = match (args.format, &file.found) {
             (_, Err(error)) => {
@@ -136,11 +145,11 @@ pub(super) struct CheckedFile {
 
 impl CheckedFile {
     /// Reads a file and checks it.
-    pub(super) fn of(path: &Path, options: &LanguageOptions) -> CheckedFile {
+    pub(super) fn of(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
         let found = read(path).map(|bytes| {
             // Bytes that are no UTF-8 become a character the compiler points at.
             let source = String::from_utf8_lossy(&bytes).into_owned();
-            let remarks = scol_mini::check(&source, options).diagnostics;
+            let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
             (source, remarks)
         });
         CheckedFile {

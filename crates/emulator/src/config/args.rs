@@ -106,6 +106,9 @@ pub struct ServeArgs {
     /// Arm: ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4, or a model of your own, a .toml file [default: ts3100-tv800]
     #[arg(long, value_name = "MODEL")]
     pub model: Option<ModelChoice>,
+    /// Points taught on the controller, a CSV file of NAME,X,Y,Z,C,T,CONFIG (six axes: NAME,X,Y,Z,A,B,C,U,V,CONFIG)
+    #[arg(long, value_name = "FILE")]
+    pub points: Option<PathBuf>,
     /// Controller type [default: ts3100]
     #[arg(long, value_name = "TYPE")]
     pub controller: Option<Controller>,
@@ -191,6 +194,7 @@ impl ServeArgs {
             control_right: self.control_right.or(below.control_right),
             dialect: self.dialect.or(below.dialect),
             model: self.model.or(below.model),
+            points: self.points.or(below.points),
             controller: self.controller.or(below.controller),
             time: self.time.or(below.time),
             set: below.set.into_iter().chain(self.set).collect(),

@@ -83,6 +83,14 @@ pub enum ConfigError {
         /// What is wrong, and in which table.
         reason: String,
     },
+    /// The table of points.
+    #[error("{}:{reason}", path.display())]
+    Points {
+        /// Which file.
+        path: PathBuf,
+        /// Line, column, what was expected and found.
+        reason: scol_mini::PointsError,
+    },
     /// The control interface.
     #[error(transparent)]
     Control(#[from] ControlError),
@@ -220,9 +228,9 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
 fn beside(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
-            "drive" | "load" | "permissions" | "serial-dir" | "transcript" | "findings" | "coverage" | "lcov"
-            | "control-token-file" | "faults" | "report" | "scenario" | "junit" | "restore"
-            | "snapshot-on-exit",
+            "drive" | "load" | "permissions" | "points" | "serial-dir" | "transcript" | "findings"
+            | "coverage" | "lcov" | "control-token-file" | "faults" | "report" | "scenario" | "junit"
+            | "restore" | "snapshot-on-exit",
             Some(directory),
         ) => directory.join(value).into_os_string(),
         // A name is no path.
@@ -332,6 +340,18 @@ fn first_paragraph(message: &str) -> String {
         .split_whitespace()
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+/// The points of a table for this arm.
+///
+/// # Errors
+/// The file cannot be read, or is no such table: file, line, column, what was expected and found.
+pub fn read_points(path: &Path, arm: scol_mini::Arm) -> Result<Vec<scol_mini::TaughtPoint>, ConfigError> {
+    let text = read_text(path)?;
+    scol_mini::parse_points(&text, arm).map_err(|reason| ConfigError::Points {
+        path: path.to_path_buf(),
+        reason,
+    })
 }
 
 /// A small text file.

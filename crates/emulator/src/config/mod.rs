@@ -12,7 +12,7 @@ mod serial;
 
 pub use args::ServeArgs;
 pub use evidence::{EvidenceArgs, percent};
-pub use layers::{ConfigError, Environment, read};
+pub use layers::{ConfigError, Environment, read, read_points};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
 pub use seed::Seed;
 pub use serial::ListenAt;
@@ -117,7 +117,7 @@ impl Settings {
     /// What the merged arguments say.
     ///
     /// # Errors
-    /// A value that no single flag can refuse by itself: a named option, the permission file, the model file,
+    /// A value that no single flag can refuse by itself: a named option, the permission file, the model file, the points,
     /// INTERNAL on a controller without it, a fault, two ways to one serial port.
     pub fn from_args(args: &ServeArgs) -> Result<Settings, ConfigError> {
         let mut controller = Config::new(args.dialect.map_or_else(Default::default, Into::into))
@@ -131,6 +131,9 @@ impl Settings {
         }
         if let Some(model) = &args.model {
             controller.model = model.read()?;
+        }
+        if let Some(path) = &args.points {
+            controller.points = layers::read_points(path, controller.model.language())?;
         }
         controller.key = args.key.map_or_else(Default::default, Into::into);
         controller.control_right = args.control_right.map_or_else(Default::default, Into::into);
@@ -280,14 +283,15 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
     fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
         Some(value?.to_possible_value()?.get_name().to_owned())
     }
-    let permissions = args.permissions.as_ref().map(|path| path.display().to_string());
+    let path = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
     let flags = [
         ("dialect", word(args.dialect)),
         ("model", args.model.as_ref().map(ToString::to_string)),
         ("controller", word(args.controller)),
         ("key", word(args.key)),
         ("control-right", word(args.control_right)),
-        ("permissions", permissions),
+        ("permissions", path(&args.permissions)),
+        ("points", path(&args.points)),
         ("vary", args.vary.map(|seed| seed.to_string())),
         ("fault-seed", args.fault_seed.map(|seed| seed.to_string())),
     ];

@@ -4,7 +4,8 @@
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::options::{
-    BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, UnsolicitedSp, WaitAfterStop, WhileSending,
+    BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, UnknownInput, UnsolicitedSp, WaitAfterStop,
+    WhileSending,
 };
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
@@ -133,6 +134,17 @@ const TABLE: &[(&str, &str, Set)] = &[
     }),
     ("scol.data_copy", "true or false", |o, _, v| {
         put(&mut o.data_copy, v.parse().ok())
+    }),
+    ("scol.din_unknown", "alarm or zero", |o, _, v| {
+        put(
+            &mut o.din_unknown,
+            word(v, &[("alarm", UnknownInput::Alarm), ("zero", UnknownInput::Zero)]),
+        )
+    }),
+    ("scol.equal_within", "a number from 0 up", |o, _, v| {
+        let number = v.parse().ok();
+        let number = number.filter(|number: &f32| number.is_finite() && *number >= 0.0);
+        put(&mut o.equal_within, number.map(Some))
     }),
     ("scol.sticky_work", "true or false", |o, _, v| {
         put(&mut o.sticky_work, v.parse().ok())

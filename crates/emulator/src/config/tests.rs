@@ -245,3 +245,41 @@ fn a_model_of_ones_own_is_seen_from_the_file_that_names_it() {
         "{unknown}"
     );
 }
+
+#[test]
+fn points_are_read_for_the_model_from_every_layer() {
+    let directory = TempDir::new("points");
+    let table = directory.path().join("points.csv");
+    std::fs::write(&table, "P000,123.000,456.000,10.000,0.000,0.000,RIGHTY\n").unwrap();
+    let file = directory.path().join("ts3100.toml");
+    std::fs::write(&file, "points = \"points.csv\"\nmodel = \"tsl3000-thl400\"\n").unwrap();
+    let (by_file, by_variable) = (
+        environment(&[("TS3100_CONFIG", file.to_str().unwrap())]),
+        environment(&[
+            ("TS3100_POINTS", table.to_str().unwrap()),
+            ("TS3100_MODEL", "tsl3000-thl400"),
+        ]),
+    );
+    for environment in [by_file, by_variable] {
+        let (args, _) = read(flags(&[]), &environment).unwrap();
+        let settings = Settings::from_args(&args).unwrap();
+        let points = &settings.controller.points;
+        assert_eq!((points.len(), points[0].name.as_str()), (1, "P000"));
+        assert!(settings.flags.iter().any(|flag| flag.starts_with("points=")));
+    }
+    let words = ["--points", table.to_str().unwrap()];
+    let error = error_of(&words, &[]);
+    assert!(error.contains("points.csv:1:41: expected 10 fields"), "{error}");
+    let error = error_of(
+        &[
+            "--restore",
+            "x.json",
+            words[0],
+            words[1],
+            "--model",
+            "tsl3000-thl400",
+        ],
+        &[],
+    );
+    assert!(error.contains("--points"), "{error}");
+}

@@ -42,7 +42,7 @@ fn record(version: &Version, config: &Config) -> Option<String> {
         return None;
     }
     let source = String::from_utf8_lossy(&version.content);
-    let program = scol_mini::compile(&source, &config.options.language(config.model.language())).program?;
+    let program = config.compile(&source).program?;
     let count = |line: &u32| version.lines.get(line).copied().unwrap_or_default();
     let mut record = String::new();
     let programs = program.program_lines();

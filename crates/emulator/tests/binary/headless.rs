@@ -209,3 +209,40 @@ fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
     }
     assert_eq!(run(&["run", &file]).status.code(), Some(0));
 }
+
+#[test]
+fn points_come_from_a_table_for_check_and_run() {
+    let directory = TempDir::new();
+    let file = directory.file("pick.scol", "PROGRAM PICK\nMOVE T1\nPRINT T1.X, CR\nEND\n");
+    let points = directory.file("points.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,100,20,30,0,LEFTY\n");
+    let scara = ["--model", "tsl3000-thl400"];
+    for verb in ["check", "run"] {
+        let output = run(&[verb, &file, scara[0], scara[1], "--points", &points]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        if verb == "run" {
+            let said = stderr(&output);
+            assert!(said.contains(", configuration LEFTY\n"), "{said}");
+            let found = json(&run(&[
+                "run", &file, scara[0], scara[1], "--points", &points, "--json",
+            ]));
+            assert_eq!(found["configuration"], "LEFTY");
+        }
+        let output = run(&[verb, &file, scara[0], scara[1]]);
+        assert_ne!(output.status.code(), Some(0), "{verb}");
+        let said = stdout(&output) + &stderr(&output);
+        assert!(
+            said.contains("no value for T1: add DATA, or give --points"),
+            "{said}"
+        );
+        let bad = directory.file("bad.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,1oo,20,30,0,LEFTY\n");
+        let output = run(&[verb, &file, scara[0], scara[1], "--points", &bad]);
+        assert_eq!(output.status.code(), Some(2), "{verb}");
+        let said = stderr(&output);
+        assert!(
+            said.contains("bad.csv:2:8: expected a number, found `1oo`"),
+            "{said}"
+        );
+        let output = run(&[verb, &file, "--points", &points]);
+        assert_eq!(output.status.code(), Some(2), "the table is not one of six axes");
+    }
+}

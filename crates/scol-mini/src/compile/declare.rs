@@ -1,7 +1,7 @@
 //! The variables of GLOBAL and DATA with their initial values, and those of `DIM`.
 
+use alloc::collections::BTreeSet;
 use alloc::format;
-use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
@@ -10,6 +10,7 @@ use crate::diagnostic::Problem;
 use crate::machine::constant_value;
 use crate::options::LanguageOptions;
 use crate::parser::{Datum, Declaration, File};
+use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
 use crate::sink::Sink;
 use crate::tree::Name;
@@ -147,29 +148,57 @@ pub(super) fn dim_slot(
     })
 }
 
-/// Makes the names of DATA. Coordinate data comes first, because WORK may name data of a later line.
-pub(super) fn data(file: &File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
-    for wanted in [true, false] {
-        for datum in file
-            .data
+/// Makes the names of DATA, and the taught points that the file does not define. Coordinate data comes first, because
+/// WORK may name data of a later line; then the names of the points in their order, so that a variable keeps its place
+/// when a point is written into the file.
+pub(super) fn data(
+    file: &File,
+    points: &[TaughtPoint],
+    options: &LanguageOptions,
+    symbols: &mut Symbols,
+    sink: &mut Sink,
+) {
+    let (frames, others): (Vec<&Datum>, Vec<&Datum>) =
+        file.data.iter().partition(|datum| datum.kind == Kind::Coordinate);
+    let taught: BTreeSet<&str> = points.iter().map(|point| point.name.as_str()).collect();
+    let (first, last): (Vec<&Datum>, Vec<&Datum>) = others
+        .into_iter()
+        .partition(|datum| taught.contains(datum.name.text.as_str()));
+    for datum in frames {
+        add_datum(datum, options, symbols, sink);
+    }
+    for point in points {
+        let mut own = first
             .iter()
-            .filter(|datum| (datum.kind == Kind::Coordinate) == wanted)
-        {
-            // A position in a frame that does not exist is still a name: what uses it is not wrong.
-            let work = work(datum, symbols).unwrap_or_else(|problem| {
-                sink.error(problem);
-                None
+            .filter(|datum| datum.name.text == point.name)
+            .peekable();
+        if own.peek().is_none() && !symbols.shared.contains_key(&point.name) {
+            symbols.share(Slot {
+                kind: Some(Kind::Position),
+                initial: Vec::from([(0, Value::Position(point.position.clone()))]),
+                ..Slot::plain(&point.name, Owner::Data)
             });
-            let slot = Slot {
-                kind: Some(datum.kind),
-                initial: Vec::from([(0, datum_value(datum, work, options))]),
-                ..Slot::plain(&datum.name.text, Owner::Data)
-            };
-            let added = add(symbols, &datum.name, slot);
-            if let Err(problem) = added {
-                sink.error(problem);
-            }
         }
+        own.for_each(|datum| add_datum(datum, options, symbols, sink));
+    }
+    for datum in last {
+        add_datum(datum, options, symbols, sink);
+    }
+}
+
+fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
+    // A position in a frame that does not exist is still a name: what uses it is not wrong.
+    let work = work(datum, symbols).unwrap_or_else(|problem| {
+        sink.error(problem);
+        None
+    });
+    let slot = Slot {
+        kind: Some(datum.kind),
+        initial: Vec::from([(0, datum_value(datum, work, options))]),
+        ..Slot::plain(&datum.name.text, Owner::Data)
+    };
+    if let Err(problem) = add(symbols, &datum.name, slot) {
+        sink.error(problem);
     }
 }
 
@@ -217,9 +246,6 @@ fn add(symbols: &mut Symbols, name: &Name, slot: Slot) -> Result<(), Problem> {
         let message = format!("{} stands twice in GLOBAL and DATA", name.text);
         return Err(Problem::new("E0205", name.span, message));
     }
-    symbols
-        .shared
-        .insert(String::clone(&name.text), symbols.slots.len());
-    symbols.slots.push(slot);
+    symbols.share(slot);
     Ok(())
 }

@@ -14,7 +14,7 @@ use crate::tree::{Feature, Simple, Statement};
 /// Compiles one statement for direct execution.
 ///
 /// Names resolve in GLOBAL and DATA of `base`, so the [`Memory`](crate::Memory) of `base` fits the result. Control
-/// flow, labels, calls and names `base` does not have are errors.
+/// flow, labels, calls and names `base` does not have are errors; but INPUT makes a variable of its own for such a name.
 ///
 /// # Errors
 /// The diagnostics, at least one of them an error; lines count from 1 within `statement`.
@@ -23,7 +23,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
     let mut symbols = Symbols::clone(&base.symbols);
     match parse(statement, base) {
         Ok(mut parsed) => {
-            names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
+            let created = names::resolve_direct(&mut parsed, &mut symbols, &mut sink);
             kinds::check_statement(&parsed, &symbols, &mut sink);
             if let (Statement::Simple(simple), false) = (parsed, sink.has_errors()) {
                 let step = |operation, head| Step {
@@ -42,6 +42,7 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     ]),
                     code: Code::default(),
                     rcycle: None,
+                    created,
                 }));
             }
         }

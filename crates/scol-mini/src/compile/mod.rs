@@ -20,7 +20,8 @@ use crate::MAX_SOURCE;
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::options::LanguageOptions;
 use crate::parser::parse_file;
-use crate::program::{Entry, Program, Symbols, fingerprint};
+use crate::points::TaughtPoint;
+use crate::program::{Entry, Program, Symbols, fingerprint, hash};
 use crate::sink::Sink;
 use crate::tree::Name;
 
@@ -38,15 +39,27 @@ pub struct Compilation {
 /// Compiles a file of at most [`MAX_SOURCE`] bytes; an error in one line does not hide those in others.
 #[must_use]
 pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
+    compile_with_points(source, options, &[])
+}
+
+/// As [`compile`]; the programs of the file also see these points, as names of its DATA that stand nowhere in it.
+/// GLOBAL and DATA of the file come first.
+#[must_use]
+pub fn compile_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
     let mut sink = Sink::new(source);
-    let program = build(source, options, &mut sink);
+    let program = build(source, options, points, &mut sink);
     let program = program.filter(|_| !sink.has_errors()).map(Arc::new);
     let mut diagnostics = sink.finish();
     crate::suggest::attach(source, options.arm, &mut diagnostics);
     Compilation { program, diagnostics }
 }
 
-fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Program> {
+fn build(
+    source: &str,
+    options: &LanguageOptions,
+    points: &[TaughtPoint],
+    sink: &mut Sink,
+) -> Option<Program> {
     if source.len() > MAX_SOURCE {
         let message = format!(
             "a file has at most {MAX_SOURCE} bytes, this one has {}",
@@ -58,7 +71,7 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     let mut file = parse_file(source, options, sink);
     let mut symbols = Symbols::default();
     declare::globals(&mut file, options, &mut symbols, sink);
-    declare::data(&file, options, &mut symbols, sink);
+    declare::data(&file, points, options, &mut symbols, sink);
     let signatures: Vec<Signature> = file
         .blocks
         .iter()
@@ -88,13 +101,27 @@ fn build(source: &str, options: &LanguageOptions, sink: &mut Sink) -> Option<Pro
     symbols.place();
     let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
-        fingerprint: fingerprint(0, source, options),
+        fingerprint: fingerprint(points_print(points), source, options),
         options: *options,
         symbols: Arc::new(symbols),
         code,
         blocks,
         steps,
         rcycle,
+        created: 0,
+    })
+}
+
+/// A number that tells a table of points from others; 0 for none.
+fn points_print(points: &[TaughtPoint]) -> u64 {
+    points.iter().fold(0, |print, point| {
+        let position = &point.position;
+        let numbers = position.coords.iter().map(|number| number.to_bits());
+        let numbers = numbers.chain([position.config.number().unsigned_abs()]);
+        hash(
+            numbers.fold(print, |print, number| hash(print, &number.to_le_bytes())),
+            point.name.as_bytes(),
+        )
     })
 }
 

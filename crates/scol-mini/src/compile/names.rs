@@ -11,7 +11,7 @@ use crate::diagnostic::Problem;
 use crate::parser::Block;
 use crate::program::{Owner, Slot, Symbols};
 use crate::sink::Sink;
-use crate::tree::{Expression, Node, Reference, Statement, Variable};
+use crate::tree::{Expression, Node, Reference, Simple, Statement, Variable};
 
 /// Resolves every variable of a block. With `data_copy` a name of DATA that the block assigns to is a variable of its
 /// own, with the value of the datum at first.
@@ -64,27 +64,47 @@ pub(super) fn resolve_block(
                 subscript.variables(&mut |inner| scope.resolve(inner, sink));
             }
         });
-        located
-            .statement
-            .expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+        scope.read(&mut located.statement, sink);
     }
 }
 
-/// Resolves a statement that is executed directly: GLOBAL and DATA only.
-pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) {
-    let scope = Scope {
+/// Resolves a statement that is executed directly: GLOBAL and DATA only. A name that neither has and INPUT gives a value
+/// is a variable of the statement (S16); returns how many of them there are.
+pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) -> usize {
+    let mut scope = Scope {
         locals: BTreeMap::new(),
         lost: BTreeSet::new(),
         doubtful: &BTreeSet::new(),
         symbols,
     };
+    if let Statement::Simple(Simple::Input { targets, .. }) = statement {
+        for target in targets.iter().filter(|target| target.subscripts.is_empty()) {
+            let name = &target.name.text;
+            if scope.lookup(name).is_none() {
+                let created = Reference::Parameter(scope.locals.len());
+                scope.locals.insert(name.clone(), created);
+            }
+        }
+    }
     statement.targets(&mut |variable| {
         scope.resolve(variable, sink);
         for subscript in &mut variable.subscripts {
             subscript.variables(&mut |inner| scope.resolve(inner, sink));
         }
     });
-    statement.expressions(&mut |e| e.variables(&mut |variable| scope.resolve(variable, sink)));
+    scope.read(statement, sink);
+    scope.locals.len()
+}
+
+/// Names that can only mean positions: targets of motions, what a coordinate is read of, what a POINT is added to.
+fn positions(statement: &mut Statement) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    let mut take = |variable: &Variable| {
+        names.insert(variable.name.text.clone());
+    };
+    statement.targeted(&mut |target| target.terms(&mut take));
+    statement.expressions(&mut |expression| expression.positions(&mut take));
+    names
 }
 
 /// Plain variables handed to a subprogram, which may give them a value.
@@ -159,6 +179,34 @@ impl Scope<'_> {
         self.locals.get(name).copied().or_else(shared)
     }
 
+    /// Resolves what a statement reads, and looks for what it restores.
+    fn read(&self, statement: &mut Statement, sink: &mut Sink) {
+        statement.restored(&mut |name| {
+            if !self.symbols.shared.contains_key(&name.text) && !self.doubtful.contains(&name.text) {
+                let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
+                let problem = Problem::new("E0201", name.span, message);
+                sink.error(problem.help("RESTORE writes into the file what stands in GLOBAL and DATA"));
+            }
+        });
+        let positions = positions(statement);
+        statement.expressions(&mut |e| {
+            e.variables(&mut |variable| {
+                if self.is_missing(variable) && positions.contains(&variable.name.text) {
+                    sink.error(no_point(variable));
+                } else {
+                    self.resolve(variable, sink);
+                }
+            });
+        });
+    }
+
+    /// Whether nothing gives this plain variable a value.
+    fn is_missing(&self, variable: &Variable) -> bool {
+        let name = &variable.name.text;
+        let known = self.lookup(name).is_some() || self.doubtful.contains(name) || self.lost.contains(name);
+        variable.subscripts.is_empty() && !known
+    }
+
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
@@ -210,4 +258,11 @@ impl Scope<'_> {
         )
         .help("assign it, or declare it in GLOBAL or DATA")
     }
+}
+
+/// A point of which neither the file nor the table of taught points says where it is.
+fn no_point(variable: &Variable) -> Problem {
+    let name = &variable.name;
+    let message = format!("no value for {}: add DATA, or give --points", name.text);
+    Problem::new("E0201", name.span, message)
 }

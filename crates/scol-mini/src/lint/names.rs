@@ -55,7 +55,7 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
         if let Some((name, span)) = row.datum()
             && shared.remove(name).is_some()
         {
-            let message = format!("no program of this file uses {} {name}", row.head());
+            let message = format!("no program of this file uses {} {name}", row.datum_word());
             let problem = Problem::new("W0606", span, message);
             sink.warning(problem.help("remove it from DATA, unless a host uses it by DO or MR"));
         }

@@ -4,7 +4,8 @@
 use alloc::format;
 
 use super::Trouble;
-use crate::options::IntDivision;
+use crate::code::Relation;
+use crate::options::{IntDivision, LanguageOptions};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Unary};
 use crate::value::{Kind, Value};
@@ -106,7 +107,7 @@ pub(super) fn binary(
     operator: Binary,
     left: Number,
     right: Number,
-    division: IntDivision,
+    options: &LanguageOptions,
 ) -> Result<Number, Trouble> {
     let truth_value = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
@@ -117,21 +118,22 @@ pub(super) fn binary(
         }
         _ => {}
     }
+    if let Some(relation) = Relation::of(operator) {
+        return truth_value(match (left, right) {
+            (Number::Integer(left), Number::Integer(right)) => relation.integers(left, right),
+            _ => relation.reals(single(left), single(right), options.equal_within),
+        });
+    }
     match (left, right) {
-        (Number::Integer(left), Number::Integer(right)) => integers(operator, left, right, division),
+        (Number::Integer(left), Number::Integer(right)) => {
+            integers(operator, left, right, options.int_division)
+        }
         _ => reals(operator, single(left), single(right)),
     }
 }
 
 fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Number, Trouble> {
-    let relation = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
-        Binary::Equal => relation(left == right),
-        Binary::NotEqual => relation(left != right),
-        Binary::Less => relation(left < right),
-        Binary::LessEqual => relation(left <= right),
-        Binary::Greater => relation(left > right),
-        Binary::GreaterEqual => relation(left >= right),
         Binary::Add => integer(left.checked_add(right)),
         Binary::Subtract => integer(left.checked_sub(right)),
         Binary::Multiply => integer(left.checked_mul(right)),
@@ -142,19 +144,13 @@ fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> R
             Ok(exponent) => integer(left.checked_pow(exponent)),
             Err(_) => reals(operator, left as f32, right as f32),
         },
-        Binary::Or | Binary::And => relation(false),
+        // Relations and AND, OR have been dealt with before.
+        _ => Ok(Number::Integer(0)),
     }
 }
 
 fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, Trouble> {
-    let relation = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
-        Binary::Equal => relation(left == right),
-        Binary::NotEqual => relation(left != right),
-        Binary::Less => relation(left < right),
-        Binary::LessEqual => relation(left <= right),
-        Binary::Greater => relation(left > right),
-        Binary::GreaterEqual => relation(left >= right),
         Binary::Add => real(left + right),
         Binary::Subtract => real(left - right),
         Binary::Multiply => real(left * right),
@@ -168,6 +164,7 @@ fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, Trouble> {
             }
             real(power)
         }
-        Binary::Or | Binary::And => relation(false),
+        // Relations and AND, OR have been dealt with before.
+        _ => Ok(Number::Integer(0)),
     }
 }

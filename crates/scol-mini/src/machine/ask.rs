@@ -118,6 +118,9 @@ impl Context<'_> {
                 seconds: self.double(seconds)?,
             },
             Simple::Yield => Request::Switch,
+            Simple::Restore(names) => Request::Restore {
+                names: names.iter().map(|name| name.text.clone()).collect(),
+            },
             Simple::Kill(task) => Request::Kill {
                 task: self.integer(task)?,
             },
@@ -206,11 +209,13 @@ impl Context<'_> {
                 Item::Value(value) => data.extend_from_slice(field(self.number(value)?).as_bytes()),
             }
         }
+        let room = MAX_PRINT - usize::from(cr);
+        let cut = data.len().saturating_sub(room);
+        data.truncate(room);
         if cr {
             data.push(b'\r');
         }
-        data.truncate(MAX_PRINT);
-        Ok(Request::Print { channel, data })
+        Ok(Request::Print { channel, data, cut })
     }
 }
 

@@ -51,7 +51,7 @@ impl Context<'_> {
             }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
-                binary(*operator, left, right, self.program.options.int_division).map(as_value)
+                binary(*operator, left, right, &self.program.options).map(as_value)
             }
             Node::Function(builtin, arguments) => self.function(*builtin, arguments),
             Node::System(system) => Ok(self.system(*system)),
@@ -116,7 +116,7 @@ impl Context<'_> {
                 Ok(Value::Coordinate(left))
             }
             (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => binary(operator, a, b, self.program.options.int_division).map(as_value),
+                (Some(a), Some(b)) => binary(operator, a, b, &self.program.options).map(as_value),
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be added or subtracted");
@@ -137,9 +137,7 @@ impl Context<'_> {
                 Ok(Value::Coordinate(compose::trans(&left, &right)))
             }
             (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => {
-                    binary(Binary::Multiply, a, b, self.program.options.int_division).map(as_value)
-                }
+                (Some(a), Some(b)) => binary(Binary::Multiply, a, b, &self.program.options).map(as_value),
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be multiplied");

@@ -9,7 +9,7 @@ use super::arithmetic::{as_value, binary, double, real, truncated};
 use super::evaluate::Context;
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::Builtin;
-use crate::options::{Arm, IntDivision};
+use crate::options::{Arm, LanguageOptions};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Expression};
 use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
@@ -19,8 +19,8 @@ pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 impl Context<'_> {
     pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
         match builtin {
-            Builtin::Din => self.signals(arguments, |line| self.inputs.din(line)),
-            Builtin::Dout => self.signals(arguments, |line| self.inputs.dout(line)),
+            Builtin::Din => self.signals(arguments, |line| self.input(line)),
+            Builtin::Dout => self.signals(arguments, |line| Ok(self.inputs.dout(line))),
             Builtin::Bcdin => self.bcd_in(arguments),
             Builtin::Gain => self.of_axis(arguments, &self.memory.conditions().gain),
             Builtin::Torque => self.of_axis(arguments, &self.memory.conditions().torque),
@@ -30,19 +30,33 @@ impl Context<'_> {
                     .iter()
                     .map(|argument| self.number(argument))
                     .collect::<Result<_, _>>()?;
-                numeric(builtin, &numbers, self.program.options.int_division).map(as_value)
+                numeric(builtin, &numbers, &self.program.options).map(as_value)
             }
         }
     }
 
     /// `DIN(a, -b)`: 1 when all are on, those with a minus sign off.
-    fn signals(&self, arguments: &[Expression], state: impl Fn(u16) -> bool) -> Result<Value, Trouble> {
+    fn signals(
+        &self,
+        arguments: &[Expression],
+        state: impl Fn(u16) -> Result<bool, Trouble>,
+    ) -> Result<Value, Trouble> {
         let mut all = true;
         for argument in arguments {
             let (line, on) = self.signal(argument)?;
-            all &= state(line) == on;
+            all &= state(line)? == on;
         }
         Ok(Value::Integer(i32::from(all)))
+    }
+
+    fn input(&self, line: u16) -> Result<bool, Trouble> {
+        if self.inputs.has_input(line) {
+            return Ok(self.inputs.din(line));
+        }
+        Err(Trouble::new(
+            FaultKind::Range,
+            format!("there is no input {line}"),
+        ))
     }
 
     /// The value of one axis, counted from 1.
@@ -61,9 +75,10 @@ impl Context<'_> {
         let mut value = 0_i32;
         for digit in (0..digits).rev() {
             let line = first + digit * 4;
-            let figure = (0..4).rev().fold(0, |figure, bit| {
-                figure * 2 + i32::from(self.inputs.din(line + bit))
-            });
+            let mut figure = 0;
+            for bit in (0..4).rev() {
+                figure = figure * 2 + i32::from(self.input(line + bit)?);
+            }
             if figure > 9 {
                 let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
                 return Err(Trouble::new(FaultKind::Range, message));
@@ -169,12 +184,12 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trou
 pub(super) fn numeric(
     builtin: Builtin,
     numbers: &[Number],
-    division: IntDivision,
+    options: &LanguageOptions,
 ) -> Result<Number, Trouble> {
     let first = numbers.first().copied().unwrap_or(Number::Integer(0));
     let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
     match (builtin, first) {
-        (Builtin::Mod, _) => binary(Binary::Modulo, first, second, division),
+        (Builtin::Mod, _) => binary(Binary::Modulo, first, second, options),
         (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
         (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
         (Builtin::Int, Number::Integer(value)) => Ok(Number::Integer(value)),

@@ -79,7 +79,7 @@ impl Machine {
         };
         let now = self.counter(program, memory, inputs, variable)?;
         let (limit, step) = open.numbers();
-        let sum = as_value(binary(Binary::Add, now, step, program.options.int_division)?);
+        let sum = as_value(binary(Binary::Add, now, step, &program.options)?);
         let place = self.context(program, memory, inputs).place(variable)?;
         self.write(program, memory, place, sum)?;
         let now = self.counter(program, memory, inputs, variable)?;

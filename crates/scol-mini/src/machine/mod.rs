@@ -190,6 +190,7 @@ impl Machine {
     pub fn direct(program: Arc<Program>) -> Self {
         Self {
             task: 0,
+            arguments: alloc::vec![Argument::Unset; program.created],
             ..Self::main(program)
         }
     }
@@ -454,7 +455,7 @@ pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions)
 }
 
 /// The world of a constant: none.
-struct Nowhere;
+pub(crate) struct Nowhere;
 
 impl Inputs for Nowhere {
     fn din(&self, _: u16) -> bool {

@@ -33,6 +33,8 @@ pub(super) enum Argument {
     Number(Number),
     /// The same, when it is no number.
     Vector(Box<Value>),
+    /// No value yet; the first one fixes the kind.
+    Unset,
 }
 
 impl Context<'_> {
@@ -67,7 +69,9 @@ impl Context<'_> {
             }
             Reference::Parameter(index) => match self.arguments.get(self.base + index) {
                 Some(Argument::Place(place)) => Ok(*place),
-                Some(Argument::Number(_) | Argument::Vector(_)) => Ok(Place::Argument(self.base + index)),
+                Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
+                    Ok(Place::Argument(self.base + index))
+                }
                 None => Err(Trouble::new(
                     FaultKind::Undefined,
                     format!("{name} was not handed over"),
@@ -83,7 +87,7 @@ impl Context<'_> {
             Place::Argument(at) => match self.arguments.get(at)? {
                 Argument::Number(number) => Some(as_value(*number)),
                 Argument::Vector(value) => Some(Value::clone(value)),
-                Argument::Place(_) => None,
+                Argument::Place(_) | Argument::Unset => None,
             },
         }
     }
@@ -137,6 +141,7 @@ impl Machine {
                 Some(held @ Argument::Number(Number::Real(_))) => {
                     *held = Argument::of(convert(value, crate::Kind::Real)?);
                 }
+                Some(held @ Argument::Unset) => *held = Argument::of(value),
                 Some(Argument::Vector(held)) => **held = convert(value, held.kind())?,
                 Some(Argument::Place(_)) | None => {}
             },

@@ -12,7 +12,7 @@ use crate::MAX_CALL_NESTING;
 use crate::builtin::Builtin;
 use crate::cell::{Cell, Held, Pair};
 use crate::code::{Array, Called, Code, Handed, Quick, Register, TEMPORARIES, Target};
-use crate::options::IntDivision;
+use crate::options::LanguageOptions;
 use crate::program::Program;
 use crate::request::Number;
 use crate::tree::Binary;
@@ -84,6 +84,7 @@ impl Registers<'_> {
         Registers {
             cells: self.cells,
             temporaries: self.temporaries,
+            within: self.within,
         }
     }
 }
@@ -112,8 +113,13 @@ fn change(cells: &mut [Cell], temporaries: usize, register: Register, value: Opt
 }
 
 #[inline(never)]
-fn other(operator: Binary, a: Option<Number>, b: Option<Number>, division: IntDivision) -> Option<Number> {
-    binary(operator, a?, b?, division).ok()
+fn other(
+    operator: Binary,
+    a: Option<Number>,
+    b: Option<Number>,
+    options: &LanguageOptions,
+) -> Option<Number> {
+    binary(operator, a?, b?, options).ok()
 }
 
 /// What came of an instruction.
@@ -194,8 +200,8 @@ impl Machine {
                 Pair::Other => Outcome::Left,
             },
             Quick::Binary { operator, to, a, b } => {
-                let division = program.options.int_division;
-                let value = other(operator, registers.number(a), registers.number(b), division);
+                let (a, b) = (registers.number(a), registers.number(b));
+                let value = other(operator, a, b, &program.options);
                 registers.set(to, value).into()
             }
             Quick::Unary { operator, to, a } => {
@@ -205,7 +211,7 @@ impl Machine {
             Quick::Relate { relation, to, a, b } => {
                 let holds = match registers.pair(a, b) {
                     Pair::Integers(a, b) => Some(relation.integers(a, b)),
-                    Pair::Reals(a, b) => Some(relation.reals(a, b)),
+                    Pair::Reals(a, b) => Some(relation.reals(a, b, registers.within)),
                     Pair::Other => None,
                 };
                 holds
@@ -220,7 +226,7 @@ impl Machine {
                 otherwise,
             } => match registers.pair(a, b) {
                 Pair::Integers(a, b) if relation.integers(a, b) => Outcome::To(then),
-                Pair::Reals(a, b) if relation.reals(a, b) => Outcome::To(then),
+                Pair::Reals(a, b) if relation.reals(a, b, registers.within) => Outcome::To(then),
                 Pair::Integers(..) | Pair::Reals(..) => Outcome::To(otherwise),
                 Pair::Other => Outcome::Left,
             },
@@ -287,10 +293,10 @@ impl Machine {
             Argument::Place(Place::Cell { cell, .. }) => cells.get(cell)?.number(),
             Argument::Place(Place::Argument(at)) => match self.argument_at(at)? {
                 Argument::Number(number) => Some(*number),
-                Argument::Place(_) | Argument::Vector(_) => None,
+                Argument::Place(_) | Argument::Vector(_) | Argument::Unset => None,
             },
             Argument::Number(number) => Some(number),
-            Argument::Vector(_) => None,
+            Argument::Vector(_) | Argument::Unset => None,
         }
     }
 
@@ -309,9 +315,13 @@ impl Machine {
             Some(Argument::Place(Place::Cell { cell, .. })) => {
                 Register::try_from(*cell).is_ok_and(|cell| registers.set(cell, value))
             }
-            Some(Argument::Place(Place::Argument(_)) | Argument::Number(_) | Argument::Vector(_)) | None => {
-                false
-            }
+            Some(
+                Argument::Place(Place::Argument(_))
+                | Argument::Number(_)
+                | Argument::Vector(_)
+                | Argument::Unset,
+            )
+            | None => false,
         }
     }
 
@@ -420,7 +430,9 @@ impl Machine {
                 let at = self.absolute(parameter);
                 match self.argument_at(at)? {
                     Argument::Place(place) => Some(Argument::Place(*place)),
-                    Argument::Number(_) | Argument::Vector(_) => Some(Argument::Place(Place::Argument(at))),
+                    Argument::Number(_) | Argument::Vector(_) | Argument::Unset => {
+                        Some(Argument::Place(Place::Argument(at)))
+                    }
                 }
             }
             Handed::Value(register) => cells.get(usize::from(register))?.number().map(Argument::Number),
@@ -458,7 +470,7 @@ fn function(
         }
     }
     let numbers = numbers.get(..of.len()).unwrap_or_default();
-    let result = numeric(builtin, numbers, program.options.int_division).ok();
+    let result = numeric(builtin, numbers, &program.options).ok();
     registers.set(to, result)
 }
 

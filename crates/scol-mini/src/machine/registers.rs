@@ -3,12 +3,43 @@
 
 use crate::cell::Cell;
 use crate::code::{Join, Near, Register, Relation, TEMPORARIES};
+use crate::program::Program;
 
 /// The cells a program works on.
 pub(super) struct Registers<'a> {
     pub cells: &'a mut [Cell],
     /// The first temporary.
     pub temporaries: usize,
+    /// Reals that differ by so much or less are equal.
+    pub within: f32,
+}
+
+impl<'a> Registers<'a> {
+    #[inline(always)]
+    pub fn new(cells: &'a mut [Cell], of: Rules) -> Registers<'a> {
+        let Rules { temporaries, within } = of;
+        Registers {
+            cells,
+            temporaries,
+            within,
+        }
+    }
+}
+
+/// What holds for all cells of a program.
+#[derive(Clone, Copy)]
+pub(super) struct Rules {
+    temporaries: usize,
+    within: f32,
+}
+
+impl Rules {
+    pub fn of(program: &Program) -> Rules {
+        Rules {
+            temporaries: program.symbols.cells,
+            within: program.options.equal_within,
+        }
+    }
 }
 
 impl Registers<'_> {
@@ -78,7 +109,7 @@ impl Registers<'_> {
         if let Some([a, b]) = Cell::integers([a, b]) {
             return Some(relation.integers(a, b));
         }
-        Some(relation.reals(a.single()?, b.single()?))
+        Some(relation.reals(a.single()?, b.single()?, self.within))
     }
 
     /// An element; what is outside the array is nowhere.
@@ -179,7 +210,7 @@ impl Registers<'_> {
         } else {
             let [a, b, old, by] = Cell::reals(cells)?;
             // Reals take longer to compute than it takes to have foreseen it wrongly now and then.
-            if !relation.reals(a, b) {
+            if !relation.reals(a, b, self.within) {
                 return Some(());
             }
             Cell::real(finite(reals(old, by))?)

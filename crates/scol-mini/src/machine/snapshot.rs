@@ -132,6 +132,7 @@ fn check_argument(argument: &Argument, program: &Program, arguments: usize) -> R
     match argument {
         Argument::Place(place) => check_place(*place, program, arguments),
         Argument::Number(number) => snapshot::value(&super::arithmetic::as_value(*number)),
+        Argument::Unset => expect(program.created > 0, "variables that a statement of DO makes"),
         Argument::Vector(value) => {
             expect(!value.kind().is_number(), "a number handed over as a number")?;
             snapshot::value(value)
@@ -182,6 +183,10 @@ fn check_pending(pending: &Pending, program: &Program, arguments: usize) -> Resu
         Request::Task { program: block } => expect(
             *block < program.blocks.len() && targets.len() <= 1,
             "a task of a program of the file",
+        ),
+        Request::Restore { names } => expect(
+            names.iter().all(|name| program.symbols.shared.contains_key(name)),
+            "names of GLOBAL and DATA",
         ),
         Request::BufferReset { .. }
         | Request::Stop

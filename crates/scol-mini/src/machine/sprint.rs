@@ -5,7 +5,7 @@
 use super::Machine;
 use super::circle;
 use super::quick::Outcome;
-use super::registers::{Registers, root};
+use super::registers::{Registers, Rules, root};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
 use crate::code::{Code, Instruction, Near, Quick, Register, Target};
@@ -34,7 +34,7 @@ impl Machine {
             return false;
         };
         let mut at = usize::from(*entry);
-        let (cells, temporaries) = (memory.registers(), program.symbols.cells);
+        let (cells, of) = (memory.registers(), Rules::of(program));
         let instructions = code.instructions.as_slice();
         let mut left = *fuel;
         let mut around = self.around();
@@ -45,7 +45,7 @@ impl Machine {
             let charge = u32::from(*charge);
             if left < charge {
                 let empty;
-                (empty, at, left) = self.crawl(program, Registers { cells, temporaries }, at, left);
+                (empty, at, left) = self.crawl(program, Registers::new(cells, of), at, left);
                 break empty;
             }
             left -= charge;
@@ -54,7 +54,7 @@ impl Machine {
                     break 'block false;
                 };
                 // Anew for each instruction: what lives longer would be kept in memory.
-                let registers = Registers { cells, temporaries };
+                let registers = Registers::new(cells, of);
                 match swift(registers, code, operation, &around) {
                     Some(Stride::On(by)) => {
                         at += by;
@@ -70,7 +70,7 @@ impl Machine {
                     }
                     None => {}
                 }
-                match self.quick(program, operation, &mut Registers { cells, temporaries }) {
+                match self.quick(program, operation, &mut Registers::new(cells, of)) {
                     Outcome::On if operation.ends() => {
                         at += 1;
                         around = self.around();

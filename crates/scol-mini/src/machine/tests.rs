@@ -108,7 +108,8 @@ fn a_request_stays_until_it_is_answered() {
         first,
         Pause::Request(Request::Print {
             channel: Channel::Com1,
-            data: b"A".to_vec()
+            data: b"A".to_vec(),
+            cut: 0,
         })
     );
     assert_eq!(machine.run(&mut memory, &STILL, &mut fuel), first);
@@ -384,6 +385,7 @@ fn a_print_is_one_text() {
         Pause::Request(Request::Print {
             channel,
             data: data.to_vec(),
+            cut: 0,
         })
     };
     let ten = b"INPUT DATA =    -333.333\r";
@@ -404,10 +406,13 @@ fn a_print_is_one_text() {
     assert_eq!(first("PRINT TP,\"BUFFRESET\""), text(Channel::Tp, b"BUFFRESET"));
     assert_eq!(first("PRINT CR"), text(Channel::Tp, b"\r"));
     let long = format!("PRINT \"{}\",1,1,1,1,1,CR", "x".repeat(200));
-    let Pause::Request(Request::Print { data, .. }) = first(&long) else {
-        panic!()
-    };
-    assert_eq!(data.len(), crate::MAX_PRINT);
+    for (line, end, lost) in [(long.clone(), b'\r', 5), (long.replace(",CR", ""), b' ', 4)] {
+        let Pause::Request(Request::Print { data, cut, .. }) = first(&line) else {
+            panic!()
+        };
+        assert_eq!((data.len(), cut), (crate::MAX_PRINT, lost));
+        assert_eq!(data.last(), Some(&end), "a CR is never cut");
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@ use alloc::vec::Vec;
 
 use super::{Cursor, Datum};
 use crate::MAX_DATA_NAME;
+use crate::builtin;
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
 use crate::options::Arm;
@@ -21,7 +22,10 @@ pub(super) enum DataLine {
 impl Cursor<'_> {
     /// A line of DATA.
     pub(super) fn data_line(&mut self) -> Result<DataLine, Problem> {
+        // Tools of the maker leave the word POINT out (scol.md 13.15).
+        let bare = self.peek_at(1) == Some(&Token::Sign(Sign::Assign));
         let kind = match self.peek() {
+            Some(Token::Word(word)) if bare && !builtin::is_reserved(word, self.arm) => Kind::Position,
             Some(Token::Word(word)) => match word.as_str() {
                 "POINT" => Kind::Position,
                 "TRANS" => Kind::Coordinate,
@@ -36,7 +40,9 @@ impl Cursor<'_> {
             },
             _ => return Err(self.expected("POINT, TRANS, PAYLOAD, WORK or END")),
         };
-        self.advance();
+        if matches!(self.peek(), Some(Token::Word(word)) if builtin::is_reserved(word, self.arm)) {
+            self.advance();
+        }
         let name = self.name("a name")?;
         if name.text.len() > MAX_DATA_NAME {
             let message = format!(
@@ -132,9 +138,7 @@ impl Cursor<'_> {
         let number = match self.peek() {
             None => return Ok(Configuration::default()),
             Some(Token::Integer(number)) => Some(*number),
-            Some(Token::Word(word)) => crate::builtin::constant(word, self.arm)
-                .filter(|_| !matches!(word.as_str(), "ON" | "OFF"))
-                .map(i64::from),
+            Some(Token::Word(word)) => builtin::configuration(word, self.arm).map(i64::from),
             Some(_) => None,
         };
         let short = span.end - span.start <= 5 || matches!(self.peek(), Some(Token::Word(_)));

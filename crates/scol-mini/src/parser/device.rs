@@ -3,6 +3,7 @@
 use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
+use alloc::vec::Vec;
 
 use super::Cursor;
 use crate::conditions::AXES;
@@ -45,11 +46,12 @@ impl Cursor<'_> {
                 self.advance();
                 self.task(None)?
             }
+            "RESTORE" => self.restore()?,
             "KILL" => {
                 self.advance();
                 Simple::Kill(self.expression()?)
             }
-            "TIMER" if assigned => Simple::Timer(self.setting()?),
+            "TIMER" if assigned => Simple::Timer(self.setting(None)?),
             "GAIN" if assigned => self.per_axis(PerAxis::Gain)?,
             "TORQUE" if assigned => self.per_axis(PerAxis::Torque)?,
             _ => return Ok(None),
@@ -80,6 +82,21 @@ impl Cursor<'_> {
             return Err(Problem::new("E0206", start.to(self.before()), message));
         }
         Ok(Simple::PerAxis(condition, values))
+    }
+
+    /// `RESTORE`, or with names of GLOBAL and DATA.
+    fn restore(&mut self) -> Result<Simple, Problem> {
+        self.advance();
+        let mut names = Vec::new();
+        if self.peek().is_none() || matches!(self.peek(), Some(Token::Word(word)) if word == "ELSE") {
+            return Ok(Simple::Restore(names));
+        }
+        loop {
+            names.push(self.name("a name of GLOBAL or DATA")?);
+            if !self.sign(Sign::Comma) {
+                return Ok(Simple::Restore(names));
+            }
+        }
     }
 
     fn switch(&mut self, on: bool) -> Result<Simple, Problem> {

@@ -11,7 +11,7 @@ use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token, too_large};
 use crate::options::Arm;
 use crate::tree::{Binary, Expression, Node, Reference, Unary, Variable};
-use crate::value::Value;
+use crate::value::{Value, coordinates};
 
 /// The operator a token is and how tightly it binds.
 fn operator(token: Option<&Token>) -> Option<(Binary, u8)> {
@@ -162,11 +162,134 @@ impl Cursor<'_> {
         Ok(Expression { node, span })
     }
 
-    /// `{mass, x, y, ...}`: load data written in place.
+    /// `{a, b, ...}`: a vector written in place, of the kind that its statement takes.
     fn braces(&mut self, span: Span) -> Result<Expression, Problem> {
         self.advance();
-        let arguments = self.list(Sign::CloseBrace, "}")?;
-        self.function(Builtin::Payload, arguments, span)
+        let arguments = self.arguments(self.vector, Sign::CloseBrace, "}")?;
+        self.function(self.vector, arguments, span)
+    }
+
+    /// An expression in which braces make a vector of this kind.
+    pub(super) fn expression_of(&mut self, vector: Builtin) -> Result<Expression, Problem> {
+        let outer = core::mem::replace(&mut self.vector, vector);
+        let expression = self.expression();
+        self.vector = outer;
+        expression
+    }
+
+    /// The arguments of a function. Those of a vector may be left out, and the configuration of a POINT may be a
+    /// word.
+    fn arguments(
+        &mut self,
+        builtin: Builtin,
+        close: Sign,
+        spelling: &str,
+    ) -> Result<Vec<Expression>, Problem> {
+        self.items(close, spelling, |cursor, before| {
+            if builtin.is_vector() && cursor.left_out(close) {
+                return Ok(Expression {
+                    node: Node::Literal(Value::Integer(0)),
+                    span: cursor.before(),
+                });
+            }
+            let config = builtin == Builtin::Point && before == coordinates(cursor.arm);
+            match cursor.configuration_word().filter(|_| config) {
+                Some(word) => {
+                    cursor.advance();
+                    Ok(word)
+                }
+                None => cursor.expression(),
+            }
+        })
+    }
+
+    /// The next word as a configuration, if it is one and stands alone; the cursor stays before it.
+    fn configuration_word(&self) -> Option<Expression> {
+        let Some(Token::Word(word)) = self.peek() else {
+            return None;
+        };
+        let alone = match self.peek_at(1) {
+            None | Some(Token::Word(_)) => true,
+            Some(Token::Sign(sign)) => matches!(sign, Sign::Comma | Sign::Close | Sign::CloseBrace),
+            Some(_) => false,
+        };
+        let number = builtin::configuration(word, self.arm).filter(|_| alone)?;
+        Some(Expression {
+            node: Node::Literal(Value::Integer(number)),
+            span: self.span(),
+        })
+    }
+
+    /// The value of CONFIG: a number, words, five letters, or the digits one by one between braces.
+    pub(super) fn configuration(&mut self) -> Result<Expression, Problem> {
+        if self.peek() == Some(&Token::Sign(Sign::OpenBrace)) {
+            return self.configuration_list();
+        }
+        match self.configuration_word() {
+            Some(word) => {
+                self.advance();
+                Ok(word)
+            }
+            None => self.expression(),
+        }
+    }
+
+    /// `{LEFTY, ABOVE, NFLIP, SINGLE4, SINGLE6}`: words in any order, or digits in the order shoulder, elbow, wrist,
+    /// axis 4, axis 6 (hosts 8.6). What is left out is undefined.
+    fn configuration_list(&mut self) -> Result<Expression, Problem> {
+        let start = self.span();
+        self.advance();
+        let places: &[i32] = match self.arm {
+            Arm::SixAxis => &[10_000, 1_000, 100, 10, 1],
+            Arm::Scara => &[1],
+        };
+        let mut digits: Vec<(i32, i32)> = Vec::new();
+        self.items(Sign::CloseBrace, "}", |cursor, before| {
+            let span = cursor.span();
+            let place = places.get(before).copied().ok_or_else(|| {
+                let message = format!("a configuration has {} digits, found more", places.len());
+                Problem::new("E0206", span, message)
+            })?;
+            if cursor.left_out(Sign::CloseBrace) {
+                return Ok(());
+            }
+            let (place, digit) = cursor.configuration_digit(place)?;
+            if digits.iter().any(|(known, _)| *known == place) {
+                return Err(Problem::new("E0205", span, "this digit of CONFIG stands twice"));
+            }
+            digits.extend((digit > 0).then_some((place, digit)));
+            cursor.advance();
+            Ok(())
+        })?;
+        let number = digits.iter().map(|(place, digit)| place * digit).sum();
+        Ok(Expression {
+            node: Node::Literal(Value::Integer(number)),
+            span: start.to(self.before()),
+        })
+    }
+
+    /// The next item of a list of digits: its place and its value. A number has the `place` where it stands.
+    fn configuration_digit(&self, place: i32) -> Result<(i32, i32), Problem> {
+        match self.peek() {
+            Some(Token::Integer(0)) => return Ok((place, 0)),
+            Some(Token::Integer(1)) => return Ok((place, 1)),
+            Some(Token::Integer(2)) => return Ok((place, 2)),
+            Some(Token::Word(word)) => {
+                let number = builtin::configuration(word, self.arm);
+                let places = [1, 10, 100, 1_000, 10_000].into_iter();
+                let named = number.and_then(|number| match number {
+                    0 => Some((place, 0)),
+                    _ => places
+                        .map(|place| (place, number / place))
+                        .find(|(place, digit)| digit * place == number && matches!(digit, 1 | 2)),
+                });
+                if let Some(named) = named {
+                    return Ok(named);
+                }
+            }
+            _ => {}
+        }
+        Err(self.expected("a digit 0 to 2 or a word of the configuration"))
     }
 
     fn word_value(&mut self, word: &str, span: Span) -> Result<Expression, Problem> {
@@ -174,7 +297,7 @@ impl Cursor<'_> {
         if let Some(builtin) = Builtin::from_word(word) {
             self.advance();
             self.expect_sign(Sign::Open, "(")?;
-            let arguments = self.list(Sign::Close, ")")?;
+            let arguments = self.arguments(builtin, Sign::Close, ")")?;
             return self.function(builtin, arguments, span);
         }
         let node = if let Some(value) = builtin::constant(word, self.arm) {
@@ -214,6 +337,8 @@ impl Cursor<'_> {
         if arguments.len() < fewest || arguments.len() > most {
             let wanted = if fewest == most {
                 format!("{most}")
+            } else if fewest == 0 {
+                format!("at most {most}")
             } else {
                 format!("{fewest} to {most}")
             };
@@ -233,12 +358,27 @@ impl Cursor<'_> {
 
     /// Expressions separated by commas up to the closing sign; may be empty.
     pub fn list(&mut self, close: Sign, spelling: &str) -> Result<Vec<Expression>, Problem> {
+        self.items(close, spelling, |cursor, _| cursor.expression())
+    }
+
+    /// Whether the next item of a list is left out.
+    fn left_out(&self, close: Sign) -> bool {
+        matches!(self.peek(), Some(Token::Sign(sign)) if *sign == Sign::Comma || *sign == close)
+    }
+
+    /// What `item` reads, told how many came before, separated by commas up to the closing sign; may be empty.
+    fn items<T>(
+        &mut self,
+        close: Sign,
+        spelling: &str,
+        mut item: impl FnMut(&mut Self, usize) -> Result<T, Problem>,
+    ) -> Result<Vec<T>, Problem> {
         let mut list = Vec::new();
         if self.sign(close) {
             return Ok(list);
         }
         loop {
-            list.push(self.expression()?);
+            list.push(item(self, list.len())?);
             if self.sign(close) {
                 return Ok(list);
             }

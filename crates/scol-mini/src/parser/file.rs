@@ -211,6 +211,7 @@ impl Parser<'_> {
                 return Err(Problem::new("E0301", span, "a file has one DATA block"));
             }
             self.after_data = true;
+            self.file.data_heading = Some(span);
         }
         Ok(())
     }

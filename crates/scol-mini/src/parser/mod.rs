@@ -16,7 +16,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use crate::builtin;
+use crate::builtin::{self, Builtin};
 use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
@@ -31,6 +31,8 @@ pub(crate) struct File {
     pub globals: Vec<Declaration>,
     pub blocks: Vec<Block>,
     pub data: Vec<Datum>,
+    /// The line that opens DATA.
+    pub data_heading: Option<Span>,
     /// Words of lines that did not parse: what they would have declared is not known, so nothing is said about them.
     pub doubtful: BTreeSet<String>,
 }
@@ -97,6 +99,8 @@ pub(crate) struct Cursor<'a> {
     /// End of the line, for messages about what is missing.
     end: usize,
     depth: usize,
+    /// What braces make here: load data unless the statement takes another vector.
+    vector: Builtin,
 }
 
 impl<'a> Cursor<'a> {
@@ -109,6 +113,7 @@ impl<'a> Cursor<'a> {
             at: 0,
             end,
             depth: 0,
+            vector: Builtin::Payload,
         }
     }
 

@@ -4,7 +4,7 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use super::Cursor;
-use crate::builtin;
+use crate::builtin::{self, Builtin};
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
 use crate::tree::{Condition, Course, Expression, Simple, Statement};
@@ -14,17 +14,17 @@ impl Cursor<'_> {
         self.advance();
         let course = match word {
             "READY" => Course::Ready,
-            "MOVE" => Course::Ptp(self.expression()?),
-            "MOVES" => Course::Line(self.expression()?),
+            "MOVE" => Course::Ptp(self.position()?),
+            "MOVES" => Course::Line(self.position()?),
             "MOVEC" => {
-                let via = self.expression()?;
+                let via = self.position()?;
                 self.sign(Sign::Comma);
-                Course::Arc(via, self.expression()?)
+                Course::Arc(via, self.position()?)
             }
             "MOVEJ" => {
-                let end = self.expression()?;
+                let end = self.position()?;
                 self.sign(Sign::Comma);
-                Course::Arch(end, self.expression()?)
+                Course::Arch(end, self.position()?)
             }
             _ => {
                 let axis = self.expression()?;
@@ -43,6 +43,10 @@ impl Cursor<'_> {
             Vec::new()
         };
         Ok(Statement::Simple(Simple::Move { course, with }))
+    }
+
+    fn position(&mut self) -> Result<Expression, Problem> {
+        self.expression_of(Builtin::Point)
     }
 
     fn with(&mut self) -> Result<Vec<(Condition, Expression)>, Problem> {
@@ -64,17 +68,21 @@ impl Cursor<'_> {
                     format!("{word} stands twice in one WITH"),
                 ));
             }
-            list.push((condition, self.setting()?));
+            list.push((condition, self.setting(Some(condition))?));
             if !self.sign(Sign::Comma) {
                 return Ok(list);
             }
         }
     }
 
-    /// `NAME = value` with the cursor on the name.
-    pub(super) fn setting(&mut self) -> Result<Expression, Problem> {
+    /// `NAME = value` with the cursor on the name, that of a motion condition if there is one.
+    pub(super) fn setting(&mut self, of: Option<Condition>) -> Result<Expression, Problem> {
         self.advance();
         self.expect_sign(Sign::Assign, "=")?;
-        self.expression()
+        match of {
+            Some(Condition::Config) => self.configuration(),
+            Some(condition) if condition.is_frame() => self.expression_of(Builtin::Trans),
+            _ => self.expression(),
+        }
     }
 }

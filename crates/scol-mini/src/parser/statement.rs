@@ -27,7 +27,7 @@ impl Cursor<'_> {
         if self.peek_at(1) == Some(&Token::Sign(Sign::Assign))
             && let Some(condition) = builtin::condition(word)
         {
-            let value = self.setting()?;
+            let value = self.setting(Some(condition))?;
             return Ok(Statement::Simple(Simple::Set(condition, value)));
         }
         let course = match word.as_str() {

@@ -169,7 +169,9 @@ pub fn play_on(
 
 pub fn describe(request: &Request) -> String {
     match request {
-        Request::Print { channel, data } => format!("PRINT {channel:?} {:?}", String::from_utf8_lossy(data)),
+        Request::Print { channel, data, .. } => {
+            format!("PRINT {channel:?} {:?}", String::from_utf8_lossy(data))
+        }
         Request::BufferReset { channel } => format!("RESET {channel:?}"),
         Request::Input { channel, wanted } => format!("INPUT {channel:?} {wanted}"),
         Request::Delay { seconds } => format!("DELAY {seconds}"),

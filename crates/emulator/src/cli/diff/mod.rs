@@ -78,6 +78,9 @@ struct RobotArgs {
     /// Permission tables, as for serve
     #[arg(long, value_name = "FILE")]
     permissions: Option<PathBuf>,
+    /// Points taught on the controller, as for serve
+    #[arg(long, value_name = "FILE")]
+    points: Option<PathBuf>,
     /// Seed of what the faults draw, as for serve
     #[arg(long, value_name = "N")]
     fault_seed: Option<u64>,
@@ -117,6 +120,7 @@ impl From<RobotArgs> for ServeArgs {
             key: robot.key,
             control_right: robot.control_right,
             permissions: robot.permissions,
+            points: robot.points,
             fault_seed: robot.fault_seed,
             vary: robot.vary,
             drive: robot.drive,

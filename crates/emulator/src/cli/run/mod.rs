@@ -17,7 +17,6 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
-use ts3100_controller::Controller;
 use ts3100_controller::signals::Signals;
 
 /// Largest file of records, in bytes.
@@ -61,6 +60,9 @@ pub(super) struct RunArgs {
     /// Arm, as for serve
     #[arg(long, value_name = "MODEL")]
     model: Option<String>,
+    /// Points taught on the controller, a CSV file, as for serve
+    #[arg(long, value_name = "FILE")]
+    points: Option<PathBuf>,
     /// Overrides one named option, as for serve
     #[arg(long, value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -87,11 +89,11 @@ pub(super) fn run(args: &RunArgs) -> ExitCode {
 fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let words = args.model.iter().map(|model| format!("--model={model}"));
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
-    let served = Served::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
+    let mut served = Served::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
         .map_err(|error| anyhow!("{}", error.to_string().trim_end()))?;
+    served.args.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
-    let language = Controller::new(config.clone(), Vec::new())?.language();
-    let checked = CheckedFile::of(&args.file, &language);
+    let checked = CheckedFile::of(&args.file, &config.language(), &config.points);
     let (source, remarks) = checked.found.with_context(|| checked.name.clone())?;
     let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
     if !errors.is_empty() {

@@ -9,6 +9,8 @@ use std::time::Duration;
 
 /// Longest line held back for its CR, in bytes.
 const MAX_LINE: usize = 65_536;
+/// Coordinates of a position of a SCARA.
+const SCARA_COORDINATES: usize = 5;
 /// Most entries of each list of the JSON document; what is more is counted.
 const MAX_ENTRIES: usize = 100_000;
 
@@ -143,7 +145,7 @@ impl Screen {
         let (_, words) = ending(&report.ending);
         eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
         let names: &[&str] = match report.arm.world.len() {
-            5 => &["X", "Y", "Z", "C", "T"],
+            SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
             _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
         };
         let world: Vec<String> = names
@@ -151,7 +153,11 @@ impl Screen {
             .zip(&report.arm.world)
             .map(|(name, value)| format!("{name} {:.3}", tidy(*value)))
             .collect();
-        eprintln!("position {}, configuration {}", world.join(" "), digits(report));
+        eprintln!(
+            "position {}, configuration {}",
+            world.join(" "),
+            configuration(report)
+        );
         let joints: Vec<String> = report
             .arm
             .joints
@@ -185,7 +191,7 @@ impl Screen {
         put("seconds", seconds(report.duration));
         let rounded = |values: &[f64]| values.iter().map(|v| tidy(*v)).collect::<Vec<f64>>();
         put("position", json!(rounded(&report.arm.world)));
-        put("configuration", json!(digits(report)));
+        put("configuration", json!(configuration(report)));
         put("joints", json!(rounded(&report.arm.joints)));
         put("outputs", json!(report.outputs));
         put("unused", json!(report.unused));
@@ -208,8 +214,15 @@ fn tidy(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-fn digits(report: &Report) -> String {
-    report.arm.configuration.iter().map(u8::to_string).collect()
+/// The configuration as a program writes it: a word on a SCARA, five digits on six axes.
+fn configuration(report: &Report) -> String {
+    let digits = &report.arm.configuration;
+    match (report.arm.world.len(), digits.first()) {
+        (SCARA_COORDINATES, Some(1)) => "LEFTY".to_owned(),
+        (SCARA_COORDINATES, Some(2)) => "RIGHTY".to_owned(),
+        (SCARA_COORDINATES, _) => "FREE".to_owned(),
+        _ => digits.iter().map(u8::to_string).collect(),
+    }
 }
 
 /// A word for programs and a sentence for people.

@@ -37,6 +37,8 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         servo_interval,
         sticky_work,
         data_copy,
+        din_unknown,
+        equal_within,
     } = options;
     let LinkOptions { second, redial } = links;
     vec![
@@ -52,6 +54,8 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("scol.int_division", format!("{int_division:?}")),
         ("dl.command_ends", format!("{command_ends_download:?}")),
         ("scol.data_copy", format!("{data_copy:?}")),
+        ("scol.din_unknown", format!("{din_unknown:?}")),
+        ("scol.equal_within", format!("{equal_within:?}")),
         ("scol.sticky_work", format!("{sticky_work:?}")),
         ("serial.bad_character", format!("{bad_character:?}")),
         ("serial.pacing", format!("{serial_pacing:?}")),
@@ -72,7 +76,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 28] = [
+const OTHERS: [(&str, &str); 30] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
@@ -85,6 +89,8 @@ const OTHERS: [(&str, &str); 28] = [
     ("scol.int_division", "real"),
     ("dl.command_ends", "false"),
     ("scol.data_copy", "true"),
+    ("scol.din_unknown", "zero"),
+    ("scol.equal_within", "0.5"),
     ("scol.sticky_work", "true"),
     ("serial.bad_character", "keep"),
     ("serial.pacing", "false"),
