@@ -2,7 +2,7 @@
 
 use super::Pace;
 use crate::model::Joints;
-use crate::motion::{Limits, NO_LOAD};
+use crate::motion::Limits;
 
 /// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,7 +38,7 @@ impl Asked {
 
     #[cfg(feature = "serde")]
     fn no_load() -> f64 {
-        NO_LOAD
+        crate::motion::NO_LOAD
     }
 
     pub fn limits(self, pace: Pace) -> Limits {
