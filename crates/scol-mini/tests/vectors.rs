@@ -1,11 +1,7 @@
 //! Vector values as hosts and programs write them: configurations by number, word, letters and list; elements that
 //! are left out; elements between braces.
 
-#![expect(
-    clippy::panic,
-    clippy::unwrap_used,
-    reason = "a helper of a test fails the test"
-)]
+#![expect(clippy::panic, reason = "a helper of a test fails the test")]
 
 mod common;
 
