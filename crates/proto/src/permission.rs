@@ -65,9 +65,11 @@ pub struct PermissionTable {
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
-/// Rows that a snapshot of an older version has; those behind them were valid everywhere when they came.
+/// Rows that came later: a table or a snapshot that does not name one has it valid everywhere.
+const LATER_ROWS: [&str; 1] = ["MN"];
+/// Rows that every snapshot has.
 #[cfg(feature = "serde")]
-const FIRST_EXTENSIONS: usize = 15;
+const FIRST_EXTENSIONS: usize = EXTENSION_ROWS.len() - LATER_ROWS.len();
 
 #[cfg(feature = "serde")]
 fn extensions_on_paper<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
@@ -175,6 +177,7 @@ fn fill<const N: usize>(
 }
 
 /// Lines with content, blanks around them and comments removed.
+#[derive(Clone)]
 struct Lines<'a> {
     rest: core::iter::Enumerate<core::str::Lines<'a>>,
     number: usize,
@@ -214,9 +217,13 @@ fn table<const N: usize>(
         Some((number, line)) => return Err(error(number, &head(), line)),
         None => return Err(error(lines.number, &head(), "the end of the file")),
     }
-    let mut rows = [[Permission::Invalid; COLUMNS.len()]; N];
+    let mut rows = [[Permission::Valid; COLUMNS.len()]; N];
     let mut seen = BTreeSet::new();
     while seen.len() < N {
+        let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
+        if ends && names.iter().all(|row| LATER_ROWS.contains(row) || seen.contains(row)) {
+            break;
+        }
         let missing = || {
             names
                 .iter()
@@ -376,6 +383,20 @@ mod tests {
         assert_eq!(
             PermissionTable::parse(&text.replace('\n', "\r\n")),
             Ok(PermissionTable::printed())
+        );
+    }
+
+    #[test]
+    fn a_row_that_came_later_may_be_left_out() {
+        let text = include_str!("../data/permissions.txt");
+        let older: Vec<&str> = text.lines().filter(|line| !line.starts_with("MN ")).collect();
+        assert_eq!(older.len() + 2, text.lines().count());
+        assert_eq!(PermissionTable::parse(&older.join("\n")), Ok(PermissionTable::printed()));
+        let closed = text.replace("MN       O         O         O    O        O", "MN X X X X X");
+        let table = PermissionTable::parse(&closed).unwrap();
+        assert_eq!(
+            table.get(ProtocolPort::Ip0, "MN", MasterMode::ExtEther),
+            Some(Permission::Invalid)
         );
     }
 

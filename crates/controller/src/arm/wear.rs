@@ -72,6 +72,21 @@ impl Arm {
         self.wear.add(&effort, until);
     }
 
+    /// The axes have done so much in every respect.
+    #[cfg(test)]
+    pub(crate) fn age(&mut self, much: f64) {
+        let numbers: Joints = [much; _];
+        let effort = Effort {
+            way: numbers,
+            torque: numbers,
+            square: numbers,
+            peak: numbers,
+            seconds: much,
+        };
+        let until = self.wear.until;
+        self.wear.add(&effort, until);
+    }
+
     fn effort_until(&self, until: Time) -> Effort {
         self.effort_between(self.wear.until, until)
     }
