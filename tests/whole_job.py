@@ -133,7 +133,11 @@ def start(host, robot, choice):
 
 
 def cycle_end(host, what):
-    """The unsolicited SP at the end of a cycle."""
+    """The unsolicited SP at the end of a cycle; a host without STX gets none and asks (hosts.md 8.3)."""
+    if not host.stx:
+        settle(host, what)
+        equal("no SP comes to a host without STX when %s" % what, b"", host.silence(0.25))
+        return
     if host.unsolicited:
         host.unsolicited -= 1
     else:

@@ -3,7 +3,7 @@
 ID,CMD,X,Y,Z,C,SHP, the robot acknowledges with the number and a check sum, the host says go or not, the
 robot reports. Also records that end in CR LF, records with a trailing comma, and values in single records.
 
-The program is downloaded and started without STX and without the advised pause, as the vendor's library does.
+The program is downloaded and started with STX and without the advised pause, as the vendor's library does.
 
     python3 tests/hosts/pick_dialogue.py --serve target/release/ts3100"""
 
@@ -11,7 +11,7 @@ import os
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
-from wire import ETX, EOF, Failed, Line, equal, options, run, true  # noqa: E402
+from wire import ETX, STX, EOF, Failed, Line, equal, options, run, true  # noqa: E402
 
 PROGRAM = b"""PROGRAM PICK
 REMARK Serves picks until a command of 0 comes.
@@ -89,9 +89,9 @@ def cksum(number, command, x, y, z, c, shape):
 
 
 def library(line, command, answer=b"OK\r" + ETX):
-    """A command in the form of the vendor's library."""
-    line.raw(command)
-    found = line.until(ETX)
+    """A command in the form of the vendor's library, with STX."""
+    line.raw(STX + command)
+    found = line.until(ETX)[len(STX):]
     if found != answer:
         raise Failed("%r is answered\n     expected %r\n     found    %r" % (command[:40], answer, found))
 
@@ -142,10 +142,10 @@ def job(ip0, ip1):
     equal("the robot asks", "REQ", vision.word())
     vision.line.raw(b"0,0,0,0,0,0,0\r")
     equal("command 0 ends the program", "BYE", vision.word())
-    equal("which SP tells on IP0", b"SP\r" + ETX, line.until(ETX))
-    line.raw(b"SU\r" + ETX)
+    equal("which SP tells on IP0", STX + b"SP\r" + ETX, line.until(ETX))
+    line.raw(STX + b"SU\r" + ETX)
     true("SU says stop(reset)", line.until(ETX).endswith(b"STATUS:stop(reset)" + EOF + ETX))
-    line.raw(b"OK\r" + ETX)
+    line.raw(STX + b"OK\r" + ETX)
     line.close()
     vision.line.close()
 

@@ -221,7 +221,11 @@ fn table<const N: usize>(
     let mut seen = BTreeSet::new();
     while seen.len() < N {
         let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
-        if ends && names.iter().all(|row| LATER_ROWS.contains(row) || seen.contains(row)) {
+        if ends
+            && names
+                .iter()
+                .all(|row| LATER_ROWS.contains(row) || seen.contains(row))
+        {
             break;
         }
         let missing = || {
@@ -391,7 +395,10 @@ mod tests {
         let text = include_str!("../data/permissions.txt");
         let older: Vec<&str> = text.lines().filter(|line| !line.starts_with("MN ")).collect();
         assert_eq!(older.len() + 2, text.lines().count());
-        assert_eq!(PermissionTable::parse(&older.join("\n")), Ok(PermissionTable::printed()));
+        assert_eq!(
+            PermissionTable::parse(&older.join("\n")),
+            Ok(PermissionTable::printed())
+        );
         let closed = text.replace("MN       O         O         O    O        O", "MN X X X X X");
         let table = PermissionTable::parse(&closed).unwrap();
         assert_eq!(
