@@ -411,7 +411,8 @@ fn a_move_that_cannot_be_made_leaves_dc_and_ds_alone() {
 
 #[test]
 fn a_move_that_is_cut_short_changes_dc() {
-    let ways: [(&str, fn(&mut Robot)); 6] = [
+    type Cut = fn(&mut Robot);
+    let ways: [(&str, Cut); 6] = [
         ("emergency stop", |robot| robot.panel(Panel::EmergencyStop(true))),
         ("safety switch", |robot| robot.panel(Panel::SafetySwitch(true))),
         ("servo off", |robot| robot.panel(Panel::Servo(false))),

@@ -140,20 +140,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
             );
         }
         for number in 1..=LAST_WORDS {
-            let first = 301 + 16 * (number - 1);
-            let (key, name, kind) = match layout {
-                SfLayout::Six => (
-                    format!("{direction}.further.{number}"),
-                    format!("{direction} {prefix}{first}-{}", first + 15),
-                    SfKind::Lines(prefix, first),
-                ),
-                SfLayout::Eight => (
-                    format!("{direction}.reserved.{number}"),
-                    format!("reserved {direction} word {number}"),
-                    SfKind::Reserved,
-                ),
-            };
-            table.add(key, name, 2, kind);
+            table.add_last_word(layout, direction, prefix, number);
         }
     }
     for group in ["joint", "world", "work"] {
@@ -192,6 +179,24 @@ struct Table(Vec<SfField>);
 impl Table {
     fn end(&self) -> usize {
         self.0.last().map_or(0, |field| field.offset + field.size)
+    }
+
+    /// One of the words behind those that both editions name.
+    fn add_last_word(&mut self, layout: SfLayout, direction: &str, prefix: &'static str, number: u16) {
+        let first = 301 + 16 * (number - 1);
+        let (key, name, kind) = match layout {
+            SfLayout::Six => (
+                format!("{direction}.further.{number}"),
+                format!("{direction} {prefix}{first}-{}", first + 15),
+                SfKind::Lines(prefix, first),
+            ),
+            SfLayout::Eight => (
+                format!("{direction}.reserved.{number}"),
+                format!("reserved {direction} word {number}"),
+                SfKind::Reserved,
+            ),
+        };
+        self.add(key, name, 2, kind);
     }
 
     fn add(&mut self, key: String, name: String, size: usize, kind: SfKind) {
