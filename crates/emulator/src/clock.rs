@@ -12,6 +12,8 @@ use ts3100_proto::calendar::CalendarTime;
 /// an answer that is already on the loopback to be read first. From then on it jumps from deadline to
 /// deadline until something comes or goes again.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
+/// Longest wall-clock time for which what is due is worked off before hosts, requests and signals get their turn.
+pub const SLICE: Duration = Duration::from_millis(5);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
 
@@ -88,6 +90,8 @@ pub struct Clock {
     stirred: Instant,
     /// Nobody is there for whom the wall counts.
     alone: bool,
+    /// How much less has passed than the mode asks for, because the machine could not keep up.
+    behind: Duration,
 }
 
 impl Clock {
@@ -101,6 +105,7 @@ impl Clock {
             base: Time::ZERO,
             stirred: wall,
             alone: true,
+            behind: Duration::ZERO,
         }
     }
 
@@ -128,6 +133,22 @@ impl Clock {
         self.origin = wall;
         self.stirred = wall;
         self.mode = mode;
+    }
+
+    /// What was due could be done up to `reached` only: virtual time goes on from there. Returns whether this is the
+    /// first time since the clock was started.
+    pub fn fall_behind(&mut self, reached: Time) -> bool {
+        let first = self.behind.is_zero();
+        let wall = Instant::now();
+        self.behind += self.at(wall).since(reached);
+        (self.base, self.origin) = (reached, wall);
+        first && !self.behind.is_zero()
+    }
+
+    /// How much less virtual time has passed since the clock was started than its mode asked for.
+    #[must_use]
+    pub fn behind(&self) -> Duration {
+        self.behind
     }
 
     /// Shows [`Time::ZERO`] again.
@@ -274,6 +295,17 @@ mod tests {
             Wake::After(Duration::ZERO)
         );
         assert_eq!(clock.wake_at(later, None, true), Wake::Never);
+    }
+
+    #[test]
+    fn a_clock_that_falls_behind_goes_on_from_where_it_got_to() {
+        let mut clock = Clock::start(TimeMode::Scaled(1_000.0));
+        clock.origin = clock.origin.checked_sub(SECOND).unwrap();
+        assert!(clock.now() >= Time::from_millis(1_000_000));
+        assert!(clock.fall_behind(Time::from_millis(7)));
+        assert!(clock.now() >= Time::from_millis(7) && clock.now() < Time::from_millis(900_000));
+        assert!(clock.behind() >= Duration::from_secs(999));
+        assert!(!clock.fall_behind(Time::from_millis(8)), "said once");
     }
 
     #[test]

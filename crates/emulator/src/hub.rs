@@ -1,7 +1,7 @@
 //! The one owner of the controller and its one loop: a link message, a panel action, a deadline or the end.
 //! One input, all its outputs, the next input. Nothing here knows what bytes or states mean.
 
-use crate::clock::{Clock, Wake};
+use crate::clock::{Clock, SLICE, Wake};
 use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
@@ -21,8 +21,9 @@ use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::pin::pin;
 use std::sync::Arc;
+use std::time::Instant;
 use tokio::sync::mpsc;
-use tracing::{error, info};
+use tracing::{error, info, warn};
 use ts3100_controller::Controller;
 use ts3100_controller::deed::Refusal;
 use ts3100_controller::faults::Fault;
@@ -341,7 +342,7 @@ impl Hub {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
-            self.catch_up(now, by, &mut inputs).await;
+            let now = self.catch_up(now, by, &mut inputs).await;
             self.step(now, input, by, &mut inputs).await;
             // What follows from the first input is the controller's own doing.
             by = Party::Robot;
@@ -369,8 +370,10 @@ impl Hub {
         self.controller.poll_deadline().into_iter().chain(play).min()
     }
 
-    /// However late the wall is: what was due before is done, and recorded with the time at which it was due.
-    async fn catch_up(&mut self, now: Time, by: Party, inputs: &mut VecDeque<Input>) {
+    /// However late the wall is: what was due before is done, and recorded with the time at which it was due. What takes
+    /// longer than [`SLICE`] is left: virtual time lags, and whoever waits gets a turn. Returns the moment it is now.
+    async fn catch_up(&mut self, now: Time, by: Party, inputs: &mut VecDeque<Input>) -> Time {
+        let begun = Instant::now();
         loop {
             let due = self.controller.poll_deadline().filter(|due| *due < now);
             let play = self.play.as_ref();
@@ -378,9 +381,19 @@ impl Hub {
             let (at, input) = match (action, due) {
                 (Some((at, input)), _) => (at, input),
                 (None, Some(due)) => (due, Input::Tick),
-                (None, None) => return,
+                (None, None) => return now,
             };
             self.step(at.max(self.controller.now()), input, by, inputs).await;
+            if begun.elapsed() > SLICE {
+                let reached = self.controller.now();
+                if self.clock.fall_behind(reached) {
+                    let mode = self.clock.mode();
+                    warn!(
+                        "this machine cannot keep up with --time {mode}: virtual time lags (`behind` of /clock)"
+                    );
+                }
+                return reached;
+            }
         }
     }
 

@@ -2,6 +2,8 @@
 //! JSON object. `<` came in from the host, `>` went out to it. What is worth an event is the
 //! controller's decision.
 
+mod writer;
+
 use crate::config::args::LogFormat;
 use crate::store::StoreError;
 use std::collections::BTreeSet;
@@ -40,7 +42,7 @@ pub fn start_quiet(verbose: u8, format: LogFormat) {
 fn start_at(level: LevelFilter, format: LogFormat) {
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
-        .with_writer(std::io::stderr)
+        .with_writer(writer::Lines::start(format))
         .with_target(false)
         .with_ansi(false);
     // Fails when the process has a logger already, which is then the one to use.
@@ -56,6 +58,8 @@ fn start_at(level: LevelFilter, format: LogFormat) {
         }
     };
 }
+
+pub(crate) use writer::{finish, say};
 
 /// Bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
 #[derive(Debug, Clone, Copy)]

@@ -72,7 +72,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
             (code, format!("cannot run {}: {error}", command.to_string_lossy()))
         }
     };
-    eprintln!("ts3100: {words}");
+    log::say(&words);
     unstarted::write(junit.as_deref(), &words);
     ExitCode::from(code)
 }
@@ -92,7 +92,9 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
     let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
     if let Some(Seed::Drawn(seed)) = args.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
-        eprintln!("ts3100: legal variation by seed {seed}; --vary {seed} repeats it");
+        log::say(&format!(
+            "legal variation by seed {seed}; --vary {seed} repeats it"
+        ));
     }
     prepare(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;

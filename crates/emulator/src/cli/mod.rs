@@ -16,6 +16,7 @@ mod tap;
 mod unstarted;
 
 use crate::config::ServeArgs;
+use crate::log;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use clap_complete::Shell;
 use std::io::Write as _;
@@ -53,7 +54,13 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
-    match cli.command {
+    let code = run(cli.command);
+    log::finish();
+    code
+}
+
+fn run(command: Command) -> ExitCode {
+    match command {
         Command::Serve(args) => serve::run(*args),
         Command::Exec(args) => exec::run(*args),
         Command::Host(args) => host::run(&args),

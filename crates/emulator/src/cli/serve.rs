@@ -29,7 +29,7 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
             let words = format!("{error:#}");
-            eprintln!("ts3100: {words}");
+            log::say(&words);
             unstarted::write(junit.as_deref(), &words);
             ExitCode::from(COULD_NOT_START)
         }
@@ -185,10 +185,13 @@ pub(super) fn stop_signal() -> std::io::Result<impl Future<Output = ()>> {
     use tokio::signal::unix::{SignalKind, signal};
     let mut interrupt = signal(SignalKind::interrupt())?;
     let mut terminate = signal(SignalKind::terminate())?;
+    // Its terminal is gone: reports and snapshots are written as at any other end.
+    let mut hang_up = signal(SignalKind::hangup())?;
     Ok(async move {
         tokio::select! {
             _ = interrupt.recv() => {}
             _ = terminate.recv() => {}
+            _ = hang_up.recv() => {}
         }
     })
 }

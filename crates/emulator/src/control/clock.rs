@@ -36,6 +36,8 @@ pub struct ClockDoc {
     now: f64,
     /// Date and time as the error history writes them.
     calendar: String,
+    /// How many seconds less have passed than the mode asks for, because the machine could not keep up.
+    behind: f64,
     /// Virtual time of the next thing that will happen by itself; absent when nothing will.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<f64>,
@@ -265,6 +267,7 @@ pub fn add(table: Table) -> Table {
 async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem> {
     let look = |sight: &Sight<'_>| ClockDoc {
         mode: sight.clock.mode().to_string(),
+        behind: sight.clock.behind().as_secs_f64(),
         now: seconds(sight.controller.now()),
         calendar: super::alarms::moment(sight.controller.calendar_now()),
         next: sight.controller.poll_deadline().map(seconds),

@@ -27,6 +27,7 @@ use std::time::Duration;
 use tokio::io::{Interest, Ready};
 use tokio::net::unix::pipe;
 use tokio::sync::Semaphore;
+use tokio::task::coop::consume_budget;
 use tokio::time::{MissedTickBehavior, interval};
 use tracing::{debug, warn};
 use ts3100_controller::{HostSettings, Port};
@@ -114,10 +115,19 @@ impl Pty {
 
     /// Whether a host has it open, or has left bytes in it.
     fn is_open(&self) -> bool {
+        self.polled()
+            .is_some_and(|found| !found.contains(PollFlags::HUP) || found.contains(PollFlags::IN))
+    }
+
+    /// Whether a host has it open now.
+    fn has_host(&self) -> bool {
+        self.polled().is_some_and(|found| !found.contains(PollFlags::HUP))
+    }
+
+    fn polled(&self) -> Option<PollFlags> {
         let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
-        let looked = poll(&mut fds, Some(&Timespec::default()));
-        let found = fds.first().map_or(PollFlags::empty(), PollFd::revents);
-        looked.is_ok() && (!found.contains(PollFlags::HUP) || found.contains(PollFlags::IN))
+        poll(&mut fds, Some(&Timespec::default())).ok()?;
+        fds.first().map(PollFd::revents)
     }
 
     fn settings(&self) -> HostSettings {
@@ -238,6 +248,8 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
         return Ok(());
     };
     loop {
+        // Whatever the system says of readiness, the other tasks get their turn.
+        consume_budget().await;
         let settings = pty.settings();
         if told != Some(settings) {
             told = Some(settings);
@@ -252,9 +264,21 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
                     told = None;
                 }
             },
-            ready = writing.writable(), if !outgoing.is_empty() => {
-                match ready.and_then(|()| writing.try_write(outgoing.next())) {
+            ready = writing.ready(Interest::WRITABLE), if !outgoing.is_empty() => {
+                let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
+                match ready.and_then(|_| writing.try_write(outgoing.next())) {
                     Ok(count) => outgoing.written(port, count),
+                    // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                        if pty.has_host() {
+                            let Some(ends) = registered(port, &pty.master) else {
+                                return Ok(());
+                            };
+                            (reading, writing) = ends;
+                        } else {
+                            outgoing.clear();
+                        }
+                    }
                     Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                     Err(error) => {
                         debug!(port = port.name(), "{port}: writing ended: {error}");

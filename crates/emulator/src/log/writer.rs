@@ -1,0 +1,131 @@
+//! The way of log lines to stderr: through a bounded queue and a thread of its own, so that a pipe that nobody reads, a
+//! full disk or a closed terminal neither stops nor ends the emulator. Lines for which there is no room are dropped,
+//! counted, and told of as soon as there is room again. What a line says is `log`'s.
+
+use crate::config::args::LogFormat;
+use std::io::{self, Write};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::time::{Duration, Instant};
+use tracing_subscriber::fmt::MakeWriter;
+
+/// Lines that may wait to be written.
+const QUEUE: usize = 4_096;
+/// Longest wait at the end for lines that are not written yet, and the pause between two looks for room.
+const FAREWELL: Duration = Duration::from_millis(250);
+const LOOK: Duration = Duration::from_millis(1);
+
+/// The one queue of the process.
+static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
+/// Lines lost since that was last told.
+static DROPPED: AtomicU64 = AtomicU64::new(0);
+
+enum Entry {
+    Line(Vec<u8>),
+    /// Everything before it is written: tell so.
+    Mark(SyncSender<()>),
+}
+
+/// Where log lines are written to; never waits, never fails.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lines;
+
+impl Lines {
+    /// Starts the thread that writes; the second and later calls change nothing.
+    pub(super) fn start(format: LogFormat) -> Lines {
+        QUEUED.get_or_init(|| {
+            let (sender, receiver) = sync_channel(QUEUE);
+            let named = std::thread::Builder::new().name("ts3100-log".to_owned());
+            // Without a thread the receiver is gone, and all lines count as dropped.
+            let _ = named.spawn(move || write_all(&receiver, format));
+            sender
+        });
+        Lines
+    }
+}
+
+impl<'a> MakeWriter<'a> for Lines {
+    type Writer = Lines;
+
+    fn make_writer(&'a self) -> Lines {
+        Lines
+    }
+}
+
+impl Write for Lines {
+    /// Takes a whole line: the subscriber hands over one at a time.
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        put(line.to_vec());
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn put(line: Vec<u8>) {
+    let queue = QUEUED.get();
+    if !queue.is_some_and(|queue| queue.try_send(Entry::Line(line)).is_ok()) {
+        DROPPED.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
+    let mut stderr = io::stderr();
+    for entry in entries {
+        let line = match entry {
+            Entry::Line(line) => line,
+            Entry::Mark(done) => {
+                // Fails only when nobody waits for it any more.
+                let _ = done.send(());
+                continue;
+            }
+        };
+        let dropped = DROPPED.swap(0, Ordering::Relaxed);
+        let told = dropped == 0 || stderr.write_all(words(dropped, format).as_bytes()).is_ok();
+        let lost = u64::from(stderr.write_all(&line).is_err()) + if told { 0 } else { dropped };
+        DROPPED.fetch_add(lost, Ordering::Relaxed);
+    }
+}
+
+fn words(dropped: u64, format: LogFormat) -> String {
+    match format {
+        LogFormat::Text => format!("WARN lines dropped: {dropped}\n"),
+        LogFormat::Json => {
+            format!("{{\"level\":\"WARN\",\"message\":\"lines dropped: {dropped}\",\"dropped\":{dropped}}}\n")
+        }
+    }
+}
+
+/// Waits until the lines so far are written, or for a moment at most.
+pub(crate) fn finish() {
+    let Some(queue) = QUEUED.get() else { return };
+    let until = Instant::now() + FAREWELL;
+    let (done, written) = sync_channel(1);
+    let mut mark = Entry::Mark(done);
+    loop {
+        match queue.try_send(mark) {
+            Ok(()) => break,
+            Err(TrySendError::Full(back)) if Instant::now() < until => {
+                mark = back;
+                std::thread::sleep(LOOK);
+            }
+            Err(_) => return,
+        }
+    }
+    // Fails when they could not be written in time.
+    let _ = written.recv_timeout(until.saturating_duration_since(Instant::now()));
+}
+
+/// A line of the program itself, after the log lines before it. A stderr that takes nothing is not an error.
+pub(crate) fn say(line: &str) {
+    let line = format!("ts3100: {line}\n").into_bytes();
+    if QUEUED.get().is_some() {
+        put(line);
+        finish();
+    } else {
+        let _ = io::stderr().write_all(&line);
+    }
+}

@@ -1,0 +1,157 @@
+#!/usr/bin/env python3
+"""What must not hang the emulator: terminal hosts that flood and leave, a clock faster than the machine, a log
+that nobody reads, a terminal that hangs up. After each attack IP0 answers and SIGTERM ends serve.
+
+    python3 tests/attacks.py --serve target/release/ts3100 [--rounds 100]"""
+
+import argparse
+import json
+import os
+import shutil
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from wire import Emulator, Failed, Host, ok, true  # noqa: E402
+
+# The longest a single answer may take on a busy machine; the usual one is held to USUAL.
+ANSWER, USUAL = 2.0, 0.05
+# More lines than wait to be written and than a pipe holds.
+TEXTS = 5000
+FACTORS = ("x10", "x1000", "x100000")
+# Statements without a pause, and PRINT, which is heard by nobody.
+LOOP = b"PROGRAM LOOP\nA = 0\nAGAIN:\nA = A + 1\nPRINT TP, A, CR\nGOTO AGAIN\nEND\n"
+
+
+def asked(emulator):
+    """How long SU takes on a fresh connection."""
+    begun = time.monotonic()
+    host = Host(emulator.address("ip0"), True)
+    host.raw(b"\x02SU\r\x03")
+    data = host.receive(ANSWER)
+    if not data.startswith(b"FL,MODE:"):
+        raise Failed("SU is answered\n     found    %r" % data[:40])
+    host.raw(b"\x02OK\r\x03")
+    host.close()
+    return time.monotonic() - begun
+
+
+def floods(binary, rounds):
+    """Random bytes into HOST's terminal, never read, and away."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    emulator = Emulator(binary, "--serial-dir", os.path.join(folder, "s"), "--set", "serial.pacing=false")
+    try:
+        for number in range(rounds):
+            terminal = os.open(os.path.join(folder, "s", "host"), os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            until = time.monotonic() + 0.1
+            while time.monotonic() < until:
+                try:
+                    os.write(terminal, os.urandom(512))
+                except BlockingIOError:
+                    time.sleep(0.001)
+            os.close(terminal)
+            try:
+                asked(emulator)
+            except Failed as error:
+                raise Failed("round %d: %s" % (number + 1, error)) from error
+        ok("%d terminal hosts that flood and leave" % rounds)
+        emulator.stop()
+    finally:
+        emulator.kill()
+        shutil.rmtree(folder)
+
+
+def hurry(binary, factor):
+    """A program that never pauses, at a factor that no machine keeps up with."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    program = os.path.join(folder, "loop.scol")
+    with open(program, "wb") as file:
+        file.write(LOOP)
+    emulator = Emulator(binary, "--time", factor, "--servo-on", "--load", program, "--select", "LOOP")
+    try:
+        host = Host(emulator.address("ip0"), True)
+        host.command(b"RN")
+        host.close()
+        took = []
+        for _ in range(40):
+            took.append(asked(emulator))
+            time.sleep(0.02)
+        true("%s: SU is answered in %.0f ms" % (factor, 1e3 * statistics.median(took)),
+             statistics.median(took) < USUAL, took)
+        begun = time.monotonic()
+        emulator.stop()
+        true("%s: SIGTERM ends it" % factor, time.monotonic() - begun < ANSWER)
+    finally:
+        emulator.kill()
+        shutil.rmtree(folder)
+
+
+def unread_log(binary):
+    """A log that nobody reads, and one whose reader has gone: what is not taken is dropped and counted."""
+    for closed in (False, True):
+        what = "a closed log" if closed else "a log that nobody reads"
+        process = subprocess.Popen([binary, "serve", "--ports", "auto", "--ready-json", "-vv"], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE)
+        try:
+            address = ("127.0.0.1", json.loads(process.stdout.readline())["ports"]["ip0"])
+            if closed:
+                process.stderr.close()
+            host = Host(address, True)
+            for _ in range(TEXTS):
+                host.raw(b"\x02XX\r\x03")
+                if host.receive(ANSWER) != b"NG\r":
+                    raise Failed("%s: every text is answered" % what)
+            ok("%s: %d texts are answered" % (what, TEXTS))
+            host.close()
+            if not closed:
+                # Its reader comes back.
+                log = []
+                reader = threading.Thread(target=lambda: log.append(process.stderr.read()))
+                reader.start()
+                time.sleep(0.2)
+                process.terminate()
+                reader.join(5)
+                true("%s: it says how many lines are missing" % what, b"lines dropped: " in log[0], log[0][-200:])
+            else:
+                process.terminate()
+            true("%s: SIGTERM ends it with exit code 0" % what, process.wait(5) == 0)
+        finally:
+            process.kill()
+            process.wait()
+
+
+def hang_up(binary):
+    """SIGHUP is an end like any other."""
+    emulator = Emulator(binary)
+    try:
+        emulator.process.send_signal(signal.SIGHUP)
+        true("SIGHUP ends serve with exit code 0", emulator.process.wait(5) == 0)
+    finally:
+        emulator.kill()
+
+
+def main():
+    parser = argparse.ArgumentParser(description="What must not hang the emulator.")
+    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
+    arguments = parser.parse_args()
+    binary = os.path.abspath(arguments.serve)
+    try:
+        floods(binary, arguments.rounds)
+        for factor in FACTORS:
+            hurry(binary, factor)
+        unread_log(binary)
+        hang_up(binary)
+    except (Failed, OSError) as error:
+        print("FAIL %s" % error, flush=True)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
