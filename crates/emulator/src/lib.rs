@@ -11,6 +11,7 @@ pub mod diff;
 pub mod embed;
 pub mod evidence;
 pub mod faults;
+mod files;
 pub mod headless;
 pub mod hub;
 pub mod line;

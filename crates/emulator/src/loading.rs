@@ -2,6 +2,7 @@
 //! or the example program. Files of a PC become files of the drive here: their name and their line ends.
 
 use crate::config::Settings;
+use crate::files;
 use crate::hub::StartError;
 use crate::snapshot;
 use crate::store::{Store, StoreError, StoredFiles};
@@ -174,17 +175,8 @@ pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
-    let read = || -> io::Result<Vec<u8>> {
-        // Line ends may shrink, but a file this much too large is a mistake.
-        if std::fs::metadata(path)?.len() > 2 * limits::MAX_FILE as u64 {
-            return Err(io::Error::other(format!(
-                "larger than the {} bytes of a file of the drive",
-                limits::MAX_FILE
-            )));
-        }
-        std::fs::read(path)
-    };
-    read().map_err(|reason| LoadError::Read {
+    // Line ends may shrink, but a file this much too large is a mistake.
+    files::read(path, 2 * limits::MAX_FILE as u64).map_err(|reason| LoadError::Read {
         path: path.to_path_buf(),
         reason,
     })

@@ -5,6 +5,7 @@ use super::ServeArgs;
 use super::model::ModelChoice;
 use super::options::OptionError;
 use crate::control::ControlError;
+use crate::files;
 use clap::{Args, FromArgMatches};
 use std::collections::BTreeMap;
 use std::ffi::{OsStr, OsString};
@@ -356,13 +357,7 @@ pub fn read_points(path: &Path, arm: scol_mini::Arm) -> Result<Vec<scol_mini::Ta
 
 /// A small text file.
 pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
-    let read = || -> io::Result<String> {
-        if std::fs::metadata(path)?.len() > MAX_FILE {
-            return Err(io::Error::other(format!("larger than {MAX_FILE} bytes")));
-        }
-        std::fs::read_to_string(path)
-    };
-    read().map_err(|reason| ConfigError::File {
+    files::read_text(path, MAX_FILE).map_err(|reason| ConfigError::File {
         path: path.to_path_buf(),
         reason,
     })

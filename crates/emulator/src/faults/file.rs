@@ -1,5 +1,6 @@
 //! Files of faults: TOML, a table `[[fault]]` each, with the keys of a specification.
 
+use crate::files;
 use std::io;
 use std::path::{Path, PathBuf};
 use toml::Spanned;
@@ -57,13 +58,7 @@ pub enum FaultFileError {
 /// # Errors
 /// See [`FaultFileError`].
 pub fn read(path: &Path) -> Result<Vec<Fault>, FaultFileError> {
-    let text = || -> io::Result<String> {
-        if std::fs::metadata(path)?.len() > MAX_FILE {
-            return Err(io::Error::other(format!("larger than {MAX_FILE} bytes")));
-        }
-        std::fs::read_to_string(path)
-    };
-    let text = text().map_err(|reason| FaultFileError::File {
+    let text = files::read_text(path, MAX_FILE).map_err(|reason| FaultFileError::File {
         path: path.to_path_buf(),
         reason,
     })?;

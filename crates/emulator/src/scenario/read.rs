@@ -3,6 +3,7 @@
 
 use super::words::{Action, Condition};
 use super::{Expectation, MAX_BYTES, MAX_ENTRIES, Occasion, Scenario, Start, Step, Wanted};
+use crate::files;
 use std::io;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -70,12 +71,7 @@ pub(super) fn file(path: &Path) -> Result<Scenario, ScenarioError> {
         path: path.to_path_buf(),
         reason,
     };
-    let size = std::fs::metadata(path).map_err(io_error)?.len();
-    if size > MAX_BYTES {
-        let words = format!("at most {MAX_BYTES} bytes expected, {size} found");
-        return Err(io_error(io::Error::other(words)));
-    }
-    text(path, &std::fs::read_to_string(path).map_err(io_error)?)
+    text(path, &files::read_text(path, MAX_BYTES).map_err(io_error)?)
 }
 
 pub(super) fn text(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {

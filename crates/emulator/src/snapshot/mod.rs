@@ -4,6 +4,7 @@
 
 pub mod desk;
 
+use crate::files;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
@@ -94,12 +95,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
         path: path.to_path_buf(),
         reason,
     };
-    let size = fs::metadata(path).map_err(io_error)?.len();
-    if size > MAX_BYTES {
-        let words = format!("at most {MAX_BYTES} bytes expected, {size} found");
-        return Err(io_error(io::Error::other(words)));
-    }
-    let text = fs::read_to_string(path).map_err(io_error)?;
+    let text = files::read_text(path, MAX_BYTES).map_err(io_error)?;
     from_text(&text).map_err(|reason| FileError::Text {
         path: path.to_path_buf(),
         reason,

@@ -2,9 +2,9 @@
 //! power cycle, and EU answers the same after it. The file is hidden, so it is no file of the RAM drive.
 
 use super::{Store, StoreError};
+use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::VecDeque;
-use std::fs;
 use std::io;
 use std::path::Path;
 use ts3100_controller::alarm::Alarm;
@@ -75,13 +75,7 @@ impl Store {
 }
 
 fn read(path: &Path) -> Result<VecDeque<Alarm>, String> {
-    let content = || -> io::Result<Vec<u8>> {
-        if fs::metadata(path)?.len() > MAX_SIZE {
-            return Err(io::Error::other(format!("more than {MAX_SIZE} bytes")));
-        }
-        fs::read(path)
-    };
-    let content = match content() {
+    let content = match files::read(path, MAX_SIZE) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(VecDeque::new()),
         content => content.map_err(|error| error.to_string())?,
     };

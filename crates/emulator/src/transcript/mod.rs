@@ -13,6 +13,7 @@ mod recorder;
 mod tape;
 pub mod text;
 
+use crate::files;
 pub use edge::Edge;
 pub use kept::{KEPT_BYTES, KEPT_RECORDS, Kept};
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
@@ -264,18 +265,10 @@ impl Recording {
     /// # Errors
     /// See [`ReadError`].
     pub fn read(path: &Path) -> Result<Recording, ReadError> {
-        let whole = || -> std::io::Result<String> {
-            if std::fs::metadata(path)?.len() > MAX_TRANSCRIPT {
-                return Err(std::io::Error::other(format!(
-                    "larger than {MAX_TRANSCRIPT} bytes"
-                )));
-            }
-            std::fs::read_to_string(path)
-        };
         if Format::of(path) == Some(Format::Pcapng) {
             return Err(ReadError::Capture(path.to_path_buf()));
         }
-        let content = whole().map_err(|reason| ReadError::File {
+        let content = files::read_text(path, MAX_TRANSCRIPT).map_err(|reason| ReadError::File {
             path: path.to_path_buf(),
             reason,
         })?;
