@@ -67,7 +67,7 @@ impl Write for Lines {
 
 fn put(line: Vec<u8>) {
     let queue = QUEUED.get();
-    if !queue.is_some_and(|queue| queue.try_send(Entry::Line(line)).is_ok()) {
+    if queue.is_none_or(|queue| queue.try_send(Entry::Line(line)).is_err()) {
         DROPPED.fetch_add(1, Ordering::Relaxed);
     }
 }

@@ -130,6 +130,27 @@ impl Pty {
         fds.first().map(PollFd::revents)
     }
 
+    /// Writes what goes. Returns whether another host than the one waited for has it open now.
+    fn write(&self, writing: &pipe::Sender, ready: io::Result<Ready>, outgoing: &mut Outgoing) -> bool {
+        let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
+        match ready.and_then(|_| writing.try_write(outgoing.next())) {
+            Ok(count) => outgoing.written(self.port, count),
+            // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                if self.has_host() {
+                    return true;
+                }
+                outgoing.clear();
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => {
+                debug!(port = self.port.name(), "{}: writing ended: {error}", self.port);
+                outgoing.clear();
+            }
+        }
+        false
+    }
+
     fn settings(&self) -> HostSettings {
         let read = tcgetattr(&self.master);
         read.map_or_else(|_| HostSettings::default(), |termios| shown(&termios, self.robot))
@@ -265,25 +286,11 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
                 }
             },
             ready = writing.ready(Interest::WRITABLE), if !outgoing.is_empty() => {
-                let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
-                match ready.and_then(|_| writing.try_write(outgoing.next())) {
-                    Ok(count) => outgoing.written(port, count),
-                    // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
-                        if pty.has_host() {
-                            let Some(ends) = registered(port, &pty.master) else {
-                                return Ok(());
-                            };
-                            (reading, writing) = ends;
-                        } else {
-                            outgoing.clear();
-                        }
-                    }
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-                    Err(error) => {
-                        debug!(port = port.name(), "{port}: writing ended: {error}");
-                        outgoing.clear();
-                    }
+                if pty.write(&writing, ready, &mut outgoing) {
+                    let Some(ends) = registered(port, &pty.master) else {
+                        return Ok(());
+                    };
+                    (reading, writing) = ends;
                 }
             },
             (ready, most) = readable(&reading, &credit) => {
