@@ -13,7 +13,9 @@ use ts3100_proto::calendar::CalendarTime;
 /// deadline until something comes or goes again.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Longest wall-clock time for which what is due is worked off before hosts, requests and signals get their turn.
-pub const SLICE: Duration = Duration::from_millis(5);
+pub const SLICE: Duration = Duration::from_millis(10);
+/// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
+const NOTICEABLE: Duration = Duration::from_secs(1);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
 
@@ -135,14 +137,14 @@ impl Clock {
         self.mode = mode;
     }
 
-    /// What was due could be done up to `reached` only: virtual time goes on from there. Returns whether this is the
-    /// first time since the clock was started.
+    /// What was due could be done up to `reached` only: virtual time goes on from there. Returns whether as much is
+    /// missing now, for the first time since the clock was started, as is worth a word.
     pub fn fall_behind(&mut self, reached: Time) -> bool {
-        let first = self.behind.is_zero();
+        let before = self.behind;
         let wall = Instant::now();
         self.behind += self.at(wall).since(reached);
         (self.base, self.origin) = (reached, wall);
-        first && !self.behind.is_zero()
+        before < NOTICEABLE && self.behind >= NOTICEABLE
     }
 
     /// How much less virtual time has passed since the clock was started than its mode asked for.
@@ -306,6 +308,9 @@ mod tests {
         assert!(clock.now() >= Time::from_millis(7) && clock.now() < Time::from_millis(900_000));
         assert!(clock.behind() >= Duration::from_secs(999));
         assert!(!clock.fall_behind(Time::from_millis(8)), "said once");
+        let mut clock = Clock::start(TimeMode::Real);
+        clock.origin = clock.origin.checked_sub(SECOND / 2).unwrap();
+        assert!(!clock.fall_behind(Time::ZERO), "not worth a word");
     }
 
     #[test]

@@ -342,6 +342,7 @@ impl Parser<'_> {
                 .source
                 .get(span.start..span.end)
                 .unwrap_or_default()
+                .trim()
                 .to_ascii_uppercase();
             self.sink
                 .error(Problem::new("E0302", span, format!("this {word} has no END")));
