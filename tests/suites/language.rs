@@ -296,7 +296,7 @@ fn input_makes_a_variable_that_was_never_assigned_and_what_a_stop_leaves_out_is_
     );
 }
 
-// clause: INP-10 INP-11 CMD-DO-05 S16
+// clause: INP-10 INP-11 S16
 #[test]
 fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
     let mut robot = Robot::ready("GLOBAL\nN = 7\nEND\nPROGRAM T\nMINE = 1\nPRINT IP1, N, CR\nEND\n");
