@@ -26,6 +26,7 @@ mod maintenance;
 mod measured;
 mod motion;
 mod network;
+mod overlooked;
 mod permissions;
 mod programs;
 mod proofs;
