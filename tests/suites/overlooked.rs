@@ -65,16 +65,16 @@ fn sf_shows_the_position_in_the_work_coordinates_in_force() {
 // clause: CMD-RS-02 CMD-FD-02
 #[test]
 fn rs_prg_ends_feed_hold_and_takes_the_new_text() {
-    let mut robot = Robot::ready("PROGRAM T\nPRINT IP1, 1, CR\nEND\n");
+    let mut robot = Robot::ready("GLOBAL\nN1 = 1\nEND\nPROGRAM T\nEND\n");
     robot.command(Port::Ip0, "FD");
     assert_eq!(word(&robot.total(Port::Ip0), 32), 1);
     robot.command(Port::Ip0, "DL,TEST");
-    robot.send(Port::Ip0, b"FL,PROGRAM T\nPRINT IP1, 2, CR\nEND\n\x1A");
+    robot.send(Port::Ip0, b"FL,GLOBAL\nN1 = 5\nEND\nPROGRAM T\nEND\n\x1A");
     assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
+    assert_eq!(robot.file(Port::Ip0, "MR,N1 0"), b"1\r");
     robot.command(Port::Ip0, "RS,PRG");
     assert_eq!(word(&robot.total(Port::Ip0), 32), 0);
-    robot.command(Port::Ip0, "RN");
-    assert_eq!(robot.received(Port::Ip1), b"           2\r");
+    assert_eq!(robot.file(Port::Ip0, "MR,N1 0"), b"5\r");
 }
 
 // clause: CMD-SO-02
