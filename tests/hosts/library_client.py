@@ -21,9 +21,10 @@ MOTION_LIMIT = 20.0
 # DS has to be seen so soon, or the library throws MoveTimeout (hosts.md 8.1).
 UNDER_WAY = 0.2
 # Moves in a row at each interval of the watchdog: DC passes from 9 to 0.
-MOVES_IN_A_ROW = 12
 INTERVALS = (0.1, 0.5, 1.0)
-CYCLES = 40
+MOVES_IN_A_ROW, CYCLES, LINES = 12, 40, 200
+# With --short, where each answer takes its time.
+SHORT = (2, 4, 10)
 
 PROGRAM = b"""GLOBAL
 N1 = 12
@@ -59,8 +60,9 @@ DATA = {
 class Library:
     """The library's object: one socket, one request at a time, SM whenever its interval has gone."""
 
-    def __init__(self, address, stx=False):
+    def __init__(self, address, stx, counts):
         self.line = Line(address)
+        self.moves_in_a_row, self.cycles, self.turns = counts
         self.stx = STX if stx else b""
         self.feeding = False
         self.interval = FEED
@@ -274,13 +276,13 @@ def status(robot, model):
     robot.order(b"IW,3 1")
     robot.order(b"HO,9 8 165")
     equal("GetDout: output 3 and byte 9", 4 | 165 << 8, robot.lines()[20])
-    for turn in range(200):
+    for turn in range(robot.turns):
         if robot.lines()[20] != 4 | 165 << 8:
             raise Failed("GetDIO is right each time\n     found    another word in turn %d" % turn)
         if turn % 20 == 0:
             get_status(robot.file(b"SU"))
             robot.fixed(b"SF", length)
-    ok("200 GetDIO in a row, mixed with GetStatus and GetStatusAll")
+    ok("%d GetDIO in a row, mixed with GetStatus and GetStatusAll" % robot.turns)
     for count in (8, 20, 32):
         equal("GetHexIn of %d lines" % count, 0, int(robot.file(b"HI,1 %d" % count)))
     for request in (b"MD,1", b"RT,0", b"SC,0", b"JG,1 +", b"JG,1 !", b"MD,0"):
@@ -345,7 +347,7 @@ def many_moves(robot, model):
     six = model == "six-axis"
     for interval in INTERVALS:
         robot.interval = interval
-        for turn in range(MOVES_IN_A_ROW):
+        for turn in range(robot.moves_in_a_row):
             x = 300 + turn % 2 * 12
             rest = b"100.500,250.000,0.000,0.000,0.000,0.000,0.000,xxxxx" if six else b"100.500,-20.123,45.000,0.000,2"
             robot.motion(b"%s POINT(%d.000,%s) with SPEED=100.000,ACCEL=100.000,DECEL=100.000"
@@ -353,7 +355,7 @@ def many_moves(robot, model):
             place = robot.floats(b"PR,4")
             if place[:2] != [x, 100.5]:
                 raise Failed("Move %d ends where it should\n     found    %s" % (turn, place))
-        ok("%d Moves in a row at an interval of %.1f s" % (MOVES_IN_A_ROW, interval))
+        ok("%d Moves in a row at an interval of %.1f s" % (robot.moves_in_a_row, interval))
     robot.interval = FEED
     # Out of reach: accepted, never under way, not counted; the next one is served after a reset.
     before = robot.feed()["DC"]
@@ -380,14 +382,14 @@ def cycles(robot):
     robot.line.raw(robot.stx + b"FL,PROGRAM SHORT\nDELAY 0.05\nEND\n" + EOF + ETX)
     equal("the short program is stored", b"OK", robot.text(OK_TIMEOUT)[:2])
     robot.order(b"SL,SHORT")
-    for turn in range(CYCLES):
+    for turn in range(robot.cycles):
         robot.order(b"RN")
         polls = 0
         while robot.feed()["RS"] == 1:
             robot.file((b"SU", b"PR,1", b"AC")[polls % 3])
             polls += 1
         robot.pause(0.02 * (turn % 4))
-    ok("%d ends of cycles without an SP" % CYCLES)
+    ok("%d ends of cycles without an SP" % robot.cycles)
     robot.order(b"SL,TEST")
 
 
@@ -412,12 +414,12 @@ def programs(robot):
     robot.refused(b"SL,NOTHERE")
 
 
-def job_of(model, stx):
+def job_of(model, stx, counts):
     """The whole job of a host for one arm in one framing."""
     program = PROGRAM % DATA[model]
 
     def job(ip0, _ip1):
-        robot = Library(ip0, stx)
+        robot = Library(ip0, stx, counts)
         state = robot.connect()
         equal("SM: EXT (ETHER), cycle, stop, 100 %", (5, 1, 0, 100),
               (state["MM"], state["RM"], state["RS"], state["OV"]))
@@ -453,12 +455,14 @@ def job_of(model, stx):
 def main():
     parser = options("A host in the way of the vendor's client library on IP0.")
     parser.add_argument("--model", choices=sorted(DATA), help="the arm; both, one after the other, if not said")
+    parser.add_argument("--short", action="store_true", help="fewer turns of the same")
     arguments = parser.parse_args()
+    counts = SHORT if arguments.short else (MOVES_IN_A_ROW, CYCLES, LINES)
     flags = {"six-axis": (), "scara": ("--model", "tsl3000-thl400")}
     for model in [arguments.model] if arguments.model else ["six-axis", "scara"]:
         for stx in (False, True):
             print("-- %s, %s STX" % (model, "with" if stx else "without"), flush=True)
-            code = run(job_of(model, stx), arguments, *flags[model])
+            code = run(job_of(model, stx, counts), arguments, *flags[model])
             if code:
                 return code
     return 0
