@@ -90,6 +90,7 @@ impl Controller {
         let (executed, execution_task) = self.execution.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.execution.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
+        let lines = self.signals.words();
         SystemStatus {
             servo: self.state.servo,
             emergency_stop: self.state.emergency_stop,
@@ -107,8 +108,8 @@ impl Controller {
             master_mode: body.master_mode.sf_code(),
             power_on_minutes: self.state.power_on_minutes(self.now),
             run_minutes: self.state.run_minutes(self.now),
-            inputs: sf_words(self.signals.words().inputs),
-            outputs: sf_words(self.signals.words().outputs),
+            inputs: sf_words(lines.inputs),
+            outputs: sf_words(lines.outputs),
             joint: single(shown.joint),
             world: self.listed(&shown.world),
             work: self.listed(&shown.work),
