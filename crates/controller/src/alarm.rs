@@ -101,7 +101,7 @@ alarms! {
         "Reconnect.";
 }
 
-/// The alarm of a lost peer at the level [E10] asks for (PAR-E10-03).
+/// The alarm of a lost peer at the level \[E10\] asks for (PAR-E10-03).
 #[must_use]
 pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
     match level {

@@ -1,4 +1,4 @@
-//! The pages [ETHER] of the teach pendant as data: addresses, peers and states of the Ethernet channels
+//! The pages \[ETHER\] of the teach pendant as data: addresses, peers and states of the Ethernet channels
 //! (UI-ETHER-01 to UI-ETHER-07). Drawing a screen of them is for others.
 
 use crate::Controller;
@@ -46,7 +46,7 @@ impl LinkState {
 }
 
 impl Controller {
-    /// The three pages [ETHER].
+    /// The three pages \[ETHER\].
     #[must_use]
     pub fn ethernet_pages(&self) -> [Page; PAGES] {
         let rows = |row: fn(&Controller, Port, &ChannelPlan) -> String| {

@@ -1,4 +1,4 @@
-//! Which Ethernet channels are to be opened, and how: [E00] and [E05] to [E07] as of the last power-on.
+//! Which Ethernet channels are to be opened, and how: \[E00\] and \[E05\] to \[E07\] as of the last power-on.
 //! Opening them is the edge's.
 
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};

@@ -170,7 +170,7 @@ pub struct Options {
     pub low_speed: u8,
     /// `parameter.line_end`: of the factory parameter files.
     pub line_end: LineEnd,
-    /// `drive.open_mode`: [E00] of a fresh drive.
+    /// `drive.open_mode`: \[E00\] of a fresh drive.
     pub open_mode: [OpenMode; 4],
     /// `extensions`: the commands real hosts send beyond the manual are served.
     pub extensions: bool,
@@ -187,7 +187,7 @@ pub struct Options {
     /// `dl.command_ends`: a later text of a download that is a command and nothing else ends the download
     /// (TRN-09); otherwise it is a part of the file (FL-03).
     pub command_ends_download: bool,
-    /// `serial.pacing`: characters on HOST and COM1 take the time [U06] gives them.
+    /// `serial.pacing`: characters on HOST and COM1 take the time \[U06\] gives them.
     pub serial_pacing: bool,
     /// `serial.bad_character`.
     pub bad_character: BadCharacter,

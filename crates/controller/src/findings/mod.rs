@@ -1,6 +1,6 @@
 //! Findings: what a host did that the manual advises against, or that was forgiven (decision D1). A finding never
 //! changes an answer. The rules are one table, [`RULES`]; each break of one is an
-//! [`Event::Finding`](crate::output::Event::Finding), and [`Findings`] counts them and keeps the first of each.
+//! [`Event::Finding`], and [`Findings`] counts them and keeps the first of each.
 //! Reports in the formats of other tools are the edge's.
 
 mod judge;

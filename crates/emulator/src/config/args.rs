@@ -121,7 +121,7 @@ pub struct ServeArgs {
     /// Breaks something on purpose: KIND:key=value,... (repeatable; `ts3100 faults list` names the kinds)
     #[arg(long, value_name = "SPEC")]
     pub fault: Vec<String>,
-    /// TOML file of faults, a table [[fault]] each
+    /// TOML file of faults, a table `[[fault]]` each
     #[arg(long, value_name = "FILE")]
     pub faults: Option<PathBuf>,
     /// Seed of what the faults draw [default: 0]

@@ -1,5 +1,5 @@
 //! The control interface: everything a real controller denies a test, over HTTP. One file a resource; each adds its
-//! calls to the [`table`]. What a call does goes through the hub's queue: nothing here owns or changes a controller.
+//! calls to the `table`. What a call does goes through the hub's queue: nothing here owns or changes a controller.
 
 mod alarms;
 mod body;

@@ -1,6 +1,6 @@
 //! The host's side of a recording played to a controller of our own, in virtual time, and every difference between
 //! the answers recorded and its own: in bytes, told by field and item, and in time. Cutting lines into answers is
-//! [`unit`]'s, playing [`player`]'s, comparing one answer [`compare`]'s; here both meet.
+//! `unit`'s, playing `player`'s, comparing one answer `compare`'s; here both meet.
 
 mod compare;
 pub mod ignore;

@@ -300,7 +300,7 @@ impl Lines {
         }
     }
 
-    /// The power came on again: [U06] may say something else, and the controller has forgotten its peers.
+    /// The power came on again: \[U06\] may say something else, and the controller has forgotten its peers.
     pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
         let mut inputs = Vec::new();
         for (&port, line) in &mut self.open {

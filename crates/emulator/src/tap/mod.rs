@@ -1,6 +1,6 @@
 //! A tap: it listens where hosts expect the controller, dials the real one for each host that comes, and passes
 //! bytes both ways as they are while it writes them down with their times. It sends nothing of its own. Carrying one
-//! connection is [`relay`]'s, the forms of a transcript are [`crate::transcript`]'s.
+//! connection is `relay`'s, the forms of a transcript are [`crate::transcript`]'s.
 
 mod relay;
 

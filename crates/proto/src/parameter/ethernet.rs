@@ -1,4 +1,4 @@
-//! ETHERNET.PAR: sections [E00] to [E10] (manual 3.3). Opening the channels is the edge's business.
+//! ETHERNET.PAR: sections \[E00\] to \[E10\] (manual 3.3). Opening the channels is the edge's business.
 
 use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
 use crate::status::AlarmLevel;
@@ -7,7 +7,7 @@ use alloc::string::{String, ToString};
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// How a channel is opened ([E00]).
+/// How a channel is opened (\[E00\]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OpenMode {
@@ -39,27 +39,27 @@ impl OpenMode {
     serde(deny_unknown_fields)
 )]
 pub struct EthernetParameters {
-    /// [E00] open mode; IP0 is never a client (PAR-E00-02).
+    /// \[E00\] open mode; IP0 is never a client (PAR-E00-02).
     pub open_mode: [OpenMode; 4],
-    /// [E01] address of the controller.
+    /// \[E01\] address of the controller.
     pub address: [u8; 4],
-    /// [E02] name of the controller, without its quotes; has no effect.
+    /// \[E02\] name of the controller, without its quotes; has no effect.
     pub name: String,
-    /// [E03] subnet mask.
+    /// \[E03\] subnet mask.
     pub mask: [u8; 4],
-    /// [E04] default gateway.
+    /// \[E04\] default gateway.
     pub gateway: [u8; 4],
-    /// [E05] own ports, 1 to 65535.
+    /// \[E05\] own ports, 1 to 65535.
     pub own_port: [u16; 4],
-    /// [E06] ports of the peers, 1 to 65535; for clients.
+    /// \[E06\] ports of the peers, 1 to 65535; for clients.
     pub peer_port: [u16; 4],
-    /// [E07] addresses of the peers; for clients.
+    /// \[E07\] addresses of the peers; for clients.
     pub peer_address: [[u8; 4]; 4],
-    /// [E08] community name, without its quotes; has no effect.
+    /// \[E08\] community name, without its quotes; has no effect.
     pub community: String,
-    /// [E09] DHCP, 0 or 1; has no effect.
+    /// \[E09\] DHCP, 0 or 1; has no effect.
     pub dhcp: u8,
-    /// [E10] level of the alarm when a connection drops while a program runs.
+    /// \[E10\] level of the alarm when a connection drops while a program runs.
     pub alarm_level: [Option<AlarmLevel>; 4],
 }
 
@@ -92,7 +92,7 @@ impl EthernetParameters {
         }
     }
 
-    /// The file of a fresh RAM drive: [`EthernetParameters::factory`] with another [E00].
+    /// The file of a fresh RAM drive: [`EthernetParameters::factory`] with another \[E00\].
     #[must_use]
     pub fn factory_text(open: [OpenMode; 4], line_end: LineEnd) -> Vec<u8> {
         EthernetParameters {
@@ -250,7 +250,7 @@ impl EthernetParameters {
     }
 }
 
-/// Names of the channels, the keys of [E05] to [E07].
+/// Names of the channels, the keys of \[E05\] to \[E07\].
 const CHANNELS: [&str; 4] = ["IP0", "IP1", "IP2", "IP3"];
 
 /// The sections of the file.
@@ -258,7 +258,7 @@ const SECTIONS: [&str; 11] = [
     "E00", "E01", "E02", "E03", "E04", "E05", "E06", "E07", "E08", "E09", "E10",
 ];
 
-/// Longest name in [E02] and [E08], in characters; the manual gives no limit.
+/// Longest name in \[E02\] and \[E08\], in characters; the manual gives no limit.
 const MAX_NAME: usize = 64;
 
 const ADDRESS: &str = "four numbers 0 to 255 with dots";

@@ -1,4 +1,4 @@
-//! USER.PAR: section [U06], the serial lines (manual 2.3). The real file has further sections, which other
+//! USER.PAR: section \[U06\], the serial lines (manual 2.3). The real file has further sections, which other
 //! manuals describe: they are left alone. Setting the lines is the edge's business.
 
 use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
@@ -157,7 +157,7 @@ impl UserParameters {
     }
 
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
-    /// problem, and so are keys unknown or twice in [U06].
+    /// problem, and so are keys unknown or twice in \[U06\].
     #[must_use]
     pub fn parse(
         content: &[u8],
