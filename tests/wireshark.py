@@ -92,7 +92,8 @@ def main():
         sys.exit("cannot read captures: tshark is not installed; run apt-get install tshark")
     with tempfile.TemporaryDirectory(prefix="ts3100-wire-") as directory:
         another_wire(directory)
-    tests = ["cargo", "test", "-q", "-p", "ts3100-emulator", "--test", "wireshark", "--", "--include-ignored"]
+    # With the whole workspace, as everything else is built: the package alone would be built anew, with other features.
+    tests = ["cargo", "test", "-q", "--locked", "--workspace", "--test", "wireshark", "--", "--include-ignored"]
     code = subprocess.run(tests, cwd=ROOT, check=False).returncode
     if code != 0:
         sys.exit("the captures of the emulator are not read as they should be")
