@@ -1,6 +1,6 @@
 //! Which clause of the manual is proven by which test. Tests name their clauses in a comment line
 //! `// clause: ID ID` above them, transcripts in their header; this file finds them and joins them with the
-//! outcome of a test run. Running the tests is the command's.
+//! outcome of a test run, read from what `cargo test` printed. Running the tests is the command's.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -52,6 +52,23 @@ impl Clause {
         let row = self.id.strip_prefix('S');
         row.is_some_and(|row| row.starts_with(|first: char| first.is_ascii_digit()))
     }
+}
+
+impl Proof {
+    /// Whether it stands beside the code it tests, and not in a suite that tests from outside.
+    #[must_use]
+    pub fn is_unit(&self) -> bool {
+        self.file.split(['/', '\\']).any(|folder| folder == "src")
+    }
+}
+
+/// Clauses whose proof is thin.
+#[derive(Debug, Default, PartialEq, Eq)]
+pub struct Thin<'a> {
+    /// Proven by one test alone.
+    pub single: Vec<&'a str>,
+    /// Proven by [units](Proof::is_unit) alone.
+    pub units: Vec<&'a str>,
 }
 
 /// The outcomes of a run: for each package, whether every test of a name passed.
@@ -175,22 +192,51 @@ fn files(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, String> {
     Ok(found)
 }
 
-/// Reads what the test harness printed of one package.
+/// Reads what `cargo test --workspace` printed, both of its streams as one.
 #[must_use]
-pub fn outcomes(printed: &str) -> BTreeMap<String, bool> {
-    let mut outcomes = BTreeMap::new();
-    for line in printed.lines() {
-        let Some((path, result)) = line
-            .strip_prefix("test ")
-            .and_then(|rest| rest.rsplit_once(" ... "))
+pub fn outcomes(printed: &str) -> Outcomes {
+    let mut all = Outcomes::new();
+    let mut package = None;
+    for line in printed.lines().map(str::trim_start) {
+        if line.starts_with("Running ") || line.starts_with("Doc-tests ") {
+            package = package_of(line);
+            continue;
+        }
+        let named = line.strip_prefix("test ");
+        let (Some(package), Some((path, result))) =
+            (package, named.and_then(|rest| rest.rsplit_once(" ... ")))
         else {
             continue;
         };
         let name = path.rsplit("::").next().unwrap_or(path).to_string();
-        let passed = outcomes.entry(name).or_insert(true);
-        *passed &= result == "ok";
+        let tests = all.entry(package.to_string()).or_default();
+        *tests.entry(name).or_insert(true) &= result == "ok";
     }
-    outcomes
+    all
+}
+
+/// Whose tests come after `Running unittests src/lib.rs (target/debug/deps/ts3100_proto-0123)` or
+/// `Running tests/embed.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the root of its
+/// package, which is how the tests of one are told from those of another.
+fn package_of(line: &str) -> Option<&'static str> {
+    let mut words = line.split_whitespace();
+    let file = match words.next()? {
+        "Doc-tests" => None,
+        _ => Some(words.next()?).filter(|word| *word != "unittests"),
+    };
+    let packages = PACKAGES.iter();
+    if let Some(file) = file {
+        let mut owners = packages.filter(|(_, folder)| root().join(folder).join(file).is_file());
+        return owners.next().map(|(package, _)| *package);
+    }
+    let artifact = words
+        .last()?
+        .trim_matches(['(', ')'])
+        .rsplit(['/', '\\'])
+        .next()?;
+    let target = artifact.rsplit_once('-').map_or(artifact, |(target, _)| target);
+    let mut named = packages.filter(|(package, _)| package.replace('-', "_") == target);
+    named.next().map(|(package, _)| *package)
 }
 
 /// The clauses with the tests that passed; and what is wrong with the marks: tests that did not run or failed,
@@ -228,6 +274,27 @@ pub fn join(list: &[Clause], proofs: &[Proof], outcomes: &Outcomes) -> (Vec<Clau
     (clauses, wrong)
 }
 
+/// Which of the proven clauses rest on little.
+#[must_use]
+pub fn thin<'a>(clauses: &'a [Clause], proofs: &[Proof]) -> Thin<'a> {
+    let mut thin = Thin::default();
+    for clause in clauses.iter().filter(|clause| !clause.tests.is_empty()) {
+        if clause.tests.len() == 1 {
+            thin.single.push(&clause.id);
+        }
+        let passed = |proof: &&Proof| {
+            clause
+                .tests
+                .contains(&format!("{}::{}", proof.package, proof.test))
+        };
+        let mut naming = proofs.iter().filter(|proof| proof.clauses.contains(&clause.id));
+        if naming.all(|proof| !passed(&proof) || proof.is_unit()) {
+            thin.units.push(&clause.id);
+        }
+    }
+    thin
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -244,12 +311,11 @@ mod tests {
     fn marks_are_joined_with_outcomes() {
         let source = "    // clause: A-1 A-2\n    #[test]\n    fn holds() {\n    // clause: A-2 X-9\n    #[test]\n    fn breaks() {";
         let proofs = proofs_in("scol-mini", "f.rs", source).unwrap();
-        let run = outcomes("test m::holds ... ok\ntest m::breaks ... FAILED\n");
-        let (clauses, wrong) = join(
-            &read_list(LIST).unwrap(),
-            &proofs,
-            &BTreeMap::from([("scol-mini".to_string(), run)]),
+        let run = outcomes(
+            "     Running unittests src/lib.rs (target/debug/deps/scol_mini-0123)\n\
+             test m::holds ... ok\ntest m::breaks ... FAILED\n   Doc-tests ts3100_proto\ntest m::breaks ... ok\n",
         );
+        let (clauses, wrong) = join(&read_list(LIST).unwrap(), &proofs, &run);
         assert_eq!(clauses[0].tests, BTreeSet::from(["scol-mini::holds".to_string()]));
         assert_eq!(clauses[1].tests, BTreeSet::from(["scol-mini::holds".to_string()]));
         assert_eq!(
@@ -257,5 +323,34 @@ mod tests {
             ["f.rs: breaks failed", "f.rs: breaks: there is no clause X-9"]
         );
         assert!(proofs_in("scol-mini", "f.rs", "// clause: A-1\nstruct X;\n").is_err());
+    }
+
+    #[test]
+    fn a_test_belongs_to_the_package_that_cargo_names() {
+        let of = |line| package_of(line);
+        let suites = "Running suites/main.rs (target/debug/deps/suites-88)";
+        assert_eq!(of(suites), Some("ts3100-tests"));
+        let embed = "Running tests/embed.rs (target/debug/deps/embed-88)";
+        assert_eq!(of(embed), Some("ts3100-emulator"));
+        let bench = "Running unittests src/main.rs (target/debug/deps/ts3100_benches-88)";
+        assert_eq!(of(bench), None);
+        assert_eq!(of("Doc-tests ts3100_controller"), Some("ts3100-controller"));
+    }
+
+    #[test]
+    fn thin_proofs_are_told() {
+        let source = "// clause: A-1\nfn one() {\n// clause: A-2\nfn two() {";
+        let mut proofs = proofs_in("scol-mini", "crates/scol-mini/src/f.rs", source).unwrap();
+        proofs.extend(proofs_in("ts3100-tests", "tests/suites/f.rs", "// clause: A-2\nfn far() {").unwrap());
+        let run = outcomes(
+            "Doc-tests scol_mini\ntest one ... ok\ntest two ... ok\nDoc-tests ts3100_tests\ntest far ... ok\n",
+        );
+        let (clauses, wrong) = join(&read_list(LIST).unwrap(), &proofs, &run);
+        assert_eq!(wrong, [""; 0]);
+        let expected = Thin {
+            single: vec!["A-1"],
+            units: vec!["A-1"],
+        };
+        assert_eq!(thin(&clauses, &proofs), expected);
     }
 }

@@ -1,13 +1,48 @@
-//! `cargo run -p ts3100-tests --bin clauses`: runs every test and prints which clauses of the manual are
-//! proven, which are not, and why. `--check` fails when a clause that was proven is not any more; `--write`
-//! brings the column of tests in `docs/clauses.tsv` up to date.
+//! `cargo run -p ts3100-tests --bin clauses [-- OPTIONS]`: prints which clauses of the manual are proven by which test, which
+//! are not and why, and which rest on a single test or on unit tests alone.
+//!
+//! `--from FILE` reads what `cargo test --workspace` printed (both streams) instead of running the tests once more.
+//! `--check` fails when a clause that was proven is not any more, a mark is wrong, or more clauses than before rest on
+//! little. `--write` brings the column of tests in `docs/clauses.tsv` up to date.
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::process::{Command, ExitCode};
+use std::io::{self, Read as _};
+use std::path::PathBuf;
+use std::process::{Command, ExitCode, Stdio};
 use ts3100_tests::clauses::{
-    Clause, Outcomes, PACKAGES, join, outcomes, proofs, read_list, root, write_list,
+    Clause, Outcomes, PACKAGES, Thin, join, outcomes, proofs, read_list, root, thin, write_list,
 };
+
+/// Clauses that a single test proves, and those proven by unit tests alone: at most so many. A number that has become
+/// smaller is written here, so that it stays.
+const MAX_SINGLE: usize = 69;
+const MAX_UNITS: usize = 17;
+
+/// Lines of a test run that are shown when it cannot be read.
+const SHOWN: usize = 20;
+
+/// What the command line asks for.
+#[derive(Default)]
+struct Options {
+    check: bool,
+    write: bool,
+    from: Option<PathBuf>,
+}
+
+fn options() -> Result<Options, String> {
+    let mut options = Options::default();
+    let mut words = std::env::args().skip(1);
+    while let Some(word) = words.next() {
+        match word.as_str() {
+            "--check" => options.check = true,
+            "--write" => options.write = true,
+            "--from" => options.from = Some(words.next().ok_or("--from needs a file")?.into()),
+            other => return Err(format!("expected --check, --write or --from FILE, found {other}")),
+        }
+    }
+    Ok(options)
+}
 
 /// Clauses that no test over the protocol can prove, and why.
 const PICTURES: [(&str, &str); 2] = [
@@ -15,25 +50,43 @@ const PICTURES: [(&str, &str); 2] = [
     ("UI-ETHER-02", "keys of the teach pendant"),
 ];
 
-fn run_tests() -> Result<Outcomes, String> {
-    let mut all = Outcomes::new();
-    for (package, _) in PACKAGES {
-        let output = Command::new(env!("CARGO"))
+/// What `cargo test --workspace` prints, both streams as one: which package a test belongs to is on the other stream.
+fn run_tests() -> Result<String, String> {
+    let run = || -> io::Result<Vec<u8>> {
+        let (mut printed, both) = io::pipe()?;
+        let mut cargo = Command::new(env!("CARGO"))
             .current_dir(root())
-            .args(["test", "--package", package, "--no-fail-fast"])
-            .output()
-            .map_err(|error| format!("cargo test --package {package}: {error}"))?;
-        let printed = String::from_utf8_lossy(&output.stdout).into_owned();
-        let found = outcomes(&printed);
-        if found.is_empty() {
-            return Err(format!(
-                "{package}: no test ran\n{}",
-                String::from_utf8_lossy(&output.stderr)
-            ));
+            .args(["test", "--workspace", "--no-fail-fast"])
+            .stdin(Stdio::null())
+            .stdout(both.try_clone()?)
+            .stderr(both)
+            .spawn()?;
+        let mut bytes = Vec::new();
+        printed.read_to_end(&mut bytes)?;
+        cargo.wait().map(|_| bytes)
+    };
+    let bytes = run().map_err(|error| format!("cannot run cargo test: {error}"))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+fn read_outcomes(from: Option<&PathBuf>) -> Result<Outcomes, String> {
+    let printed = match from {
+        Some(path) => fs::read(path)
+            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+            .map_err(|error| format!("cannot read {}: {error}", path.display()))?,
+        None => run_tests()?,
+    };
+    let found = outcomes(&printed);
+    match PACKAGES.iter().find(|(package, _)| !found.contains_key(*package)) {
+        Some((package, _)) => {
+            let lines: Vec<&str> = printed.lines().collect();
+            let end = lines[lines.len().saturating_sub(SHOWN)..].join("\n");
+            Err(format!(
+                "no test of {package} ran; what was printed ends with\n{end}"
+            ))
         }
-        all.insert(package.to_string(), found);
+        None => Ok(found),
     }
-    Ok(all)
 }
 
 fn reason(clause: &Clause) -> String {
@@ -92,13 +145,33 @@ fn lost(before: &[Clause], now: &[Clause]) -> Vec<String> {
         .collect()
 }
 
-fn work() -> Result<bool, String> {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+/// Lists the clauses that rest on little; whether they are more than there were.
+fn report_thin(thin: &Thin<'_>) -> bool {
+    let kinds = [
+        ("a single test", &thin.single, MAX_SINGLE),
+        ("unit tests alone", &thin.units, MAX_UNITS),
+    ];
+    for (what, ids, most) in &kinds {
+        println!(
+            "proven by {what}: {} of at most {most}: {}",
+            ids.len(),
+            ids.join(" ")
+        );
+        if ids.len() < *most {
+            println!("fewer than before: write {} to {}", ids.len(), file!());
+        }
+    }
+    kinds.iter().any(|(_, ids, most)| ids.len() > *most)
+}
+
+fn work(options: &Options) -> Result<bool, String> {
     let path = root().join("docs/clauses.tsv");
     let text = fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     let list = read_list(&text).map_err(|error| format!("{}: {error}", path.display()))?;
-    let (clauses, wrong) = join(&list, &proofs(&root())?, &run_tests()?);
+    let proofs = proofs(&root())?;
+    let (clauses, wrong) = join(&list, &proofs, &read_outcomes(options.from.as_ref())?);
     report(&clauses);
+    let thinner = report_thin(&thin(&clauses, &proofs));
     for line in &wrong {
         println!("wrong    {line}");
     }
@@ -109,18 +182,18 @@ fn work() -> Result<bool, String> {
             list.iter().find(|clause| clause.id == *id).map(|c| &c.tests)
         );
     }
-    if arguments.iter().any(|argument| argument == "--write") {
+    if options.write {
         fs::write(&path, write_list(&clauses)).map_err(|error| format!("{}: {error}", path.display()))?;
     }
-    Ok(wrong.is_empty() && lost.is_empty())
+    Ok(!options.check || !thinner && wrong.is_empty() && lost.is_empty())
 }
 
 fn main() -> ExitCode {
-    match work() {
+    match options().and_then(|options| work(&options)) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
-            eprintln!("{error}");
+            eprintln!("error: {error}");
             ExitCode::from(2)
         }
     }
