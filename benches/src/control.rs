@@ -22,9 +22,10 @@ const PATIENCE: Duration = Duration::from_secs(10);
 /// Longest answer that is read, in bytes.
 const MAX_ANSWER: usize = 1024 * 1024;
 
-/// How many times the time of its comparison each may take before `--check` fails. The aims are in README.md.
-const FAULT_TO_BARE: f64 = 10.0;
-const RESTORE_TO_BARE: f64 = 14.0;
+/// How many times the time of its comparison each may take, in the best of the rounds, before `--check` fails. The aims are
+/// in README.md.
+const FAULT_TO_BARE: f64 = 6.0;
+const RESTORE_TO_BARE: f64 = 8.0;
 const RESTORE_TO_START: f64 = 0.5;
 const FILE_TO_START: f64 = 1.0;
 const START_TO_BARE: f64 = 8.0;
@@ -32,13 +33,22 @@ const START_TO_BARE: f64 = 8.0;
 const PROGRAM: &str =
     "GLOBAL\nDIM A(100)\nN = 0\nEND\nPROGRAM PICK\nREMARK WAITS\nINPUT IP1, N\nDELAY 1\nEND\n";
 
-/// What was measured, in microseconds, beside what, and the most it may be of it.
+/// What was measured in each round, in microseconds, beside what, and the most it may be of it.
 struct Figure {
     name: &'static str,
-    took: f64,
+    took: Vec<f64>,
     beside: &'static str,
-    bare: f64,
+    bare: Vec<f64>,
     most: f64,
+}
+
+impl Figure {
+    /// The ratio in the best round: what is measured side by side sees the same machine, and a busy machine disturbs one
+    /// round or the other.
+    fn best(&self) -> f64 {
+        let ratios = self.took.iter().zip(&self.bare).map(|(took, bare)| took / bare);
+        ratios.fold(f64::INFINITY, f64::min)
+    }
 }
 
 /// Listens on a free port, says which, and ends with its standard input.
@@ -57,9 +67,12 @@ pub fn bare_listener() -> Result<(), String> {
 /// Measures and prints; what is beyond its margin.
 pub fn print(rounds: usize) -> Result<Vec<String>, String> {
     let figures = measure(rounds).map_err(|error| format!("control interface: {error}"))?;
-    println!("\nControl interface: microseconds, medians of {rounds} rounds in turn.\n");
+    println!(
+        "\nControl interface: microseconds, medians of {rounds} rounds in turn; ratio of the best round.\n"
+    );
     let mut missed = Vec::new();
     for figure in figures {
+        let best = figure.best();
         let Figure {
             name,
             took,
@@ -67,11 +80,11 @@ pub fn print(rounds: usize) -> Result<Vec<String>, String> {
             bare,
             most,
         } = figure;
-        let ratio = took / bare;
-        println!("{name:38} {took:>9.1}   {beside:36} {bare:>9.1}   ratio {ratio:.2}");
-        if ratio > most {
+        let (took, bare) = (median(took), median(bare));
+        println!("{name:38} {took:>9.1}   {beside:36} {bare:>9.1}   ratio {best:.2}");
+        if best > most {
             missed.push(format!(
-                "{name}: {ratio:.2} times {beside}, at most {most} expected"
+                "{name}: {best:.2} times {beside}, at most {most} expected"
             ));
         }
     }
@@ -103,17 +116,20 @@ fn measure(rounds: usize) -> Result<Vec<Figure>, Box<dyn std::error::Error>> {
         })?);
         restore.push(each(CALLS, || ours.call("/snapshots/clean/restore", "{}"))?);
         from_file.push(each(CALLS, || Ok(robot.read_snapshot(&file)?))?);
+        let mut quickest = [f64::INFINITY; 2];
         for _ in 0..STARTS {
-            start.push(started(&binary, &["serve", "--ports", "auto", "--ready-json"])?);
-            listener.push(started(&own, &[BARE])?);
+            let serve = started(&binary, &["serve", "--ports", "auto", "--ready-json"])?;
+            quickest = [quickest[0].min(serve), quickest[1].min(started(&own, &[BARE])?)];
         }
+        start.push(quickest[0]);
+        listener.push(quickest[1]);
     }
-    let [cheapest, fault, restore, from_file, start, listener] = times.map(median);
-    let figure = |name, took, beside, bare, most| Figure {
+    let [cheapest, fault, restore, from_file, start, listener] = &times;
+    let figure = |name, took: &Vec<f64>, beside, bare: &Vec<f64>, most| Figure {
         name,
-        took,
+        took: took.clone(),
         beside,
-        bare,
+        bare: bare.clone(),
         most,
     };
     let (call, ready) = ("a call of a bare axum server", "from start to ready line");
