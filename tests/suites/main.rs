@@ -26,6 +26,7 @@ mod maintenance;
 mod measured;
 mod motion;
 mod network;
+mod options;
 mod overlooked;
 mod permissions;
 mod programs;
