@@ -42,3 +42,4 @@ mod snapshots;
 mod status;
 mod transcripts;
 mod variables;
+mod wire;

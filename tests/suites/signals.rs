@@ -4,9 +4,10 @@
 
 use crate::extended::{text, values, word};
 use std::time::Duration;
+use ts3100_controller::deed::Deed;
 use ts3100_controller::options::Strobe;
 use ts3100_controller::{
-    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, Panel, Port,
+    Config, ControlRight, ControllerType, Dialect, Event, Input, KeySwitch, Output, Panel, Port,
 };
 use ts3100_tests::Robot;
 
@@ -347,6 +348,28 @@ fn resets_wait_for_a_stop_but_not_that_of_alarms() {
     pulse(&mut robot, ALM_RST);
     assert!(!output(&mut robot, ALARM) && !output(&mut robot, ACK));
     assert_eq!(status(&mut robot), "running");
+}
+
+/// SYS_RDY goes with alarms of level 4 and 8, without an emergency stop too, and stays with lesser ones.
+#[test]
+fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
+    for (number, ready) in [
+        ("8-203", false),
+        ("4-101", false),
+        ("2-101", true),
+        ("1-102", true),
+    ] {
+        let mut robot = robot();
+        assert!(output(&mut robot, SYS_RDY));
+        robot.feed(Input::Deed(Deed::RaiseAlarm {
+            number: number.to_string(),
+            detail: String::new(),
+        }));
+        assert!(output(&mut robot, ALARM), "{number}");
+        assert_eq!(output(&mut robot, SYS_RDY), ready, "{number}");
+        pulse(&mut robot, ALM_RST);
+        assert!(output(&mut robot, SYS_RDY), "{number}");
+    }
 }
 
 #[test]
