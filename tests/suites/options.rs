@@ -57,7 +57,16 @@ const ROWS: &[Row] = &[
     ),
     row(
         "do.min_run",
-        run_of_a_short_do,
+        |robot| run_of_a_short_do(robot, "DO,MOVEI 1, 0"),
+        &[
+            ("200ms", "199 ms: 1, 201 ms: 0, 299 ms: 0, 301 ms: 0"),
+            ("300ms", "199 ms: 1, 201 ms: 1, 299 ms: 1, 301 ms: 0"),
+            ("0s", "199 ms: 0, 201 ms: 0, 299 ms: 0, 301 ms: 0"),
+        ],
+    ),
+    row(
+        "do.min_run",
+        |robot| run_of_a_short_do(robot, "DO,SPEED = 50"),
         &[
             ("200ms", "199 ms: 1, 201 ms: 0, 299 ms: 0, 301 ms: 0"),
             ("300ms", "199 ms: 1, 201 ms: 1, 299 ms: 1, 301 ms: 0"),
@@ -101,6 +110,11 @@ const ROWS: &[Row] = &[
         "scol.din_unknown",
         |robot| printed(robot, "PRINT IP1, DIN(170), CR"),
         &[("alarm", "nothing, alarms 2-104"), ("zero", "0, alarms")],
+    ),
+    row(
+        "scol.din_unknown",
+        |robot| printed(robot, "ON DIN(170) DO DOUT(1)\nDELAY 0.05"),
+        &[("alarm", "nothing, alarms 2-104"), ("zero", "nothing, alarms")],
     ),
     row(
         "scol.equal_within",
@@ -348,8 +362,8 @@ fn command_in_a_download(robot: &mut Robot) -> String {
     answer.split(',').next().unwrap().to_string()
 }
 
-fn run_of_a_short_do(robot: &mut Robot) -> String {
-    robot.command(Port::Ip0, "DO,SPEED = 50");
+fn run_of_a_short_do(robot: &mut Robot, command: &str) -> String {
+    robot.command(Port::Ip0, command);
     let (start, mut shown) = (robot.now(), Vec::new());
     for at in [199, 201, 299, 301] {
         robot.advance(Duration::from_millis(at) - robot.now().since(start));
