@@ -4,10 +4,9 @@
 
 use crate::extended::{text, values, word};
 use std::time::Duration;
-use ts3100_controller::deed::Deed;
 use ts3100_controller::options::Strobe;
 use ts3100_controller::{
-    Config, ControlRight, ControllerType, Dialect, Event, Input, KeySwitch, Output, Panel, Port,
+    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, Panel, Port,
 };
 use ts3100_tests::Robot;
 
@@ -28,13 +27,13 @@ const SVOFF: u16 = 261;
 const EMG_ST: u16 = 249;
 const SV_RDY: u16 = 250;
 const ACK: u16 = 251;
-const SYS_RDY: u16 = 256;
+pub const SYS_RDY: u16 = 256;
 const AUTORUN: u16 = 257;
 const CYC_END: u16 = 258;
 const LOW_ST: u16 = 259;
 const CYC_ST: u16 = 260;
 const BT_ALM: u16 = 261;
-const ALARM: u16 = 262;
+pub const ALARM: u16 = 262;
 
 const PROGRAM: &str = "GLOBAL\nN = 7\nEND\nPROGRAM T\nPRINT IP1, \"A\"\nRCYCLE:\nN = N + 1\nDELAY 10.0\nPRINT IP1, \"B\"\nEND\n";
 
@@ -66,7 +65,7 @@ fn pulse(robot: &mut Robot, line: u16) {
     set(robot, line, false);
 }
 
-fn output(robot: &mut Robot, line: u16) -> bool {
+pub fn output(robot: &mut Robot, line: u16) -> bool {
     word(&robot.total(Port::Ip0), 106) >> (line - 249) & 1 == 1
 }
 
@@ -348,28 +347,6 @@ fn resets_wait_for_a_stop_but_not_that_of_alarms() {
     pulse(&mut robot, ALM_RST);
     assert!(!output(&mut robot, ALARM) && !output(&mut robot, ACK));
     assert_eq!(status(&mut robot), "running");
-}
-
-/// SYS_RDY goes with alarms of level 4 and 8, without an emergency stop too, and stays with lesser ones.
-#[test]
-fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
-    for (number, ready) in [
-        ("8-203", false),
-        ("4-101", false),
-        ("2-101", true),
-        ("1-102", true),
-    ] {
-        let mut robot = robot();
-        assert!(output(&mut robot, SYS_RDY));
-        robot.feed(Input::Deed(Deed::RaiseAlarm {
-            number: number.to_string(),
-            detail: String::new(),
-        }));
-        assert!(output(&mut robot, ALARM), "{number}");
-        assert_eq!(output(&mut robot, SYS_RDY), ready, "{number}");
-        pulse(&mut robot, ALM_RST);
-        assert!(output(&mut robot, SYS_RDY), "{number}");
-    }
 }
 
 #[test]
