@@ -26,6 +26,23 @@ fn stepped_time_passes_only_by_advance() {
     assert_eq!(robot.get("/outputs/4")["on"], true);
 }
 
+/// What ends before its time has not reached it: here everything is reset while time moves through more than could ever
+/// be served.
+#[test]
+fn an_advance_that_is_cut_short_has_not_reached_its_end() {
+    let robot = running("PROGRAM TEST\nAGAIN:\nDELAY 0.001\nGOTO AGAIN\nEND\n");
+    robot.post("/program/start", "");
+    std::thread::scope(|scope| {
+        let advance = scope.spawn(|| robot.post("/clock/advance", r#"{"seconds":2000000,"wall":600}"#));
+        while robot.get("/clock")["now"] == json!(0.0) {}
+        robot.post("/reset", "");
+        let ended = advance.join().unwrap();
+        assert_eq!(ended, json!({"reached":false,"now":0.0,"passed":0.0}));
+    });
+    let over = robot.post("/clock/advance", r#"{"seconds":1}"#);
+    assert_eq!(over, json!({"reached":true,"now":1.0,"passed":1.0}));
+}
+
 #[test]
 fn time_advances_until_something_happens() {
     let robot = running(SLOW);
