@@ -1,5 +1,5 @@
 //! A program and, behind a zero byte, what happens around the cell while it runs: records, signals, keys, stops,
-//! starts, feed hold, commands, time. The controller never panics, never hangs and never stops asking for bounded time.
+//! starts, feed hold, commands, time. The controller never panics, never hangs and tells a new host its status.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -21,7 +21,8 @@ fuzz_target!(|data: &[u8]| {
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
     let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
     let port = ts3100_controller::Port::Ip0;
-    cell.feed(Input::Received { port, bytes: text });
+    let answer = cell.feed(Input::Received { port, bytes: text });
+    assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
     cell.feed(Input::Panel(Panel::Start));
     cell.pass(50);
     for _ in 0..EVENTS {
@@ -31,4 +32,7 @@ fuzz_target!(|data: &[u8]| {
         cell.act(&mut choices);
     }
     cell.pass(2_000);
+    cell.new_host();
+    let status = cell.ask("SU");
+    assert!(status.starts_with(b"FL,MODE:"), "{}", status.escape_ascii());
 });

@@ -5,7 +5,7 @@
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{Input, Panel};
 use ts3100_fuzz::{Cell, text_and_choices};
-use ts3100_proto::parameter::{Edition, EthernetParameters, UserParameters, rewrite};
+use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, UserParameters, rewrite};
 
 const SECTIONS: [&str; 8] = ["E00", "E01", "E04", "E05", "E10", "U06", "U07", "U09"];
 
@@ -14,8 +14,14 @@ fuzz_target!(|data: &[u8]| {
     let content = text.as_bytes();
     let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
     let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
-    // What was read once is a good previous value.
-    let _ = EthernetParameters::parse(content, &ethernet);
+    // What was read is kept where nothing else is said, and read again from a file of its own.
+    assert_eq!(EthernetParameters::parse(b"", &ethernet).0, ethernet);
+    assert_eq!(UserParameters::parse(b"", &user, Edition::SixAxis).0, user);
+    let written = ethernet.text(LineEnd::Lf);
+    assert_eq!(
+        EthernetParameters::parse(&written, &EthernetParameters::factory()),
+        (ethernet, Vec::new())
+    );
     let _ = UserParameters::parse(content, &user, Edition::Scara);
     let section = SECTIONS[usize::from(choices.byte()) % SECTIONS.len()];
     let value = String::from_utf8_lossy(choices.chunk()).into_owned();
@@ -33,6 +39,17 @@ fuzz_target!(|data: &[u8]| {
         let _ = cell.controller.put_file(name, content);
         let _ = cell.controller.set_parameter(name, section, &key, &value);
     }
+    let stored = |name: &str| {
+        let mut files = cell.controller.files();
+        files.find(|(found, _)| *found == name).map(|(_, content)| content.to_vec())
+    };
+    let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
+    let (before, lines_before) = (cell.controller.ethernet().clone(), *cell.controller.user());
     cell.feed(Input::Panel(Panel::PowerCycle));
     cell.pass(1_000);
+    // The power-on takes what the files say, and for the rest the values of before.
+    let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;
+    assert_eq!(*cell.controller.ethernet(), expected);
+    let expected = UserParameters::parse(&lines.unwrap_or_default(), &lines_before, Edition::SixAxis).0;
+    assert_eq!(*cell.controller.user(), expected);
 });

@@ -1,17 +1,24 @@
 //! Arbitrary bytes on every port, cut anywhere, with time in between, connections that come and go, and everything one
-//! can do at the panel. The controller never panics, never hangs, never grows without bound, and still answers a
-//! host afterwards.
+//! can do at the panel. The controller never panics, never hangs, never grows without bound, and afterwards lists its
+//! files to a new host as they are.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ts3100_controller::{Input, Panel, Port};
+use ts3100_controller::{ControlRight, Input, KeySwitch, Panel};
 use ts3100_fuzz::{Cell, Choices};
+use ts3100_proto::parameter::OpenMode;
 
 /// Things that happen in one run.
 const EVENTS: u32 = 300;
 const PROGRAM: &[u8] =
     b"GLOBAL\rN=0\rEND\rPROGRAM M\rX=0.0\rL:\rINPUT IP1,N,X\rPRINT IP1,N,X,CR\rGOTO L\rEND\rDATA\r\
     POINT P1=400,0,200/\rEND\r";
+
+/// Name and size of a record of CA.
+fn entry(record: &str) -> (&str, usize) {
+    let (name, size) = record.split_once(' ').expect("a name and a size");
+    (name, size.trim().parse().expect("a size"))
+}
 
 fuzz_target!(|data: &[u8]| {
     let mut choices = Choices(data);
@@ -26,11 +33,20 @@ fuzz_target!(|data: &[u8]| {
     }
     // Texts left open run out, and a new host is served.
     cell.pass(30_000);
-    cell.feed(Input::Disconnected { port: Port::Ip0 });
+    cell.feed(Input::Panel(Panel::Key(KeySwitch::Ext)));
+    cell.feed(Input::Panel(Panel::ControlRight(ControlRight::Ether)));
     cell.feed(Input::Panel(Panel::PowerCycle));
-    let port = Port::Ip0;
-    let peer = String::from("fresh");
-    cell.feed(Input::Connected { port, peer });
-    let bytes = b"\x02CA\r\x03".to_vec();
-    cell.feed(Input::Received { port, bytes });
+    if cell.controller.network().channels[0].mode == OpenMode::NotUsed {
+        return;
+    }
+    cell.new_host();
+    let listed = String::from_utf8(cell.file("CA")).expect("a directory is characters");
+    let found: Vec<(&str, usize)> = listed.split_terminator('\r').map(entry).collect();
+    let mut kept: Vec<(&str, usize)> = cell
+        .controller
+        .files()
+        .map(|(name, content)| (name, content.len()))
+        .collect();
+    kept.sort_unstable();
+    assert_eq!(found, kept, "{listed:?}");
 });

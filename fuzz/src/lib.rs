@@ -10,6 +10,9 @@ const MAX_DEADLINES: u32 = 200_000;
 /// Most bytes that may come out of one input: more is growth without bound.
 const MAX_OUT: usize = 16 * 1024 * 1024;
 
+/// Longest text, from STX to ETX.
+const MAX_TEXT: usize = 255;
+
 /// Bytes read from the front as choices; zeros when they are used up.
 pub struct Choices<'a>(pub &'a [u8]);
 
@@ -86,20 +89,66 @@ impl Cell {
         cell
     }
 
-    /// Hands one input in and drains what comes out.
+    /// Hands one input in and drains what comes out; what is sent on IP0 is returned.
     ///
     /// # Panics
     /// When more comes out than any input can ask for.
-    pub fn feed(&mut self, input: Input) {
-        let mut size = 0;
+    pub fn feed(&mut self, input: Input) -> Vec<u8> {
+        let (mut size, mut heard) = (0, Vec::new());
         for output in self.controller.feed(self.now, input) {
             size += match output {
-                Output::Send { bytes, .. } => bytes.len(),
+                Output::Send { port, bytes } => {
+                    let length = bytes.len();
+                    if port == Port::Ip0 {
+                        heard.extend(bytes);
+                    }
+                    length
+                }
                 Output::Stored { content, .. } => content.len(),
                 _ => 64,
             };
         }
         assert!(size < MAX_OUT, "{size} bytes came of one input");
+        heard
+    }
+
+    /// A host that has just come to IP0 sends a command: the data section of its answer.
+    ///
+    /// # Panics
+    /// When the answer is not exactly one text of at most 255 bytes.
+    pub fn ask(&mut self, command: &str) -> Vec<u8> {
+        let bytes = [b"\x02", command.as_bytes(), b"\r\x03"].concat();
+        let port = Port::Ip0;
+        let answer = self.feed(Input::Received { port, bytes });
+        let data = answer.strip_prefix(b"\x02").and_then(|rest| rest.strip_suffix(b"\x03"));
+        let data = data.filter(|data| answer.len() <= MAX_TEXT && !data.contains(&0x03));
+        data.unwrap_or_else(|| panic!("{command}: one text expected, {} found", answer.escape_ascii()))
+            .to_vec()
+    }
+
+    /// The file that a command is answered with, every text acknowledged.
+    ///
+    /// # Panics
+    /// When the texts are not those of a file.
+    pub fn file(&mut self, command: &str) -> Vec<u8> {
+        let first = self.ask(command);
+        let mut content = first.strip_prefix(b"FL,").map(<[u8]>::to_vec).unwrap_or_else(|| {
+            panic!("{command}: FL expected, {} found", first.escape_ascii());
+        });
+        while content.last() != Some(&0x1A) {
+            assert!(content.len() < MAX_OUT, "{command}: a file without an end");
+            content.extend(self.ask("OK"));
+        }
+        content.pop();
+        content
+    }
+
+    /// Everyone on IP0 is gone, and another host comes.
+    pub fn new_host(&mut self) {
+        let port = Port::Ip0;
+        self.feed(Input::Disconnected { port });
+        let peer = String::from("fresh");
+        self.feed(Input::Connected { port, peer });
     }
 
     /// Lets time pass, every deadline served at its own time.
@@ -130,7 +179,7 @@ impl Cell {
         match what % 24 {
             0..=8 => {
                 let bytes = choices.chunk().to_vec();
-                self.feed(Input::Received { port, bytes });
+                drop(self.feed(Input::Received { port, bytes }));
             }
             9 | 10 => {
                 let text = [b"\x02", choices.chunk(), b"\r\x03"].concat();

@@ -28,9 +28,8 @@ fn files(folder: &Path, extension: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
     while let Some(folder) = folders.pop() {
-        let Ok(entries) = std::fs::read_dir(&folder) else {
-            continue;
-        };
+        let entries =
+            std::fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
         for path in entries.map(|entry| entry.unwrap().path()) {
             if path.is_dir() {
                 if path.file_name().is_some_and(|name| name != "target") {
@@ -189,6 +188,85 @@ fn nothing_panics_on_purpose() {
             "{name}: {expects} `expect` in {lines} lines, {most} allowed"
         );
     }
+}
+
+/// Words by which a test waits for the clock instead of for what it is about.
+const CLOCKS: [&str; 2] = ["sleep(", "Instant::now("];
+
+/// Where tests may have them all the same: file, word, reason.
+const MAY_WATCH_THE_CLOCK: [(&str, &str, &str); 6] = [
+    (
+        "crates/emulator/src/testing/eventually.rs",
+        "sleep(",
+        "the one place that looks again and again, with a bound",
+    ),
+    (
+        "crates/emulator/src/testing/eventually.rs",
+        "Instant::now(",
+        "its bound",
+    ),
+    (
+        "crates/emulator/src/hub/tests.rs",
+        "sleep(",
+        "under tokio's clock that the test has paused: it takes no time",
+    ),
+    (
+        "crates/emulator/src/hub/tests.rs",
+        "Instant::now(",
+        "virtual time is compared with the wall, which it must not pass",
+    ),
+    (
+        "tests/suites/purity.rs",
+        "Instant::now(",
+        "a source that the compiler has to refuse",
+    ),
+    ("tests/suites/house.rs", "", "the words themselves"),
+];
+
+/// The part of a source that is tests, with the number of its first line.
+fn tests_of<'a>(path: &Path, text: &'a str) -> (usize, &'a str) {
+    let tests = if is_test(path) {
+        text
+    } else {
+        &text[product(text).len()..]
+    };
+    (text[..text.len() - tests.len()].matches('\n').count() + 1, tests)
+}
+
+#[test]
+fn no_test_waits_by_the_clock() {
+    let (mut offenders, mut excused) = (Vec::new(), BTreeMap::new());
+    for (path, text) in sources() {
+        let whole = path.to_string_lossy().replace('\\', "/");
+        // Programs beside the suites measure.
+        if whole.contains("/tests/src/bin/") {
+            continue;
+        }
+        let (first, tests) = tests_of(&path, &text);
+        for (number, line) in (first..).zip(tests.lines()) {
+            let code = line.trim_start();
+            let found = CLOCKS.iter().find(|word| code.contains(**word));
+            let Some(word) = found.filter(|_| !code.starts_with("//")) else {
+                continue;
+            };
+            let excuse = MAY_WATCH_THE_CLOCK
+                .iter()
+                .position(|(file, may, _)| whole.ends_with(file) && (may.is_empty() || may == word));
+            match excuse {
+                Some(index) => *excused.entry(index).or_insert(0) += 1,
+                None => offenders.push(format!("{}:{number}: {word}", path.display())),
+            }
+        }
+    }
+    none(
+        "tests that wait by the clock; wait for an event or for bytes, move virtual time, or use `eventually`",
+        &offenders,
+    );
+    assert_eq!(
+        excused.len(),
+        MAY_WATCH_THE_CLOCK.len(),
+        "an exception that nothing needs: {excused:?}"
+    );
 }
 
 /// An error whose words contain those of its source, and that hands the source on besides, has it twice in the words

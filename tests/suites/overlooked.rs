@@ -1,7 +1,9 @@
 //! Behaviours that could be taken out of the controller without any other suite noticing.
 
 use super::extended::{text, word};
-use ts3100_controller::{Config, Dialect, KeySwitch, Options, Panel, Port};
+use super::signals::{ALARM, SYS_RDY, output};
+use ts3100_controller::deed::Deed;
+use ts3100_controller::{Config, Dialect, Input, KeySwitch, Options, Panel, Port};
 use ts3100_tests::{Robot, frame};
 
 fn with(change: impl Fn(&mut Options)) -> Robot {
@@ -169,4 +171,26 @@ fn mw_does_not_restore_into_a_file_that_was_downloaded_anew() {
     robot.command(Port::Ip0, "SL,TEST");
     robot.command(Port::Ip0, "MW,1 N1 0 7");
     assert!(robot.file(Port::Ip0, "UL,TEST").starts_with(b"GLOBAL\nN1 = 7\n"));
+}
+
+/// SYS_RDY goes with alarms of level 4 and 8, without an emergency stop too, and stays with lesser ones.
+#[test]
+fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
+    for (number, ready) in [
+        ("8-203", false),
+        ("4-101", false),
+        ("2-101", true),
+        ("1-102", true),
+    ] {
+        let mut robot = with(|_| {});
+        assert!(output(&mut robot, SYS_RDY));
+        robot.feed(Input::Deed(Deed::RaiseAlarm {
+            number: number.to_string(),
+            detail: String::new(),
+        }));
+        assert!(output(&mut robot, ALARM), "{number}");
+        assert_eq!(output(&mut robot, SYS_RDY), ready, "{number}");
+        robot.command(Port::Ip0, "RS,ERR");
+        assert!(output(&mut robot, SYS_RDY), "{number}");
+    }
 }

@@ -27,13 +27,13 @@ const SVOFF: u16 = 261;
 const EMG_ST: u16 = 249;
 const SV_RDY: u16 = 250;
 const ACK: u16 = 251;
-const SYS_RDY: u16 = 256;
+pub const SYS_RDY: u16 = 256;
 const AUTORUN: u16 = 257;
 const CYC_END: u16 = 258;
 const LOW_ST: u16 = 259;
 const CYC_ST: u16 = 260;
 const BT_ALM: u16 = 261;
-const ALARM: u16 = 262;
+pub const ALARM: u16 = 262;
 
 const PROGRAM: &str = "GLOBAL\nN = 7\nEND\nPROGRAM T\nPRINT IP1, \"A\"\nRCYCLE:\nN = N + 1\nDELAY 10.0\nPRINT IP1, \"B\"\nEND\n";
 
@@ -65,7 +65,7 @@ fn pulse(robot: &mut Robot, line: u16) {
     set(robot, line, false);
 }
 
-fn output(robot: &mut Robot, line: u16) -> bool {
+pub fn output(robot: &mut Robot, line: u16) -> bool {
     word(&robot.total(Port::Ip0), 106) >> (line - 249) & 1 == 1
 }
 

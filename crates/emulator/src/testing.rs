@@ -1,5 +1,7 @@
 //! What several unit tests of this crate need: a directory that goes away with its value.
 
+pub mod eventually;
+
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 

@@ -2,12 +2,19 @@
 
 #![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
 
+#[path = "../src/testing/eventually.rs"]
+mod eventually;
+
+use eventually::eventually;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_emulator::embed::{ArmError, Emulator};
+use ts3100_emulator::client::Client;
+use ts3100_emulator::clock::TimeMode;
+use ts3100_emulator::control::ControlSettings;
+use ts3100_emulator::embed::{ArmError, Builder, Emulator};
 
 const LONG: Duration = Duration::from_secs(30);
 const SO: &[u8] = b"\x02SO\r\x03";
@@ -34,21 +41,50 @@ fn rest(stream: &mut TcpStream) -> (Vec<u8>, Option<ErrorKind>) {
 
 /// Connects until the robot serves; the robot may hold on to a former connection for a while.
 fn served(robot: &Emulator) -> TcpStream {
-    let limit = Instant::now() + LONG;
-    loop {
+    eventually("the robot serves again", || {
         // After the power was off nobody listens for a moment.
-        if let Ok(mut host) = TcpStream::connect(robot.address(Port::Ip0).unwrap()) {
-            host.set_read_timeout(Some(LONG)).unwrap();
-            let asked = host.write_all(SO);
-            let mut answer = [0; 5];
-            if asked.and_then(|()| host.read_exact(&mut answer)).is_ok() {
-                assert_eq!(answer, OK);
-                return host;
-            }
-        }
-        assert!(Instant::now() < limit, "the robot does not serve again");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+        let mut host = TcpStream::connect(robot.address(Port::Ip0).unwrap()).ok()?;
+        host.set_read_timeout(Some(LONG)).unwrap();
+        let mut answer = [0; 5];
+        host.write_all(SO)
+            .and_then(|()| host.read_exact(&mut answer))
+            .ok()?;
+        assert_eq!(answer, OK);
+        Some(host)
+    })
+}
+
+/// With time that only the test moves.
+fn stepped() -> Builder {
+    Emulator::builder()
+        .control(ControlSettings::free())
+        .time(TimeMode::Stepped)
+}
+
+fn advance(robot: &Emulator, seconds: f64) {
+    let client = Client::new(&format!("http://{}", robot.control().unwrap()), None).unwrap();
+    let body = format!("{{\"seconds\":{seconds}}}");
+    let (status, answer) = client.call("POST", "/clock/advance", Some(&body)).unwrap();
+    assert_eq!(status, 200, "{answer}");
+}
+
+/// Waits until a fault has bitten.
+fn bitten(robot: &Emulator) -> String {
+    let fired = |output: &Output| match output {
+        Output::Event(Event::Fault {
+            fired: true, message, ..
+        }) => Some(message.clone()),
+        _ => None,
+    };
+    robot.wait_for(LONG, fired).unwrap()
+}
+
+/// Whether nothing has come and the connection is open, without waiting for either.
+fn is_open(host: &mut TcpStream) -> bool {
+    host.set_nonblocking(true).unwrap();
+    let kind = host.read(&mut [0; 8]).map_err(|error| error.kind());
+    host.set_nonblocking(false).unwrap();
+    kind == Err(ErrorKind::WouldBlock)
 }
 
 #[test]
@@ -68,32 +104,24 @@ fn a_connection_is_reset_or_closed_in_the_middle_of_a_text() {
 
 #[test]
 fn a_half_open_connection_is_silent_and_open_until_the_robot_gives_it_up() {
-    let robot = Emulator::builder()
+    let robot = stepped()
         .fault("half-open:command=SO,lasts=700")
         .unwrap()
         .start()
         .unwrap();
     let mut host = dial(&robot);
     host.write_all(SO).unwrap();
-    let since = Instant::now();
-    host.set_read_timeout(Some(Duration::from_millis(300))).unwrap();
-    let silent = host.read(&mut [0; 8]).map_err(|error| error.kind());
-    assert!(
-        matches!(silent, Err(ErrorKind::WouldBlock | ErrorKind::TimedOut)),
-        "{silent:?}"
-    );
+    bitten(&robot);
+    advance(&robot, 0.699);
+    assert!(is_open(&mut host));
     // Still open: it takes what nobody reads.
     host.write_all(SO).unwrap();
     // Nobody else is served as long as the robot believes in it.
     let mut second = dial(&robot);
     assert!(matches!(second.read(&mut [0; 8]), Ok(0) | Err(_)));
-    host.set_read_timeout(Some(LONG)).unwrap();
+    assert!(is_open(&mut host));
+    advance(&robot, 0.001);
     assert_eq!(rest(&mut host), (Vec::new(), Some(ErrorKind::ConnectionReset)));
-    assert!(
-        since.elapsed() >= Duration::from_millis(650),
-        "{:?}",
-        since.elapsed()
-    );
     served(&robot);
 }
 
@@ -106,8 +134,8 @@ fn a_host_that_waits_behind_a_half_open_connection_it_has_closed_is_served_next(
         .unwrap();
     let mut host = dial(&robot);
     host.write_all(SO).unwrap();
-    host.set_read_timeout(Some(Duration::from_millis(100))).unwrap();
-    assert!(host.read(&mut [0; 8]).is_err());
+    bitten(&robot);
+    assert!(is_open(&mut host));
     drop(host);
     served(&robot);
 }
@@ -123,13 +151,7 @@ fn faults_are_armed_reported_and_disarmed_while_it_runs() {
     let mut answer = [0; 5];
     host.read_exact(&mut answer).unwrap();
     assert_eq!(&answer, b"\x02NG\r\x03");
-    let said = robot.wait_for(LONG, |output| match output {
-        Output::Event(Event::Fault {
-            fired: true, message, ..
-        }) => Some(message.clone()),
-        _ => None,
-    });
-    assert_eq!(said.as_deref(), Ok("SO is refused"));
+    assert_eq!(bitten(&robot), "SO is refused");
     robot.disarm(2).unwrap();
     let reports = robot.faults().unwrap();
     let seen: Vec<_> = reports

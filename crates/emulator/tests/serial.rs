@@ -7,6 +7,10 @@
     reason = "helpers of tests, which may fail as tests do"
 )]
 
+#[path = "../src/testing/eventually.rs"]
+mod eventually;
+
+use eventually::eventually;
 use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serialport::{SerialPort, TTYPort};
@@ -17,11 +21,12 @@ use std::os::fd::OwnedFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use ts3100_controller::{Event, Output, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::{Builder, Emulator};
 use ts3100_emulator::line::SerialEnd;
+use ts3100_emulator::transcript::{Recording, What};
 
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -237,12 +242,10 @@ fn a_terminal_nobody_has_set_follows_the_robot_and_another_stays() {
     assert_eq!(shown(&directory.at("host")), (9_600, false));
     drop(open(&directory.at("com1"), 19_200));
     set_u06(&robot, "4800 8 0 1", "38400 8 0 2");
-    let until = Instant::now() + LIMIT;
-    while shown(&directory.at("host")) != (38_400, true) {
-        assert!(Instant::now() < until, "{:?}", shown(&directory.at("host")));
-        // Each look is a host for the robot, which has to see it go.
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    // Each look is a host for the robot, which has to see it go.
+    eventually("the terminal follows [U06]", || {
+        (shown(&directory.at("host")) == (38_400, true)).then_some(())
+    });
     assert_eq!(
         shown(&directory.at("com1")),
         (19_200, false),
@@ -253,27 +256,36 @@ fn a_terminal_nobody_has_set_follows_the_robot_and_another_stays() {
 #[test]
 fn characters_take_their_time_unless_told_not_to() {
     let directory = Directory::new();
-    let ask = |paced: &str| {
+    let transcript = directory.at("robot.jsonl");
+    // From the command to the host's answer behind the last byte, in the robot's own time; and to the first byte.
+    let answer = |paced: &str| {
         let robot = directory
             .robot()
             .option("serial.pacing", paced)
             .unwrap()
+            .transcript(transcript.to_str().unwrap())
+            .unwrap()
             .start()
             .unwrap();
         let mut host = open(&directory.at("host"), 9_600);
-        let start = Instant::now();
         host.write_all(&text("SF")).unwrap();
         let mut body = [0; 282];
         host.read_exact(&mut body).unwrap();
+        host.write_all(&text("OK")).unwrap();
+        text_in(&robot, b"OK\r");
         drop(robot);
-        start.elapsed()
+        let records = Recording::read(&transcript).unwrap().records;
+        let of_host = |what: &What| matches!(what, What::FromHost { .. });
+        let asked = records.iter().find(|record| of_host(&record.what)).unwrap().at;
+        let said = records.iter().rfind(|record| of_host(&record.what)).unwrap().at;
+        let of_robot = |what: &What| matches!(what, What::FromRobot { .. });
+        let first = records.iter().find(|record| of_robot(&record.what)).unwrap().at;
+        (said.since(asked), first.since(asked))
     };
     // 287 characters of 10 bits.
-    let expected = Duration::from_millis(298);
-    let found = ask("true");
-    assert!(found >= expected, "{found:?}");
-    let found = ask("false");
-    assert!(found < expected / 2, "{found:?}");
+    let (paced, unpaced) = (answer("true"), answer("false"));
+    assert!(paced.0 >= Duration::from_millis(298), "{paced:?}");
+    assert_eq!(unpaced.1, Duration::ZERO, "{unpaced:?} {paced:?}");
 }
 
 #[test]
@@ -459,24 +471,27 @@ fn cable() -> (File, PathBuf) {
     (File::from(master), PathBuf::from(name))
 }
 
-/// Reads a text with a limit: the master's end of a terminal has none of its own.
-fn hear_cable(cable: &File) -> Vec<u8> {
+/// The master's end of a terminal has no limit of its own for reading.
+fn unblocked(cable: &File) {
     let fd: OwnedFd = cable.try_clone().unwrap().into();
     let flags = rustix::fs::fcntl_getfl(&fd).unwrap();
     rustix::fs::fcntl_setfl(&fd, flags | OFlags::NONBLOCK).unwrap();
-    let (mut found, until) = (Vec::new(), Instant::now() + LIMIT);
-    while found.last() != Some(&0x03) {
+}
+
+fn hear_cable(cable: &File) -> Vec<u8> {
+    unblocked(cable);
+    let mut found = Vec::new();
+    eventually("a text on the cable", || {
         let mut byte = [0];
-        match (&mut &*cable).read(&mut byte) {
-            Ok(1) => found.push(byte[0]),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
-                assert!(Instant::now() < until, "{found:02x?}");
-                std::thread::yield_now();
+        while found.last() != Some(&0x03) {
+            match (&mut &*cable).read(&mut byte) {
+                Ok(1) => found.push(byte[0]),
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return None,
+                other => panic!("{other:?} behind {found:02x?}"),
             }
-            other => panic!("{other:?} behind {found:02x?}"),
         }
-    }
-    found
+        Some(std::mem::take(&mut found))
+    })
 }
 
 #[test]
@@ -502,24 +517,14 @@ fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
     symlink(&name, directory.at("tty")).unwrap();
     drop(first);
     // What is written before the robot listens is not heard.
-    let until = Instant::now() + LIMIT;
-    let answer = loop {
-        second.write_all(&text("CA")).unwrap();
-        let waited = Instant::now() + Duration::from_millis(200);
-        let mut byte = [0; 300];
-        let fd: OwnedFd = second.try_clone().unwrap().into();
-        let flags = rustix::fs::fcntl_getfl(&fd).unwrap();
-        rustix::fs::fcntl_setfl(&fd, flags | OFlags::NONBLOCK).unwrap();
-        let mut count = 0;
-        while count == 0 && Instant::now() < waited {
-            count = second.read(&mut byte).unwrap_or(0);
-            std::thread::yield_now();
-        }
-        if count > 0 {
-            break byte[..count].to_vec();
-        }
-        assert!(Instant::now() < until);
-    };
+    unblocked(&second);
+    let answer = eventually("the next cable is heard", || {
+        // Nobody reads what fills the terminal before.
+        let _ = second.write_all(&text("CA"));
+        let mut bytes = [0; 300];
+        let count = second.read(&mut bytes).ok().filter(|count| *count > 0)?;
+        Some(bytes[..count].to_vec())
+    });
     assert!(answer.starts_with(b"\x02FL,"), "{answer:02x?}");
     drop(robot);
 }

@@ -6,11 +6,15 @@
     reason = "what does not hold in a helper of the tests fails the test"
 )]
 
+#[path = "../src/testing/eventually.rs"]
+mod eventually;
+
+use eventually::eventually;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use ts3100_controller::{Config, Dialect};
 use ts3100_controller::{Deed, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
@@ -78,16 +82,10 @@ fn talk() -> [Vec<u8>; 3] {
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
     let mut program = dial(&robot, Port::Ip1);
     // What goes over different connections has no order unless it is waited for.
-    let seen = || {
-        std::fs::read_to_string(&names[0])
-            .unwrap()
-            .contains("! connect IP1")
-    };
-    let start = Instant::now();
-    while !seen() {
-        assert!(start.elapsed() < LONG, "the connection is not in the file");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    eventually("the connection is in the file", || {
+        let text = std::fs::read_to_string(&names[0]).unwrap();
+        text.contains("! connect IP1").then_some(())
+    });
     exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
     exchange(&mut program, b"", b"REQ\r");
     robot.panel(Panel::EmergencyStop(true)).unwrap();

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::embed::single_threaded;
+use crate::testing::eventually::eventually;
 use crate::transcript::{Format, Recording};
 use socket2::SockRef;
 use std::io::{ErrorKind, Read, Write};
@@ -12,8 +13,6 @@ use std::thread::JoinHandle;
 use tokio::sync::oneshot;
 
 const LONG: Duration = Duration::from_secs(30);
-/// Long enough for something that should not come.
-const SHORT: Duration = Duration::from_millis(50);
 
 /// A tap of IP0 in a thread of its own.
 struct Tapped {
@@ -73,15 +72,9 @@ impl Tapped {
 
     /// Waits until so many things are written down.
     fn noted(&self, count: usize) -> Vec<What> {
-        let start = Instant::now();
-        loop {
-            let whats = self.whats();
-            if whats.len() >= count {
-                return whats;
-            }
-            assert!(start.elapsed() < LONG, "{count} records awaited, {whats:?} found");
-            std::thread::sleep(Duration::from_millis(2));
-        }
+        eventually("so many records", || {
+            Some(self.whats()).filter(|whats| whats.len() >= count)
+        })
     }
 }
 
@@ -184,12 +177,25 @@ fn a_stream_larger_than_every_buffer_passes_while_nobody_reads_for_a_while() {
     let mut host = tap.dial();
     let mut robot = accept(&listener);
     let sent: Vec<u8> = (0..4_000_000_u32).map(|number| (number % 251) as u8).collect();
-    let copy = sent.clone();
+    // Nobody reads until nothing more fits between the two.
+    host.set_nonblocking(true).unwrap();
+    let mut written = 0;
+    let full = loop {
+        match host.write(&sent[written..]) {
+            Ok(count) => written += count,
+            Err(error) => break error.kind(),
+        }
+    };
+    host.set_nonblocking(false).unwrap();
+    assert!(
+        full == ErrorKind::WouldBlock && written < sent.len(),
+        "{full}, {written}"
+    );
+    let rest = sent[written..].to_vec();
     let writing = std::thread::spawn(move || {
-        host.write_all(&copy).unwrap();
+        host.write_all(&rest).unwrap();
         host
     });
-    std::thread::sleep(SHORT);
     assert!(read(&mut robot, sent.len()) == sent);
     let mut host = writing.join().unwrap();
     robot.write_all(b"done").unwrap();
@@ -200,20 +206,25 @@ fn a_stream_larger_than_every_buffer_passes_while_nobody_reads_for_a_while() {
 fn the_tap_says_nothing_of_its_own() {
     let (listener, address) = real();
     let tap = Tapped::before(address);
-    listener.set_nonblocking(true).unwrap();
-    std::thread::sleep(SHORT);
-    assert!(listener.accept().is_err(), "no connection before a host comes");
-    listener.set_nonblocking(false).unwrap();
     let mut host = tap.dial();
     let mut robot = accept(&listener);
-    for stream in [&mut host, &mut robot] {
-        stream.set_read_timeout(Some(SHORT)).unwrap();
-        let error = stream.read(&mut [0; 8]).unwrap_err();
-        assert!(
-            matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut),
-            "{error}"
-        );
+    // What one end says is the first that the other hears, and then comes its end.
+    host.write_all(b"h").unwrap();
+    robot.write_all(b"r").unwrap();
+    for (stream, said) in [(&mut robot, b"h"), (&mut host, b"r")] {
+        assert_eq!(read(stream, 1), said);
     }
+    host.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(robot.read(&mut [0; 8]).unwrap(), 0);
+    robot.shutdown(Shutdown::Write).unwrap();
+    assert_eq!(host.read(&mut [0; 8]).unwrap(), 0);
+    listener.set_nonblocking(true).unwrap();
+    let error = listener.accept().unwrap_err();
+    assert_eq!(
+        error.kind(),
+        ErrorKind::WouldBlock,
+        "one connection, for the one host"
+    );
 }
 
 #[test]
@@ -303,13 +314,15 @@ fn more_hosts_than_there_is_room_for_are_turned_away() {
     assert!(is_reset(&mut tap.dial()));
     assert_eq!(tap.noted(MAX_HOSTS).len(), MAX_HOSTS);
     there.clear();
-    let start = Instant::now();
+    let greeter = std::thread::spawn(move || {
+        let mut robot = accept(&listener);
+        robot.write_all(b"r").unwrap();
+        robot
+    });
     // Room is there again as soon as the ends are seen.
-    while is_reset(&mut {
-        let host = tap.dial();
-        host.set_read_timeout(Some(SHORT)).unwrap();
-        host
-    }) {
-        assert!(start.elapsed() < LONG);
-    }
+    eventually("room for a host", || {
+        let mut host = tap.dial();
+        (!is_reset(&mut host)).then_some(())
+    });
+    drop(greeter.join().unwrap());
 }

@@ -295,6 +295,32 @@ fn bytes_are_injected_and_peers_dropped() {
     robot.refused(400, "GET", "/channels/IP9", "");
 }
 
+/// The pendant as it can be reached: its three pages at once, in the order in which its keys lead through them.
+// clause: UI-ETHER-01 UI-ETHER-02
+#[test]
+fn the_pendant_shows_the_pages_of_the_ethernet_display() {
+    let robot = running(DATA);
+    let pages = || robot.get("/pendant")["ether_pages"].clone();
+    let shown = pages();
+    let headings: Vec<_> = (0..3)
+        .map(|page| shown[page]["heading"].as_str().unwrap())
+        .collect();
+    let expected = ["[1/3]", "[2/3]", "[3/3]"].map(|page| format!("ETHERNET STATUS {page}"));
+    assert_eq!(headings, expected);
+    assert_eq!(shown.as_array().unwrap().len(), 3);
+    let line = |page: usize, line: usize| {
+        let pages = pages();
+        let text = pages[page]["lines"][line].as_str().unwrap();
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!(line(0, 0), "IP ADDRESS 192.168.0.124");
+    assert_eq!(line(2, 0), "IP0 HOST TCP/S LISTEN");
+    let host = robot.host();
+    let port = host.0.local_addr().unwrap().port();
+    assert_eq!(line(1, 0), format!("IP0 01000 {port:05} 127.0.0.1"));
+    assert_eq!(line(2, 0), "IP0 HOST TCP/S ESTABLISHED");
+}
+
 #[test]
 fn the_pendant_takes_keys_and_shows_prints() {
     let robot = running("PROGRAM TEST\nINPUT N\nPRINT \"GOT \", N, CR\nEND\n");

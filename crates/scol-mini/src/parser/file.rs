@@ -126,16 +126,13 @@ impl Parser<'_> {
     }
 
     /// A line outside all blocks: a misspelt heading opens its block all the same.
-    fn outside(&mut self, line: Line, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Problem> {
+    fn outside(&mut self, cursor: &mut Cursor<'_>, alone: bool) -> Result<(), Problem> {
         let message = if self.after_data {
             "nothing follows the DATA block"
         } else {
             "expected GLOBAL, PROGRAM or DATA"
         };
-        let place = Span {
-            start: line.span.start,
-            end: cursor.span().end,
-        };
+        let place = cursor.span();
         let problem = Problem::new("E0301", place, format!("{message}, found this line"));
         let problem = problem.help("every statement belongs between PROGRAM and END");
         let word = match cursor.peek() {
@@ -187,7 +184,7 @@ impl Parser<'_> {
                 self.unclosed(cursor.span(), word, line.number);
                 self.program(&mut cursor)
             }
-            (_, Place::Outside) => self.outside(line, &mut cursor, alone),
+            (_, Place::Outside) => self.outside(&mut cursor, alone),
             (_, Place::Global) => cursor.global_line(&mut self.file.globals),
             (_, Place::Data) => self.data(&mut cursor),
             (_, Place::Program) => self.statement(line.number, &mut cursor),

@@ -1,0 +1,87 @@
+//! The options of the links, which only real sockets show.
+
+use std::io::{Read, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::time::Duration;
+use ts3100_controller::Port;
+use ts3100_emulator::embed::Emulator;
+use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
+use ts3100_tests::frame;
+
+/// Longest wait for what must come.
+const LONG: Duration = Duration::from_secs(20);
+
+fn emulator(option: &str, value: Option<&str>, ethernet: &EthernetParameters) -> Emulator {
+    let mut builder = Emulator::builder().file("ETHERNET.PAR", ethernet.text(LineEnd::Lf));
+    if let Some(value) = value {
+        builder = builder.option(option, value).unwrap();
+    }
+    builder.start().unwrap()
+}
+
+fn dial(address: SocketAddr) -> TcpStream {
+    let stream = TcpStream::connect(address).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    stream
+}
+
+/// Whether this host is served; the other case is the end of the connection.
+fn served(host: &mut TcpStream) -> bool {
+    let mut answer = [0; 5];
+    let told = host
+        .write_all(&frame(b"SP\r"))
+        .and_then(|()| host.read_exact(&mut answer));
+    told.is_ok() && answer == *frame(b"OK\r")
+}
+
+#[test]
+fn channel_second_says_which_of_two_hosts_stays() {
+    for (value, stays) in [
+        (None, [true, false]),
+        (Some("refuse"), [true, false]),
+        (Some("replace"), [false, true]),
+    ] {
+        let robot = emulator("channel.second", value, &EthernetParameters::factory());
+        let address = robot.address(Port::Ip0).unwrap();
+        let mut first = dial(address);
+        assert!(served(&mut first), "{value:?}");
+        let mut second = dial(address);
+        let second_stays = served(&mut second);
+        assert_eq!([served(&mut first), second_stays], stays, "{value:?}");
+    }
+}
+
+/// Two client channels that lose each connection at once: the one with the short pause comes again, and again, before
+/// the one with the default's two seconds does.
+#[test]
+fn channel_redial_says_how_soon_a_client_channel_comes_again() {
+    let dialled = |value| {
+        let peer = TcpListener::bind("127.0.0.1:0").unwrap();
+        let mut parameters = EthernetParameters::factory();
+        parameters.open_mode = [
+            OpenMode::Server,
+            OpenMode::Client,
+            OpenMode::NotUsed,
+            OpenMode::NotUsed,
+        ];
+        parameters.peer_address[1] = [127, 0, 0, 1];
+        parameters.peer_port[1] = peer.local_addr().unwrap().port();
+        let robot = emulator("channel.redial", value, &parameters);
+        drop(peer.accept().unwrap());
+        (robot, peer)
+    };
+    let (_slow_robot, slow) = dialled(None);
+    let (_quick_robot, quick) = dialled(Some("20ms"));
+    let (sender, order) = std::sync::mpsc::channel();
+    for (name, peer, times) in [("slow", slow, 1), ("quick", quick, 3)] {
+        let sender = sender.clone();
+        std::thread::spawn(move || {
+            for _ in 0..times {
+                drop(peer.accept().unwrap());
+                let _ = sender.send(name);
+            }
+        });
+    }
+    let found: Vec<&str> = (0..4).map(|_| order.recv_timeout(LONG).unwrap()).collect();
+    assert_eq!(found, ["quick", "quick", "quick", "slow"]);
+}
