@@ -48,6 +48,8 @@ pub(super) struct Pty {
     robot: SerialLine,
     /// The settings it was given by us.
     given: Option<SerialLine>,
+    /// A host has set it otherwise since: from then on its settings are the hosts' own.
+    is_hosts: bool,
 }
 
 impl Pty {
@@ -63,6 +65,7 @@ impl Pty {
             link,
             robot,
             given: None,
+            is_hosts: false,
         };
         let set_up = io_error(port, "set up the pseudo terminal of", path.display());
         pty.reset().map_err(set_up)?;
@@ -74,10 +77,8 @@ impl Pty {
     fn reset(&mut self) -> io::Result<()> {
         let slave = open_slave(&self.slave)?;
         let mut termios = tcgetattr(&slave)?;
-        if self
-            .given
-            .is_none_or(|given| given != self.robot && is_set(&termios, given))
-        {
+        let is_ours = |given: SerialLine| !self.is_hosts && given != self.robot && is_set(&termios, given);
+        if self.given.is_none_or(is_ours) {
             set(&mut termios, self.robot)?;
             tcsetattr(&slave, OptionalActions::Now, &termios)?;
             self.given = Some(self.robot);
@@ -151,9 +152,12 @@ impl Pty {
         false
     }
 
-    fn settings(&self) -> HostSettings {
-        let read = tcgetattr(&self.master);
-        read.map_or_else(|_| HostSettings::default(), |termios| shown(&termios, self.robot))
+    fn settings(&mut self) -> HostSettings {
+        let Ok(termios) = tcgetattr(&self.master) else {
+            return HostSettings::default();
+        };
+        self.is_hosts |= self.given.is_some_and(|given| !is_set(&termios, given));
+        shown(&termios, self.robot)
     }
 }
 
@@ -353,4 +357,54 @@ fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sen
 async fn readable(reading: &pipe::Receiver, credit: &Semaphore) -> (io::Result<Ready>, usize) {
     let most = End::allowed(credit).await;
     (reading.ready(Interest::READABLE).await, most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+
+    fn line(speed: u32) -> SerialLine {
+        SerialLine {
+            speed,
+            length: 8,
+            parity: Parity::None,
+            stop: 1,
+        }
+    }
+
+    /// As a host sets it, and how it then is.
+    fn set_by_host(pty: &Pty, speed: u32) {
+        let slave = open_slave(&pty.slave).unwrap();
+        let mut termios = tcgetattr(&slave).unwrap();
+        set(&mut termios, line(speed)).unwrap();
+        tcsetattr(&slave, OptionalActions::Now, &termios).unwrap();
+    }
+
+    fn speed(pty: &Pty) -> u32 {
+        tcgetattr(&pty.master).unwrap().output_speed()
+    }
+
+    /// The next host may be there before the last one is seen to have gone: it has set the terminal as we once had.
+    #[test]
+    fn what_hosts_have_set_is_theirs_from_then_on() {
+        let directory = TempDir::new("pty");
+        let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
+        set_by_host(&pty, 115_200);
+        assert_eq!(pty.settings().speed, Some(115_200));
+        pty.robot = line(38_400);
+        set_by_host(&pty, 9_600);
+        pty.reset().unwrap();
+        assert_eq!(speed(&pty), 9_600);
+    }
+
+    #[test]
+    fn what_nobody_has_set_follows_the_robot() {
+        let directory = TempDir::new("pty");
+        let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
+        assert_eq!(pty.settings().speed, Some(9_600));
+        pty.robot = line(38_400);
+        pty.reset().unwrap();
+        assert_eq!((speed(&pty), pty.settings().speed), (38_400, Some(38_400)));
+    }
 }
