@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
 """What must not hang the emulator: terminal hosts that flood and leave, a clock faster than the machine, a log
-that nobody reads, a terminal that hangs up. After each attack IP0 answers and SIGTERM ends serve.
+that nobody reads, a terminal that hangs up, hosts that never wait for an answer. After each attack IP0 answers and
+SIGTERM ends serve.
 
     python3 tests/attacks.py --serve target/release/ts3100 [--rounds 100]"""
 
 import argparse
+import http.client
 import json
+import multiprocessing
 import os
 import shutil
 import signal
+import socket
 import statistics
 import subprocess
 import sys
@@ -25,6 +29,10 @@ ANSWER, USUAL = 2.0, 0.05
 TEXTS = 5000
 FACTORS = ("x10", "x1000", "x100000")
 # Statements without a pause, and PRINT, which is heard by nobody.
+# The longest wait of others beside a host that pipelines: the best of so many rounds, each this long.
+FAIR, ROUNDS, ROUND = 0.020, 3, 1.0
+# Reads what a flood on IP1 sends, so that every byte has an effect.
+READER = b"PROGRAM READER\nAGAIN:\nINPUT IP1, A\nGOTO AGAIN\nEND\n"
 LOOP = b"PROGRAM LOOP\nA = 0\nAGAIN:\nA = A + 1\nPRINT TP, A, CR\nGOTO AGAIN\nEND\n"
 
 
@@ -125,6 +133,93 @@ def unread_log(binary):
             process.wait()
 
 
+def pipeline(address, block, sent):
+    """A host that sends as fast as it can, and reads what comes in a thread."""
+    peer = socket.create_connection(address)
+
+    def read():
+        while peer.recv(1 << 16):
+            pass
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        peer.sendall(block)
+        sent.value += len(block)
+
+
+def waits(address, control):
+    """The longest wait for SU on a port, and for /health, over a round."""
+    host, longest = Host(address, True), {"SU": 0.0, "/health": 0.0}
+
+    def su():
+        host.raw(b"\x02SU\r\x03")
+        host.receive(ANSWER)
+        host.raw(b"\x02OK\r\x03")
+
+    def health():
+        caller = http.client.HTTPConnection(*control, timeout=ANSWER)
+        caller.request("GET", "/health")
+        caller.getresponse().read()
+        caller.close()
+
+    until = time.monotonic() + ROUND
+    while time.monotonic() < until:
+        for name, ask in (("SU", su), ("/health", health)):
+            begun = time.monotonic()
+            try:
+                ask()
+            except (Failed, OSError) as error:
+                longest[name] = ANSWER
+                raise Failed("%s is answered: %s" % (name, error)) from error
+            longest[name] = max(longest[name], time.monotonic() - begun)
+        time.sleep(0.005)
+    host.close()
+    return longest
+
+
+def fairness(binary):
+    """A host that pipelines on one port: the others and /health wait no longer for it."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    program = os.path.join(folder, "reader.scol")
+    with open(program, "wb") as file:
+        file.write(READER)
+    for port, block in (("ip0", b"\x02SU\r\x03" * 1000), ("host", b"\x02SU\r\x03" * 1000), ("com1", b"1\r" * 2000),
+                        ("ip1", b"1\r" * 2000)):
+        emulator = Emulator(binary, "--host-tcp", "127.0.0.1:0", "--com1-tcp", "127.0.0.1:0", "--set",
+                            "serial.pacing=false", "--control", "127.0.0.1:0", "--servo-on", "--load", program,
+                            "--select", "READER")
+        addresses = {name: at(emulator.ready["serial"][name]) for name in ("host", "com1")}
+        addresses.update({name: emulator.address(name) for name in ("ip0", "ip1")})
+        sent = multiprocessing.Value("Q")
+        flood = multiprocessing.Process(target=pipeline, args=(addresses[port], block, sent), daemon=True)
+        try:
+            host = Host(emulator.address("ip0"), True)
+            host.command(b"RN")
+            host.close()
+            flood.start()
+            while not sent.value:
+                time.sleep(0.01)
+            probe = addresses["host" if port == "ip0" else "ip0"]
+            rounds = [waits(probe, at(emulator.ready["control"])) for _ in range(ROUNDS)]
+            true("%s: the host that pipelines is still there, %d KB" % (port, sent.value >> 10), flood.is_alive())
+            for name in rounds[0]:
+                best = min(found[name] for found in rounds)
+                true("%s pipelines: %s waits %.1f ms at most" % (port, name, 1e3 * best), best < FAIR, rounds)
+            flood.kill()
+            emulator.stop()
+        finally:
+            if flood.is_alive():
+                flood.kill()
+            emulator.kill()
+    shutil.rmtree(folder)
+
+
+def at(place):
+    """Host and port of a URL or an address."""
+    host, port = place.split("//")[-1].rstrip("/").rsplit(":", 1)
+    return host, int(port)
+
+
 def hang_up(binary):
     """SIGHUP is an end like any other."""
     emulator = Emulator(binary)
@@ -139,14 +234,17 @@ def main():
     parser = argparse.ArgumentParser(description="What must not hang the emulator.")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
     parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
+    attacks = (floods, hurry, unread_log, hang_up, fairness)
+    names = [attack.__name__ for attack in attacks]
+    parser.add_argument("--only", choices=names, metavar="ATTACK", help="one of " + ", ".join(names))
     arguments = parser.parse_args()
     binary = os.path.abspath(arguments.serve)
+    further = {"floods": [(arguments.rounds,)], "hurry": [(factor,) for factor in FACTORS]}
     try:
-        floods(binary, arguments.rounds)
-        for factor in FACTORS:
-            hurry(binary, factor)
-        unread_log(binary)
-        hang_up(binary)
+        for attack in attacks:
+            if arguments.only in (None, attack.__name__):
+                for words in further.get(attack.__name__, [()]):
+                    attack(binary, *words)
     except (Failed, OSError) as error:
         print("FAIL %s" % error, flush=True)
         return 1

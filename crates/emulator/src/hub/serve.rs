@@ -1,0 +1,182 @@
+//! The loop of the hub: what has come, one thing at a time, from each source in turn; and time, when nothing has come.
+
+use super::Hub;
+use super::request::Request;
+use crate::clock::Wake;
+use crate::line::LineMessage;
+use crate::link::LinkMessage;
+use crate::snapshot::desk::Order;
+use std::future::{Future, poll_fn};
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+use std::time::{Duration, Instant};
+use tokio::task::yield_now;
+use ts3100_controller::input::Input;
+
+/// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
+/// in the next, and its message is there in the one behind.
+const TURNS_BEFORE_A_JUMP: u32 = 3;
+/// Turns that the links get before a request is served, so that what has come to the sockets before it is read.
+const TURNS_TO_HEAR: u32 = 3;
+/// Most portions that are served before a request, in each of these turns.
+const PORTIONS_HEARD: u32 = 64;
+/// Portions that are served then however long they take: those of every port that waits for its answers.
+const PORTIONS_HEARD_ANYHOW: u32 = 8;
+/// Longest time for which further ones are served.
+const HEARING: Duration = Duration::from_micros(500);
+/// Longest time for which the hub works without giving the tasks of the ports and of the control interface a turn.
+const STRETCH: Duration = Duration::from_micros(500);
+
+/// Something to be done.
+enum Work {
+    Request(Request),
+    Order(Order),
+    Link(LinkMessage),
+    Line(LineMessage),
+}
+
+/// Whose turn it is, and since when others have had none.
+pub(super) struct Rota {
+    next: usize,
+    since: Instant,
+}
+
+impl Default for Rota {
+    fn default() -> Rota {
+        Rota {
+            next: 0,
+            since: Instant::now(),
+        }
+    }
+}
+
+type Source = fn(&mut Hub, &mut Context<'_>) -> Poll<Option<Work>>;
+
+/// Where work comes from. Those who ask may end; the links and lines never do.
+const SOURCES: [Source; 4] = [
+    |hub, context| {
+        hub.requests
+            .poll_recv(context)
+            .map(|request| request.map(Work::Request))
+    },
+    |hub, context| hub.orders.poll_recv(context).map(|order| order.map(Work::Order)),
+    |hub, context| {
+        hub.links
+            .poll_next(context)
+            .map(|message| Some(Work::Link(message)))
+    },
+    |hub, context| {
+        hub.lines
+            .poll_next(context)
+            .map(|message| Some(Work::Line(message)))
+    },
+];
+
+impl Hub {
+    /// Serves until `stop` is ready.
+    pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
+        let mut stop = pin!(stop);
+        loop {
+            let (wake, deadline) = self.next_wake();
+            // In this order: `auto` may jump only when nothing else is there to be done.
+            tokio::select! {
+                biased;
+                () = &mut stop => break,
+                work = poll_fn(|context| self.poll_work(context)) => self.work(work).await,
+                () = sleep(wake) => {
+                    if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
+                        self.clock.jump(deadline);
+                    }
+                    self.feed(Input::Tick).await;
+                }
+            }
+        }
+    }
+
+    fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
+        for _ in SOURCES {
+            let source = SOURCES.get(self.rota.next);
+            self.rota.next = (self.rota.next + 1) % SOURCES.len();
+            if let Some(Poll::Ready(Some(work))) = source.map(|poll| poll(self, context)) {
+                return Poll::Ready(work);
+            }
+        }
+        Poll::Pending
+    }
+
+    async fn work(&mut self, work: Work) {
+        match work {
+            Work::Request(request) => {
+                self.hear().await;
+                self.serve_request(request).await;
+            }
+            Work::Order(order) => {
+                self.hear().await;
+                self.serve_order(order).await;
+            }
+            Work::Link(message) => self.take_link(message).await,
+            Work::Line(message) => self.take_line(message).await,
+        }
+        if self.rota.since.elapsed() > STRETCH {
+            yield_now().await;
+            self.rota.since = Instant::now();
+        }
+    }
+
+    async fn take_link(&mut self, message: LinkMessage) {
+        self.clock.stir();
+        for input in self.links.take(message) {
+            self.feed(input).await;
+        }
+    }
+
+    async fn take_line(&mut self, message: LineMessage) {
+        self.clock.stir();
+        if let Some(input) = self.lines.take(message) {
+            self.feed(input).await;
+        }
+    }
+
+    /// What hosts have sent is served before what somebody asks for at the side: a test that sends a command and then
+    /// moves the clock means them in this order, though they come by two connections. A host that never ends is left
+    /// where others wait for it.
+    async fn hear(&mut self) {
+        let mut context = Context::from_waker(Waker::noop());
+        for _ in 0..TURNS_TO_HEAR {
+            yield_now().await;
+            let begun = Instant::now();
+            for heard in 0..PORTIONS_HEARD {
+                if heard >= PORTIONS_HEARD_ANYHOW && begun.elapsed() > HEARING {
+                    break;
+                }
+                let (link, line) = (
+                    self.links.poll_next(&mut context),
+                    self.lines.poll_next(&mut context),
+                );
+                if link.is_pending() && line.is_pending() {
+                    break;
+                }
+                if let Poll::Ready(message) = link {
+                    self.take_link(message).await;
+                }
+                if let Poll::Ready(message) = line {
+                    self.take_line(message).await;
+                }
+            }
+        }
+    }
+}
+
+async fn sleep(wake: Wake) {
+    match wake {
+        Wake::Never => std::future::pending().await,
+        // Something is due already, but the links get their turn.
+        Wake::After(duration) if duration.is_zero() => yield_now().await,
+        Wake::JumpAfter(duration) if duration.is_zero() => {
+            for _ in 0..TURNS_BEFORE_A_JUMP {
+                yield_now().await;
+            }
+        }
+        Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
+    }
+}
