@@ -139,7 +139,7 @@ impl Hub {
         let tape = Tape::begin(settings, &powered)?;
         let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let (desk, orders) = Desk::open();
-        let mut clock = Clock::start(settings.time);
+        let mut clock = Clock::start(settings.time).with_gap(settings.time_gap);
         clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
@@ -358,6 +358,7 @@ impl Hub {
                 feeder.put(output);
             }
         }
+        self.log.settle();
         if let Some(play) = &self.play {
             play.settled(at, &self.controller);
         }

@@ -11,6 +11,7 @@ use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 use std::time::{Duration, Instant};
 use tokio::task::yield_now;
+use tracing::warn;
 use ts3100_controller::input::Input;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
@@ -33,6 +34,10 @@ enum Work {
     Order(Order),
     Link(LinkMessage),
     Line(LineMessage),
+    /// Something is due.
+    Time,
+    /// The clock wants to be looked at.
+    Beat,
 }
 
 /// Whose turn it is, and since when others have had none.
@@ -78,18 +83,22 @@ impl Hub {
         let mut stop = pin!(stop);
         loop {
             let (wake, deadline) = self.next_wake();
+            let beats = self.clock.beats();
             // In this order: `auto` may jump only when nothing else is there to be done.
-            tokio::select! {
+            let work = tokio::select! {
                 biased;
                 () = &mut stop => break,
-                work = poll_fn(|context| self.poll_work(context)) => self.work(work).await,
-                () = sleep(wake) => {
-                    if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
-                        self.clock.jump(deadline);
-                    }
-                    self.feed(Input::Tick).await;
-                }
+                work = poll_fn(|context| self.poll_work(context)) => work,
+                () = sleep(wake) => Work::Time,
+                () = beat(beats) => Work::Beat,
+            };
+            if let Some(missed) = self.clock.beat() {
+                warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
             }
+            if let (Work::Time, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
+                self.clock.jump(deadline);
+            }
+            self.work(work).await;
         }
     }
 
@@ -116,6 +125,8 @@ impl Hub {
             }
             Work::Link(message) => self.take_link(message).await,
             Work::Line(message) => self.take_line(message).await,
+            Work::Time => self.feed(Input::Tick).await,
+            Work::Beat => {}
         }
         if self.rota.since.elapsed() > STRETCH {
             yield_now().await;
@@ -164,6 +175,13 @@ impl Hub {
                 }
             }
         }
+    }
+}
+
+async fn beat(beats: Option<Duration>) {
+    match beats {
+        None => std::future::pending().await,
+        Some(pause) => tokio::time::sleep(pause).await,
     }
 }
 
