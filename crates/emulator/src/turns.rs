@@ -10,7 +10,7 @@ use ts3100_proto::text::ETX;
 const WAITING_MESSAGES: usize = 4;
 /// Texts of a portion: no host that waits for its answers sends as many at once, and they take well under a
 /// millisecond.
-const TEXTS: usize = 16;
+const TEXTS: usize = 8;
 /// Bytes of a portion on a channel without texts, four times what its buffer holds.
 const DATA: usize = 1_024;
 

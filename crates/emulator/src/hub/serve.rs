@@ -6,6 +6,7 @@ use crate::clock::Wake;
 use crate::line::LineMessage;
 use crate::link::LinkMessage;
 use crate::snapshot::desk::Order;
+use std::collections::BTreeSet;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -21,12 +22,10 @@ const TURNS_BEFORE_A_JUMP: u32 = 3;
 const TURNS_TO_HEAR: u32 = 3;
 /// Most portions that are served before a request, in each of these turns.
 const PORTIONS_HEARD: u32 = 64;
-/// Portions that are served then however long they take: those of every port that waits for its answers.
-const PORTIONS_HEARD_ANYHOW: u32 = 8;
-/// Longest time for which further ones are served.
-const HEARING: Duration = Duration::from_micros(500);
+/// Longest time for which more than one portion of a port is served then.
+const HEARING: Duration = Duration::from_micros(100);
 /// Longest time for which the hub works without giving the tasks of the ports and of the control interface a turn.
-const STRETCH: Duration = Duration::from_micros(500);
+const STRETCH: Duration = Duration::from_micros(100);
 
 /// Something to be done.
 enum Work {
@@ -44,6 +43,8 @@ enum Work {
 pub(super) struct Rota {
     next: usize,
     since: Instant,
+    /// Nothing was to be done at the last look.
+    idle: bool,
 }
 
 impl Default for Rota {
@@ -51,6 +52,7 @@ impl Default for Rota {
         Rota {
             next: 0,
             since: Instant::now(),
+            idle: true,
         }
     }
 }
@@ -107,9 +109,13 @@ impl Hub {
             let source = SOURCES.get(self.rota.next);
             self.rota.next = (self.rota.next + 1) % SOURCES.len();
             if let Some(Poll::Ready(Some(work))) = source.map(|poll| poll(self, context)) {
+                if std::mem::take(&mut self.rota.idle) {
+                    self.rota.since = Instant::now();
+                }
                 return Poll::Ready(work);
             }
         }
+        self.rota.idle = true;
         Poll::Pending
     }
 
@@ -149,29 +155,32 @@ impl Hub {
     }
 
     /// What hosts have sent is served before what somebody asks for at the side: a test that sends a command and then
-    /// moves the clock means them in this order, though they come by two connections. A host that never ends is left
-    /// where others wait for it.
+    /// moves the clock means them in this order, though they come by two connections. Each port that has something is
+    /// heard in each turn; a host that never ends is left where others wait for it.
     async fn hear(&mut self) {
         let mut context = Context::from_waker(Waker::noop());
         for _ in 0..TURNS_TO_HEAR {
             yield_now().await;
             let begun = Instant::now();
-            for heard in 0..PORTIONS_HEARD {
-                if heard >= PORTIONS_HEARD_ANYHOW && begun.elapsed() > HEARING {
-                    break;
-                }
+            let mut heard = BTreeSet::new();
+            for _ in 0..PORTIONS_HEARD {
                 let (link, line) = (
                     self.links.poll_next(&mut context),
                     self.lines.poll_next(&mut context),
                 );
-                if link.is_pending() && line.is_pending() {
+                let mut again = false;
+                if let Poll::Ready(message) = link {
+                    again |= !heard.insert(message.port());
+                    self.take_link(message).await;
+                } else if line.is_pending() {
                     break;
                 }
-                if let Poll::Ready(message) = link {
-                    self.take_link(message).await;
-                }
                 if let Poll::Ready(message) = line {
+                    again |= !heard.insert(message.port());
                     self.take_line(message).await;
+                }
+                if again && begun.elapsed() > HEARING {
+                    break;
                 }
             }
         }

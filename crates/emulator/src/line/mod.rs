@@ -121,6 +121,14 @@ enum LineEvent {
     Closed,
 }
 
+impl LineMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        self.port
+    }
+}
+
 impl Divide for LineMessage {
     fn divide(&mut self, port: Port) -> Option<LineMessage> {
         let LineEvent::Received(bytes) = &mut self.event else {

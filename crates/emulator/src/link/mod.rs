@@ -67,6 +67,19 @@ pub enum LinkMessage {
     },
 }
 
+impl LinkMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        match self {
+            LinkMessage::Arrived { port, .. }
+            | LinkMessage::Received { port, .. }
+            | LinkMessage::Overdue { port, .. }
+            | LinkMessage::Ended { port, .. } => *port,
+        }
+    }
+}
+
 impl Divide for LinkMessage {
     fn divide(&mut self, port: Port) -> Option<LinkMessage> {
         let LinkMessage::Received { id, bytes, .. } = self else {
