@@ -28,4 +28,5 @@ pub mod tap;
 mod testing;
 pub mod transcript;
 mod turns;
+mod visible;
 pub mod watch;

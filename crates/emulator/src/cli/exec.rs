@@ -10,6 +10,7 @@ use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::hub::proof::dialled;
 use crate::log;
+use crate::visible::shown;
 use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
@@ -73,6 +74,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
             (code, format!("cannot run {}: {error}", command.to_string_lossy()))
         }
     };
+    let words = shown(words);
     log::say(&words);
     unstarted::write(junit.as_deref(), &words);
     ExitCode::from(code)

@@ -22,7 +22,7 @@ use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
 
 /// Longest time on the wall a call may wait, and what it waits if it does not say.
-const MAX_WALL: Duration = Duration::from_secs(600);
+pub const MAX_WALL: Duration = Duration::from_secs(600);
 const WALL: f64 = 30.0;
 /// Longest printed text that can be waited for.
 const MAX_TEXT: usize = 256;

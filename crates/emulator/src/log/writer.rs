@@ -5,6 +5,7 @@
 
 use super::fold::{Folds, Kind, kind};
 use crate::config::args::LogFormat;
+use crate::visible::{shown, visible, visible_lines};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -54,6 +55,20 @@ impl Lines {
     }
 }
 
+impl Lines {
+    /// The line without control characters of others. Further lines of a message are indented, so that none can be
+    /// taken for a line of the log; JSON has none.
+    fn plain(&self, line: &[u8]) -> Vec<u8> {
+        let text = String::from_utf8_lossy(line);
+        let message = text.strip_suffix('\n').unwrap_or(&text);
+        let lines = match self.format {
+            LogFormat::Text => visible_lines(message).replace('\n', "\n    "),
+            LogFormat::Json => visible(message),
+        };
+        format!("{lines}\n").into_bytes()
+    }
+}
+
 impl<'a> MakeWriter<'a> for Lines {
     type Writer = Lines;
 
@@ -74,7 +89,7 @@ impl Write for Lines {
     /// Takes a whole line: the subscriber hands over one at a time.
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
         let kind = self.from.clone().map(|from| kind(from, line, self.format));
-        put(line.to_vec(), kind);
+        put(self.plain(line), kind);
         Ok(line.len())
     }
 
@@ -163,11 +178,31 @@ pub(crate) fn finish() {
 
 /// A line of the program itself, after the log lines before it. A stderr that takes nothing is not an error.
 pub(crate) fn say(line: &str) {
-    let line = format!("ts3100: {line}\n").into_bytes();
+    let line = format!("ts3100: {}\n", shown(line)).into_bytes();
     if QUEUED.get().is_some() {
         put(line, None);
         finish();
     } else {
         let _ = io::stderr().write_all(&line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_of_the_log_can_be_made_up_by_others() {
+        let of = |format, line: &str| {
+            let from = None;
+            String::from_utf8(Lines { format, from }.plain(line.as_bytes())).unwrap()
+        };
+        let line = "2026  INFO \x1b[1mpick\r\n2026  INFO all is well\n";
+        let expected = "2026  INFO <1B>[1mpick<CR>\n    2026  INFO all is well\n";
+        assert_eq!(of(LogFormat::Text, line), expected);
+        assert_eq!(
+            of(LogFormat::Json, "{\"a\":\"\u{7f}\u{9b}\"}\n"),
+            "{\"a\":\"<7F><9B>\"}\n"
+        );
     }
 }
