@@ -1,14 +1,19 @@
 #!/usr/bin/env python3
 """What must not hang the emulator: terminal hosts that flood and leave, a clock faster than the machine, a log
-that nobody reads, a terminal that hangs up. After each attack IP0 answers and SIGTERM ends serve.
+that nobody reads, a storm in it, a terminal that hangs up, a process that is stopped, hosts that never wait for an
+answer. After each attack IP0 answers and SIGTERM ends serve.
 
     python3 tests/attacks.py --serve target/release/ts3100 [--rounds 100]"""
 
 import argparse
+import http.client
 import json
+import multiprocessing
 import os
+import re
 import shutil
 import signal
+import socket
 import statistics
 import subprocess
 import sys
@@ -17,14 +22,21 @@ import threading
 import time
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from wire import Emulator, Failed, Host, ok, true  # noqa: E402
+from wire import Emulator, Failed, Host, equal, ok, true  # noqa: E402
 
 # The longest a single answer may take on a busy machine; the usual one is held to USUAL.
 ANSWER, USUAL = 2.0, 0.05
 # More lines than wait to be written and than a pipe holds.
 TEXTS = 5000
 FACTORS = ("x10", "x1000", "x100000")
+# How long the process is stopped.
+STOPPED = 3.0
 # Statements without a pause, and PRINT, which is heard by nobody.
+# How long others may wait beside a host that pipelines: in the best of so many rounds, each this long, for a busy
+# machine only adds to a time.
+FAIR, ROUNDS, ROUND = 0.020, 3, 1.0
+# Reads what a flood on IP1 sends, so that every byte has an effect.
+READER = b"PROGRAM READER\nAGAIN:\nINPUT IP1, A\nGOTO AGAIN\nEND\n"
 LOOP = b"PROGRAM LOOP\nA = 0\nAGAIN:\nA = A + 1\nPRINT TP, A, CR\nGOTO AGAIN\nEND\n"
 
 
@@ -125,6 +137,213 @@ def unread_log(binary):
             process.wait()
 
 
+def storm(binary):
+    """A host that sends nonsense as fast as it is answered: the log folds what it says of it, as text and as JSON."""
+    for form in ("text", "json"):
+        emulator = Emulator(binary, "--log-format", form)
+        try:
+            host = Host(emulator.address("ip0"), True)
+            for _ in range(TEXTS):
+                host.raw(b"\x02XX\r\x03")
+                host.receive(ANSWER)
+            host.close()
+            emulator.stop()
+            log = emulator.log()
+            # What is not folded, and the last of each second.
+            true("%s: a storm of %d refusals is %d KB of log" % (form, TEXTS, len(log) >> 10), len(log) < 100_000, log[-500:])
+            fold = r"\.\.\. repeated (\d+) times$" if form == "text" else r'"repeated":(\d+)}$'
+            told = re.findall(fold, log, re.M)
+            lines = sum(map(int, told)) + sum(" refused: " in line and not re.search(fold, line) for line in log.splitlines())
+            equal("%s: every refusal is counted" % form, TEXTS, lines)
+        finally:
+            emulator.kill()
+
+
+def stopped(binary):
+    """SIGSTOP for a while: SU is answered at once afterwards, and virtual time has passed or was skipped, as asked for."""
+    for gap in ("catch-up", "skip"):
+        emulator = Emulator(binary, "--control", "127.0.0.1:0", "--time-gap", gap)
+        try:
+            host, control = Host(emulator.address("ip0"), True), at(emulator.ready["control"])
+            before, begun = clock(control), time.monotonic()
+            os.kill(emulator.process.pid, signal.SIGSTOP)
+            time.sleep(STOPPED)
+            os.kill(emulator.process.pid, signal.SIGCONT)
+            runs = time.monotonic()
+            host.raw(b"\x02SU\r\x03")
+            host.receive(ANSWER)
+            took = time.monotonic() - runs
+            true("%s: SU is answered %.0f ms after SIGCONT" % (gap, 1e3 * took), took < 2 * USUAL)
+            after = clock(control)
+            passed, wall = after["now"] - before["now"], time.monotonic() - begun
+            expected = wall if gap == "catch-up" else wall - STOPPED
+            true("%s: %.2f s of virtual time have passed in %.2f s" % (gap, passed, wall), abs(passed - expected) < 0.5)
+            true("%s: /clock says %.2f s were skipped" % (gap, after["skipped"]),
+                 abs(after["skipped"] - (0 if gap == "catch-up" else STOPPED)) < 0.5)
+            host.close()
+            emulator.stop()
+        finally:
+            emulator.kill()
+
+
+def clock(control):
+    """What /clock says."""
+    caller = http.client.HTTPConnection(*control, timeout=ANSWER)
+    caller.request("GET", "/clock")
+    found = json.loads(caller.getresponse().read())
+    caller.close()
+    return found
+
+
+def drips(binary):
+    """Servers that say a little again and again: `host` and `ctl` end in their time."""
+    text = b"\x02FL," + b"A" * 200 + b"\x03"
+    for what, words, answer in (
+            ("host, a text byte by byte", ("host", "{}", "su", "--timeout", "1"), [bytes([b]) for b in text * 9]),
+            ("host, a file text by text", ("host", "{}", "su", "--timeout", "1", "--total", "2"), [text] * 999),
+            ("ctl, the head", ("ctl", "--at", "http://{}", "--timeout", "1", "health"), [b"H"] * 999),
+            ("ctl, the body", ("ctl", "--at", "http://{}", "--timeout", "1", "health"),
+             [b"HTTP/1.0 200 OK\r\nContent-Length: 999\r\n\r\n"] + [b" "] * 999)):
+        listener = socket.create_server(("127.0.0.1", 0))
+
+        def drip(answer=answer, listener=listener):
+            peer = listener.accept()[0]
+            try:
+                peer.recv(1 << 16)
+                for part in answer:
+                    peer.sendall(part)
+                    time.sleep(0.1)
+            except OSError:
+                pass
+
+        threading.Thread(target=drip, daemon=True).start()
+        begun = time.monotonic()
+        process = subprocess.run([binary, *(word.format("127.0.0.1:%d" % listener.getsockname()[1]) for word in words)],
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=30)
+        took = time.monotonic() - begun
+        true("%s: it gives up after %.1f s" % (what, took), process.returncode in (2, 3) and took < 5,
+             (process.returncode, process.stderr))
+        listener.close()
+
+
+def made_up(binary):
+    """Names and lines of others: nothing of them is obeyed, and a giant line is not echoed."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    emulator = Emulator(binary, "-vv")
+    try:
+        host = Host(emulator.address("ip0"), True)
+        for text in (b"\x1b[2J", b"\x07\x08", b"\x9b", b"SL,\x1b]0;x\x07", b"\n2026 INFO all is well"):
+            host.raw(b"\x02" + text + b"\r\x03")
+            host.receive(ANSWER)
+        host.close()
+        emulator.stop()
+        log = emulator.log()
+        raw = [letter for letter in log if (ord(letter) < 32 and letter != "\n") or 127 <= ord(letter) < 160]
+        true("no control character of a host is in the log", not raw and "<1B>" in log, raw)
+        true("no line of the log is a host's", not re.search("^2026 INFO all", log, re.M))
+        for flag, start in (("--config", ""), ("--faults", ""), ("--scenario", ""), ("--model", "")):
+            path = os.path.join(folder, "giant.toml")
+            for content in ("x = [" + "A" * 500_000, "A" * 500_000 + " = 1", "[[fault]]\nkind = \"" + "\x1b[2J" * 9 + "\""):
+                with open(path, "w") as file:
+                    file.write(start + content)
+                found = subprocess.run([binary, "serve", "--ports", "auto", flag, path], stdout=subprocess.PIPE,
+                                       stderr=subprocess.PIPE, timeout=30)
+                said = found.stderr
+                if found.returncode != 2 or len(said) > 4096 or b"\x1b" in said:
+                    raise Failed("%s of nonsense is refused in a few words\n     found    %d, %d bytes: %r"
+                                 % (flag, found.returncode, len(said), said[:200]))
+        ok("files that are no TOML are refused in a few words")
+    finally:
+        emulator.kill()
+        shutil.rmtree(folder)
+
+
+def pipeline(address, block, sent):
+    """A host that sends as fast as it can, and reads what comes in a thread."""
+    peer = socket.create_connection(address)
+
+    def read():
+        while peer.recv(1 << 16):
+            pass
+
+    threading.Thread(target=read, daemon=True).start()
+    while True:
+        peer.sendall(block)
+        sent.value += len(block)
+
+
+def waits(address, control):
+    """How long one in twenty waits at least for SU on a port, and for /health, over a round."""
+    host, took = Host(address, True), {"SU": [], "/health": []}
+
+    def su():
+        host.raw(b"\x02SU\r\x03")
+        host.receive(ANSWER)
+        host.raw(b"\x02OK\r\x03")
+
+    def health():
+        caller = http.client.HTTPConnection(*control, timeout=ANSWER)
+        caller.request("GET", "/health")
+        caller.getresponse().read()
+        caller.close()
+
+    until = time.monotonic() + ROUND
+    while time.monotonic() < until:
+        for name, ask in (("SU", su), ("/health", health)):
+            begun = time.monotonic()
+            try:
+                ask()
+            except (Failed, OSError) as error:
+                raise Failed("%s is answered: %s" % (name, error)) from error
+            took[name].append(time.monotonic() - begun)
+        time.sleep(0.005)
+    host.close()
+    return {name: sorted(times)[len(times) * 19 // 20] for name, times in took.items()}
+
+
+def fairness(binary):
+    """A host that pipelines on one port: the others and /health wait no longer for it."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    program = os.path.join(folder, "reader.scol")
+    with open(program, "wb") as file:
+        file.write(READER)
+    for port, block in (("ip0", b"\x02SU\r\x03" * 1000), ("host", b"\x02SU\r\x03" * 1000), ("com1", b"1\r" * 2000),
+                        ("ip1", b"1\r" * 2000)):
+        emulator = Emulator(binary, "--host-tcp", "127.0.0.1:0", "--com1-tcp", "127.0.0.1:0", "--set",
+                            "serial.pacing=false", "--control", "127.0.0.1:0", "--servo-on", "--load", program,
+                            "--select", "READER")
+        addresses = {name: at(emulator.ready["serial"][name]) for name in ("host", "com1")}
+        addresses.update({name: emulator.address(name) for name in ("ip0", "ip1")})
+        sent = multiprocessing.Value("Q")
+        flood = multiprocessing.Process(target=pipeline, args=(addresses[port], block, sent), daemon=True)
+        try:
+            host = Host(emulator.address("ip0"), True)
+            host.command(b"RN")
+            host.close()
+            flood.start()
+            while not sent.value:
+                time.sleep(0.01)
+            probe = addresses["host" if port == "ip0" else "ip0"]
+            rounds = [waits(probe, at(emulator.ready["control"])) for _ in range(ROUNDS)]
+            true("%s: the host that pipelines is still there, %d KB" % (port, sent.value >> 10), flood.is_alive())
+            for name in rounds[0]:
+                best = min(found[name] for found in rounds)
+                true("%s pipelines: %s waits %.1f ms" % (port, name, 1e3 * best), best < FAIR, rounds)
+            flood.kill()
+            emulator.stop()
+        finally:
+            if flood.is_alive():
+                flood.kill()
+            emulator.kill()
+    shutil.rmtree(folder)
+
+
+def at(place):
+    """Host and port of a URL or an address."""
+    host, port = place.split("//")[-1].rstrip("/").rsplit(":", 1)
+    return host, int(port)
+
+
 def hang_up(binary):
     """SIGHUP is an end like any other."""
     emulator = Emulator(binary)
@@ -139,14 +358,17 @@ def main():
     parser = argparse.ArgumentParser(description="What must not hang the emulator.")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
     parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
+    attacks = (floods, hurry, unread_log, storm, hang_up, stopped, drips, made_up, fairness)
+    names = [attack.__name__ for attack in attacks]
+    parser.add_argument("--only", choices=names, metavar="ATTACK", help="one of " + ", ".join(names))
     arguments = parser.parse_args()
     binary = os.path.abspath(arguments.serve)
+    further = {"floods": [(arguments.rounds,)], "hurry": [(factor,) for factor in FACTORS]}
     try:
-        floods(binary, arguments.rounds)
-        for factor in FACTORS:
-            hurry(binary, factor)
-        unread_log(binary)
-        hang_up(binary)
+        for attack in attacks:
+            if arguments.only in (None, attack.__name__):
+                for words in further.get(attack.__name__, [()]):
+                    attack(binary, *words)
     except (Failed, OSError) as error:
         print("FAIL %s" % error, flush=True)
         return 1

@@ -233,6 +233,8 @@ fn operands_out_of_range_are_refused_without_effect() {
         "VL",
         "ZS,3 WK1 1 2 3 4 5 6",
         "ZS,1 WK1 1 2 3 4",
+        "ZS,1 WK1 1e308 2 3 4 5 6",
+        "ZS,2 TL1 1 2 3 4 5 -1e39",
         "ZS,1 WK1 1 2 3 4 5 6 7",
         "ZS,1 WK1",
         "ZS,1",

@@ -75,6 +75,22 @@ fn none(what: &str, offenders: &[String]) {
 }
 
 #[test]
+fn no_loop_waits_for_a_socket_without_giving_way() {
+    let waits = |(path, text): (PathBuf, String)| {
+        let raw = [".readable()", ".writable()", ".ready(Interest"];
+        let waits = |line: &str| raw.iter().any(|wait| line.contains(wait)) && !line.contains("pin!");
+        let waits = product(&text).lines().any(waits);
+        (waits && !text.contains("consume_budget().await")).then(|| path.display().to_string())
+    };
+    let inside = sources().into_iter().filter(|(path, _)| !is_test(path));
+    let offenders: Vec<String> = inside.filter_map(waits).collect();
+    none(
+        "wait by `crate::socket`, or call consume_budget in the loop",
+        &offenders,
+    );
+}
+
+#[test]
 fn files_are_short() {
     let mut lengths = Vec::new();
     let mut offenders = Vec::new();

@@ -2,9 +2,9 @@
 //! answer ends with its connection, so that nothing has to be known of chunks and pools; there is no TLS, because the
 //! interface has none.
 
-use std::io::{self, BufRead, BufReader, Read, Write};
+use std::io::{self, BufRead as _, BufReader, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Longest head of an answer in bytes.
 const MAX_HEAD: u64 = 16 * 1024;
@@ -12,8 +12,8 @@ const MAX_HEAD: u64 = 16 * 1024;
 const MAX_ANSWER: u64 = 16 * 1024 * 1024;
 /// Longest wait for a connection.
 const CONNECT: Duration = Duration::from_secs(5);
-/// Longest wait for an answer: what the interface itself waits at most, and something.
-const ANSWER: Duration = Duration::from_secs(610);
+/// Longest time for a whole call that does not say how long it may wait, and what is added to one that does.
+pub const LIMIT: Duration = Duration::from_secs(60);
 
 /// Where a control interface is, and the token it wants.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,6 +21,8 @@ pub struct Client {
     /// `HOST:PORT`.
     authority: String,
     token: Option<String>,
+    /// Longest time for a whole call, its answer included.
+    limit: Duration,
 }
 
 /// Why there is no answer.
@@ -55,7 +57,7 @@ pub struct Answer {
     /// Its status.
     pub status: u16,
     /// Its body, still to be read.
-    pub body: io::Take<BufReader<TcpStream>>,
+    pub body: Body,
 }
 
 impl Client {
@@ -83,7 +85,14 @@ impl Client {
         Ok(Client {
             authority: authority.to_owned(),
             token,
+            limit: LIMIT,
         })
+    }
+
+    /// The same with another limit for a whole call.
+    #[must_use]
+    pub fn within(self, limit: Duration) -> Client {
+        Client { limit, ..self }
     }
 
     /// Sends a request; `body` is JSON. The path must be encoded as a URL wants it; see [`encoded`].
@@ -95,7 +104,8 @@ impl Client {
             authority: self.authority.clone(),
             reason,
         };
-        let mut stream = self.connect().map_err(unreachable)?;
+        let until = Instant::now() + self.limit;
+        let mut stream = self.connect(until).map_err(unreachable)?;
         let mut request = format!("{method} {path} HTTP/1.0\r\nHost: {}\r\n", self.authority);
         if let Some(token) = &self.token {
             request.push_str(&format!("Authorization: Bearer {token}\r\n"));
@@ -110,6 +120,10 @@ impl Client {
         request.push_str(body.unwrap_or_default());
         // A server that refuses early may close before it has read everything: its answer counts.
         let written = stream.write_all(request.as_bytes());
+        let stream = Timed {
+            stream,
+            until: Some(until),
+        };
         match self.read_head(stream) {
             Ok(answer) => Ok(answer),
             Err(error) => Err(written.err().map_or(error, unreachable)),
@@ -128,13 +142,12 @@ impl Client {
         Ok((answer.status, String::from_utf8_lossy(&text).into_owned()))
     }
 
-    fn connect(&self) -> io::Result<TcpStream> {
+    fn connect(&self, until: Instant) -> io::Result<TcpStream> {
         let mut last = io::Error::from(io::ErrorKind::AddrNotAvailable);
         for address in self.authority.to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, CONNECT) {
+            match TcpStream::connect_timeout(&address, left(until)?.min(CONNECT)) {
                 Ok(stream) => {
-                    stream.set_read_timeout(Some(ANSWER))?;
-                    stream.set_write_timeout(Some(CONNECT))?;
+                    stream.set_write_timeout(Some(left(until)?))?;
                     return Ok(stream);
                 }
                 Err(error) => last = error,
@@ -150,28 +163,119 @@ impl Client {
         }
     }
 
-    fn read_head(&self, stream: TcpStream) -> Result<Answer, ClientError> {
+    fn read_head(&self, stream: Timed) -> Result<Answer, ClientError> {
         let mut reader = BufReader::new(stream).take(MAX_HEAD);
-        let line = |reader: &mut io::Take<BufReader<TcpStream>>| {
-            let mut text = Vec::new();
-            let read = reader.read_until(b'\n', &mut text);
-            read.map_err(|error| self.no_answer(&error.to_string()))?;
-            if text.ends_with(b"\n") {
-                Ok(String::from_utf8_lossy(&text).trim_end().to_owned())
-            } else {
-                Err(self.no_answer("its head is not complete"))
-            }
-        };
-        let first = line(&mut reader)?;
+        let first = self.line(&mut reader)?;
         let mut words = first.split(' ');
         let status = match (words.next(), words.next().map(str::parse::<u16>)) {
             (Some(version), Some(Ok(status))) if version.starts_with("HTTP/1.") => status,
             _ => return Err(self.no_answer(&format!("it begins with `{first}`"))),
         };
-        while !line(&mut reader)?.is_empty() {}
-        let mut body = reader;
-        body.set_limit(MAX_ANSWER);
+        let mut length = None;
+        loop {
+            let line = self.line(&mut reader)?;
+            let Some((name, value)) = line.split_once(':') else {
+                break;
+            };
+            if name.eq_ignore_ascii_case("content-length") {
+                let number = value.trim().parse::<u64>();
+                let number = number.map_err(|_| self.no_answer("its Content-Length is no number"))?;
+                length = Some(number);
+            } else if name.eq_ignore_ascii_case("transfer-encoding") {
+                return Err(self.no_answer("it is encoded for its transfer, which nobody has asked for"));
+            }
+        }
+        let body = Body {
+            reader: reader.into_inner(),
+            missing: length,
+            most: MAX_ANSWER,
+        };
         Ok(Answer { status, body })
+    }
+
+    /// A line of the head.
+    fn line(&self, reader: &mut io::Take<BufReader<Timed>>) -> Result<String, ClientError> {
+        let mut text = Vec::new();
+        let read = reader.read_until(b'\n', &mut text);
+        read.map_err(|error| self.no_answer(&error.to_string()))?;
+        if text.ends_with(b"\n") {
+            Ok(String::from_utf8_lossy(&text).trim_end().to_owned())
+        } else {
+            Err(self.no_answer("its head is not complete"))
+        }
+    }
+}
+
+/// How long until then.
+fn left(until: Instant) -> io::Result<Duration> {
+    let left = until.saturating_duration_since(Instant::now());
+    if left.is_zero() {
+        let reason = "the call has taken too long (--timeout)";
+        return Err(io::Error::new(io::ErrorKind::TimedOut, reason));
+    }
+    Ok(left)
+}
+
+/// A connection that is read until a moment at most, however little comes how often.
+struct Timed {
+    stream: TcpStream,
+    until: Option<Instant>,
+}
+
+impl Read for Timed {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let limit = self.until.map(left).transpose()?;
+        self.stream.set_read_timeout(limit)?;
+        match (self.stream.read(buffer), self.until) {
+            (Err(error), Some(until))
+                if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
+            {
+                // In our words, unless the wait has ended a little early.
+                left(until).and(Err(io::ErrorKind::Interrupted.into()))
+            }
+            (result, _) => result,
+        }
+    }
+}
+
+/// The body of an answer. One that is cut short, and one beyond all measure, is an error.
+pub struct Body {
+    reader: BufReader<Timed>,
+    /// Bytes that have to come still, if the answer says how many it has.
+    missing: Option<u64>,
+    /// Bytes that may come still.
+    most: u64,
+}
+
+impl Body {
+    /// It may be as long as it will: a file.
+    pub fn unbounded(&mut self) {
+        self.most = u64::MAX;
+    }
+
+    /// It may be as long as it will, and take its time: a stream.
+    pub fn endless(&mut self) {
+        self.most = u64::MAX;
+        self.reader.get_mut().until = None;
+    }
+}
+
+impl Read for Body {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let most = self.missing.unwrap_or(u64::MAX).min(self.most);
+        if most == 0 && self.missing != Some(0) {
+            return Err(io::Error::other(format!("more than {MAX_ANSWER} bytes")));
+        }
+        let read = (&mut self.reader).take(most).read(buffer)?;
+        if let Some(missing) = self.missing.filter(|missing| read == 0 && *missing > 0)
+            && !buffer.is_empty()
+        {
+            let reason = format!("it is cut short: {missing} bytes are missing");
+            return Err(io::Error::new(io::ErrorKind::UnexpectedEof, reason));
+        }
+        self.missing = self.missing.map(|missing| missing - read as u64);
+        self.most -= read as u64;
+        Ok(read)
     }
 }
 
@@ -215,6 +319,55 @@ mod tests {
             assert!(Client::new(url, None).is_err(), "{url}");
         }
         assert!(Client::new("http://a:1", Some("a\r\nb".to_owned())).is_err());
+    }
+
+    /// What is made of an answer of these bytes, after which the connection ends.
+    fn answered(bytes: &'static str) -> Result<(u16, String), String> {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let url = format!("http://{}", listener.local_addr().unwrap());
+        let server = std::thread::spawn(move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let mut head = io::BufReader::new(stream.try_clone().unwrap());
+            let mut line = String::new();
+            while line != "\r\n" {
+                line.clear();
+                head.read_line(&mut line).unwrap();
+            }
+            stream.write_all(bytes.as_bytes()).unwrap();
+        });
+        let answer = Client::new(&url, None).unwrap().call("GET", "/health", None);
+        server.join().unwrap();
+        answer.map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn an_answer_that_is_cut_short_is_none() {
+        for (bytes, expected) in [
+            ("HTTP/1.1 200 OK\r\nContent-Length: 2\r\n\r\n{}", Ok("{}")),
+            ("HTTP/1.1 200 OK\r\ncontent-length: 1\r\n\r\n{}", Ok("{")),
+            ("HTTP/1.1 200 OK\r\n\r\n{}", Ok("{}")),
+            ("HTTP/1.1 200 OK\r\nContent-Length: 0\r\n\r\n", Ok("")),
+            (
+                "HTTP/1.1 200 OK\r\nContent-Length: 9\r\n\r\n{}",
+                Err("it is cut short: 7 bytes are missing"),
+            ),
+            (
+                "HTTP/1.1 200 OK\r\nContent-Length: -1\r\n\r\n{}",
+                Err("its Content-Length is no number"),
+            ),
+            (
+                "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n2\r\n{}\r\n",
+                Err("encoded for its transfer"),
+            ),
+            ("HTTP/1.1 200 OK\r\nContent-Le", Err("its head is not complete")),
+            ("\x1b[2J\r\n\r\n", Err("it begins with")),
+        ] {
+            match (answered(bytes), expected) {
+                (Ok((200, text)), Ok(expected)) => assert_eq!(text, expected, "{bytes}"),
+                (Err(error), Err(expected)) => assert!(error.contains(expected), "{bytes}: {error}"),
+                (found, _) => panic!("{bytes}: {found:?}"),
+            }
+        }
     }
 
     #[test]

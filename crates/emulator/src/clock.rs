@@ -16,6 +16,10 @@ pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 pub const SLICE: Duration = Duration::from_millis(10);
 /// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
 const NOTICEABLE: Duration = Duration::from_secs(1);
+/// How often the hub looks at the wall clock if [`TimeGap::Skip`] is asked for.
+pub const BEAT: Duration = Duration::from_millis(100);
+/// Shortest time without a look that counts as not served: a busy machine may hold anybody up for less.
+const GAP: Duration = Duration::from_millis(500);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
 
@@ -32,6 +36,16 @@ pub enum TimeMode {
     /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise; while nobody
     /// is there for whom the wall counts, it does nothing but jump.
     Auto,
+}
+
+/// What becomes of wall-clock time in which the emulator was stopped, as by SIGSTOP (option `--time-gap`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
+pub enum TimeGap {
+    /// Virtual time has passed as well: what was due meanwhile happens at once, as far as a slice of work goes.
+    #[default]
+    CatchUp,
+    /// Virtual time goes on from where it stood.
+    Skip,
 }
 
 /// Why a word is no time mode.
@@ -94,6 +108,11 @@ pub struct Clock {
     alone: bool,
     /// How much less has passed than the mode asks for, because the machine could not keep up.
     behind: Duration,
+    gap: TimeGap,
+    /// When the hub last looked.
+    seen: Instant,
+    /// How much wall-clock time was skipped.
+    skipped: Duration,
 }
 
 impl Clock {
@@ -108,7 +127,50 @@ impl Clock {
             stirred: wall,
             alone: true,
             behind: Duration::ZERO,
+            gap: TimeGap::default(),
+            seen: wall,
+            skipped: Duration::ZERO,
         }
+    }
+
+    /// The same, with this for time that was not served.
+    #[must_use]
+    pub fn with_gap(self, gap: TimeGap) -> Clock {
+        Clock { gap, ..self }
+    }
+
+    /// How often [`Clock::beat`] is wanted, if at all.
+    #[must_use]
+    pub fn beats(&self) -> Option<Duration> {
+        (self.gap == TimeGap::Skip).then_some(BEAT)
+    }
+
+    /// The hub looks at the clock, before anything else. Returns the wall-clock time for which it could not, if that is
+    /// skipped.
+    pub fn beat(&mut self) -> Option<Duration> {
+        self.beat_at(Instant::now())
+    }
+
+    fn beat_at(&mut self, wall: Instant) -> Option<Duration> {
+        let since = std::mem::replace(&mut self.seen, wall).max(self.origin);
+        let missed = wall.saturating_duration_since(since);
+        let stands = match self.mode {
+            TimeMode::Stepped => true,
+            TimeMode::Auto => self.alone,
+            TimeMode::Real | TimeMode::Scaled(_) => false,
+        };
+        if self.gap == TimeGap::CatchUp || stands || missed < GAP {
+            return None;
+        }
+        self.origin += missed;
+        self.skipped += missed;
+        Some(missed)
+    }
+
+    /// How much wall-clock time was skipped since the clock was started.
+    #[must_use]
+    pub fn skipped(&self) -> Duration {
+        self.skipped
     }
 
     /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
@@ -156,7 +218,7 @@ impl Clock {
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
         let alone = self.alone;
-        *self = Clock::start(self.mode);
+        *self = Clock::start(self.mode).with_gap(self.gap);
         self.alone = alone;
     }
 
@@ -311,6 +373,34 @@ mod tests {
         let mut clock = Clock::start(TimeMode::Real);
         clock.origin = clock.origin.checked_sub(SECOND / 2).unwrap();
         assert!(!clock.fall_behind(Time::ZERO), "not worth a word");
+    }
+
+    #[test]
+    fn time_that_was_not_served_is_skipped_or_caught_up() {
+        let (hour, moment) = (SECOND * 3_600, Duration::from_millis(100));
+        for (mode, gap, passes) in [
+            (TimeMode::Real, TimeGap::CatchUp, hour + moment * 2),
+            (TimeMode::Real, TimeGap::Skip, moment * 2),
+            (TimeMode::Scaled(10.0), TimeGap::Skip, SECOND * 2),
+            (TimeMode::Scaled(10.0), TimeGap::CatchUp, hour * 10 + SECOND * 2),
+            (TimeMode::Stepped, TimeGap::Skip, Duration::ZERO),
+        ] {
+            let mut clock = Clock::start(mode).with_gap(gap);
+            let stopped = clock.origin + moment;
+            assert_eq!(clock.beat_at(stopped), None, "a look is no gap");
+            let runs_again = stopped + hour;
+            let skips = gap == TimeGap::Skip && mode != TimeMode::Stepped;
+            assert_eq!(clock.beat_at(runs_again), skips.then_some(hour), "{mode}");
+            assert_eq!(clock.skipped(), if skips { hour } else { Duration::ZERO });
+            let later = runs_again + moment;
+            assert_eq!(clock.beat_at(later), None);
+            assert_eq!(clock.at(later), Time::ZERO + passes, "{mode} {gap:?}");
+            let due = clock.at(later) + SECOND;
+            assert!(
+                clock.at(later) < due
+                    && clock.wake_at(later, Some(due), false) != Wake::After(Duration::ZERO)
+            );
+        }
     }
 
     #[test]

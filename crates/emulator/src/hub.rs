@@ -1,14 +1,14 @@
 //! The one owner of the controller and its one loop: a link message, a panel action, a deadline or the end.
 //! One input, all its outputs, the next input. Nothing here knows what bytes or states mean.
 
-use crate::clock::{Clock, SLICE, Wake};
+use crate::clock::{Clock, SLICE};
 use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
 use crate::evidence::Evidence;
 use crate::faults;
-use crate::line::{LineError, LineMessage, Lines, SerialEnd};
-use crate::link::{LinkError, LinkMessage, Links};
+use crate::line::{LineError, Lines, SerialEnd};
+use crate::link::{LinkError, Links};
 use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::scenario::Play;
@@ -19,7 +19,6 @@ use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
-use std::pin::pin;
 use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::mpsc;
@@ -36,16 +35,10 @@ use ts3100_controller::time::Time;
 pub mod condition;
 mod control;
 pub mod request;
+mod serve;
 
 use request::{Pending, Request};
-
-/// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
-/// in the next, and its message is there in the one behind.
-const TURNS_BEFORE_A_JUMP: u32 = 3;
-/// Turns that the links get before a request is served, so that what has come to the sockets before it is read.
-const TURNS_TO_HEAR: u32 = 3;
-/// Most messages of the links that are served before a request, in each of these turns.
-const MESSAGES_HEARD: u32 = 64;
+use serve::Rota;
 
 /// Requests that may wait for the hub; then those who ask wait.
 pub const WAITING_REQUESTS: usize = 64;
@@ -112,6 +105,7 @@ pub struct Hub {
     log: EventLog,
     requests: mpsc::Receiver<Request>,
     orders: mpsc::Receiver<Order>,
+    rota: Rota,
     desk: Desk,
     shelf: Shelf,
     watch: Option<Feeder>,
@@ -145,7 +139,7 @@ impl Hub {
         let tape = Tape::begin(settings, &powered)?;
         let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
         let (desk, orders) = Desk::open();
-        let mut clock = Clock::start(settings.time);
+        let mut clock = Clock::start(settings.time).with_gap(settings.time_gap);
         clock.set(powered.controller.now());
         let mut hub = Hub {
             initial: powered.controller.clone(),
@@ -158,6 +152,7 @@ impl Hub {
             log: EventLog::default(),
             requests,
             orders,
+            rota: Rota::default(),
             desk,
             shelf: Shelf::default(),
             watch: None,
@@ -258,78 +253,6 @@ impl Hub {
         self.links.close().await;
         self.lines.close().await;
         self.controller
-    }
-
-    async fn serve(&mut self, stop: impl Future<Output = ()>) {
-        let mut stop = pin!(stop);
-        let mut requests_open = true;
-        loop {
-            let (wake, deadline) = self.next_wake();
-            // In this order: `auto` may jump only when nothing else is there to be done.
-            tokio::select! {
-                biased;
-                () = &mut stop => break,
-                request = self.requests.recv(), if requests_open => {
-                    self.hear().await;
-                    match request {
-                        Some(request) => self.serve_request(request).await,
-                        None => requests_open = false,
-                    }
-                }
-                // The hub holds a desk itself: orders never end.
-                Some(order) = self.orders.recv() => {
-                    self.hear().await;
-                    self.serve_order(order).await;
-                }
-                message = self.links.next() => if let Some(message) = message {
-                    self.take_link(message).await;
-                },
-                message = self.lines.next() => if let Some(message) = message {
-                    self.take_line(message).await;
-                },
-                () = sleep(wake) => {
-                    if let (Wake::JumpAfter(_), Some(deadline)) = (wake, deadline) {
-                        self.clock.jump(deadline);
-                    }
-                    self.feed(Input::Tick).await;
-                }
-            }
-        }
-    }
-
-    async fn take_link(&mut self, message: LinkMessage) {
-        self.clock.stir();
-        for input in self.links.take(message) {
-            self.feed(input).await;
-        }
-    }
-
-    async fn take_line(&mut self, message: LineMessage) {
-        self.clock.stir();
-        if let Some(input) = self.lines.take(message) {
-            self.feed(input).await;
-        }
-    }
-
-    /// What hosts have sent is served before what somebody asks for at the side: a test that sends a command and then
-    /// moves the clock means them in this order, though they come by two connections.
-    async fn hear(&mut self) {
-        for _ in 0..TURNS_TO_HEAR {
-            tokio::task::yield_now().await;
-            // At most so many: a host that never ends does not keep the others from being served.
-            for _ in 0..MESSAGES_HEARD {
-                let (link, line) = (self.links.next_now(), self.lines.next_now());
-                if link.is_none() && line.is_none() {
-                    break;
-                }
-                if let Some(message) = link {
-                    self.take_link(message).await;
-                }
-                if let Some(message) = line {
-                    self.take_line(message).await;
-                }
-            }
-        }
     }
 
     /// One input and everything that follows from it.
@@ -435,6 +358,7 @@ impl Hub {
                 feeder.put(output);
             }
         }
+        self.log.settle();
         if let Some(play) = &self.play {
             play.settled(at, &self.controller);
         }
@@ -511,20 +435,6 @@ impl Hub {
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => self.log.write(self.clock.now(), &event),
         }
-    }
-}
-
-async fn sleep(wake: Wake) {
-    match wake {
-        Wake::Never => std::future::pending().await,
-        // Something is due already, but the links get their turn.
-        Wake::After(duration) if duration.is_zero() => tokio::task::yield_now().await,
-        Wake::JumpAfter(duration) if duration.is_zero() => {
-            for _ in 0..TURNS_BEFORE_A_JUMP {
-                tokio::task::yield_now().await;
-            }
-        }
-        Wake::After(duration) | Wake::JumpAfter(duration) => tokio::time::sleep(duration).await,
     }
 }
 

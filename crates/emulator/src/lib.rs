@@ -21,9 +21,12 @@ pub mod log;
 pub mod ready;
 pub mod scenario;
 pub mod snapshot;
+mod socket;
 pub mod store;
 pub mod tap;
 #[cfg(test)]
 mod testing;
 pub mod transcript;
+mod turns;
+mod visible;
 pub mod watch;

@@ -2,6 +2,7 @@
 //! JSON object. `<` came in from the host, `>` went out to it. What is worth an event is the
 //! controller's decision.
 
+mod fold;
 mod writer;
 
 use crate::config::args::LogFormat;
@@ -93,6 +94,17 @@ pub fn readable_text(framing: Framing, data: &[u8]) -> String {
 pub struct EventLog {
     /// Rules whose finding has been shown, by port: a host that breaks a rule breaks it in every text.
     found: BTreeSet<(Option<&'static str>, &'static str)>,
+    /// The last finding: if the next event says that the text is refused, both are one line.
+    held: Option<Held>,
+}
+
+/// A finding that is not written yet.
+#[derive(Debug)]
+struct Held {
+    t: String,
+    rule: &'static str,
+    port: Option<&'static str>,
+    message: String,
 }
 
 impl EventLog {
@@ -104,73 +116,32 @@ impl EventLog {
     /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
     pub fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
-        let t = t.as_str();
         match event {
-            Event::TextIn { port, framing, data } => {
-                let text = readable_text(*framing, data);
-                debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
-            }
-            Event::TextOut { port, framing, data } => {
-                let text = readable_text(*framing, data);
-                debug!(event = "text-out", t, port = port.name(), text, "{port} > {text}");
-            }
-            Event::Dropped { port, bytes, reason } => {
-                info!(
-                    event = "dropped",
+            Event::Finding {
+                rule, port, message, ..
+            } => {
+                self.settle();
+                self.held = Some(Held {
                     t,
-                    port = port.name(),
-                    bytes,
-                    "{port}: {bytes} bytes dropped: {reason}"
-                );
+                    rule,
+                    port: port.map(Port::name),
+                    message: message.clone(),
+                });
             }
             Event::Refused {
                 port,
                 command,
                 reason,
             } => {
-                info!(
-                    event = "refused",
-                    t,
-                    port = port.name(),
-                    command,
-                    reason,
-                    "{port}: {command} refused: {reason}"
-                );
+                let port = port.name();
+                let about = self.held.take_if(|held| held.port == Some(port));
+                self.settle();
+                self.refused(&t, port, (command, reason), about.as_ref());
             }
-            Event::Fault {
-                id,
-                kind,
-                port,
-                message,
-                fired,
-            } => fault(t, (*id, kind), port.map(Port::name), message, *fired),
-            Event::Finding {
-                rule, port, message, ..
-            } => self.finding(t, rule, port.map(Port::name), message),
-            Event::Answered { .. } => answered(t, event),
-            Event::Alarm { number, text } => {
-                warn!(event = "alarm", t, number, text, "alarm {number} {text}");
+            other => {
+                self.settle();
+                tell(&t, other);
             }
-            Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
-            Event::Status { status, line } => {
-                info!(event = "status", t, status, line, "status: {status}, line {line}");
-            }
-            Event::Statement { line, task } => {
-                debug!(event = "statement", t, line, task, "task {task}: line {line}");
-            }
-            Event::Servo(on) => {
-                let word = if *on { "on" } else { "off" };
-                info!(event = "servo", t, on, "servo {word}");
-            }
-            Event::ServoHeldBack(until) => {
-                let until = until.to_string();
-                info!(
-                    event = "servo-held-back",
-                    t, until, "servo on: held back until {until}"
-                );
-            }
-            Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),
-            Event::Selected(None) => info!(event = "selected", t, "selected: none"),
         }
     }
 
@@ -204,6 +175,68 @@ impl EventLog {
         );
     }
 
+    /// Nothing follows at once: a finding that is held back is told.
+    pub fn settle(&mut self) {
+        if let Some(held) = self.held.take() {
+            self.finding(&held.t, held.rule, held.port, &held.message);
+        }
+    }
+
+    /// A text that was answered NG, and the finding about it: the rule is explained once a host.
+    fn refused(
+        &mut self,
+        t: &str,
+        port: &'static str,
+        (command, reason): (&str, &str),
+        finding: Option<&Held>,
+    ) {
+        let rule = finding.map(|finding| finding.rule);
+        let known = rule.and_then(Rule::by_id);
+        let severity = known.map(|rule| rule.severity.word());
+        let (Some(finding), Some(rule), true) = (
+            finding,
+            known,
+            rule.is_some_and(|rule| self.found.insert((Some(port), rule))),
+        ) else {
+            info!(
+                event = "refused",
+                t, port, command, reason, rule, severity, "{port}: {command} refused: {reason}"
+            );
+            return;
+        };
+        let (id, message, remedy) = (rule.id, &finding.message, rule.remedy);
+        let about = if message.contains(reason) {
+            format!("finding {id}")
+        } else {
+            format!("finding {id}: {message}")
+        };
+        if rule.severity > Severity::Note {
+            warn!(
+                event = "refused",
+                t,
+                port,
+                command,
+                reason,
+                rule = id,
+                severity,
+                remedy,
+                "{port}: {command} refused: {reason} ({about}). {remedy}"
+            );
+        } else {
+            info!(
+                event = "refused",
+                t,
+                port,
+                command,
+                reason,
+                rule = id,
+                severity,
+                remedy,
+                "{port}: {command} refused: {reason} ({about}). {remedy}"
+            );
+        }
+    }
+
     fn finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
         let known = Rule::by_id(rule);
@@ -225,6 +258,62 @@ impl EventLog {
                 t, rule, severity, port, remedy, "{place}finding {rule}: {message}. {remedy}"
             );
         }
+    }
+}
+
+/// One line for an event that needs no other.
+fn tell(t: &str, event: &Event) {
+    match event {
+        Event::TextIn { port, framing, data } => {
+            let text = readable_text(*framing, data);
+            debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
+        }
+        Event::TextOut { port, framing, data } => {
+            let text = readable_text(*framing, data);
+            debug!(event = "text-out", t, port = port.name(), text, "{port} > {text}");
+        }
+        Event::Dropped { port, bytes, reason } => {
+            info!(
+                event = "dropped",
+                t,
+                port = port.name(),
+                bytes,
+                "{port}: {bytes} bytes dropped: {reason}"
+            );
+        }
+        Event::Fault {
+            id,
+            kind,
+            port,
+            message,
+            fired,
+        } => fault(t, (*id, kind), port.map(Port::name), message, *fired),
+        // These are `EventLog`'s.
+        Event::Finding { .. } | Event::Refused { .. } => {}
+        Event::Answered { .. } => answered(t, event),
+        Event::Alarm { number, text } => {
+            warn!(event = "alarm", t, number, text, "alarm {number} {text}");
+        }
+        Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
+        Event::Status { status, line } => {
+            info!(event = "status", t, status, line, "status: {status}, line {line}");
+        }
+        Event::Statement { line, task } => {
+            debug!(event = "statement", t, line, task, "task {task}: line {line}");
+        }
+        Event::Servo(on) => {
+            let word = if *on { "on" } else { "off" };
+            info!(event = "servo", t, on, "servo {word}");
+        }
+        Event::ServoHeldBack(until) => {
+            let until = until.to_string();
+            info!(
+                event = "servo-held-back",
+                t, until, "servo on: held back until {until}"
+            );
+        }
+        Event::Selected(Some(file)) => info!(event = "selected", t, file, "selected: {file}"),
+        Event::Selected(None) => info!(event = "selected", t, "selected: none"),
     }
 }
 
@@ -274,6 +363,80 @@ mod tests {
         assert_eq!(log.found.len(), 2);
         log.new_peer(Port::Host);
         assert_eq!(log.found, BTreeSet::from([(Some("IP0"), "no-cr")]));
+    }
+
+    /// The lines of a few events.
+    fn lines(events: &[Event]) -> Vec<String> {
+        #[derive(Clone, Default)]
+        struct Kept(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+        impl std::io::Write for Kept {
+            fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+                self.0.lock().unwrap().extend(bytes);
+                Ok(bytes.len())
+            }
+            fn flush(&mut self) -> std::io::Result<()> {
+                Ok(())
+            }
+        }
+        let kept = Kept::default();
+        let writer = kept.clone();
+        let subscriber = tracing_subscriber::fmt().json().flatten_event(true);
+        let subscriber = subscriber.with_writer(move || writer.clone()).finish();
+        tracing::subscriber::with_default(subscriber, || {
+            let mut log = EventLog::default();
+            events.iter().for_each(|event| log.write(Time::ZERO, event));
+            log.settle();
+        });
+        let text = String::from_utf8(kept.0.lock().unwrap().clone()).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+
+    #[test]
+    fn a_text_that_is_refused_is_one_line_with_what_is_wrong_with_it() {
+        let finding = |rule, port, message: &str| Event::Finding {
+            rule,
+            port: Some(port),
+            at: Time::ZERO,
+            bytes: Vec::new(),
+            message: message.to_owned(),
+        };
+        let refused = Event::Refused {
+            port: Port::Ip0,
+            command: "XX".to_owned(),
+            reason: "no command".to_owned(),
+        };
+        let bad = finding("unknown-command", Port::Ip0, "two letters expected");
+        let told = lines(&[
+            finding("no-cr", Port::Host, "no CR"),
+            bad.clone(),
+            refused.clone(),
+            bad.clone(),
+            refused,
+            bad,
+        ]);
+        assert_eq!(told.len(), 3, "{told:#?}");
+        let read = |at: usize| serde_json::from_str::<serde_json::Value>(&told[at]).unwrap();
+        assert_eq!(read(0)["event"], "finding");
+        for (at, level) in [(1, "WARN"), (2, "INFO")] {
+            let line = read(at);
+            for (key, value) in [
+                ("event", "refused"),
+                ("command", "XX"),
+                ("reason", "no command"),
+                ("rule", "unknown-command"),
+                ("port", "IP0"),
+                ("level", level),
+            ] {
+                assert_eq!(line[key], value, "{line}");
+            }
+        }
+        let message = read(1)["message"].to_string();
+        assert!(
+            message.contains(
+                "IP0: XX refused: no command (finding unknown-command: two letters expected). Begin"
+            ),
+            "{message}"
+        );
     }
 
     #[test]

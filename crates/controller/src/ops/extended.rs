@@ -1,6 +1,7 @@
 //! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
 //! with the option `extensions`.
 
+use super::variables::in_range;
 use crate::Controller;
 use crate::alarm::Alarm;
 use crate::ops::status::NOISE;
@@ -150,6 +151,9 @@ impl Controller {
 
     /// ZS: the work coordinate or the tool, by name and values.
     pub(super) fn op_set_frame(&mut self, frame: ZsFrame, name: &VariableName, values: &[f64]) -> Outcome {
+        if !in_range(values) {
+            return Outcome::Ng("a coordinate of numbers in the range of a real expected".into());
+        }
         let Some(trans) = Trans::from_listed(self.arm.kind(), values) else {
             return Outcome::Ng(format!("a coordinate expected, {} values found", values.len()));
         };

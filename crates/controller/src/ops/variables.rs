@@ -181,10 +181,19 @@ pub(crate) fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
 }
 
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
+/// Whether each is a number that a real of the controller can hold.
+pub(super) fn in_range(numbers: &[f64]) -> bool {
+    let largest = f64::from(f32::MAX);
+    numbers.iter().all(|number| (-largest..=largest).contains(number))
+}
+
 fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     let wrong = |what: &str| format!("{what} expected, `{}` found", found.join(" "));
+    if !in_range(&reals) {
+        return Err(wrong("numbers in the range of a real"));
+    }
     match (kind, numbers) {
         (Kind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
         (Kind::Integer, _) => Err(wrong("one integer")),

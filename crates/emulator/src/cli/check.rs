@@ -3,6 +3,7 @@
 use super::report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
+use crate::visible::shown;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
@@ -60,7 +61,7 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     let (arm, points) = match around {
         Ok(around) => around,
         Err(error) => {
-            eprintln!("ts3100: {error}");
+            eprintln!("ts3100: {}", shown(error));
             return ExitCode::from(Outcome::Unreadable as u8);
         }
     };
@@ -76,7 +77,7 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
         worst = worst.max(outcome(&file, args.deny_warnings));
         let written = match (args.format, &file.found) {
             (_, Err(error)) => {
-                eprintln!("ts3100: {}: {error}", file.name);
+                eprintln!("ts3100: {}", shown(format_args!("{}: {error}", file.name)));
                 Ok(())
             }
             (Format::Text, Ok(_)) => text(&file, &mut stdout),

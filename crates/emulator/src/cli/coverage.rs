@@ -1,6 +1,7 @@
 //! `ts3100 coverage merge`: the coverage reports of several runs as one.
 
 use crate::evidence::{CoverageReport, Reports, coverage_text};
+use crate::visible::shown;
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
@@ -44,7 +45,7 @@ pub(super) fn run(args: &CoverageArgs) -> ExitCode {
     match merge(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
             ExitCode::from(2)
         }
     }

@@ -1,6 +1,7 @@
 //! `ts3100 exec [serve options] -- COMMAND...`: an emulator for the time of one command. How the emulator is
 //! configured and served is `serve`'s.
 
+use super::guard::Guard;
 use super::serve::{Served, prepare};
 use super::unstarted;
 use crate::config::args::PortsWord;
@@ -9,6 +10,7 @@ use crate::embed::single_threaded;
 use crate::hub::Hub;
 use crate::hub::proof::dialled;
 use crate::log;
+use crate::visible::shown;
 use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
@@ -72,6 +74,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
             (code, format!("cannot run {}: {error}", command.to_string_lossy()))
         }
     };
+    let words = shown(words);
     log::say(&words);
     unstarted::write(junit.as_deref(), &words);
     ExitCode::from(code)
@@ -106,14 +109,18 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
             .map_err(anyhow::Error::from)?;
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("expected a command behind --")?;
+        let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = command_of(program, rest, &settings, &hub, control)
             .spawn()
             .map_err(|error| Trouble::Command(program.clone(), error))?;
+        let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
+        watched.context("the guard of the command has ended")?;
         let mut status = None;
         let served = Served::begin(&settings, &mut hub);
         let controller = hub
             .run(async { status = Some(signals.pass_on(&mut child).await) })
             .await;
+        drop(guard);
         let failed = served.end(&args, &settings, &controller)? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;

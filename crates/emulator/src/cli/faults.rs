@@ -2,6 +2,7 @@
 //! and files say what they mean.
 
 use crate::faults;
+use crate::visible::shown;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
@@ -57,7 +58,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match faults::read(path) {
             Ok(faults) => found.extend(faults),
             Err(error) => {
-                eprintln!("ts3100: {error}");
+                eprintln!("ts3100: {}", shown(error));
                 wrong = true;
             }
         }
@@ -66,7 +67,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match spec.parse() {
             Ok(fault) => found.push(fault),
             Err(error) => {
-                eprintln!("ts3100: {spec}: {error}");
+                eprintln!("ts3100: {}", shown(format_args!("{spec}: {error}")));
                 wrong = true;
             }
         }

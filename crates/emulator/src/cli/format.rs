@@ -1,6 +1,7 @@
 //! `ts3100 fmt`: lays SCOL files out anew. The layout is `scol-mini`'s; here files are read and written.
 
 use super::check::read;
+use crate::visible::shown;
 use clap::Args;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
@@ -32,7 +33,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
     let mut worst = Outcome::Done;
     for path in &args.files {
         let outcome = one(path, args.check).unwrap_or_else(|error| {
-            eprintln!("ts3100: {}: {error}", path.display());
+            eprintln!("ts3100: {}", shown(format_args!("{}: {error}", path.display())));
             Outcome::Failed
         });
         worst = worst.max(outcome);

@@ -8,6 +8,7 @@ mod diff;
 mod exec;
 mod faults;
 mod format;
+mod guard;
 mod host;
 mod report;
 mod run;
@@ -53,6 +54,10 @@ enum Command {
 /// Reads the command line of the process and does what it says. Wrong usage is exit code 2.
 #[must_use]
 pub fn main() -> ExitCode {
+    // No word for people: `exec` starts its guard so.
+    if std::env::args_os().nth(1).is_some_and(|word| word == guard::WORD) {
+        return guard::run();
+    }
     let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
     let code = run(cli.command);
     log::finish();

@@ -10,6 +10,7 @@ use crate::log;
 use crate::ready::{Ready, banner};
 use crate::scenario::{Outcome, Play};
 use crate::snapshot;
+use crate::visible::shown;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -28,7 +29,7 @@ pub(super) fn run(args: ServeArgs) -> ExitCode {
     match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let words = format!("{error:#}");
+            let words = shown(format_args!("{error:#}"));
             log::say(&words);
             unstarted::write(junit.as_deref(), &words);
             ExitCode::from(COULD_NOT_START)

@@ -7,6 +7,7 @@ use crate::log;
 use crate::ready::Ready;
 use crate::tap::{Route, Tap, TapSettings};
 use crate::transcript::TranscriptFile;
+use crate::visible::shown;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -106,7 +107,7 @@ pub(super) fn run(args: &TapArgs) -> ExitCode {
     match tap(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
             ExitCode::from(COULD_NOT_START)
         }
     }

@@ -6,7 +6,7 @@ use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
 use super::seed::Seed;
 use super::serial::ListenAt;
-use crate::clock::TimeMode;
+use crate::clock::{TimeGap, TimeMode};
 use crate::control::ControlChoice;
 use crate::transcript::TranscriptFile;
 use clap::{Args, ValueEnum};
@@ -115,6 +115,9 @@ pub struct ServeArgs {
     /// How time passes: real, xN, stepped, auto [default: real]
     #[arg(long, value_name = "MODE")]
     pub time: Option<TimeMode>,
+    /// Wall-clock time in which the emulator was stopped (SIGSTOP): skip it, or catch up with it [default: catch-up]
+    #[arg(long, value_name = "WORD")]
+    pub time_gap: Option<TimeGap>,
     /// Overrides one named option, for example text.stx=required
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
@@ -197,6 +200,7 @@ impl ServeArgs {
             points: self.points.or(below.points),
             controller: self.controller.or(below.controller),
             time: self.time.or(below.time),
+            time_gap: self.time_gap.or(below.time_gap),
             set: below.set.into_iter().chain(self.set).collect(),
             fault: below.fault.into_iter().chain(self.fault).collect(),
             faults: self.faults.or(below.faults),

@@ -17,7 +17,7 @@ pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_o
 pub use seed::Seed;
 pub use serial::ListenAt;
 
-use crate::clock::{self, TimeMode};
+use crate::clock::{self, TimeGap, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
 use crate::evidence::Reports;
 use crate::line::SerialEnd;
@@ -56,6 +56,8 @@ pub struct Settings {
     pub links: LinkOptions,
     /// How time passes.
     pub time: TimeMode,
+    /// What becomes of time in which the emulator was stopped.
+    pub time_gap: TimeGap,
     /// Backing directory of the RAM drive; memory only without.
     pub drive: Option<PathBuf>,
     /// Files of the PC to put on the drive at the start.
@@ -97,6 +99,7 @@ impl Settings {
             controller,
             links: LinkOptions::default(),
             time: TimeMode::default(),
+            time_gap: TimeGap::default(),
             drive: None,
             load: Vec::new(),
             files: Vec::new(),
@@ -175,6 +178,7 @@ impl Settings {
             serial: serial::ends(args, listen)?,
             links,
             time,
+            time_gap: args.time_gap.unwrap_or_default(),
             drive: args.drive.clone(),
             load: args.load.clone(),
             select: args.select.clone(),

@@ -63,6 +63,11 @@ pub enum OptionError {
     },
 }
 
+/// Largest RAM drive: of as many files as it takes, each as large as it may be.
+const MAX_CAPACITY: usize = 1_000 * 99_999;
+/// Shortest pause between two attempts to dial: without one they would be all the emulator does.
+const SHORTEST_REDIAL: Duration = Duration::from_millis(10);
+
 type Set = fn(&mut Options, &mut LinkOptions, &str) -> Option<()>;
 
 /// Key, values it takes, how it is set. `None` from the last: the value does not fit.
@@ -73,9 +78,16 @@ const TABLE: &[(&str, &str, Set)] = &[
             word(v, &[("alarm", NoPeer::Alarm), ("silent", NoPeer::Silent)]),
         )
     }),
-    ("channel.redial", "a duration, for example 2s", |_, l, v| {
-        put(&mut l.redial, duration(v))
-    }),
+    (
+        "channel.redial",
+        "a duration from 10ms to an hour, for example 2s",
+        |_, l, v| {
+            put(
+                &mut l.redial,
+                duration(v).filter(|pause| *pause >= SHORTEST_REDIAL),
+            )
+        },
+    ),
     ("channel.second", "refuse or replace", |_, l, v| {
         put(
             &mut l.second,
@@ -91,8 +103,12 @@ const TABLE: &[(&str, &str, Set)] = &[
     ("do.min_run", "a duration, for example 200ms", |o, _, v| {
         put(&mut o.do_min_run, duration(v))
     }),
-    ("drive.capacity", "a number of bytes", |o, _, v| {
-        put(&mut o.drive_capacity, v.parse().ok())
+    ("drive.capacity", "a number of bytes up to 99999000", |o, _, v| {
+        let bytes = v.parse().ok();
+        put(
+            &mut o.drive_capacity,
+            bytes.filter(|bytes| *bytes <= MAX_CAPACITY),
+        )
     }),
     (
         "drive.open_mode",
@@ -141,9 +157,9 @@ const TABLE: &[(&str, &str, Set)] = &[
             word(v, &[("alarm", UnknownInput::Alarm), ("zero", UnknownInput::Zero)]),
         )
     }),
-    ("scol.equal_within", "a number from 0 up", |o, _, v| {
+    ("scol.equal_within", "a number from 0 to 1000", |o, _, v| {
         let number = v.parse().ok();
-        let number = number.filter(|number: &f32| number.is_finite() && *number >= 0.0);
+        let number = number.filter(|number: &f32| (0.0..=1_000.0).contains(number));
         put(&mut o.equal_within, number.map(Some))
     }),
     ("scol.sticky_work", "true or false", |o, _, v| {

@@ -22,7 +22,7 @@ use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
 
 /// Longest time on the wall a call may wait, and what it waits if it does not say.
-const MAX_WALL: Duration = Duration::from_secs(600);
+pub const MAX_WALL: Duration = Duration::from_secs(600);
 const WALL: f64 = 30.0;
 /// Longest printed text that can be waited for.
 const MAX_TEXT: usize = 256;
@@ -38,6 +38,8 @@ pub struct ClockDoc {
     calendar: String,
     /// How many seconds less have passed than the mode asks for, because the machine could not keep up.
     behind: f64,
+    /// How many seconds of the wall clock were skipped because the emulator was stopped (`--time-gap skip`).
+    skipped: f64,
     /// Virtual time of the next thing that will happen by itself; absent when nothing will.
     #[serde(skip_serializing_if = "Option::is_none")]
     next: Option<f64>,
@@ -268,6 +270,7 @@ async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem>
     let look = |sight: &Sight<'_>| ClockDoc {
         mode: sight.clock.mode().to_string(),
         behind: sight.clock.behind().as_secs_f64(),
+        skipped: sight.clock.skipped().as_secs_f64(),
         now: seconds(sight.controller.now()),
         calendar: super::alarms::moment(sight.controller.calendar_now()),
         next: sight.controller.poll_deadline().map(seconds),

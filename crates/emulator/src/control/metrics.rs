@@ -1,6 +1,7 @@
 //! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
 
 use super::event::outcome;
+use crate::visible::visible;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
@@ -178,10 +179,7 @@ fn head(text: &mut String, name: &str, help: &str, kind: &str) {
 }
 
 fn escaped(value: &str) -> String {
-    value
-        .replace('\\', "\\\\")
-        .replace('"', "\\\"")
-        .replace('\n', "\\n")
+    visible(value).replace('\\', "\\\\").replace('"', "\\\"")
 }
 
 #[cfg(test)]
@@ -206,7 +204,7 @@ mod tests {
             .lines()
             .filter(|line| line.starts_with("ts3100_refusals_total{"));
         assert_eq!(lines.count(), MAX_SERIES + 1);
-        assert!(text.contains("command=\"0\\\"\\n\"} 1\n"));
+        assert!(text.contains("command=\"0\\\"<LF>\"} 1\n"));
         let rest = "ts3100_refusals_total{port=\"other\",command=\"other\"} 744\n";
         assert!(text.contains(rest), "{text}");
     }

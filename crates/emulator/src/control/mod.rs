@@ -30,6 +30,7 @@ mod variables;
 mod words;
 
 pub use body::MAX_SNAPSHOT;
+pub use clock::MAX_WALL;
 pub use settings::{ControlChoice, ControlError, ControlSettings, MIN_TOKEN, PORT};
 
 use crate::hub::request::Request;

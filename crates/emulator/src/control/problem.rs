@@ -1,6 +1,7 @@
 //! What is answered when a call has no effect: a status, and words in JSON that say what was expected, what was
 //! found, and where.
 
+use crate::visible::shown;
 use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -31,7 +32,7 @@ impl Problem {
     pub fn new(status: StatusCode, error: impl Into<String>) -> Problem {
         Problem {
             status,
-            error: error.into(),
+            error: shown(error.into()),
             expected: None,
             found: None,
             place: None,
@@ -45,7 +46,7 @@ impl Problem {
         expected: impl Into<String>,
         found: impl Into<String>,
     ) -> Problem {
-        let (place, expected, found) = (place.into(), expected.into(), found.into());
+        let (place, expected, found) = (shown(place.into()), shown(expected.into()), shown(found.into()));
         Problem {
             status,
             error: format!("{place}: {expected} expected, {found} found"),
@@ -74,10 +75,10 @@ impl From<Refusal> for Problem {
         };
         Problem {
             status,
-            error: refusal.to_string(),
-            expected: Some(refusal.expected),
-            found: Some(refusal.found),
-            place: Some(refusal.place),
+            error: shown(&refusal),
+            expected: Some(shown(refusal.expected)),
+            found: Some(shown(refusal.found)),
+            place: Some(shown(refusal.place)),
         }
     }
 }

@@ -3,10 +3,10 @@
 //! knows of it.
 
 use super::{Hub, StartError};
+use crate::socket;
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::time::Duration;
-use tokio::io::Interest;
 use tokio::net::TcpStream;
 use ts3100_controller::port::Port;
 use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
@@ -70,19 +70,11 @@ impl Hub {
 async fn ask(address: SocketAddr, checksum: Checksum) -> io::Result<()> {
     let stream = TcpStream::connect(address).await?;
     let text = encode_text(b"SU\r", Framing::Stx, checksum);
-    let mut sent = 0;
-    while let Some(rest) = text.get(sent..).filter(|rest| !rest.is_empty()) {
-        stream.ready(Interest::WRITABLE).await?;
-        match stream.try_write(rest) {
-            Ok(count) => sent += count,
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error),
-        }
-    }
+    socket::write_all(&stream, &text).await?;
     let mut answer = Vec::new();
     let mut piece = [0; MAX_ANSWER];
     while !answer.contains(&ETX) && answer.len() < MAX_ANSWER {
-        stream.ready(Interest::READABLE).await?;
+        socket::readable(&stream).await?;
         match stream.try_read(&mut piece) {
             Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
             Ok(count) => answer.extend(piece.iter().take(count)),

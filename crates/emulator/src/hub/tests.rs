@@ -1,7 +1,7 @@
 //! Tests of the loop: when it lets time jump.
 
 use super::*;
-use crate::clock::TimeMode;
+use crate::clock::{TimeMode, Wake};
 use crate::config::Ports;
 use crate::embed::single_threaded;
 use std::io::{Read as _, Write as _};

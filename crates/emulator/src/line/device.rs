@@ -100,7 +100,12 @@ pub(super) async fn serve(path: PathBuf, device: Device, mut end: End, pause: Du
             None => try_open(&path, end.robot).ok(),
         };
         let served = match opened.map(run) {
-            Some(Ok(running)) => carry(&path, running, &mut end).await,
+            Some(Ok(running)) => match carry(&path, running, &mut end).await {
+                // One that can be opened and is lost at once is not looked for without pause.
+                Ok(Left::Lost) => wait(&mut end, pause).await,
+                Ok(Left::Reset) => Ok(()),
+                Err(gone) => Err(gone),
+            },
             Some(Err(error)) => {
                 warn!(
                     port = end.port.name(),
@@ -133,13 +138,21 @@ async fn wait(end: &mut End, pause: Duration) -> Result<(), Gone> {
     }
 }
 
-async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<(), Gone> {
+/// Why an open port is left.
+enum Left {
+    /// It is to be opened with other settings.
+    Reset,
+    /// It is gone.
+    Lost,
+}
+
+async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<Left, Gone> {
     let port = end.port;
     let peer = path.display().to_string();
     end.tell(LineEvent::Opened { peer }).await?;
     end.tell(LineEvent::Settings(HostLine::Wire)).await?;
     let mut marks = Marks::default();
-    loop {
+    let left = loop {
         tokio::select! {
             command = end.commands.recv() => match command.ok_or(Gone)? {
                 Command::Send(bytes) => if running.writes.try_send(bytes).is_err() {
@@ -148,21 +161,22 @@ async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<(), G
                 Command::Robot(robot) if robot != end.robot => {
                     info!(port = port.name(), "{port}: {} is opened anew as [U06] says", path.display());
                     end.robot = robot;
-                    break;
+                    break Left::Reset;
                 }
                 Command::Robot(_) => {}
             },
             bytes = running.reads.recv() => match bytes {
                 Some(bytes) => tell(end, &mut marks, &bytes).await?,
-                None => break,
+                None => break Left::Lost,
             },
             _ = &mut running.lost => {
                 warn!(port = port.name(), "{port}: {} is gone; it is looked for again", path.display());
-                break;
+                break Left::Lost;
             }
         }
-    }
-    end.tell(LineEvent::Closed).await
+    };
+    end.tell(LineEvent::Closed).await?;
+    Ok(left)
 }
 
 /// Tells the hub what the port delivered, good and bad.

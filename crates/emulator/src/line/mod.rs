@@ -12,6 +12,7 @@ mod rfc2217;
 mod tcp;
 
 use crate::config::LinkOptions;
+use crate::turns::{Divide, Turns, divide_bytes};
 use end::{Command, End};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -19,14 +20,13 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::task::{Context, Poll};
 use tokio::sync::{Semaphore, mpsc};
 use tokio::task::JoinHandle;
 use tracing::{info, warn};
 use ts3100_controller::{Controller, HostLine, Input, Port};
 use ts3100_proto::parameter::SerialLine;
 
-/// Messages of the line tasks that may wait for the hub; then the tasks wait, and so do the hosts.
-const WAITING_MESSAGES: usize = 64;
 /// Portions that may wait for a line task; a task that is slower than that loses bytes, as a host's port does.
 const WAITING_COMMANDS: usize = 256;
 
@@ -121,6 +121,24 @@ enum LineEvent {
     Closed,
 }
 
+impl LineMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        self.port
+    }
+}
+
+impl Divide for LineMessage {
+    fn divide(&mut self, port: Port) -> Option<LineMessage> {
+        let LineEvent::Received(bytes) = &mut self.event else {
+            return None;
+        };
+        let event = LineEvent::Received(divide_bytes(port, bytes)?);
+        Some(LineMessage { event, ..*self })
+    }
+}
+
 struct OpenLine {
     id: u64,
     task: JoinHandle<()>,
@@ -144,15 +162,13 @@ pub struct Lines {
     #[cfg(unix)]
     locks: pty::Locks,
     next_id: u64,
-    sender: mpsc::Sender<LineMessage>,
-    receiver: mpsc::Receiver<LineMessage>,
+    messages: Turns<LineMessage>,
 }
 
 impl Lines {
     /// None open yet.
     #[must_use]
     pub fn new(ends: BTreeMap<Port, SerialEnd>, options: LinkOptions) -> Lines {
-        let (sender, receiver) = mpsc::channel(WAITING_MESSAGES);
         Lines {
             ends,
             options,
@@ -160,8 +176,7 @@ impl Lines {
             #[cfg(unix)]
             locks: pty::Locks::default(),
             next_id: 0,
-            sender,
-            receiver,
+            messages: Turns::default(),
         }
     }
 
@@ -184,7 +199,7 @@ impl Lines {
             let end = End {
                 port,
                 id: self.next_id,
-                hub: self.sender.clone(),
+                hub: self.messages.sender(port),
                 commands: waiting,
                 credit: Arc::clone(&credit),
                 robot: line,
@@ -230,14 +245,9 @@ impl Lines {
         places.map(|(port, line)| (*port, line.place.clone())).collect()
     }
 
-    /// The next message of a line task. Cancel safe.
-    pub async fn next(&mut self) -> Option<LineMessage> {
-        self.receiver.recv().await
-    }
-
-    /// The next message, if one is there.
-    pub fn next_now(&mut self) -> Option<LineMessage> {
-        self.receiver.try_recv().ok()
+    /// The next message of a line task; the lines take turns. Ready when there is one.
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LineMessage> {
+        self.messages.poll_next(context)
     }
 
     /// Takes note of a message and says what it means for the controller.

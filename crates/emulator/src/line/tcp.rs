@@ -6,6 +6,7 @@ use super::rfc2217::{Event, Server};
 use super::{LineError, LineEvent, io_error};
 use crate::config::SecondConnection;
 use crate::link;
+use crate::socket;
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
@@ -141,7 +142,7 @@ impl Client {
                         }
                     }
                 },
-                ready = self.stream.writable(), if !self.outgoing.is_empty() => {
+                ready = socket::writable(&self.stream), if !self.outgoing.is_empty() => {
                     if ready.is_err() || !self.write(port) {
                         return Ok(());
                     }
@@ -246,5 +247,5 @@ impl Client {
 /// Ready to be read, and how much of it.
 async fn readable(stream: &TcpStream, credit: &Semaphore) -> (io::Result<()>, usize) {
     let most = End::allowed(credit).await;
-    (stream.readable().await, most)
+    (socket::readable(stream).await, most)
 }

@@ -3,6 +3,7 @@
 
 use super::LinkMessage;
 use crate::log::Readable;
+use crate::socket;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
 use std::io;
@@ -64,11 +65,11 @@ impl Connection {
         stream: TcpStream,
         peer: SocketAddr,
         gone: Option<oneshot::Sender<()>>,
-        hub: &mpsc::Sender<LinkMessage>,
+        hub: mpsc::Sender<LinkMessage>,
     ) -> Connection {
         let stream = Arc::new(stream);
         let (queue, queued) = mpsc::channel(WRITE_QUEUE);
-        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), hub.clone()));
+        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), hub));
         let writer = tokio::spawn(write(port, Arc::clone(&stream), queued));
         Connection {
             id,
@@ -198,7 +199,7 @@ fn close(stream: &TcpStream, how: Shutdown) {
 async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<LinkMessage>) {
     let mut buffer = [0; READ_BUFFER];
     loop {
-        if stream.readable().await.is_err() {
+        if socket::readable(&stream).await.is_err() {
             break;
         }
         match stream.try_read(&mut buffer) {
@@ -237,7 +238,7 @@ fn acknowledge(stream: &TcpStream) {
 async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Vec<u8>>) {
     while let Some(bytes) = queued.recv().await {
         log_bytes(port, '>', &bytes);
-        if let Err(error) = write_all(&stream, &bytes).await {
+        if let Err(error) = socket::write_all(&stream, &bytes).await {
             debug!(port = port.name(), "{port}: writing ended: {error}");
             // Wakes the reading task, which reports the end.
             close(&stream, Shutdown::Both);
@@ -255,17 +256,4 @@ fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
     } else {
         debug!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
     }
-}
-
-async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
-    while !bytes.is_empty() {
-        stream.writable().await?;
-        match stream.try_write(bytes) {
-            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
-            Ok(written) => bytes = bytes.get(written..).unwrap_or_default(),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(())
 }

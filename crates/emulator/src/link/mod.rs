@@ -11,13 +11,15 @@ pub use listen::LinkError;
 pub(crate) use listen::{bind, open};
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
+use crate::turns::{Divide, Turns, divide_bytes};
 use connection::Connection;
 use listen::Reserved;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::{IpAddr, SocketAddr};
+use std::task::{Context, Poll};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
 use tracing::{debug, info, warn};
 use ts3100_controller::input::Input;
@@ -25,9 +27,6 @@ use ts3100_controller::output::Cut;
 use ts3100_controller::port::Port;
 use ts3100_controller::{ChannelPlan, NetworkPlan};
 use ts3100_proto::parameter::OpenMode;
-
-/// Messages of the link tasks that may wait for the hub; then the tasks wait, and TCP tells the peers.
-const WAITING_MESSAGES: usize = 64;
 
 /// What a link task tells the hub.
 #[derive(Debug)]
@@ -68,6 +67,29 @@ pub enum LinkMessage {
     },
 }
 
+impl LinkMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        match self {
+            LinkMessage::Arrived { port, .. }
+            | LinkMessage::Received { port, .. }
+            | LinkMessage::Overdue { port, .. }
+            | LinkMessage::Ended { port, .. } => *port,
+        }
+    }
+}
+
+impl Divide for LinkMessage {
+    fn divide(&mut self, port: Port) -> Option<LinkMessage> {
+        let LinkMessage::Received { id, bytes, .. } = self else {
+            return None;
+        };
+        let (id, bytes) = (*id, divide_bytes(port, bytes)?);
+        Some(LinkMessage::Received { port, id, bytes })
+    }
+}
+
 /// How long a newcomer waits on a channel that has a peer before it is refused: the close of a host that is
 /// back at once may be on its way still, behind the new connection, when the machine is busy.
 pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
@@ -96,15 +118,14 @@ pub struct Links {
     /// Own port of ETHERNET.PAR and the free port in its place, kept so that a power cycle gives the same again.
     reserved: BTreeMap<Port, (u16, Reserved)>,
     next_id: u64,
-    sender: mpsc::Sender<LinkMessage>,
-    receiver: mpsc::Receiver<LinkMessage>,
+    /// What the tasks say: when the peers are read no further, TCP tells them.
+    messages: Turns<LinkMessage>,
 }
 
 impl Links {
     /// No channel open yet.
     #[must_use]
     pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Links {
-        let (sender, receiver) = mpsc::channel(WAITING_MESSAGES);
         let (channels, reserved) = (BTreeMap::new(), BTreeMap::new());
         Links {
             listen,
@@ -113,8 +134,7 @@ impl Links {
             channels,
             reserved,
             next_id: 0,
-            sender,
-            receiver,
+            messages: Turns::default(),
         }
     }
 
@@ -130,14 +150,15 @@ impl Links {
         }
         let mut ports = BTreeMap::new();
         for (port, (listener, actual)) in bound {
-            let source = tokio::spawn(listen::accept(port, listener, self.sender.clone()));
+            let source = tokio::spawn(listen::accept(port, listener, self.messages.sender(port)));
             self.channels.entry(port).or_default().source = Some(source);
             ports.insert(port, actual);
         }
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
             info!(port = port.name(), "{port} dials {peer}");
-            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, self.sender.clone()));
+            let hub = self.messages.sender(port);
+            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, hub));
             self.channels.entry(port).or_default().source = Some(source);
         }
         Ok(ports)
@@ -157,8 +178,8 @@ impl Links {
                 connected.push(port);
             }
         }
-        // What the tasks of closed connections still had to say goes with the old queue.
-        (self.sender, self.receiver) = mpsc::channel(WAITING_MESSAGES);
+        // What the tasks of closed connections still had to say goes with the old queues.
+        self.messages = Turns::default();
         connected
     }
 
@@ -174,14 +195,9 @@ impl Links {
         self.ended(port)
     }
 
-    /// The next message of a link task. Cancel safe.
-    pub async fn next(&mut self) -> Option<LinkMessage> {
-        self.receiver.recv().await
-    }
-
-    /// The next message, if one is there.
-    pub fn next_now(&mut self) -> Option<LinkMessage> {
-        self.receiver.try_recv().ok()
+    /// The next message of a link task; the channels take turns. Ready when there is one.
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LinkMessage> {
+        self.messages.poll_next(context)
     }
 
     /// Takes note of a message and says what it means for the controller, in order.
@@ -327,7 +343,7 @@ impl Links {
 
     /// Has a newcomer looked at again after its grace.
     fn remind(&self, port: Port, peer: SocketAddr) {
-        let sender = self.sender.clone();
+        let sender = self.messages.sender(port);
         tokio::spawn(async move {
             tokio::time::sleep(CLOSE_GRACE).await;
             // Fails only when the hub is gone, and then nobody waits.
@@ -347,7 +363,8 @@ impl Links {
     fn connect(&mut self, port: Port, (stream, peer, gone): Waiting) -> Input {
         self.next_id += 1;
         info!(port = port.name(), "{port}: {peer} connected");
-        let connection = Connection::start(port, self.next_id, stream, peer, gone, &self.sender);
+        let connection =
+            Connection::start(port, self.next_id, stream, peer, gone, self.messages.sender(port));
         self.channels.entry(port).or_default().connection = Some(connection);
         Input::Connected {
             port,

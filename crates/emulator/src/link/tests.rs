@@ -2,6 +2,7 @@
 //! the clock: each step waits for the message or the bytes it is about.
 
 use super::*;
+use std::future::poll_fn;
 use std::time::Duration;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpListener;
@@ -44,7 +45,9 @@ async fn dial(port: u16) -> TcpStream {
 /// The inputs of the next message that means something.
 async fn next(links: &mut Links) -> Vec<Input> {
     loop {
-        let message = timeout(LONG, links.next()).await.expect("a message").unwrap();
+        let message = timeout(LONG, poll_fn(|context| links.poll_next(context)))
+            .await
+            .expect("a message");
         let inputs = links.take(message);
         if !inputs.is_empty() {
             return inputs;
@@ -106,13 +109,13 @@ async fn a_second_connection_is_closed_and_the_first_untouched() {
     let mut first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    let message = links.next().await.unwrap();
+    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
         links.take(message),
         [],
         "it may wait for a predecessor that is about to end"
     );
-    let message = links.next().await.unwrap();
+    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
         links.take(message),
         [second_peer(&second, false)],
@@ -131,10 +134,10 @@ async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
     let first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    let message = links.next().await.unwrap();
+    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(links.take(message), [], "the first is still there");
     let passing = dial(port).await;
-    let message = links.next().await.unwrap();
+    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(links.take(message), [], "so is the second");
     drop((first, passing));
     assert_eq!(next(&mut links).await, [GONE, connected(&second)]);

@@ -1,13 +1,18 @@
 //! The way of log lines to stderr: through a bounded queue and a thread of its own, so that a pipe that nobody reads, a
 //! full disk or a closed terminal neither stops nor ends the emulator. Lines for which there is no room are dropped,
-//! counted, and told of as soon as there is room again. What a line says is `log`'s.
+//! counted, and told of as soon as there is room again; a storm of lines is folded by [`super::fold`]. What a line says
+//! is `log`'s.
 
+use super::fold::{Folds, Kind, kind};
 use crate::config::args::LogFormat;
+use crate::visible::{shown, visible, visible_lines};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
+use tracing::callsite::Identifier;
+use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
 /// Lines that may wait to be written.
@@ -22,14 +27,19 @@ static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
 static DROPPED: AtomicU64 = AtomicU64::new(0);
 
 enum Entry {
-    Line(Vec<u8>),
+    /// A line; its kind, if it may be folded.
+    Line(Vec<u8>, Option<Kind>),
     /// Everything before it is written: tell so.
     Mark(SyncSender<()>),
 }
 
 /// Where log lines are written to; never waits, never fails.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Lines;
+#[derive(Debug, Clone)]
+pub(super) struct Lines {
+    format: LogFormat,
+    /// Where the line comes from, if it may be folded.
+    from: Option<Identifier>,
+}
 
 impl Lines {
     /// Starts the thread that writes; the second and later calls change nothing.
@@ -41,7 +51,21 @@ impl Lines {
             let _ = named.spawn(move || write_all(&receiver, format));
             sender
         });
-        Lines
+        Lines { format, from: None }
+    }
+}
+
+impl Lines {
+    /// The line without control characters of others. Further lines of a message are indented, so that none can be
+    /// taken for a line of the log; JSON has none.
+    fn plain(&self, line: &[u8]) -> Vec<u8> {
+        let text = String::from_utf8_lossy(line);
+        let message = text.strip_suffix('\n').unwrap_or(&text);
+        let lines = match self.format {
+            LogFormat::Text => visible_lines(message).replace('\n', "\n    "),
+            LogFormat::Json => visible(message),
+        };
+        format!("{lines}\n").into_bytes()
     }
 }
 
@@ -49,14 +73,23 @@ impl<'a> MakeWriter<'a> for Lines {
     type Writer = Lines;
 
     fn make_writer(&'a self) -> Lines {
-        Lines
+        self.clone()
+    }
+
+    /// Whoever asks for every text and byte gets every one.
+    fn make_writer_for(&'a self, meta: &Metadata<'_>) -> Lines {
+        Lines {
+            from: (*meta.level() <= Level::INFO).then(|| meta.callsite()),
+            ..*self
+        }
     }
 }
 
 impl Write for Lines {
     /// Takes a whole line: the subscriber hands over one at a time.
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        put(line.to_vec());
+        let kind = self.from.clone().map(|from| kind(from, line, self.format));
+        put(self.plain(line), kind);
         Ok(line.len())
     }
 
@@ -65,29 +98,53 @@ impl Write for Lines {
     }
 }
 
-fn put(line: Vec<u8>) {
+fn put(line: Vec<u8>, kind: Option<Kind>) {
     let queue = QUEUED.get();
-    if queue.is_none_or(|queue| queue.try_send(Entry::Line(line)).is_err()) {
+    if queue.is_none_or(|queue| queue.try_send(Entry::Line(line, kind)).is_err()) {
         DROPPED.fetch_add(1, Ordering::Relaxed);
     }
 }
 
 fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
-    let mut stderr = io::stderr();
-    for entry in entries {
-        let line = match entry {
-            Entry::Line(line) => line,
-            Entry::Mark(done) => {
-                // Fails only when nobody waits for it any more.
-                let _ = done.send(());
-                continue;
-            }
+    let mut folds = Folds::new(format);
+    loop {
+        let patience = folds
+            .next()
+            .map(|at| at.saturating_duration_since(Instant::now()));
+        let entry = match patience {
+            None => entries.recv().map_err(RecvTimeoutError::from),
+            Some(patience) => entries.recv_timeout(patience),
         };
-        let dropped = DROPPED.swap(0, Ordering::Relaxed);
-        let told = dropped == 0 || stderr.write_all(words(dropped, format).as_bytes()).is_ok();
-        let lost = u64::from(stderr.write_all(&line).is_err()) + if told { 0 } else { dropped };
-        DROPPED.fetch_add(lost, Ordering::Relaxed);
+        let (line, done) = match entry {
+            Ok(Entry::Line(line, None)) => (Some(line), None),
+            Ok(Entry::Line(line, Some(kind))) => (folds.take(Instant::now(), kind, line), None),
+            Ok(Entry::Mark(done)) => (None, Some(done)),
+            Err(RecvTimeoutError::Timeout) => (None, None),
+            Err(RecvTimeoutError::Disconnected) => return,
+        };
+        // What it stands for came before the line.
+        for told in folds.told(Instant::now()) {
+            write(&told, format);
+        }
+        if let Some(line) = line {
+            write(&line, format);
+        }
+        if let Some(done) = done {
+            for told in folds.end() {
+                write(&told, format);
+            }
+            // Fails only when nobody waits for it any more.
+            let _ = done.send(());
+        }
     }
+}
+
+fn write(line: &[u8], format: LogFormat) {
+    let mut stderr = io::stderr();
+    let dropped = DROPPED.swap(0, Ordering::Relaxed);
+    let told = dropped == 0 || stderr.write_all(words(dropped, format).as_bytes()).is_ok();
+    let lost = u64::from(stderr.write_all(line).is_err()) + if told { 0 } else { dropped };
+    DROPPED.fetch_add(lost, Ordering::Relaxed);
 }
 
 fn words(dropped: u64, format: LogFormat) -> String {
@@ -121,11 +178,31 @@ pub(crate) fn finish() {
 
 /// A line of the program itself, after the log lines before it. A stderr that takes nothing is not an error.
 pub(crate) fn say(line: &str) {
-    let line = format!("ts3100: {line}\n").into_bytes();
+    let line = format!("ts3100: {}\n", shown(line)).into_bytes();
     if QUEUED.get().is_some() {
-        put(line);
+        put(line, None);
         finish();
     } else {
         let _ = io::stderr().write_all(&line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_line_of_the_log_can_be_made_up_by_others() {
+        let of = |format, line: &str| {
+            let from = None;
+            String::from_utf8(Lines { format, from }.plain(line.as_bytes())).unwrap()
+        };
+        let line = "2026  INFO \x1b[1mpick\r\n2026  INFO all is well\n";
+        let expected = "2026  INFO <1B>[1mpick<CR>\n    2026  INFO all is well\n";
+        assert_eq!(of(LogFormat::Text, line), expected);
+        assert_eq!(
+            of(LogFormat::Json, "{\"a\":\"\u{7f}\u{9b}\"}\n"),
+            "{\"a\":\"<7F><9B>\"}\n"
+        );
     }
 }

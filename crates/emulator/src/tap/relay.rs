@@ -2,6 +2,7 @@
 //! a reset. Bytes are written down before they are passed on.
 
 use super::Notes;
+use crate::socket;
 use crate::transcript::{Ending, Line, Party, What};
 use socket2::SockRef;
 use std::io;
@@ -69,7 +70,7 @@ async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &N
     };
     let mut buffer = [0; READ_BUFFER];
     loop {
-        from.readable().await.map_err(|_| Broken(by))?;
+        socket::readable(from).await.map_err(|_| Broken(by))?;
         match from.try_read(&mut buffer) {
             Ok(0) => break,
             Ok(length) => {
@@ -79,7 +80,7 @@ async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &N
                     Party::Host => What::FromHost { line, bytes: sent },
                     Party::Robot => What::FromRobot { line, bytes: sent },
                 });
-                write_all(to, bytes).await.map_err(|_| Broken(other))?;
+                socket::write_all(to, bytes).await.map_err(|_| Broken(other))?;
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(_) => return Err(Broken(by)),
@@ -96,23 +97,10 @@ async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &N
     Ok(())
 }
 
-async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
-    while !bytes.is_empty() {
-        stream.writable().await?;
-        match stream.try_write(bytes) {
-            Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
-            Ok(written) => bytes = bytes.get(written..).unwrap_or_default(),
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(())
-}
-
 /// Ready when the connection has failed.
 async fn failed(stream: &TcpStream) {
     // An error of the waiting itself comes to the same.
-    let _ = stream.ready(Interest::ERROR).await;
+    let _ = socket::ready(stream, Interest::ERROR).await;
 }
 
 /// Has the connection end by a reset when it is dropped.

@@ -74,7 +74,7 @@ fn findings_are_written_in_three_forms_at_the_end() {
     }
     let log = stderr(&output);
     assert!(
-        log.contains("finding unknown-command: "),
+        log.contains("(finding unknown-command)"),
         "it is in the log as it happens: {log}"
     );
 }

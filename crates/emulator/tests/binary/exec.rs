@@ -1,7 +1,7 @@
 //! `ts3100 exec`: an emulator for the time of one command.
 
 use super::support::{TempDir, run, stderr, stdout, ts3100};
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
 
 /// The binary as a command of `sh`.
@@ -198,6 +198,34 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
             );
         }
     }
+}
+
+#[test]
+fn a_command_and_what_it_has_started_end_when_exec_is_killed() {
+    // The inner shell waits for its stdin, which stays open here, and holds the pipe that is read to its end.
+    let script = "sh -c 'echo $$; read line'; echo over";
+    let mut child = ts3100(&["exec", "--", "sh", "-c", script])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let stdin = child.stdin.take();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let mut line = String::new();
+    stdout.read_line(&mut line).unwrap();
+    assert!(line.trim().parse::<u32>().is_ok(), "it runs: {line}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let (told, ended) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let mut rest = String::new();
+        stdout.read_to_string(&mut rest).unwrap();
+        told.send(rest).unwrap();
+    });
+    // Reached only when something is left behind.
+    let rest = ended.recv_timeout(std::time::Duration::from_secs(20));
+    assert_eq!(rest.as_deref(), Ok(""), "everything has ended");
+    drop(stdin);
 }
 
 #[test]

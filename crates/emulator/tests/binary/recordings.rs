@@ -23,6 +23,32 @@ fn errand(mut host: TcpStream, mut program: TcpStream) {
     exchange(&mut host, b"", b"\x02SP\r\x03");
 }
 
+#[test]
+#[cfg(unix)]
+fn a_transcript_into_a_pipe_without_a_reader_is_refused_and_holds_nothing_up() {
+    let directory = TempDir::new();
+    let pipe = directory.path().join("pipe");
+    let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+    assert!(made.success());
+    for path in [
+        pipe.to_str().unwrap(),
+        "/dev/null",
+        directory.path().to_str().unwrap(),
+    ] {
+        for words in [
+            &["exec", "--transcript", path, "--", "true"][..],
+            &["tap", "127.0.0.1", "--ports", "auto", "--transcript", path],
+        ] {
+            let output = run(words);
+            assert!(!output.status.success(), "{words:?}");
+            let expected = format!(
+                "cannot write the transcript {path}: expected a regular file or none, found a pipe, a device or a directory"
+            );
+            assert!(stderr(&output).contains(&expected), "{}", stderr(&output));
+        }
+    }
+}
+
 /// A tap in front of an emulator, killed on drop.
 struct Tap {
     child: Child,

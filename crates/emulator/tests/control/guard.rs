@@ -16,6 +16,111 @@ fn with_headers(robot: &Robot, headers: &str) -> u16 {
 }
 
 #[test]
+fn what_others_have_made_up_is_shown_and_not_obeyed() {
+    let robot = Robot::start(builder());
+    let mut host = robot.host();
+    host.command("\x1b[2J");
+    host.command("\x7f\x08");
+    let (_, metrics) = robot.call_text("GET", "/metrics", "");
+    assert!(metrics.contains("x1b["), "{metrics}");
+    let raw = |text: &str| text.chars().any(|letter| letter.is_control() && letter != '\n');
+    assert!(!raw(&metrics), "{metrics:?}");
+    let long = "A".repeat(50_000);
+    for (method, path, body) in [
+        ("GET", "/files/%1B%5B2J%07".to_owned(), String::new()),
+        ("GET", "/variables/%C2%9B".to_owned(), String::new()),
+        ("GET", "/faults/%0D%0A%09".to_owned(), String::new()),
+        (
+            "PUT",
+            "/key-switch".to_owned(),
+            "{\"position\":\"\\u001b[2J\\u009b\"}".to_owned(),
+        ),
+        (
+            "PUT",
+            "/key-switch".to_owned(),
+            "{\"\\u001b\\u202e\":1}".to_owned(),
+        ),
+        ("PUT", "/key-switch".to_owned(), format!("{{\"{long}\":1}}")),
+        ("POST", "/faults".to_owned(), format!("{{\"kind\":\"{long}\"}}")),
+    ] {
+        let (status, answer) = robot.call(method, &path, &body);
+        assert!(status >= 400, "{path}");
+        let words = answer["error"].as_str().unwrap();
+        assert!(!raw(words), "{path}: {words:?}");
+        assert!(words.len() < 4_000, "{path}: {} bytes", words.len());
+    }
+}
+
+#[test]
+fn numbers_beyond_what_the_controller_holds_are_refused() {
+    let robot = crate::support::running("GLOBAL\nX = 1.5\nEND\nPROGRAM TEST\nDELAY 1\nEND\n");
+    for (method, path, bodies) in [
+        (
+            "PUT",
+            "/variables/X",
+            &["{\"value\":1e308}", "{\"value\":-3.5e38}", "{\"value\":1e999}"][..],
+        ),
+        (
+            "POST",
+            "/clock/advance",
+            &[
+                "{\"seconds\":1e9}",
+                "{\"seconds\":-1}",
+                "{\"seconds\":1e308}",
+                "{\"seconds\":1,\"wall\":1e308}",
+                "{\"seconds\":1,\"wall\":601}",
+            ],
+        ),
+        (
+            "POST",
+            "/clock/advance-until",
+            &[
+                "{\"condition\":{\"line\":0},\"within\":1}",
+                "{\"condition\":{\"line\":4294967296},\"within\":1}",
+                "{\"condition\":{\"input\":{\"line\":65536,\"on\":true}},\"within\":1}",
+            ],
+        ),
+        (
+            "PUT",
+            "/clock",
+            &[
+                "{\"mode\":\"x1e308\"}",
+                "{\"mode\":\"xinf\"}",
+                "{\"mode\":\"xNaN\"}",
+                "{\"mode\":\"x0\"}",
+            ],
+        ),
+        (
+            "POST",
+            "/inputs/5/pulse",
+            &["{\"seconds\":1e308}", "{\"seconds\":-1}"],
+        ),
+        ("PUT", "/inputs/65536", &["{\"on\":true}"]),
+        ("PUT", "/inputs/0", &["{\"on\":true}"]),
+        (
+            "POST",
+            "/faults",
+            &[
+                "{\"kind\":\"ng\",\"after\":1e20}",
+                "{\"kind\":\"ng\",\"times\":-1}",
+                "{\"kind\":\"ng\",\"probability\":1.5}",
+                "{\"kind\":\"late-reply\",\"delay\":\"1e300s\"}",
+                "{\"kind\":\"late-reply\",\"delay\":18446744073709551615}",
+            ],
+        ),
+    ] {
+        for body in bodies {
+            let (status, answer) = robot.call(method, path, body);
+            assert!(
+                (400..500).contains(&status),
+                "{method} {path} {body}: {status} {answer}"
+            );
+        }
+    }
+    assert_eq!(robot.get("/variables/X")["value"], serde_json::json!([1.5]));
+}
+
+#[test]
 fn only_a_host_of_this_machine_is_served() {
     let robot = Robot::start(builder());
     let port = robot.emulator.control().unwrap().port();

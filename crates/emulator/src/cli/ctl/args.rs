@@ -3,6 +3,7 @@
 use crate::transcript::TranscriptFile;
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Looks at a running emulator, changes anything of it, moves its time.
 ///
@@ -16,6 +17,10 @@ pub struct CtlArgs {
     /// Its token [env: TS3100_CONTROL_TOKEN]
     #[arg(long, value_name = "TOKEN", global = true)]
     pub token: Option<String>,
+    /// Longest time for the whole call in seconds; for a stream of events, until it begins [default: 60, and the --wall of
+    /// the call]
+    #[arg(long, value_name = "SECONDS", global = true, value_parser = crate::cli::host::seconds)]
+    pub timeout: Option<Duration>,
     /// The answer as JSON on one line
     #[arg(long, global = true)]
     pub json: bool,

@@ -7,13 +7,15 @@ mod show;
 
 pub use args::CtlArgs;
 
-use crate::client::{Answer, Client, ClientError};
-use crate::control::URL_VARIABLE;
+use crate::client::{Answer, Client, ClientError, LIMIT};
+use crate::control::{MAX_WALL, URL_VARIABLE};
+use crate::visible::{shown, visible_lines};
 use args::{Command, Shown};
 use call::Call;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 /// The interface refused the call.
 const REFUSED: u8 = 1;
@@ -33,14 +35,14 @@ pub fn run(args: &CtlArgs) -> ExitCode {
     let call = match Call::of(&args.command, args.json) {
         Ok(call) => call,
         Err(reason) => {
-            eprintln!("ts3100 ctl: {reason}");
+            eprintln!("ts3100 ctl: {}", shown(reason));
             return ExitCode::from(USAGE);
         }
     };
-    match client(args).and_then(|client| make(&client, &call, args)) {
+    match client(args, &call).and_then(|client| make(&client, &call, args)) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100 ctl: {error}");
+            eprintln!("ts3100 ctl: {}", shown(&error));
             ExitCode::from(match error {
                 ClientError::Url(_) | ClientError::Token => USAGE,
                 ClientError::Unreachable { .. } | ClientError::Answer { .. } => NO_ANSWER,
@@ -49,11 +51,16 @@ pub fn run(args: &CtlArgs) -> ExitCode {
     }
 }
 
-fn client(args: &CtlArgs) -> Result<Client, ClientError> {
+fn client(args: &CtlArgs, call: &Call) -> Result<Client, ClientError> {
     let variable = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
     let url = args.at.clone().or_else(|| variable(URL_VARIABLE));
     let token = args.token.clone().or_else(|| variable(TOKEN_VARIABLE));
-    Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)
+    let wall = call.body.as_ref().and_then(|body| body.get("wall")?.as_f64());
+    let wall = wall.and_then(|wall| Duration::try_from_secs_f64(wall).ok());
+    let limit = args
+        .timeout
+        .unwrap_or(LIMIT + wall.unwrap_or_default().min(MAX_WALL));
+    Ok(Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)?.within(limit))
 }
 
 fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
@@ -73,7 +80,7 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
     let shown = match (&answer, args.command.shown()) {
         (_, Shown::Verbatim) => text,
         (Some(answer), Shown::Text) if !args.json => show::text_of(answer),
-        (Some(answer), _) if !args.json => show::readable(answer),
+        (Some(answer), _) if !args.json => visible_lines(&show::readable(answer)),
         (Some(answer), _) => format!("{answer}\n"),
         (None, _) => text,
     };
@@ -90,9 +97,9 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
 fn refused(json: bool, text: &str, answer: Option<&serde_json::Value>) {
     let words = answer.and_then(|answer| answer.get("error")?.as_str());
     if json {
-        eprintln!("{}", text.trim_end());
+        eprintln!("{}", visible_lines(text.trim_end()));
     } else {
-        eprintln!("ts3100 ctl: {}", words.unwrap_or(text).trim_end());
+        eprintln!("ts3100 ctl: {}", shown(words.unwrap_or(text).trim_end()));
     }
 }
 
@@ -102,7 +109,7 @@ fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCod
     if answer.status >= 400 {
         return Ok(refused_with(&mut answer, json));
     }
-    answer.body.set_limit(u64::MAX);
+    answer.body.unbounded();
     let written = std::fs::File::create(path).and_then(|mut file| io::copy(&mut answer.body, &mut file));
     Ok(match written {
         Ok(_) => ExitCode::SUCCESS,
@@ -128,9 +135,9 @@ fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientEr
     if answer.status >= 400 {
         return Ok(refused_with(&mut answer, json));
     }
-    answer.body.set_limit(u64::MAX);
+    answer.body.endless();
     let mut kind = String::new();
-    for line in answer.body.lines() {
+    for line in io::BufReader::new(answer.body).lines() {
         // The interface has ended.
         let Ok(line) = line else { break };
         if let Some(name) = line.strip_prefix("event: ") {
@@ -141,7 +148,7 @@ fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientEr
         };
         let event = serde_json::from_str::<serde_json::Value>(data).ok();
         let shown = match event {
-            Some(event) if !json => show::event(&kind, &event),
+            Some(event) if !json => visible_lines(&show::event(&kind, &event)),
             _ => format!("{data}\n"),
         };
         if !print(&shown) {

@@ -7,6 +7,7 @@ mod suggest;
 use crate::config::{self, Environment, ServeArgs, Settings, args};
 use crate::diff::{Ignore, Tolerance, diff};
 use crate::transcript::{Header, Recording, text};
+use crate::visible::shown;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
@@ -138,7 +139,7 @@ pub(super) fn run(args: &DiffArgs) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(DIFFERENT),
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
             ExitCode::from(UNUSABLE)
         }
     }

@@ -29,10 +29,13 @@ pub(in crate::cli) struct HostArgs {
     /// Longest wait for an answer in seconds
     #[arg(long, global = true, value_name = "SECONDS", default_value = "5", value_parser = seconds)]
     pub(super) timeout: Duration,
+    /// Longest time for everything but the wait of `rn --wait`, in seconds
+    #[arg(long, global = true, value_name = "SECONDS", default_value = "600", value_parser = seconds)]
+    pub(super) total: Duration,
 }
 
 /// A number of seconds of a command line: more than 0, at most a day.
-fn seconds(word: &str) -> Result<Duration, String> {
+pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, String> {
     const DAY: f64 = 86_400.0;
     word.parse::<f64>()
         .ok()

@@ -9,8 +9,9 @@ mod render;
 mod session;
 mod transfer;
 
-pub(super) use args::HostArgs;
+pub(super) use args::{HostArgs, seconds};
 
+use crate::visible::{shown, visible_lines};
 use args::{Action, Show};
 use serde_json::Value;
 use session::{HostError, Session};
@@ -40,7 +41,7 @@ pub(super) fn run(args: &HostArgs) -> ExitCode {
             ExitCode::from(NEGATIVE)
         }
         Err(error) => {
-            eprintln!("ts3100 host: {error}");
+            eprintln!("ts3100 host: {}", shown(error));
             ExitCode::from(NO_ANSWER)
         }
     }
@@ -49,7 +50,7 @@ pub(super) fn run(args: &HostArgs) -> ExitCode {
 fn exchange(args: &HostArgs) -> Result<Answer, HostError> {
     // Before anything is sent: wrong words are the caller's mistake, not the controller's answer.
     let command = args.command.parse()?;
-    let mut session = Session::connect(&args.address, args.no_stx, args.timeout)?;
+    let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
     match args.command.action() {
         Action::Plain => plain(&mut session, &command),
         Action::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
@@ -115,7 +116,7 @@ fn print(decoded: &Value, json: bool) -> Result<(), HostError> {
     let text = if json {
         format!("{decoded}\n")
     } else {
-        render::table(decoded)
+        visible_lines(&render::table(decoded))
     };
     io::stdout()
         .lock()

@@ -71,6 +71,19 @@ pub(super) enum HostError {
         /// Bytes of an unfinished text.
         found: Vec<u8>,
     },
+    /// All of it took too long, though something came again and again.
+    #[error(
+        "expected {expected}, but the command took longer than {limit:?} (--total); found {}",
+        nothing_or(found)
+    )]
+    Overdue {
+        /// What was awaited.
+        expected: &'static str,
+        /// How long.
+        limit: Duration,
+        /// Bytes of an unfinished text.
+        found: Vec<u8>,
+    },
     /// Something else came.
     #[error("expected {expected}, found {}", Readable(found))]
     Unexpected {
@@ -126,14 +139,22 @@ pub(super) struct Session {
     stream: TcpStream,
     framing: Framing,
     limit: Duration,
+    /// When everything is to be over, and how long that is; not while the end of a program is waited for.
+    whole: Option<(Instant, Duration)>,
     decoder: TextDecoder,
     /// Received, not yet given to the decoder.
     raw: Vec<u8>,
 }
 
 impl Session {
-    /// Connects. `limit` is the longest wait for the connection and for each answer.
-    pub(super) fn connect(address: &str, no_stx: bool, limit: Duration) -> Result<Session, HostError> {
+    /// Connects. `limit` is the longest wait for the connection and for each answer, `total` for everything.
+    pub(super) fn connect(
+        address: &str,
+        no_stx: bool,
+        limit: Duration,
+        total: Duration,
+    ) -> Result<Session, HostError> {
+        let end = Instant::now() + total;
         let refused = |reason| HostError::Connect {
             address: address.to_owned(),
             reason,
@@ -143,7 +164,11 @@ impl Session {
             match TcpStream::connect_timeout(&candidate, limit) {
                 Ok(stream) => {
                     stream.set_nodelay(true).map_err(refused)?;
-                    return Ok(Session::over(stream, no_stx, limit));
+                    stream.set_write_timeout(Some(limit)).map_err(refused)?;
+                    return Ok(Session {
+                        whole: Some((end, total)),
+                        ..Session::over(stream, no_stx, limit)
+                    });
                 }
                 Err(error) => last = error,
             }
@@ -165,6 +190,7 @@ impl Session {
             stream,
             framing,
             limit,
+            whole: None,
             decoder,
             raw: Vec::new(),
         }
@@ -354,6 +380,7 @@ impl Session {
     /// that send no STX (D7), by asking for its status. Returns what to print of it.
     pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<&'static str, HostError> {
         const EXPECTED: &str = "SP";
+        self.whole = None;
         let deadline = limit.map(|limit| Instant::now() + limit);
         if self.framing == Framing::Bare {
             self.poll_until_stopped(deadline, limit.unwrap_or_default())?;
@@ -473,9 +500,20 @@ impl Session {
             limit,
             found: found.to_vec(),
         };
-        let left = match deadline {
+        let now = Instant::now();
+        if let Some((end, limit)) = self.whole
+            && end <= now
+        {
+            return Err(HostError::Overdue {
+                expected,
+                limit,
+                found: self.raw.clone(),
+            });
+        }
+        let end = self.whole.map(|(end, _)| end);
+        let left = match deadline.into_iter().chain(end).min() {
             None => None,
-            Some(deadline) => match deadline.saturating_duration_since(Instant::now()) {
+            Some(deadline) => match deadline.saturating_duration_since(now) {
                 Duration::ZERO => return Err(silent(&self.raw)),
                 left => Some(left),
             },
@@ -492,9 +530,8 @@ impl Session {
                     .extend_from_slice(buffer.get(..length).unwrap_or_default());
                 Ok(())
             }
-            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                Err(silent(&self.raw))
-            }
+            // Looked at anew: one of the limits is over.
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => Ok(()),
             Err(error) if error.kind() == ErrorKind::Interrupted => Ok(()),
             Err(error) => Err(broken(error)),
         }

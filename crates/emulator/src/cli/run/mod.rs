@@ -9,6 +9,7 @@ use crate::config::{ServeArgs, Settings};
 use crate::evidence::lcov;
 use crate::headless::{self, Ending, Job};
 use crate::loading::{drive_content, drive_name};
+use crate::visible::shown;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use scol_mini::Severity;
@@ -80,7 +81,7 @@ pub(super) fn run(args: &RunArgs) -> ExitCode {
     match play(args) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100: {error:#}");
+            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
             ExitCode::from(2)
         }
     }

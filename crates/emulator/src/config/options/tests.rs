@@ -164,8 +164,31 @@ fn numbers_keep_to_their_range() {
     let mut takes = |key: &str, value: &str| set_option(&mut options, &mut links, key, value).is_ok();
     for (key, good, bad) in [
         ("sig.low_speed", &["1", "100"][..], &["0", "101", "-1", "3.5"][..]),
-        ("drive.capacity", &["1000", "99999"], &["-1", "1e6"]),
-        ("do.min_run", &["0s", "3600s"], &["3601s", "-1s", "200", "nans"]),
+        (
+            "drive.capacity",
+            &["0", "1000", "99999000"],
+            &["-1", "1e6", "99999001", "18446744073709551616"],
+        ),
+        (
+            "do.min_run",
+            &["0s", "3600s"],
+            &["3601s", "-1s", "200", "nans", "infs", "1e308s"],
+        ),
+        (
+            "servo.interval",
+            &["0s", "3600s"],
+            &["3601s", "-0.1s", "nanms", "1e400s"],
+        ),
+        (
+            "channel.redial",
+            &["10ms", "3600s"],
+            &["0s", "9ms", "3601s", "inf s"],
+        ),
+        (
+            "scol.equal_within",
+            &["0", "0.001", "1000"],
+            &["-0.1", "1001", "inf", "nan", "1e308"],
+        ),
         (
             "drive.open_mode",
             &["1, 2,0 0"],
