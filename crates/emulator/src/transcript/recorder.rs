@@ -3,7 +3,7 @@
 //! transcript, never what is recorded.
 
 use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
-use std::fs::File;
+use crate::files;
 use std::io::{self, Write};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -45,7 +45,7 @@ impl Output {
             Format::Json => Writer::Json,
             Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
         };
-        let file = Box::new(File::create(&target.path)?);
+        let file = Box::new(files::create(&target.path)?);
         Output::over(target.path.clone(), file, writer, header)
     }
 

@@ -9,6 +9,7 @@ pub use args::CtlArgs;
 
 use crate::client::{Answer, Client, ClientError};
 use crate::control::URL_VARIABLE;
+use crate::files;
 use args::{Command, Shown};
 use call::Call;
 use std::io::{self, BufRead as _, Write as _};
@@ -103,9 +104,9 @@ fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCod
         return Ok(refused_with(&mut answer, json));
     }
     answer.body.set_limit(u64::MAX);
-    let written = std::fs::File::create(path).and_then(|mut file| io::copy(&mut answer.body, &mut file));
+    let written = files::replace_by(path, |file| io::copy(&mut answer.body, file).map(drop));
     Ok(match written {
-        Ok(_) => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("ts3100 ctl: cannot write {}: {error}", path.display());
             ExitCode::from(USAGE)
