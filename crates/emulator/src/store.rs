@@ -61,6 +61,18 @@ pub enum StoreError {
     },
 }
 
+impl StoreError {
+    /// What is wrong, whatever the file.
+    fn cause(&self) -> String {
+        match self {
+            StoreError::Io { reason, .. } => reason.to_string(),
+            StoreError::Gone { .. } | StoreError::InUse { .. } | StoreError::Foreign { .. } => {
+                self.to_string()
+            }
+        }
+    }
+}
+
 fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_path_buf();
     move |reason| StoreError::Io { action, path, reason }

@@ -34,6 +34,8 @@ pub struct Backing {
     store: Store,
     when_full: WhenFull,
     condition: Condition,
+    /// What the log has said about it.
+    told: Option<String>,
 }
 
 impl Backing {
@@ -44,6 +46,7 @@ impl Backing {
             store,
             when_full,
             condition: Condition::default(),
+            told: None,
         }
     }
 
@@ -62,10 +65,9 @@ impl Backing {
             self.kept(name);
             return Ok(());
         };
-        let reason = reason.to_string();
         self.failed(now, name, &reason);
         match self.when_full {
-            WhenFull::Refuse => Err(reason),
+            WhenFull::Refuse => Err(reason.to_string()),
             WhenFull::Memory => {
                 self.condition.unkept.insert(name.to_owned());
                 Ok(())
@@ -79,7 +81,7 @@ impl Backing {
             && let Some(name) = self.condition.unkept.pop_first()
         {
             if let Err(reason) = self.write(&name, controller.drive().get(&name)) {
-                self.failed(controller.now(), &name, &reason.to_string());
+                self.failed(controller.now(), &name, &reason);
                 self.condition.unkept.insert(name);
             }
         }
@@ -114,7 +116,7 @@ impl Backing {
             match &result {
                 Ok(()) => self.kept(name),
                 Err(reason) => {
-                    self.failed(next.now(), name, &reason.to_string());
+                    self.failed(next.now(), name, &reason);
                     self.condition.unkept.insert(name.to_owned());
                 }
             }
@@ -125,7 +127,7 @@ impl Backing {
     /// Keeps the error history for the next start.
     pub fn keep_history(&mut self, controller: &Controller) {
         if let Err(reason) = self.store.keep_history(controller.alarms().history()) {
-            self.failed(controller.now(), "the error history", &reason.to_string());
+            self.failed(controller.now(), "the error history", &reason);
         }
     }
 
@@ -138,6 +140,7 @@ impl Backing {
 
     fn kept(&mut self, name: &str) {
         self.condition.unkept.remove(name);
+        self.told = None;
         if let Some(reason) = self.condition.error.take() {
             info!(
                 event = "store-recovered",
@@ -146,18 +149,20 @@ impl Backing {
         }
     }
 
-    /// A host that tries again and again is one line of the log.
-    fn failed(&mut self, now: Time, file: &str, reason: &str) {
+    fn failed(&mut self, now: Time, file: &str, error: &StoreError) {
+        let reason = error.to_string();
         self.condition.failures = self.condition.failures.saturating_add(1);
-        if self.condition.error.as_deref() == Some(reason) {
-            return;
+        // A host that tries again and again, with one file or another, is one line of the log.
+        let cause = error.cause();
+        if self.told.as_ref() != Some(&cause) {
+            let (t, what) = (now.to_string(), self.consequence());
+            error!(
+                event = "store-failed",
+                t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
+            );
+            self.told = Some(cause);
         }
-        let (t, what) = (now.to_string(), self.consequence());
-        error!(
-            event = "store-failed",
-            t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
-        );
-        self.condition.error = Some(reason.to_owned());
+        self.condition.error = Some(reason);
     }
 
     fn consequence(&self) -> &'static str {
