@@ -116,7 +116,7 @@ impl Backing {
             match &result {
                 Ok(()) => self.kept(name),
                 Err(reason) => {
-                    self.failed(next.now(), name, &reason);
+                    self.failed(next.now(), name, reason);
                     self.condition.unkept.insert(name.to_owned());
                 }
             }
