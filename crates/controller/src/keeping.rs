@@ -155,8 +155,6 @@ impl Controller {
         for port in [Port::Host, Port::Ip0] {
             self.read_texts(port, false);
         }
-        self.hear_lines();
-        self.settle();
         if self.keeping.is_asked() {
             return;
         }

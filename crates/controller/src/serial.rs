@@ -134,9 +134,6 @@ impl Controller {
     pub(crate) fn hear_lines(&mut self) {
         let now = self.now;
         for port in [Port::Host, Port::Com1] {
-            if self.keeping.is_asked() {
-                return;
-            }
             let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
@@ -151,6 +148,7 @@ impl Controller {
             // Purged bytes never pass.
             let gone = leaving.left == 0 || line.inbound.queued() == 0;
             self.heard(port, arrivals);
+            // A change that its last text has asked for comes first.
             if gone && !self.keeping.is_asked() {
                 self.succeed(port);
             }
