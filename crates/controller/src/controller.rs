@@ -7,6 +7,7 @@ use crate::drive::{Drive, DriveError};
 use crate::execution::{Course, Execution, Selected};
 use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
+use crate::keeping::Keeping;
 use crate::line::Line;
 use crate::network::NetworkPlan;
 use crate::options::Config;
@@ -96,6 +97,7 @@ pub struct Controller {
     /// What leaves later.
     pub(crate) outbox: Outbox,
     pub(crate) outputs: VecDeque<Output>,
+    pub(crate) keeping: Keeping,
 }
 
 impl Controller {
@@ -147,6 +149,7 @@ impl Controller {
             vary: config.vary.map(Vary::new),
             outbox: Outbox::default(),
             outputs: VecDeque::new(),
+            keeping: Keeping::default(),
             config,
         };
         controller.make_parameter_files()?;
@@ -166,7 +169,16 @@ impl Controller {
     /// Takes one thing that happened at `now`. Deadlines before it are served first, each at its own time.
     /// A `now` before the last one counts as the last one.
     pub fn handle(&mut self, now: Time, input: Input) {
+        if let Input::Kept(answer) = input {
+            return self.kept(answer);
+        }
+        while self.keeping.is_asked() {
+            self.kept(Err("nobody has answered".to_string()));
+        }
         self.advance_to(now);
+        if self.keeping.is_asked() {
+            return self.keeping.put_off(now, input);
+        }
         match input {
             // Nobody is there to hear it.
             Input::Connected { .. }
@@ -176,7 +188,7 @@ impl Controller {
             | Input::LineFaults { .. }
             | Input::LinePurged { .. }
                 if !self.state.powered => {}
-            Input::Tick => {}
+            Input::Tick | Input::Kept(_) => {}
             Input::Connected { port, peer } => self.connected(port, peer),
             Input::Line { port, host } => self.line_opened(port, host),
             Input::LinePurged { port } => self.purge_line(port),
@@ -250,13 +262,15 @@ impl Controller {
         self.now
     }
 
-    /// Stores a file as a completed download does.
+    /// Stores a file as a completed download does, without asking whether it is kept outside.
     ///
     /// # Errors
     /// What the RAM drive does not take.
     pub fn put_file(&mut self, name: &str, content: &[u8]) -> Result<(), DriveError> {
         let name = FileName::parse(name)?;
-        self.store(&name, content)
+        self.drive.check(&name, content)?;
+        self.put_in_place(&name, content);
+        Ok(())
     }
 
     /// Selects the execution file as SL does.
@@ -278,6 +292,9 @@ impl Controller {
             self.expire_sessions();
             self.expire_watchdog();
             self.settle();
+            if self.keeping.is_asked() {
+                return;
+            }
         }
         self.now = self.now.max(now);
         self.hear_lines();
@@ -304,7 +321,15 @@ impl Controller {
     }
 
     pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
-        self.drive.store(name, content)?;
+        self.drive.check(name, content)?;
+        self.keep(name.as_str(), Some(content))?;
+        self.put_in_place(name, content);
+        Ok(())
+    }
+
+    /// Stores what was checked.
+    fn put_in_place(&mut self, name: &FileName, content: &[u8]) {
+        self.drive.put(name, content);
         self.push_output(Output::Stored {
             name: name.as_str().to_string(),
             content: content.to_vec(),
@@ -320,7 +345,6 @@ impl Controller {
                 self.execution.rewind(self.now);
             }
         }
-        Ok(())
     }
 
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {

@@ -7,6 +7,7 @@ use crate::controller::SelectError;
 use crate::drive::DriveError;
 use crate::faults::FaultOrder;
 use crate::input::{Input, Panel};
+use crate::keeping::Held;
 use crate::output::Output;
 use crate::session::Outcome;
 use crate::signals::Signals;
@@ -146,6 +147,8 @@ pub enum RefusalKind {
     Missing,
     /// The state of the controller forbids it, or the value does not fit.
     Conflict,
+    /// The change of a file cannot be kept outside of the controller.
+    Unkept,
 }
 
 impl Refusal {
@@ -170,8 +173,19 @@ impl Refusal {
 impl Controller {
     /// Does it, or tells by [`Output::Undone`] why not.
     pub(crate) fn deed(&mut self, deed: Deed) {
-        if let Err(refusal) = self.try_deed(deed) {
-            self.push_output(Output::Undone(refusal));
+        let unkept = self.keeping.refusal();
+        let again = self.keeping.asks().then(|| deed.clone());
+        let Err(refusal) = self.try_deed(deed) else { return };
+        match (again, unkept) {
+            (Some(deed), _) if self.keeping.is_asked() => self.keeping.hold(Held::Deed(deed)),
+            (_, Some(reason)) => {
+                let refusal = Refusal {
+                    kind: RefusalKind::Unkept,
+                    ..Refusal::conflict(&refusal.place, "a change that can be kept", reason)
+                };
+                self.push_output(Output::Undone(refusal));
+            }
+            _ => self.push_output(Output::Undone(refusal)),
         }
     }
 
@@ -356,7 +370,7 @@ impl Controller {
         }
         match self.op_erase(&name) {
             Outcome::Ng(reason) => Err(Refusal::conflict(place, "a file that can be erased", reason)),
-            Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
+            Outcome::Ok | Outcome::Held | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
         }
     }
 

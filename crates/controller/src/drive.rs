@@ -42,6 +42,14 @@ pub enum DriveError {
         /// Bytes that are free.
         free: usize,
     },
+    /// It is kept outside of the controller too, and cannot be kept there.
+    #[error("file {name}: {reason}")]
+    Unkept {
+        /// The file.
+        name: String,
+        /// What whoever keeps it says.
+        reason: String,
+    },
     /// Too many files.
     #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]
     TooMany {
@@ -129,6 +137,16 @@ impl Drive {
     /// # Errors
     /// Too large, no room, too many files, or text that breaks the rules; the drive is then as before.
     pub fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
+        self.check(name, content)?;
+        self.put(name, content);
+        Ok(())
+    }
+
+    /// Whether [`Drive::store`] would take a file.
+    ///
+    /// # Errors
+    /// As of [`Drive::store`].
+    pub fn check(&self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         let label = || String::from(name.as_str());
         let size = content.len();
         if size > MAX_FILE {
@@ -145,10 +163,12 @@ impl Drive {
         if !self.contains(name.as_str()) && self.files.len() >= MAX_FILES {
             return Err(DriveError::TooMany { name: label() });
         }
-        check_file(content, Drive::rule(name))
-            .map_err(|fault| DriveError::Content { name: label(), fault })?;
-        self.files.insert(label(), content.to_vec());
-        Ok(())
+        check_file(content, Drive::rule(name)).map_err(|fault| DriveError::Content { name: label(), fault })
+    }
+
+    /// Stores what was checked.
+    pub(crate) fn put(&mut self, name: &FileName, content: &[u8]) {
+        self.files.insert(String::from(name.as_str()), content.to_vec());
     }
 
     /// Erases a file; false if there is none.

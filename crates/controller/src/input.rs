@@ -66,6 +66,9 @@ pub enum Input {
         /// The port.
         port: Port,
     },
+    /// The answer to [`Output::Keep`](crate::output::Output::Keep): the change is kept, or why it is not. It comes before
+    /// any other input; one that comes first says that it is not.
+    Kept(Result<(), String>),
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(Panel),
     /// Something done by one who holds the controller; a refusal is told by

@@ -35,6 +35,7 @@ pub mod findings;
 mod hand;
 pub mod input;
 mod inspect;
+mod keeping;
 pub mod limits;
 pub mod line;
 pub mod look;

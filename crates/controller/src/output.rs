@@ -18,7 +18,15 @@ pub enum Output {
         /// The bytes, at most [`crate::limits::MAX_SEND`].
         bytes: Vec<u8>,
     },
-    /// A file of the RAM drive was stored: keep it (whole or not at all).
+    /// A file of the RAM drive is about to be stored or erased: keep it so, whole or not at all, and answer by
+    /// [`Input::Kept`](crate::Input::Kept). Only after [`Controller::keep_outside`](crate::Controller::keep_outside).
+    Keep {
+        /// Its name, upper case.
+        name: String,
+        /// Its content without EOF; none: it is erased.
+        content: Option<Vec<u8>>,
+    },
+    /// A file of the RAM drive was stored.
     Stored {
         /// Its name, upper case.
         name: String,

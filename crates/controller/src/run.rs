@@ -60,6 +60,9 @@ impl Step {
 impl Controller {
     /// Runs everything as far as it goes at this instant.
     pub(crate) fn settle(&mut self) {
+        if self.keeping.is_asked() {
+            return;
+        }
         if self.arm.settle(self.now) {
             // Whatever moves next is no guided motion any more.
             self.jogging = None;
@@ -70,7 +73,11 @@ impl Controller {
         }
         if self.state.powered {
             self.end_servo_interval();
-            while self.step_direct() || self.step_program() {}
+            while self.step_direct() || self.step_program() {
+                if self.keeping.is_asked() {
+                    return;
+                }
+            }
             self.show_state();
             self.release_sp();
         }
@@ -123,8 +130,7 @@ impl Controller {
                 self.between_steps(false);
             }
             Step::Restore { names } => {
-                self.restore_data(&names);
-                self.between_steps(false);
+                self.restore_data(names, false);
             }
             Step::Stopped => self.stop_after_step(By::Other),
             Step::Ended => self.end_task(id),
@@ -137,7 +143,7 @@ impl Controller {
     }
 
     /// A step is over: the operation mode may end the run here.
-    fn between_steps(&mut self, motion: bool) {
+    pub(crate) fn between_steps(&mut self, motion: bool) {
         let stops = match self.state.run_mode {
             RunMode::Step => true,
             RunMode::Segment => motion,
@@ -246,7 +252,7 @@ impl Controller {
             }
             Step::Restore { names } => {
                 self.execution.direct = Some(direct);
-                self.restore_data(&names);
+                self.restore_data(names, true);
             }
             Step::Stopped | Step::Ended if direct.moved => {
                 let until = direct.since + self.config.options.do_min_run;

@@ -148,7 +148,8 @@ impl Controller {
             // Purged bytes never pass.
             let gone = leaving.left == 0 || line.inbound.queued() == 0;
             self.heard(port, arrivals);
-            if gone {
+            // A change that its last text has asked for comes first.
+            if gone && !self.keeping.is_asked() {
                 self.succeed(port);
             }
         }

@@ -210,6 +210,8 @@ pub enum Outcome {
     Ng(String),
     /// FL with these texts.
     File(FlSender),
+    /// Nothing yet: a file it changes is kept first.
+    Held,
     /// OK, and the file's texts are awaited.
     Receive(FileName, FlReceiver),
 }

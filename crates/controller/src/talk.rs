@@ -5,6 +5,7 @@ use crate::Controller;
 use crate::faults::Point;
 use crate::faults::kind::{Effect, Prey};
 use crate::findings::rules;
+use crate::keeping::Held;
 use crate::limits::HOST_DELAY;
 use crate::line::{Leaving, Line};
 use crate::output::Event;
@@ -165,11 +166,14 @@ impl Controller {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.push(at, bytes);
         }
-        let mut first = true;
-        while let Some(decoded) = self
-            .sessions
-            .get_mut(&port)
-            .and_then(|session| session.decoder.next())
+        self.read_texts(port, true);
+    }
+
+    /// Serves the texts that are there; `first`: none of their segment was served before.
+    pub(crate) fn read_texts(&mut self, port: Port, mut first: bool) {
+        while !self.keeping.is_asked()
+            && let Some(session) = self.sessions.get_mut(&port)
+            && let Some(decoded) = session.decoder.next()
         {
             if !core::mem::take(&mut first) {
                 self.release_overdue_sp(port);
@@ -380,13 +384,7 @@ impl Controller {
             Received::Complete(content) => {
                 let name = name.clone();
                 session.exchange = Exchange::Idle;
-                match self.finish_download(port, &name, &content) {
-                    Ok(()) => {
-                        self.judge_download(port, &name, &content, data);
-                        self.send_text(port, &Reply::Ok.encode());
-                    }
-                    Err(reason) => self.refuse_block(port, data, &reason),
-                }
+                self.end_download(port, name, content, data);
             }
             Received::Refused(fault) => {
                 self.judge_file(port, &fault, data);
@@ -454,14 +452,29 @@ impl Controller {
             Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
             _ => {}
         }
+        self.answer_command(port, message, command);
+    }
+
+    pub(crate) fn answer_command(&mut self, port: Port, message: &[u8], command: Command) {
+        let letters = command.letters();
         let risk = self.risk_of(&command);
+        let again = self.keeping.asks().then(|| command.clone());
         let outcome = self.command(port, command);
+        if let (Outcome::Held, Some(command)) = (&outcome, again) {
+            let message = message.to_vec();
+            return self.keeping.hold(Held::Command {
+                port,
+                message,
+                command,
+            });
+        }
         self.faults.free = None;
         if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
             self.find(rule, port, message, text);
         }
         self.judge_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
         match outcome {
+            Outcome::Held => {}
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
             Outcome::File(mut sender) => {

@@ -1,23 +1,32 @@
-//! Reading files that a user has named: regular ones, of a bounded size. A device has no size to be looked up and no end,
-//! and a pipe has nobody who writes. What the content means is the business of whoever reads it.
+//! Files that a user has named. What is read is a regular file of a bounded size: a device has no end, and a pipe has
+//! nobody who writes. What is written takes the place of a regular file or of nothing, whole or not at all. What the
+//! content means is the business of whoever reads and writes it.
 
-use std::fs::{self, File};
-use std::io::{self, Read as _};
-use std::path::Path;
+use std::ffi::OsString;
+use std::fs::{self, File, FileType, Metadata};
+use std::io::{self, Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+/// Ending of a file that is still being written; its name begins with a dot.
+pub(crate) const UNFINISHED: &str = ".unfinished";
 
 /// The content of a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// The system's; another kind of file; a larger one.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("not a regular file"));
-    }
+    expect_file(&fs::metadata(path)?)?;
+    read_all(File::open(path)?, most)
+}
+
+/// What is left of a source that is no file, at most `most` bytes.
+///
+/// # Errors
+/// The system's, or there is more.
+pub(crate) fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
-    // The file may grow while it is read.
-    File::open(path)?
-        .take(most.saturating_add(1))
-        .read_to_end(&mut content)?;
+    // A file may grow while it is read.
+    source.take(most.saturating_add(1)).read_to_end(&mut content)?;
     if u64::try_from(content.len()).is_ok_and(|length| length <= most) {
         Ok(content)
     } else {
@@ -34,30 +43,216 @@ pub(crate) fn read_text(path: &Path, most: u64) -> io::Result<String> {
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::testing::TempDir;
+fn expect_file(found: &Metadata) -> io::Result<()> {
+    if found.is_file() {
+        return Ok(());
+    }
+    let what = kind(found.file_type());
+    Err(io::Error::other(format!("expected a regular file, found {what}")))
+}
 
-    #[test]
-    fn only_regular_files_of_their_size_are_read() {
-        let directory = TempDir::new("files");
-        let path = directory.path().join("file");
-        fs::write(&path, "12345").unwrap();
-        assert_eq!(read_text(&path, 5).unwrap(), "12345");
-        assert_eq!(read(&path, 4).unwrap_err().to_string(), "larger than 4 bytes");
-        fs::write(&path, [0xFF]).unwrap();
-        assert_eq!(
-            read_text(&path, 5).unwrap_err().kind(),
-            io::ErrorKind::InvalidData
-        );
-        for other in [directory.path(), Path::new("/dev/zero")] {
-            // Without an end, and without a size.
-            assert!(read(other, 5).is_err(), "{}", other.display());
+fn kind(found: FileType) -> &'static str {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt as _;
+        if found.is_fifo() {
+            return "a pipe";
         }
-        assert_eq!(
-            read(&directory.path().join("none"), 5).unwrap_err().kind(),
-            io::ErrorKind::NotFound
-        );
+        if found.is_block_device() || found.is_char_device() {
+            return "a device";
+        }
+        if found.is_socket() {
+            return "a socket";
+        }
+    }
+    if found.is_dir() {
+        "a directory"
+    } else if found.is_symlink() {
+        "a symbolic link that leads nowhere"
+    } else {
+        "something else"
     }
 }
+
+/// The streams of the process under the names that scripts know.
+fn stream(path: &Path) -> Option<Box<dyn io::Write>> {
+    match path.to_str() {
+        Some("/dev/stdout") => Some(Box::new(io::stdout())),
+        Some("/dev/stderr") => Some(Box::new(io::stderr())),
+        _ => None,
+    }
+}
+
+/// The place that a path means, and what is there. A link to a file of the same directory means that file.
+fn target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
+    let found = match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((path.to_path_buf(), None)),
+        found => found?,
+    };
+    if !found.is_symlink() {
+        return Ok((path.to_path_buf(), Some(found)));
+    }
+    let Ok(end) = fs::canonicalize(path) else {
+        let what = kind(found.file_type());
+        return Err(io::Error::other(format!("expected a regular file, found {what}")));
+    };
+    if end.parent() != Some(&fs::canonicalize(directory_of(path))?) {
+        return Err(io::Error::other(format!(
+            "it is a symbolic link out of its directory; name {} itself",
+            end.display()
+        )));
+    }
+    let found = fs::symlink_metadata(&end)?;
+    Ok((end, Some(found)))
+}
+
+/// The directory that a path names a file in.
+fn directory_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    }
+}
+
+/// Puts a file in place of the regular one that was there, or of none; whoever looks finds the one or the other, whole,
+/// also after a loss of power. `/dev/stdout` and `/dev/stderr` are written to.
+///
+/// # Errors
+/// The system's; a target of another kind, or a symbolic link out of its directory. What was there before is still there.
+pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
+    replace_by(path, |file| file.write_all(content))
+}
+
+/// The same of what `write` writes; if that fails, nothing is replaced.
+///
+/// # Errors
+/// As of [`replace`], and that of `write`.
+pub(crate) fn replace_by(
+    path: &Path,
+    write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
+) -> io::Result<()> {
+    if let Some(mut stream) = stream(path) {
+        return write(&mut stream).and_then(|()| stream.flush());
+    }
+    let (place, found) = target(path)?;
+    found.as_ref().map_or(Ok(()), expect_file)?;
+    let beside = beside(&place, Some(std::process::id()))?;
+    let permissions = found.map(|found| found.permissions());
+    write_beside(&beside, |file| {
+        write(file)?;
+        permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))
+    })?;
+    let placed = fs::rename(&beside, &place);
+    if placed.is_err() {
+        // The error that counts is the first one.
+        let _ = fs::remove_file(&beside);
+    }
+    placed.and_then(|()| sync_directory(directory_of(&place)))
+}
+
+/// Whether [`replace`] could put a file there, as far as that can be told before; nothing is changed.
+///
+/// # Errors
+/// As of [`replace`].
+pub(crate) fn check_target(path: &Path) -> io::Result<()> {
+    if stream(path).is_some() {
+        return Ok(());
+    }
+    let (place, found) = target(path)?;
+    found.as_ref().map_or(Ok(()), expect_file)?;
+    let beside = beside(&place, Some(std::process::id()))?;
+    write_beside(&beside, |_| Ok(()))?;
+    fs::remove_file(&beside)
+}
+
+/// Opens a file that is written while things happen, empty: a regular one, a new one, or a pipe that is read, on which
+/// a write never waits.
+///
+/// # Errors
+/// As of [`replace`]; a pipe that nobody reads.
+pub(crate) fn create(path: &Path) -> io::Result<File> {
+    let (place, found) = target(path)?;
+    if let Some(found) = found.filter(|found| kind(found.file_type()) != "a pipe") {
+        expect_file(&found)?;
+    }
+    let mut options = File::options();
+    options.write(true).create(true).truncate(true);
+    #[cfg(unix)]
+    {
+        use rustix::fs::OFlags;
+        use std::os::unix::fs::OpenOptionsExt as _;
+        let flags = OFlags::NONBLOCK | OFlags::NOFOLLOW;
+        options.custom_flags(i32::try_from(flags.bits()).map_err(io::Error::other)?);
+    }
+    options.open(&place).map_err(|error| {
+        #[cfg(unix)]
+        if error.raw_os_error() == Some(rustix::io::Errno::NXIO.raw_os_error()) {
+            return io::Error::other("nobody reads this pipe; start its reader first");
+        }
+        error
+    })
+}
+
+/// Makes a directory for files of a report; one that is there already is no link to another.
+///
+/// # Errors
+/// The system's, or something else has the name.
+pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
+    match fs::create_dir(path) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            let found = fs::symlink_metadata(path)?;
+            if found.is_dir() {
+                return Ok(());
+            }
+            let what = if found.is_symlink() {
+                "a symbolic link"
+            } else {
+                kind(found.file_type())
+            };
+            Err(io::Error::other(format!("expected a directory, found {what}")))
+        }
+        made => made,
+    }
+}
+
+/// The place of a file until it is finished: hidden, in the same directory.
+pub(crate) fn beside(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
+    let name = place
+        .file_name()
+        .ok_or_else(|| io::Error::other("expected the name of a file"))?;
+    let mut hidden = OsString::from(".");
+    hidden.push(name);
+    if let Some(writer) = writer {
+        hidden.push(format!(".{writer}"));
+    }
+    hidden.push(UNFINISHED);
+    Ok(place.with_file_name(hidden))
+}
+
+/// Writes a file that was not there before, and has it on the disk when it returns. What has its name, a link too, is
+/// removed, not followed.
+pub(crate) fn write_beside(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+    match fs::remove_file(path) {
+        Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+        _ => {}
+    }
+    let mut file = File::options().write(true).create_new(true).open(path)?;
+    let written = write(&mut file).and_then(|()| file.sync_all());
+    if written.is_err() {
+        // The error that counts is the first one.
+        let _ = fs::remove_file(path);
+    }
+    written
+}
+
+/// Has the names of a directory on the disk when it returns.
+pub(crate) fn sync_directory(path: &Path) -> io::Result<()> {
+    // A directory can be opened and synced on Unix only; elsewhere the rename has to do.
+    if cfg!(unix) {
+        File::open(path)?.sync_all()?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -261,6 +261,7 @@ impl Run {
                 }
                 Output::Event(event) => self.event(event, at, listen),
                 Output::Send { .. }
+                | Output::Keep { .. }
                 | Output::Stored { .. }
                 | Output::Erased { .. }
                 | Output::PowerCycled

@@ -14,7 +14,7 @@ use crate::log::EventLog;
 use crate::scenario::Play;
 use crate::snapshot::desk::{Desk, Order};
 use crate::snapshot::{self, Shelf};
-use crate::store::Store;
+use crate::store::backing::Backing;
 use crate::transcript::{Party, RecorderError, Tape};
 use crate::watch::Feeder;
 use std::collections::{BTreeMap, VecDeque};
@@ -34,6 +34,7 @@ use ts3100_controller::time::Time;
 
 pub mod condition;
 mod control;
+mod keeping;
 pub mod request;
 mod serve;
 
@@ -101,7 +102,7 @@ pub struct Hub {
     clock: Clock,
     links: Links,
     lines: Lines,
-    store: Option<Store>,
+    backing: Option<Backing>,
     log: EventLog,
     requests: mpsc::Receiver<Request>,
     orders: mpsc::Receiver<Order>,
@@ -148,7 +149,7 @@ impl Hub {
             clock,
             links: Links::new(settings.listen, settings.ports, settings.links),
             lines: Lines::new(settings.serial.clone(), settings.links),
-            store: powered.store,
+            backing: powered.backing,
             log: EventLog::default(),
             requests,
             orders,
@@ -333,9 +334,11 @@ impl Hub {
             journal.input(at, &input);
         }
         self.controller.handle(at, input);
-        // Before an answer leaves: what the host has read of an alarm is kept.
-        self.keep_history();
         while let Some(output) = self.controller.poll_output() {
+            if let Output::Keep { name, content } = &output {
+                self.keep(at, name, content.as_deref());
+                continue;
+            }
             if self.is_idle_judgement(&output) {
                 continue;
             }
@@ -361,14 +364,6 @@ impl Hub {
         self.log.settle();
         if let Some(play) = &self.play {
             play.settled(at, &self.controller);
-        }
-    }
-
-    /// The backing directory has the error history as it now is.
-    fn keep_history(&mut self) {
-        let Some(store) = &mut self.store else { return };
-        if let Err(reason) = store.keep_history(self.controller.alarms().history()) {
-            self.log.history_not_kept(self.clock.now(), &reason);
         }
     }
 
@@ -401,18 +396,9 @@ impl Hub {
                     inputs.extend(self.links.send(port, bytes).await);
                 }
             }
-            Output::Stored { name, content } => {
-                // Before the answer that follows it leaves: what the host believes stored is stored.
-                let stored = self.store.as_mut().map(|store| store.put(&name, &content));
-                if let Some(Err(reason)) = stored {
-                    self.log.not_kept(self.clock.now(), &name, &reason);
-                }
-            }
-            Output::Erased { name } => {
-                if let Some(Err(reason)) = self.store.as_mut().map(|store| store.remove(&name)) {
-                    self.log.not_removed(self.clock.now(), &name, &reason);
-                }
-            }
+            // A change is kept before it happens.
+            Output::Keep { .. } => {}
+            Output::Stored { .. } | Output::Erased { .. } => self.make_up_files(),
             Output::PowerOff => {
                 info!("power off; no port is open");
                 let gone = self.links.close().await;
@@ -433,7 +419,13 @@ impl Hub {
             Output::Cut { port, how } => inputs.extend(self.links.end(port, how)),
             Output::Deaf { port } => self.links.deafen(port),
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
-            Output::Event(event) => self.log.write(self.clock.now(), &event),
+            Output::Event(event) => {
+                // Before an answer that tells of it leaves.
+                if let Event::Alarm { .. } = &event {
+                    self.keep_history();
+                }
+                self.log.write(self.clock.now(), &event);
+            }
         }
     }
 }

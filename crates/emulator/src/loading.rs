@@ -5,6 +5,7 @@ use crate::config::Settings;
 use crate::files;
 use crate::hub::StartError;
 use crate::snapshot;
+use crate::store::backing::{Backing, WhenFull};
 use crate::store::{Store, StoreError, StoredFiles};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -44,8 +45,8 @@ pub enum LoadError {
 
 /// What was found and given.
 pub struct Loaded {
-    /// The open backing directory.
-    pub store: Option<Store>,
+    /// The open backing directory, and the files in it.
+    pub store: Option<(Store, StoredFiles)>,
     /// Files that are there when the power comes on: what the directory has, and parameter files given,
     /// since those act only then (PAR-FILE-03).
     pub present: StoredFiles,
@@ -59,8 +60,8 @@ pub struct Loaded {
 pub struct Powered {
     /// It.
     pub controller: Controller,
-    /// The open backing directory.
-    pub store: Option<Store>,
+    /// The open backing directory; it has the files of the drive.
+    pub backing: Option<Backing>,
     /// All files given, those of the directory included.
     pub files: StoredFiles,
     /// The example program is among them.
@@ -86,13 +87,15 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
             name: "a file".to_owned(),
             reason: error.to_string(),
         })?;
-    if let Some(store) = &store {
+    if let Some((store, _)) = &store {
         for warning in store.warnings() {
             warn!(event = "drive", "{warning}");
         }
         controller = controller.remembering(store.history().iter().cloned());
     }
-    let remembers = store.as_ref().is_some_and(|store| !store.history().is_empty());
+    let remembers = store
+        .as_ref()
+        .is_some_and(|(store, _)| !store.history().is_empty());
     for (name, content) in put {
         let stored = controller.put_file(&name, &content);
         stored.map_err(|error| StartError::Store {
@@ -107,34 +110,38 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
             reason: error.to_string(),
         })?;
     }
-    let mut store = store;
     if let Some(path) = &settings.restore {
-        controller = restored(path, &controller, store.as_mut())?;
+        let fresh = std::mem::replace(&mut controller, snapshot::read(path)?);
+        controller.take_peers_of(&fresh);
     }
+    let when_full = settings.links.when_full;
+    let backing =
+        store.map(|(store, found)| backed(Backing::new(store, when_full), &found, &controller, when_full));
+    let backing = backing.transpose()?;
+    controller.keep_outside(backing.is_some());
     Ok(Powered {
         controller,
-        store,
+        backing,
         files,
         demo: demo && settings.restore.is_none(),
         restored: remembers || settings.restore.is_some(),
     })
 }
 
-/// The controller of a snapshot in place of a fresh one, without peers, and the directory with its files.
-fn restored(path: &Path, fresh: &Controller, store: Option<&mut Store>) -> Result<Controller, StartError> {
-    let mut controller = snapshot::read(path)?;
-    controller.take_peers_of(fresh);
-    if let Some(store) = store {
-        for (name, content) in controller.files() {
-            store.put(name, content).map_err(LoadError::from)?;
-        }
-        for (name, _) in fresh.files() {
-            if !controller.files().any(|(other, _)| other == name) {
-                store.remove(name).map_err(LoadError::from)?;
-            }
-        }
+/// The directory, where these files were found, with the files of the drive.
+fn backed(
+    mut backing: Backing,
+    found: &StoredFiles,
+    controller: &Controller,
+    when_full: WhenFull,
+) -> Result<Backing, LoadError> {
+    let found = found
+        .iter()
+        .map(|(name, content)| (name.as_str(), content.as_slice()));
+    match backing.follow(found, controller) {
+        Err(reason) if when_full == WhenFull::Refuse => Err(reason.into()),
+        _ => Ok(backing),
     }
-    Ok(controller)
 }
 
 /// Collects the files for these settings.
@@ -148,10 +155,8 @@ pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
         given.push((drive_name(path)?, drive_content(&read(path)?, line_end)));
     }
     given.extend(settings.files.iter().cloned());
-    let (mut store, mut present) = match &settings.drive {
-        Some(directory) => Store::open(directory).map(|(store, files)| (Some(store), files))?,
-        None => (None, Vec::new()),
-    };
+    let store = settings.drive.as_deref().map(Store::open).transpose()?;
+    let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
     let demo = settings.drive.is_none() && given.is_empty();
     if demo {
         given.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
@@ -160,9 +165,6 @@ pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
         .into_iter()
         .partition(|(name, _)| FileName::parse(name).is_ok_and(|name| name.is_parameter()));
     for (name, content) in parameters {
-        if let Some(store) = &mut store {
-            store.put(&name, &content)?;
-        }
         present.retain(|(other, _)| *other != name);
         present.push((name, content));
     }

@@ -6,11 +6,10 @@ mod fold;
 mod writer;
 
 use crate::config::args::LogFormat;
-use crate::store::StoreError;
 use std::collections::BTreeSet;
 use std::fmt::{self, Write as _};
 use tracing::level_filters::LevelFilter;
-use tracing::{debug, error, info, warn};
+use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
 use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::output::Event;
@@ -143,36 +142,6 @@ impl EventLog {
                 tell(&t, other);
             }
         }
-    }
-
-    /// A file is on the RAM drive and its directory does not have it: it will be gone after a restart.
-    pub fn not_kept(&mut self, now: Time, file: &str, reason: &StoreError) {
-        let (t, reason) = (now.to_string(), reason.to_string());
-        let (t, reason) = (t.as_str(), reason.as_str());
-        error!(
-            event = "store-failed",
-            t, file, reason, "{file} is on the RAM drive but not in its directory: {reason}"
-        );
-    }
-
-    /// The error history is not in the directory: EU will answer an older one after a restart.
-    pub fn history_not_kept(&mut self, now: Time, reason: &StoreError) {
-        let (t, reason) = (now.to_string(), reason.to_string());
-        let (t, reason) = (t.as_str(), reason.as_str());
-        error!(
-            event = "store-failed",
-            t, reason, "cannot keep the error history for the next start: {reason}"
-        );
-    }
-
-    /// A file is erased and still in the directory: it will be back after a restart.
-    pub fn not_removed(&mut self, now: Time, file: &str, reason: &StoreError) {
-        let (t, reason) = (now.to_string(), reason.to_string());
-        let (t, reason) = (t.as_str(), reason.as_str());
-        error!(
-            event = "store-failed",
-            t, file, reason, "{file} is erased but still in its directory: {reason}"
-        );
     }
 
     /// Nothing follows at once: a finding that is held back is told.

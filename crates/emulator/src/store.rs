@@ -1,20 +1,20 @@
 //! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill
 //! of the daemon. A file is written beside its place, synced and renamed, so it is there whole or not at
-//! all. The error history is kept beside them. What may be in a file is the controller's business.
+//! all. The error history is kept beside them. What may be in a file is the controller's business; what follows from
+//! a change that cannot be kept is [`backing`]'s.
 
+pub mod backing;
 mod history;
 
+use crate::files::{self, UNFINISHED};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
-use std::io::{self, Write};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits;
 use ts3100_proto::name::FileName;
-
-/// Ending of a file that is still being written; such files are hidden and removed when the store opens.
-const UNFINISHED: &str = ".unfinished";
 
 /// Hidden file whose lock says that an emulator keeps its files here. It stays when the emulator ends; the
 /// lock does not, whatever the end was.
@@ -32,6 +32,15 @@ pub enum StoreError {
         path: PathBuf,
         /// What the system said.
         reason: io::Error,
+    },
+    /// The directory is not the one that was opened.
+    #[error(
+        "the directory {} was removed or replaced while ts3100 ran; put it back, or start ts3100 again",
+        path.display()
+    )]
+    Gone {
+        /// The directory.
+        path: PathBuf,
     },
     /// Another emulator, of this process or another, keeps its files there.
     #[error(
@@ -52,6 +61,18 @@ pub enum StoreError {
     },
 }
 
+impl StoreError {
+    /// What is wrong, whatever the file.
+    fn cause(&self) -> String {
+        match self {
+            StoreError::Io { reason, .. } => reason.to_string(),
+            StoreError::Gone { .. } | StoreError::InUse { .. } | StoreError::Foreign { .. } => {
+                self.to_string()
+            }
+        }
+    }
+}
+
 fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> StoreError {
     let path = path.to_path_buf();
     move |reason| StoreError::Io { action, path, reason }
@@ -61,6 +82,8 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Stor
 #[derive(Debug)]
 pub struct Store {
     directory: PathBuf,
+    /// The directory itself, whatever becomes of its name. Only on Unix it can be opened.
+    opened: Option<File>,
     /// Holds the lock until it is closed.
     _lock: File,
     /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
@@ -86,6 +109,10 @@ impl Store {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
         let mut store = Store {
             directory: directory.to_path_buf(),
+            opened: cfg!(unix)
+                .then(|| File::open(directory))
+                .transpose()
+                .map_err(io_error("open", directory))?,
             _lock: lock(directory)?,
             files: BTreeMap::new(),
             history: VecDeque::new(),
@@ -162,7 +189,7 @@ impl Store {
                 other.display()
             )));
         }
-        let content = fs::read(&path).map_err(io_error("read", &path))?;
+        let content = files::read(&path, limits::MAX_FILE as u64).map_err(io_error("read", &path))?;
         Ok(Some((name, content)))
     }
 
@@ -198,13 +225,13 @@ impl Store {
 
     /// Writes what is to take the place of a file; where it is until then.
     fn write_beside(&self, name: &str, content: &[u8]) -> Result<PathBuf, StoreError> {
-        let unfinished = self.directory.join(format!(".{name}{UNFINISHED}"));
-        let written = write_synced(&unfinished, content);
-        if written.is_err() {
-            // The error that counts is the first one.
-            let _ = fs::remove_file(&unfinished);
-        }
-        written.map(|()| unfinished)
+        self.expect_directory()?;
+        let place = self.directory.join(name);
+        // The lock says that nobody else writes here, so the name may be the same each time.
+        let unfinished = files::beside(&place, None).map_err(io_error("write", &place))?;
+        files::write_beside(&unfinished, |file| file.write_all(content))
+            .map_err(io_error("write", &place))?;
+        Ok(unfinished)
     }
 
     /// Removes a file; nothing happens if it is not there.
@@ -212,14 +239,35 @@ impl Store {
     /// # Errors
     /// The system's.
     pub fn remove(&mut self, name: &str) -> Result<(), StoreError> {
-        let Some(actual) = self.files.remove(name) else {
+        self.expect_directory()?;
+        let Some(actual) = self.files.get(name) else {
             return Ok(());
         };
         let path = self.directory.join(actual);
         match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(io_error("remove", &path)(error)),
-            _ => self.sync(),
+            Err(error) if error.kind() != io::ErrorKind::NotFound => {
+                return Err(io_error("remove", &path)(error));
+            }
+            _ => {}
         }
+        self.files.remove(name);
+        self.sync()
+    }
+
+    /// What is written to another directory of the same name is lost with this one.
+    fn expect_directory(&self) -> Result<(), StoreError> {
+        #[cfg(unix)]
+        if let Some(opened) = &self.opened {
+            use std::os::unix::fs::MetadataExt as _;
+            let identity = |found: fs::Metadata| (found.dev(), found.ino());
+            let there = fs::metadata(&self.directory).map(identity).ok();
+            if there != opened.metadata().map(identity).ok() {
+                return Err(StoreError::Gone {
+                    path: self.directory.clone(),
+                });
+            }
+        }
+        Ok(())
     }
 
     /// The path of a name the controller gave: only a normal name of the drive leads to a path.
@@ -239,14 +287,10 @@ impl Store {
     }
 
     fn sync(&self) -> Result<(), StoreError> {
-        // A directory can be opened and synced on Unix only; elsewhere the rename has to do.
-        if cfg!(unix) {
-            let directory = &self.directory;
-            File::open(directory)
-                .and_then(|opened| opened.sync_all())
-                .map_err(io_error("sync", directory))?;
+        match &self.opened {
+            Some(opened) => opened.sync_all().map_err(io_error("sync", &self.directory)),
+            None => Ok(()),
         }
-        Ok(())
     }
 }
 
@@ -263,15 +307,6 @@ fn lock(directory: &Path) -> Result<File, StoreError> {
         }),
         Err(TryLockError::Error(reason)) => Err(io_error("lock", &path)(reason)),
     }
-}
-
-fn write_synced(path: &Path, content: &[u8]) -> Result<(), StoreError> {
-    let write = || -> io::Result<()> {
-        let mut file = File::create(path)?;
-        file.write_all(content)?;
-        file.sync_all()
-    };
-    write().map_err(io_error("write", path))
 }
 
 #[cfg(test)]

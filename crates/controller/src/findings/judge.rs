@@ -255,6 +255,8 @@ impl Controller {
         let rule = match error {
             DriveError::Content { .. } => &rules::FILE_BAD_LINE,
             DriveError::TooLarge { .. } | DriveError::Full { .. } => &rules::FILE_TOO_LARGE,
+            // Nothing of the host's doing.
+            DriveError::Unkept { .. } => return,
             DriveError::TooMany { .. } | DriveError::Name(_) => &rules::REFUSED_BY_STATE,
         };
         self.find(rule, port, &[], error.to_string());

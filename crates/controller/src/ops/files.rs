@@ -3,14 +3,17 @@
 use crate::Controller;
 use crate::drive::Drive;
 use crate::findings::rules;
+use crate::keeping::Held;
 use crate::output::Output;
 use crate::port::Port;
 use crate::session::{Outcome, Session};
 use alloc::format;
 use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlReceiver;
 use ts3100_proto::name::FileName;
+use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::ca::encode_directory_with;
 
@@ -42,12 +45,7 @@ impl Controller {
     }
 
     /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
-    pub(crate) fn finish_download(
-        &mut self,
-        port: Port,
-        name: &FileName,
-        content: &[u8],
-    ) -> Result<(), String> {
+    fn finish_download(&mut self, port: Port, name: &FileName, content: &[u8]) -> Result<(), String> {
         if self.execution.status() == ExecutionStatus::Running {
             let reason = "the robot was started during the download";
             self.find(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
@@ -57,6 +55,23 @@ impl Controller {
             self.judge_store(port, &error);
             error.to_string()
         })
+    }
+
+    /// The answer to the last text of a download.
+    pub(crate) fn end_download(&mut self, port: Port, name: FileName, content: Vec<u8>, last: &[u8]) {
+        match self.finish_download(port, &name, &content) {
+            Ok(()) => {
+                self.judge_download(port, &name, &content, last);
+                self.send_text(port, &Reply::Ok.encode());
+            }
+            Err(_) if self.keeping.is_asked() => self.keeping.hold(Held::Download {
+                port,
+                name,
+                content,
+                last: last.to_vec(),
+            }),
+            Err(reason) => self.refuse_block(port, last, &reason),
+        }
     }
 
     /// Part of a file has come while no download is open (FL-04).
@@ -86,9 +101,13 @@ impl Controller {
         if self.execution.file() == name.as_str() {
             return Outcome::ng("the selected file cannot be erased; RS,SEL ends the selection");
         }
-        if !self.drive.erase(name.as_str()) {
+        if !self.drive.contains(name.as_str()) {
             return Outcome::Ng(missing(name));
         }
+        if let Err(error) = self.keep(name.as_str(), None) {
+            return Outcome::Ng(error.to_string());
+        }
+        self.drive.erase(name.as_str());
         self.push_output(Output::Erased {
             name: name.as_str().to_string(),
         });

@@ -43,6 +43,7 @@ impl Controller {
             let verdict = match &outcome {
                 Outcome::Ng(_) if valid => Verdict::Refused,
                 Outcome::Ng(_) => Verdict::NotValid,
+                Outcome::Held => return outcome,
                 Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Verdict::Served,
             };
             self.event(Event::Answered {
@@ -60,6 +61,9 @@ impl Controller {
         let known = command.clone();
         let outputs = self.waiting().count();
         let outcome = self.operate(port, command);
+        if self.keeping.is_asked() {
+            return Outcome::Held;
+        }
         if let Outcome::Ng(reason) = &outcome {
             self.judge_refusal(port, &known, reason, outputs);
         }

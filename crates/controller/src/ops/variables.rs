@@ -2,6 +2,7 @@
 
 use crate::Controller;
 use crate::alarm;
+use crate::keeping::Held;
 use crate::output::Output;
 use crate::session::Outcome;
 use alloc::format;
@@ -91,9 +92,16 @@ impl Controller {
     }
 
     /// RESTORE of a program: the values go into the file as those of MW do (scol.md 13.4).
-    pub(crate) fn restore_data(&mut self, names: &[String]) {
-        if let Err(reason) = self.restored(names) {
+    pub(crate) fn restore_data(&mut self, names: Vec<String>, direct: bool) {
+        let restored = self.restored(&names);
+        if self.keeping.is_asked() {
+            return self.keeping.hold(Held::Restore { names, direct });
+        }
+        if let Err(reason) = restored {
             self.raise(alarm::NOT_RESTORED, format!("RESTORE: {reason}"));
+        }
+        if !direct {
+            self.between_steps(false);
         }
     }
 
@@ -137,9 +145,11 @@ impl Controller {
             let name = selected.name.clone();
             return Err(crate::DriveError::Full { name, size, free }.to_string());
         }
-        self.drive
-            .store(&file, source.as_bytes())
+        let source = source.as_bytes();
+        let kept = self.drive.check(&file, source);
+        kept.and_then(|()| self.keep(file.as_str(), Some(source)))
             .map_err(|error| error.to_string())?;
+        self.drive.put(&file, source);
         Ok(program)
     }
 

@@ -241,6 +241,7 @@ impl Controller {
             vary,
             outbox,
             outputs: VecDeque::new(),
+            keeping: crate::keeping::Keeping::default(),
         };
         controller.check()?;
         Ok(controller)

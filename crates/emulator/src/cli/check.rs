@@ -3,6 +3,7 @@
 use super::report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
+use crate::files;
 use crate::visible::shown;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
@@ -162,11 +163,5 @@ impl CheckedFile {
 
 /// The bytes of a source, unless it is far too large for a file of the drive.
 pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
-    if std::fs::metadata(path)?.len() > 2 * limits::MAX_FILE as u64 {
-        return Err(io::Error::other(format!(
-            "larger than the {} bytes of a file of the drive",
-            limits::MAX_FILE
-        )));
-    }
-    std::fs::read(path)
+    files::read(path, 2 * limits::MAX_FILE as u64)
 }

@@ -1,9 +1,10 @@
 //! `ts3100 fmt`: lays SCOL files out anew. The layout is `scol-mini`'s; here files are read and written.
 
 use super::check::read;
+use crate::files;
 use crate::visible::shown;
 use clap::Args;
-use std::io::{self, Read, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -44,13 +45,7 @@ pub(super) fn run(args: &FormatArgs) -> ExitCode {
 fn one(path: &Path, check: bool) -> io::Result<Outcome> {
     let stdin = path == Path::new("-");
     let bytes = if stdin {
-        let mut bytes = Vec::new();
-        let most = 2 * ts3100_controller::limits::MAX_FILE as u64;
-        io::stdin().lock().take(most + 1).read_to_end(&mut bytes)?;
-        if bytes.len() as u64 > most {
-            return Err(io::Error::other("larger than a file of the drive"));
-        }
-        bytes
+        files::read_all(io::stdin().lock(), 2 * ts3100_controller::limits::MAX_FILE as u64)?
     } else {
         read(path)?
     };
@@ -71,7 +66,7 @@ fn one(path: &Path, check: bool) -> io::Result<Outcome> {
     if stdin {
         io::stdout().lock().write_all(formatted.as_bytes())?;
     } else if changed {
-        std::fs::write(path, formatted)?;
+        files::replace(path, formatted.as_bytes())?;
     }
     Ok(Outcome::Done)
 }

@@ -5,6 +5,7 @@ use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::embed::single_threaded;
 use crate::evidence::{Ending, Evidence};
 use crate::faults;
+use crate::files;
 use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
@@ -85,13 +86,17 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     })
 }
 
-/// Makes the files of the reports, so that one that cannot be written is known before the run.
+/// Makes the files of the reports, so that one that cannot be written is known before the run; and asks whether the
+/// snapshot could be.
 pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
     settings.reports.prepare()?;
     faults::prepare(&settings.report)?;
     if let Some(path) = &args.junit {
-        std::fs::write(path, unstarted::junit(unstarted::NOT_ENDED))
+        files::replace(path, unstarted::junit(unstarted::NOT_ENDED).as_bytes())
             .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    if let Some(path) = &args.snapshot_on_exit {
+        snapshot::check_target(path)?;
     }
     Ok(())
 }
@@ -142,7 +147,8 @@ impl Served {
 /// The results of a scenario; whether it has failed.
 fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
     if let Some(path) = &args.junit {
-        std::fs::write(path, outcome.junit()).with_context(|| format!("cannot write {}", path.display()))?;
+        files::replace(path, outcome.junit().as_bytes())
+            .with_context(|| format!("cannot write {}", path.display()))?;
     }
     for failure in outcome.failures() {
         error!(event = "scenario-failed", "scenario: {failure}");

@@ -2,6 +2,7 @@
 //! all. The report of a run that ended is the scenario's.
 
 use crate::evidence::escape;
+use crate::files;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
@@ -26,7 +27,7 @@ pub(super) fn junit(why: &str) -> String {
 pub(super) fn write(path: Option<&Path>, why: &str) {
     let Some(path) = path else { return };
     let shown = path.display().to_string();
-    match std::fs::write(path, junit(why)) {
+    match files::replace(path, junit(why).as_bytes()) {
         // That it cannot be written may be why the run did not start.
         Err(error) if !why.contains(&shown) => eprintln!("ts3100: cannot write {shown}: {error}"),
         _ => {}

@@ -1,6 +1,7 @@
 //! The named options of decision D0 as words: one row per option says its key, its values and where it
 //! goes. Presets are the dialect's, effects are the controller's and the links'.
 
+use crate::store::backing::WhenFull;
 use scol_mini::IntDivision;
 use std::time::Duration;
 use ts3100_controller::options::{
@@ -22,13 +23,15 @@ pub enum SecondConnection {
     Replace,
 }
 
-/// Options of the links.
+/// Options of the links, and of the directory behind the RAM drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LinkOptions {
     /// `channel.second`.
     pub second: SecondConnection,
     /// `channel.redial`: pause between two attempts of a client channel (ETH-05).
     pub redial: Duration,
+    /// `drive.when_full`: what happens to a change that the backing directory does not take.
+    pub when_full: WhenFull,
 }
 
 impl Default for LinkOptions {
@@ -36,6 +39,7 @@ impl Default for LinkOptions {
         LinkOptions {
             second: SecondConnection::default(),
             redial: Duration::from_secs(2),
+            when_full: WhenFull::default(),
         }
     }
 }
@@ -115,6 +119,12 @@ const TABLE: &[(&str, &str, Set)] = &[
         "four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`",
         |o, _, v| put(&mut o.open_mode, open_modes(v)),
     ),
+    ("drive.when_full", "refuse or memory", |_, l, v| {
+        put(
+            &mut l.when_full,
+            word(v, &[("refuse", WhenFull::Refuse), ("memory", WhenFull::Memory)]),
+        )
+    }),
     ("extensions", "true or false", |o, _, v| {
         put(&mut o.extensions, v.parse().ok())
     }),

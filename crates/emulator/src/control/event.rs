@@ -180,6 +180,8 @@ impl Happening {
                 file: Some(name.clone()),
                 ..new("erased")
             },
+            // Told when it has happened.
+            Output::Keep { .. } => new("keep"),
             Output::PowerCycled => new("power-on"),
             Output::Cut { port, .. } => Happening {
                 port: Some(port.name()),

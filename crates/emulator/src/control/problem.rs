@@ -72,6 +72,7 @@ impl From<Refusal> for Problem {
         let status = match refusal.kind {
             RefusalKind::Missing => StatusCode::NOT_FOUND,
             RefusalKind::Conflict => StatusCode::CONFLICT,
+            RefusalKind::Unkept => StatusCode::INSUFFICIENT_STORAGE,
         };
         Problem {
             status,

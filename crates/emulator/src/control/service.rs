@@ -6,6 +6,7 @@ use super::metrics::Gauge;
 use super::problem::Problem;
 use super::table::Table;
 use crate::hub::request::Sight;
+use crate::store::backing::Condition;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
@@ -26,6 +27,35 @@ pub struct Health {
     power: bool,
     /// Virtual time in seconds.
     t: f64,
+    /// The directory behind the RAM drive (`--drive`), if there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    drive: Option<DriveHealth>,
+}
+
+/// How it is with the directory behind the RAM drive.
+#[derive(Debug, Clone, Serialize, ToSchema)]
+pub struct DriveHealth {
+    /// `ok`, or `failing`: it did not take the last change, or lacks files.
+    status: &'static str,
+    /// Changes that it did not take since the start.
+    failures: u64,
+    /// Why it did not take the last one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+    /// Files that it does not have as the RAM drive has them: they are lost at a restart.
+    unkept: Vec<String>,
+}
+
+impl DriveHealth {
+    fn of(condition: &Condition) -> DriveHealth {
+        let good = condition.error.is_none() && condition.unkept.is_empty();
+        DriveHealth {
+            status: if good { "ok" } else { "failing" },
+            failures: condition.failures,
+            error: condition.error.clone(),
+            unkept: condition.unkept.iter().cloned().collect(),
+        }
+    }
 }
 
 /// What runs here.
@@ -58,6 +88,7 @@ async fn get_health(State(hub): State<Handle>) -> Result<Json<Health>, Problem> 
         status: "ok",
         power: sight.controller.state().powered,
         t: seconds(sight.controller.now()),
+        drive: sight.backing.map(DriveHealth::of),
     };
     Ok(Json(hub.look(look).await?))
 }
@@ -92,7 +123,8 @@ fn gauges(sight: &Sight<'_>) -> Vec<Gauge> {
     let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));
     #[expect(clippy::cast_precision_loss, reason = "there are six ports and 32 alarms")]
     let (peers, alarms) = (peers as f64, controller.alarms().active().len() as f64);
-    vec![
+    let drive = sight.backing.into_iter().flat_map(drive_gauges);
+    let mut gauges = vec![
         gauge(
             "ts3100_virtual_seconds",
             "Virtual time since the start or the last reset.",
@@ -111,6 +143,31 @@ fn gauges(sight: &Sight<'_>) -> Vec<Gauge> {
         ),
         gauge("ts3100_alarms_active", "Alarms that are active.", alarms),
         gauge("ts3100_peers", "Peers that are connected.", peers),
+    ];
+    gauges.extend(drive);
+    gauges
+}
+
+fn drive_gauges(condition: &Condition) -> [Gauge; 3] {
+    let gauge = |name, help, value: f64| Gauge { name, help, value };
+    #[expect(clippy::cast_precision_loss, reason = "a chart shows no more")]
+    let (failures, unkept) = (condition.failures as f64, condition.unkept.len() as f64);
+    [
+        gauge(
+            "ts3100_drive_failing",
+            "1 if the directory of the RAM drive did not take the last change.",
+            f64::from(u8::from(condition.error.is_some())),
+        ),
+        gauge(
+            "ts3100_drive_failures",
+            "Changes that the directory of the RAM drive did not take since the start.",
+            failures,
+        ),
+        gauge(
+            "ts3100_drive_unkept_files",
+            "Files that the directory of the RAM drive does not have as they are.",
+            unkept,
+        ),
     ]
 }
 

@@ -146,6 +146,9 @@ impl From<DeskError> for Problem {
                 };
                 Problem::at(status, "body", "the file of a snapshot", error.to_string())
             }
+            unkept @ DeskError::Drive(_) => {
+                Problem::new(StatusCode::INSUFFICIENT_STORAGE, unkept.to_string())
+            }
             other => Problem::new(StatusCode::CONFLICT, other.to_string()),
         }
     }

@@ -129,7 +129,7 @@ pub struct Report {
 /// # Errors
 /// A controller that cannot be made of these settings.
 pub fn diff(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Result<Report, StartError> {
-    let player = Player::power_on(settings)?;
+    let player = Player::power_on(settings, recording)?;
     let events = unit::events(recording, settings.controller.options.text);
     Ok(Matching::new(player, tolerance).run(&events))
 }

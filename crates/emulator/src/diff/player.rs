@@ -7,7 +7,7 @@ use crate::hub::StartError;
 use crate::link::CLOSE_GRACE;
 use crate::loading;
 use crate::snapshot;
-use crate::transcript::{Edge, Ending, Line, What};
+use crate::transcript::{Edge, Ending, Line, Record, Recording, What};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{Cut, Event};
@@ -54,14 +54,17 @@ pub(super) struct Player {
     refused: BTreeMap<Port, String>,
     /// What was said about the bytes a port has last received: why nothing may come of them.
     remarks: BTreeMap<Port, String>,
+    /// Changes of files that were not kept, as they were recorded: when, which, why.
+    unkept: VecDeque<(Time, String, String)>,
 }
 
 impl Player {
     /// As `serve` starts.
-    pub(super) fn power_on(settings: &Settings) -> Result<Player, StartError> {
+    pub(super) fn power_on(settings: &Settings, recording: &Recording) -> Result<Player, StartError> {
         let mut controller = loading::power_on(settings)?.controller;
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
+        controller.keep_outside(true);
         let mut player = Player {
             initial: controller.clone(),
             controller,
@@ -74,6 +77,7 @@ impl Player {
             produced: BTreeMap::new(),
             refused: BTreeMap::new(),
             remarks: BTreeMap::new(),
+            unkept: recording.records.iter().filter_map(unkept).collect(),
         };
         if settings.servo_on {
             player.feed(Input::Panel(Panel::Servo(true)));
@@ -178,13 +182,18 @@ impl Player {
                 self.controller = next;
                 self.now = Time::ZERO;
             }
-            Edge::Settings { .. } | Edge::Purged { .. } | Edge::Garbled { .. } | Edge::Second { .. } => {}
+            Edge::Settings { .. }
+            | Edge::Purged { .. }
+            | Edge::Garbled { .. }
+            | Edge::Second { .. }
+            | Edge::Unkept { .. } => {}
         }
     }
 
     /// As the hub does it.
     fn put_in(&mut self, mut next: Controller) {
         next.take_peers_of(&self.controller);
+        next.keep_outside(true);
         self.now = next.now();
         self.controller = next;
         self.feed(Input::Tick);
@@ -343,6 +352,10 @@ impl Player {
                         let remark = || format!("{bytes} bytes dropped: {reason}");
                         self.remarks.entry(port).or_insert_with(remark);
                     }
+                    Output::Keep { name, .. } => {
+                        let answer = self.answer_of(&name);
+                        self.controller.handle(self.now, Input::Kept(answer));
+                    }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Deaf { .. } => {}
                     Output::Stored { .. }
@@ -353,6 +366,17 @@ impl Player {
                 }
             }
         }
+    }
+
+    /// What was kept in the recording is kept.
+    fn answer_of(&mut self, name: &str) -> Result<(), String> {
+        let now = self.now;
+        match self.unkept.front() {
+            Some((at, file, _)) if *at == now && file == name => {}
+            _ => return Ok(()),
+        }
+        let refused = self.unkept.pop_front();
+        refused.map_or(Ok(()), |(_, _, reason)| Err(reason))
     }
 
     fn sent(&mut self, port: Port, bytes: &[u8]) {
@@ -375,5 +399,13 @@ impl Player {
             .entry(line)
             .or_default()
             .push_back(Produced::Answer(unit, reason));
+    }
+}
+
+/// A change that was not kept, if that is what was recorded.
+fn unkept(record: &Record) -> Option<(Time, String, String)> {
+    match &record.what {
+        What::Edge(Edge::Unkept { name, reason }) => Some((record.at, name.clone(), reason.clone())),
+        _ => None,
     }
 }

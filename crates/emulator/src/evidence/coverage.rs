@@ -1,6 +1,7 @@
 //! Coverage of the permission tables as one JSON document, and several of them made one. The words are those of
 //! the tables, so that documents of other versions and configurations can be merged.
 
+use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -108,15 +109,7 @@ impl CoverageReport {
             path: path.to_path_buf(),
             reason,
         };
-        let size = std::fs::metadata(path)
-            .map_err(|error| wrong(error.to_string()))?
-            .len();
-        if size > MAX_DOCUMENT {
-            return Err(wrong(format!(
-                "at most {MAX_DOCUMENT} bytes expected, {size} found"
-            )));
-        }
-        let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
+        let text = files::read_text(path, MAX_DOCUMENT).map_err(|error| wrong(error.to_string()))?;
         let report: CoverageReport = serde_json::from_str(&text)
             .map_err(|error| wrong(format!("expected a coverage report of ts3100, found: {error}")))?;
         if report.version != VERSION {

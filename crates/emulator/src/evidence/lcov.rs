@@ -2,11 +2,13 @@
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
 use super::reports::{ReportError, Reports};
+use crate::files;
 use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use ts3100_controller::Executed;
 use ts3100_controller::executed::Version;
+use ts3100_controller::limits::MAX_FILE;
 use ts3100_controller::options::Config;
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
@@ -67,7 +69,7 @@ fn record(version: &Version, config: &Config) -> Option<String> {
 fn on_the_pc(version: &Version, loaded: &[PathBuf]) -> Option<PathBuf> {
     let has_it = |path: &&PathBuf| {
         drive_name(path).is_ok_and(|name| name == version.name)
-            && std::fs::read(path).is_ok_and(|bytes| {
+            && files::read(path, 2 * MAX_FILE as u64).is_ok_and(|bytes| {
                 [LineEnd::Cr, LineEnd::Lf]
                     .into_iter()
                     .any(|line_end| drive_content(&bytes, line_end) == version.content)
@@ -82,7 +84,7 @@ fn beside(trace: &Path, version: &Version) -> Result<PathBuf, ReportError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));
-    std::fs::create_dir_all(&directory).map_err(|reason| ReportError {
+    files::make_directory(&directory).map_err(|reason| ReportError {
         path: directory.clone(),
         reason,
     })?;

@@ -1,6 +1,7 @@
 //! Which reports are written at the end of a run, and what they make of its exit code.
 
 use super::{CoverageReport, Evidence, FindingsView, html, junit, lcov, sarif};
+use crate::files;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -196,7 +197,7 @@ impl Reports {
     /// # Errors
     /// It cannot be written.
     pub fn write(path: &Path, text: &str) -> Result<(), ReportError> {
-        std::fs::write(path, text).map_err(|reason| ReportError {
+        files::replace(path, text.as_bytes()).map_err(|reason| ReportError {
             path: path.to_path_buf(),
             reason,
         })

@@ -4,6 +4,7 @@
 use super::Hub;
 use super::request::{EdgeDeed, Pending, Request, Sight, Waited};
 use crate::clock::{self, TimeMode, Wake};
+use crate::store::backing::Backing;
 use crate::transcript::{Edge, Party};
 use std::time::Duration;
 use tracing::{error, info};
@@ -48,6 +49,7 @@ impl Hub {
                     clock: &self.clock,
                     ports: &self.ports,
                     serial: &self.lines.places(),
+                    backing: self.backing.as_ref().map(Backing::condition),
                 });
             }
             Request::Wait { seek, done } => {
@@ -100,10 +102,12 @@ impl Hub {
                 info!("time: {mode}");
                 Ok(())
             }
-            EdgeDeed::Reset => {
-                self.reset().await;
-                Ok(())
-            }
+            EdgeDeed::Reset => self.reset().await.map_err(|reason| Refusal {
+                kind: RefusalKind::Unkept,
+                expected: "a directory with the files of the start".to_owned(),
+                found: reason,
+                place: "drive".to_owned(),
+            }),
         }
     }
 
@@ -125,14 +129,19 @@ impl Hub {
     }
 
     /// Everything as at the start, with the connections closed and time at its beginning.
-    async fn reset(&mut self) {
+    ///
+    /// # Errors
+    /// Why the backing directory has not all files of the start; the rest is done.
+    async fn reset(&mut self) -> Result<(), String> {
         for port in self.links.close().await {
             self.tape.edge(self.clock.now(), Edge::Dropped { port });
             self.feed_by(Input::Disconnected { port }, Party::Robot).await;
         }
         self.feed(Input::Tick).await;
-        let (ended, before) = (self.controller.now(), self.controller.drive().directory());
-        self.controller = self.initial.clone();
+        let ended = self.controller.now();
+        let next = self.initial.clone();
+        let followed = self.follow_files(&next);
+        self.controller = next;
         let calendar =
             matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::calendar_now);
         if let Some(calendar) = calendar {
@@ -158,30 +167,14 @@ impl Hub {
         if let Some(journal) = &self.journal {
             journal.reset();
         }
-        self.restore_store(before.iter().map(|entry| entry.name.as_str()));
+        self.keep_history();
         self.open_links();
         info!("reset; ports: {:?}", self.ports);
         for input in self.lines.power_cycled(&self.controller) {
             self.feed(input).await;
         }
         self.begin().await;
-    }
-
-    /// The backing directory as the drive now is.
-    fn restore_store<'a>(&mut self, before: impl Iterator<Item = &'a str>) {
-        let Some(store) = &mut self.store else { return };
-        let (now, drive) = (self.clock.now(), self.controller.drive());
-        for name in before.filter(|name| !drive.contains(name)) {
-            if let Err(reason) = store.remove(name) {
-                self.log.not_removed(now, name, &reason);
-            }
-        }
-        for entry in drive.directory() {
-            let content = drive.get(&entry.name).unwrap_or_default();
-            if let Err(reason) = store.put(&entry.name, content) {
-                self.log.not_kept(now, &entry.name, &reason);
-            }
-        }
+        followed
     }
 
     /// The first input, behind the power coming on.

@@ -6,6 +6,7 @@ use crate::clock::Clock;
 use crate::clock::TimeMode;
 use crate::line::SerialEnd;
 use crate::snapshot::desk::Order;
+use crate::store::backing;
 use std::collections::BTreeMap;
 use std::time::Duration;
 use tokio::sync::oneshot;
@@ -89,6 +90,8 @@ pub struct Sight<'a> {
     pub ports: &'a BTreeMap<Port, u16>,
     /// Where the serial lines are.
     pub serial: &'a BTreeMap<Port, SerialEnd>,
+    /// How it is with the backing directory, if there is one.
+    pub backing: Option<&'a backing::Condition>,
 }
 
 /// How a wait ended.

@@ -50,12 +50,14 @@ impl Hub {
         self.end_half_open().await;
         self.tape.restored(self.clock.now(), &next);
         next.take_peers_of(&self.controller);
-        self.keep_files(&next);
+        let followed = self.follow_files(&next);
+        next.keep_outside(self.backing.is_some());
         let before = self.clock.now();
         self.clock.set(next.now());
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.controller);
         self.controller = next;
+        self.keep_history();
         if let Some(play) = &self.play {
             play.go_on(before, &self.controller);
         }
@@ -83,7 +85,7 @@ impl Hub {
         info!(event = "restored", t = %self.clock.now(), "snapshot restored");
         // What the change of peers has brought about leaves now.
         self.feed(Input::Tick).await;
-        opened
+        opened.and(followed.map_err(DeskError::Drive))
     }
 
     /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.
@@ -93,24 +95,6 @@ impl Hub {
         for port in ports {
             for input in self.links.end(port, Cut::Reset) {
                 self.feed(input).await;
-            }
-        }
-    }
-
-    /// The backing directory gets the files of `next` in place of those of the present controller.
-    fn keep_files(&mut self, next: &Controller) {
-        let Some(store) = &mut self.store else { return };
-        let now = self.clock.now();
-        for (name, content) in next.files() {
-            let same = self.controller.files().any(|present| present == (name, content));
-            if !same && let Err(reason) = store.put(name, content) {
-                self.log.not_kept(now, name, &reason);
-            }
-        }
-        for (name, _) in self.controller.files() {
-            let stays = next.files().any(|(other, _)| other == name);
-            if !stays && let Err(reason) = store.remove(name) {
-                self.log.not_removed(now, name, &reason);
             }
         }
     }

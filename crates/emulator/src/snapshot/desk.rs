@@ -11,6 +11,9 @@ pub const WAITING_ORDERS: usize = 16;
 /// Why a snapshot was not taken or restored.
 #[derive(Debug, thiserror::Error)]
 pub enum DeskError {
+    /// The snapshot is in its place, but the backing directory has not all of its files.
+    #[error("the snapshot is restored, but its files are not all kept: {0}")]
+    Drive(String),
     /// Its name.
     #[error(transparent)]
     Named(#[from] NamedError),

@@ -6,7 +6,6 @@ pub mod desk;
 
 use crate::files;
 use std::collections::BTreeMap;
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHead};
@@ -107,19 +106,24 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
-    let mut beside = path.as_os_str().to_owned();
-    beside.push(".part");
-    let beside = PathBuf::from(beside);
-    let written = fs::write(&beside, to_text(controller)).and_then(|()| fs::rename(&beside, path));
-    written.map_err(|reason| {
-        // It may not be there.
-        let _ = fs::remove_file(&beside);
-        FileError::Io {
-            what: "write",
-            path: path.to_path_buf(),
-            reason,
-        }
-    })
+    files::replace(path, to_text(controller).as_bytes()).map_err(unwritten(path))
+}
+
+/// Whether [`write`] could write there.
+///
+/// # Errors
+/// [`FileError::Io`].
+pub fn check_target(path: &Path) -> Result<(), FileError> {
+    files::check_target(path).map_err(unwritten(path))
+}
+
+fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> FileError {
+    let path = path.to_path_buf();
+    move |reason| FileError::Io {
+        what: "write",
+        path,
+        reason,
+    }
 }
 
 /// Why a snapshot was not kept or found under a name.

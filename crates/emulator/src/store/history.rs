@@ -40,7 +40,7 @@ impl Store {
     /// Keeps the error history, durably, if it has changed since it was kept last.
     ///
     /// # Errors
-    /// The system's; it is tried again when the history changes again.
+    /// The system's; it is tried again the next time.
     pub fn keep_history<'a>(
         &mut self,
         history: impl Iterator<Item = &'a Alarm> + Clone,
@@ -48,17 +48,19 @@ impl Store {
         if self.history.iter().eq(history.clone()) {
             return Ok(());
         }
-        self.history = history.cloned().collect();
+        let history = history.cloned().collect();
         let paper = Writing {
             version: VERSION,
-            history: &self.history,
+            history: &history,
         };
         let content = serde_json::to_vec(&paper).map_err(|error| StoreError::Io {
             action: "write",
             path: self.directory.join(FILE),
             reason: error.into(),
         })?;
-        self.replace(FILE, &content)
+        self.replace(FILE, &content)?;
+        self.history = history;
+        Ok(())
     }
 
     /// Reads what was kept; a file that is damaged counts as none and is named among the warnings.

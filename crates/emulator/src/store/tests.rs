@@ -66,7 +66,7 @@ fn a_write_that_fails_leaves_the_old_file_whole() {
     fs::create_dir(&in_the_way).unwrap();
     let error = store.put("PICK", b"new").unwrap_err().to_string();
     assert!(
-        error.contains("cannot write") && error.contains(".PICK.unfinished"),
+        error.contains("cannot write") && error.contains("PICK"),
         "{error}"
     );
     fs::remove_dir(&in_the_way).unwrap();
@@ -202,4 +202,81 @@ fn the_error_history_is_kept_and_a_damaged_one_is_named() {
         let (store, _) = Store::open(directory.path()).unwrap();
         assert_eq!((store.history().len(), store.warnings().len()), (0, 1));
     }
+}
+
+#[test]
+fn a_removal_that_fails_can_be_tried_again() {
+    let directory = TempDir::new("store-remove");
+    let (mut store, _) = Store::open(directory.path()).unwrap();
+    let path = directory.path().join("PICK");
+    store.put("PICK", b"old").unwrap();
+    fs::remove_file(&path).unwrap();
+    fs::create_dir(&path).unwrap();
+    store.remove("PICK").unwrap_err();
+    fs::remove_dir(&path).unwrap();
+    fs::write(&path, b"old").unwrap();
+    store.remove("PICK").unwrap();
+    assert!(names(&directory).is_empty());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_planted_where_a_file_is_written_is_not_followed() {
+    let (directory, other) = (TempDir::new("store-planted"), TempDir::new("store-others"));
+    let theirs = other.path().join("theirs");
+    fs::write(&theirs, b"theirs").unwrap();
+    let (mut store, _) = Store::open(directory.path()).unwrap();
+    for planted in [".PICK.unfinished", "PICK", "..ts3100.history.unfinished"] {
+        std::os::unix::fs::symlink(&theirs, directory.path().join(planted)).unwrap();
+    }
+    store.put("PICK", b"ours").unwrap();
+    let alarm = Alarm {
+        code: ALARMS[0],
+        detail: String::new(),
+        at: CalendarTime {
+            year: 2026,
+            month: 1,
+            day: 1,
+            hour: 0,
+            minute: 0,
+            second: 0,
+        },
+    };
+    store.keep_history([&alarm].into_iter()).unwrap();
+    assert_eq!(fs::read(&theirs).unwrap(), b"theirs");
+    assert_eq!(names(&directory), [history::FILE, "PICK"]);
+    assert!(
+        !fs::symlink_metadata(directory.path().join("PICK"))
+            .unwrap()
+            .is_symlink()
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_directory_that_is_another_one_is_not_written() {
+    let parent = TempDir::new("store-gone");
+    let (here, away) = (parent.path().join("drive"), parent.path().join("away"));
+    let (mut store, _) = Store::open(&here).unwrap();
+    store.put("PICK", b"old").unwrap();
+    fs::rename(&here, &away).unwrap();
+    for replaced in [false, true] {
+        if replaced {
+            fs::create_dir(&here).unwrap();
+        }
+        for refused in [
+            store.put("PICK", b"new"),
+            store.put("NEW", b"x"),
+            store.remove("PICK"),
+        ] {
+            let error = refused.unwrap_err().to_string();
+            assert!(error.contains("removed or replaced while ts3100 ran"), "{error}");
+        }
+    }
+    assert_eq!(fs::read_dir(&here).unwrap().count(), 0);
+    fs::remove_dir(&here).unwrap();
+    fs::rename(&away, &here).unwrap();
+    assert_eq!(fs::read(here.join("PICK")).unwrap(), b"old");
+    store.put("PICK", b"new").unwrap();
+    assert_eq!(fs::read(here.join("PICK")).unwrap(), b"new");
 }

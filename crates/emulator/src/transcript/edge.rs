@@ -45,6 +45,13 @@ pub enum Edge {
         /// The port.
         port: Port,
     },
+    /// The change of a file that was asked for was not kept, and is refused.
+    Unkept {
+        /// The file.
+        name: String,
+        /// Why.
+        reason: String,
+    },
     /// The emulator ends a connection because somebody has asked it to.
     Dropped {
         /// The port.
@@ -85,6 +92,7 @@ impl Edge {
             | Edge::Garbled { .. }
             | Edge::Second { .. }
             | Edge::Unread { .. }
+            | Edge::Unkept { .. }
             | Edge::Dropped { .. } => None,
         }
     }
@@ -108,6 +116,8 @@ impl Edge {
                 kept: *kept,
             },
             Edge::Unread { port } => Input::Unread { port: *port },
+            // The answer to a question that the controller has to put first.
+            Edge::Unkept { .. } => return None,
             Edge::Dropped { .. } | Edge::Restored { .. } | Edge::Reset { .. } => return None,
         })
     }
@@ -125,6 +135,7 @@ pub fn write(edge: &Edge) -> String {
             format!("second-peer {port} {what} {peer}").trim_end().to_owned()
         }
         Edge::Unread { port } => format!("unread {port}"),
+        Edge::Unkept { name, reason } => format!("unkept {name} {}", notation::write(reason.as_bytes())),
         Edge::Dropped { port } => format!("drop {port}"),
         Edge::Restored { at, snapshot } => format!("restore {}us {snapshot}", at.as_micros()),
         Edge::Reset { calendar: None } => "reset".to_owned(),
@@ -190,6 +201,11 @@ pub fn read(words: &str) -> Result<Option<Edge>, String> {
             }
         }
         "unread" => Edge::Unread { port: port_of(rest)? },
+        "unkept" if !first.is_empty() => Edge::Unkept {
+            name: first.to_owned(),
+            reason: String::from_utf8_lossy(&notation::bytes(behind)?).into_owned(),
+        },
+        "unkept" => return Err(format!("the name of a file expected, {rest:?} found")),
         "drop" => Edge::Dropped { port: port_of(rest)? },
         "restore" => {
             let micros = first.strip_suffix("us").and_then(|micros| micros.parse().ok());
@@ -285,6 +301,10 @@ mod tests {
                 kept: false,
             },
             Edge::Unread { port: Port::Ip1 },
+            Edge::Unkept {
+                name: "PICK".to_owned(),
+                reason: "cannot write d\u{e9}p\u{f4}t: full\nby <far>".to_owned(),
+            },
             Edge::Dropped { port: Port::Ip0 },
             Edge::Restored {
                 at: Time::from_micros(7),
@@ -323,6 +343,8 @@ mod tests {
             "garbled HOST <0",
             "second-peer IP0 comes",
             "unread",
+            "unkept",
+            "unkept PICK <far>",
             "drop IP0 now",
             "restore",
             "restore 5ms {}",

@@ -3,9 +3,9 @@
 //! transcript, never what is recorded.
 
 use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
-use std::fs::{self, File, OpenOptions};
+use crate::files;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 use tracing::error;
 
@@ -45,7 +45,7 @@ impl Output {
             Format::Json => Writer::Json,
             Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
         };
-        let file = Box::new(create(&target.path)?);
+        let file = Box::new(files::create(&target.path)?);
         Output::over(target.path.clone(), file, writer, header)
     }
 
@@ -92,30 +92,6 @@ impl Output {
         self.written += length;
         done
     }
-}
-
-/// A regular file, new or emptied. A pipe that nobody reads would hold up whoever opens or fills it, and a device is
-/// nobody's to empty.
-fn create(path: &Path) -> io::Result<File> {
-    let refused =
-        || io::Error::other("expected a regular file or none, found a pipe, a device or a directory");
-    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        return Err(refused());
-    }
-    let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(false);
-    // It may have been replaced just now: opening a pipe does not wait either.
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::custom_flags(
-        &mut options,
-        rustix::fs::OFlags::NONBLOCK.bits().cast_signed(),
-    );
-    let file = options.open(path)?;
-    if !file.metadata()?.is_file() {
-        return Err(refused());
-    }
-    file.set_len(0)?;
-    Ok(file)
 }
 
 /// The files of the transcripts of one run.

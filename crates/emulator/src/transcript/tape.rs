@@ -25,7 +25,8 @@ impl Observer {
     /// An input of the controller; `by` is who has caused it.
     pub fn input(&mut self, input: &Input, by: Party) -> Option<What> {
         match input {
-            Input::Tick => None,
+            // What was not kept is told by whoever was to keep it.
+            Input::Tick | Input::Kept(_) => None,
             Input::Line { port, host } => Some(What::Edge(Edge::Settings {
                 port: *port,
                 host: *host,

@@ -4,6 +4,7 @@
 use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, Stdio};
 use std::time::Duration;
 
@@ -30,20 +31,19 @@ fn a_transcript_into_a_pipe_without_a_reader_is_refused_and_holds_nothing_up() {
     let pipe = directory.path().join("pipe");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
     assert!(made.success());
-    for path in [
-        pipe.to_str().unwrap(),
-        "/dev/null",
-        directory.path().to_str().unwrap(),
+    for (path, found) in [
+        (pipe.as_path(), "nobody reads this pipe; start its reader first"),
+        (Path::new("/dev/null"), "expected a regular file, found a device"),
+        (directory.path(), "expected a regular file, found a directory"),
     ] {
+        let path = path.to_str().unwrap();
         for words in [
             &["exec", "--transcript", path, "--", "true"][..],
             &["tap", "127.0.0.1", "--ports", "auto", "--transcript", path],
         ] {
             let output = run(words);
             assert!(!output.status.success(), "{words:?}");
-            let expected = format!(
-                "cannot write the transcript {path}: expected a regular file or none, found a pipe, a device or a directory"
-            );
+            let expected = format!("cannot write the transcript {path}: {found}");
             assert!(stderr(&output).contains(&expected), "{}", stderr(&output));
         }
     }
@@ -173,6 +173,59 @@ fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
     );
     assert_eq!(report["differences"][0]["parts"][0]["key"], "su.ovrd");
     assert_eq!(report["differences"][0]["file_line"].as_u64(), Some(line as u64));
+}
+
+#[cfg(unix)]
+#[test]
+fn files_that_were_not_kept_are_not_kept_when_played() {
+    let directory = TempDir::new();
+    let pick = directory.file("pick.scol", PICK);
+    let names = ["a.txt", "a.jsonl"].map(|name| directory.file(name, ""));
+    let (drive, away) = (directory.path().join("drive"), directory.path().join("away"));
+    let words = [
+        "--drive",
+        drive.to_str().unwrap(),
+        "--load",
+        &pick,
+        "--transcript",
+        &names[0],
+        "--transcript",
+        &names[1],
+    ];
+    let serve = Serve::start(&words);
+    let mut host = serve.dial(0);
+    let mut steps = |answer: &[u8]| {
+        exchange(&mut host, b"\x02DL,A\r\x03", b"\x02OK\r\x03");
+        exchange(&mut host, b"\x02FL,END\n\x1a\x03", answer);
+        exchange(
+            &mut host,
+            b"\x02ER,PICK\r\x03\x02ER,PICK\r\x03",
+            &[answer, b"\x02NG\r\x03"].concat(),
+        );
+    };
+    std::fs::rename(&drive, &away).unwrap();
+    steps(b"\x02NG\r\x03");
+    std::fs::rename(&away, &drive).unwrap();
+    steps(b"\x02OK\r\x03");
+    serve.signal("KILL");
+    for name in &names {
+        let text = std::fs::read_to_string(name).unwrap();
+        assert_eq!(text.matches("unkept PICK the directory ").count(), 2, "{text}");
+        let output = run(&["diff", name]);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{}{}",
+            stdout(&output),
+            stderr(&output)
+        );
+        // Without these records everything is kept.
+        let mut lines: Vec<&str> = text.lines().filter(|line| !line.contains("unkept")).collect();
+        lines.push("");
+        let ending = name.rsplit('.').next().unwrap();
+        let other = directory.file(&format!("b.{ending}"), lines.join("\n"));
+        assert_eq!(run(&["diff", &other]).status.code(), Some(1));
+    }
 }
 
 #[test]

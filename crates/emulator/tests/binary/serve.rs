@@ -301,26 +301,57 @@ fn two_daemons_on_one_directory_are_refused() {
 
 #[test]
 fn a_directory_that_cannot_be_written_is_one_error_and_the_robot_goes_on() {
+    for (when_full, code) in [("refuse", 1), ("memory", 0)] {
+        let directory = TempDir::new();
+        let drive = directory.path().join("drive");
+        let file = directory.file("pick.scol", PICK);
+        let set = format!("drive.when_full={when_full}");
+        let drive_word = drive.to_str().unwrap();
+        let serve = Serve::start(&["--drive", drive_word, "--log-format", "json", "--set", &set]);
+        // In the way of the temporary file: the write fails for every user, root included.
+        std::fs::create_dir(drive.join(".PICK.unfinished")).unwrap();
+        for _ in 0..2 {
+            assert_eq!(serve.host(&["dl", &file]).status.code(), Some(code));
+        }
+        let held = serve.host(&["ul", "PICK"]).stdout;
+        assert_eq!(held == PICK.as_bytes(), when_full == "memory");
+        assert_eq!(serve.host(&["so"]).status.code(), Some(0));
+        let log = stderr(&serve.signal("TERM"));
+        let lines = log.lines();
+        let events: Vec<serde_json::Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
+        let failed: Vec<_> = events
+            .iter()
+            .filter(|event| event["event"] == "store-failed")
+            .collect();
+        assert_eq!(failed.len(), 1, "{log}");
+        assert_eq!(
+            (failed[0]["level"].as_str(), failed[0]["file"].as_str()),
+            (Some("ERROR"), Some("PICK"))
+        );
+    }
+}
+
+#[test]
+fn a_directory_that_does_not_take_the_files_of_the_start_is_no_start() {
     let directory = TempDir::new();
     let drive = directory.path().join("drive");
+    std::fs::create_dir_all(drive.join("PICK")).unwrap();
     let file = directory.file("pick.scol", PICK);
-    let serve = Serve::start(&["--drive", drive.to_str().unwrap(), "--log-format", "json"]);
-    // In the way of the temporary file: the write fails for every user, root included.
-    std::fs::create_dir(drive.join(".PICK.unfinished")).unwrap();
-    assert_eq!(serve.host(&["dl", &file]).status.code(), Some(0));
-    assert_eq!(serve.host(&["ul", "PICK"]).stdout, PICK.as_bytes());
-    assert_eq!(serve.host(&["so"]).status.code(), Some(0));
-    let log = stderr(&serve.signal("TERM"));
-    let lines = log.lines();
-    let events: Vec<serde_json::Value> = lines.map(|line| serde_json::from_str(line).unwrap()).collect();
-    let failed: Vec<_> = events
-        .iter()
-        .filter(|event| event["event"] == "store-failed")
-        .collect();
-    assert_eq!(failed.len(), 1, "{log}");
-    assert_eq!(
-        (failed[0]["level"].as_str(), failed[0]["file"].as_str()),
-        (Some("ERROR"), Some("PICK"))
+    let words = [
+        "serve",
+        "--ports",
+        "auto",
+        "--drive",
+        drive.to_str().unwrap(),
+        "--load",
+        &file,
+    ];
+    let output = run(&words);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(
+        stderr(&output).contains("cannot put in place"),
+        "{}",
+        stderr(&output)
     );
 }
 

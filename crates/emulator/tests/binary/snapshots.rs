@@ -67,3 +67,41 @@ fn what_cannot_be_restored_is_no_start() {
         assert!(stderr(&output).contains(expected), "{}", stderr(&output));
     }
 }
+
+/// What a run writes, each to be told before it that it cannot.
+#[cfg(unix)]
+#[test]
+fn what_is_no_regular_file_is_no_target() {
+    let directory = TempDir::new();
+    let theirs = directory.file("theirs", "theirs");
+    let here = directory.path().join("here");
+    std::fs::create_dir(&here).unwrap();
+    let link = here.join("link");
+    std::os::unix::fs::symlink(&theirs, &link).unwrap();
+    let targets = [
+        (here.as_path(), "found a directory"),
+        (link.as_path(), "a symbolic link out of its directory"),
+        (std::path::Path::new("/dev/null"), "found a device"),
+    ];
+    for (target, expected) in targets {
+        let path = target.to_str().unwrap();
+        for option in [
+            "--snapshot-on-exit",
+            "--junit",
+            "--findings",
+            "--coverage",
+            "--lcov",
+            "--report",
+        ] {
+            let output = run(&["serve", "--ports", "auto", option, path]);
+            let words = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{option} {path}: {words}");
+            assert!(
+                words.contains(path) && words.contains(expected),
+                "{option}: {words}"
+            );
+        }
+    }
+    assert_eq!(std::fs::read(&theirs).unwrap(), b"theirs");
+    assert_eq!(std::fs::read_dir(&here).unwrap().count(), 1);
+}

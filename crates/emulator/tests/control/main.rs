@@ -7,6 +7,8 @@
 )]
 
 mod clock;
+#[cfg(unix)]
+mod drive;
 mod guard;
 mod resources;
 mod support;

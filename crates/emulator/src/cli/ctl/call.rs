@@ -6,10 +6,11 @@ use super::args::{
 };
 use crate::client::encoded;
 use crate::faults::fault_json;
+use crate::files;
 use crate::transcript::{Format, TranscriptFile};
 use clap::ValueEnum;
 use serde_json::{Value, json};
-use std::io::{self, Read as _};
+use std::io;
 use std::path::Path;
 use ts3100_controller::faults::Fault;
 
@@ -303,18 +304,12 @@ fn file(action: Option<&File>) -> Result<Call, String> {
 
 /// The bytes of a file, or of standard input.
 fn read(path: &Path, most: u64) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
     let read = if path == Path::new("-") {
-        io::stdin().lock().take(most + 1).read_to_end(&mut bytes)
+        files::read_all(io::stdin().lock(), most)
     } else {
-        std::fs::File::open(path).and_then(|file| file.take(most + 1).read_to_end(&mut bytes))
+        files::read(path, most)
     };
-    let length = read.map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-    if length as u64 > most {
-        let path = path.display();
-        return Err(format!("{path}: at most {most} bytes expected, more found"));
-    }
-    Ok(bytes)
+    read.map_err(|error| format!("cannot read {}: {error}", path.display()))
 }
 
 /// The content of a file, as text where it is one.

@@ -9,6 +9,7 @@ pub use args::CtlArgs;
 
 use crate::client::{Answer, Client, ClientError, LIMIT};
 use crate::control::{MAX_WALL, URL_VARIABLE};
+use crate::files;
 use crate::visible::{shown, visible_lines};
 use args::{Command, Shown};
 use call::Call;
@@ -110,9 +111,9 @@ fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCod
         return Ok(refused_with(&mut answer, json));
     }
     answer.body.unbounded();
-    let written = std::fs::File::create(path).and_then(|mut file| io::copy(&mut answer.body, &mut file));
+    let written = files::replace_by(path, |file| io::copy(&mut answer.body, file).map(drop));
     Ok(match written {
-        Ok(_) => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("ts3100 ctl: cannot write {}: {error}", path.display());
             ExitCode::from(USAGE)

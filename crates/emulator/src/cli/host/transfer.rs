@@ -2,16 +2,18 @@
 
 use super::Answer;
 use super::session::{HostError, Session};
+use crate::files;
 use crate::loading::{LoadError, drive_content};
 use std::io::{self, Write};
 use std::path::Path;
+use ts3100_controller::limits::MAX_FILE;
 use ts3100_proto::command::Command;
 use ts3100_proto::file::FlSender;
 use ts3100_proto::parameter::LineEnd;
 
 /// Sends a file of the PC, with the line ends of the drive, text by text.
 pub(super) fn download(session: &mut Session, command: &Command, file: &Path) -> Result<Answer, HostError> {
-    let text = std::fs::read(file).map_err(|reason| {
+    let text = files::read(file, 2 * MAX_FILE as u64).map_err(|reason| {
         HostError::Load(LoadError::Read {
             path: file.to_path_buf(),
             reason,
@@ -46,7 +48,7 @@ pub(super) fn upload(
         return Ok(Answer::Negative);
     };
     match output {
-        Some(path) => std::fs::write(path, &content).map_err(HostError::Output)?,
+        Some(path) => files::replace(path, &content).map_err(HostError::Output)?,
         None => io::stdout()
             .lock()
             .write_all(&content)

@@ -7,6 +7,7 @@ use super::check::CheckedFile;
 use crate::clock::TimeMode;
 use crate::config::{ServeArgs, Settings};
 use crate::evidence::lcov;
+use crate::files;
 use crate::headless::{self, Ending, Job};
 use crate::loading::{drive_content, drive_name};
 use crate::visible::shown;
@@ -14,7 +15,6 @@ use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use scol_mini::Severity;
 use std::collections::{BTreeMap, VecDeque};
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -158,15 +158,9 @@ fn records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8
 }
 
 fn content(path: &str) -> anyhow::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let source: Box<dyn Read> = if path == "-" {
-        Box::new(std::io::stdin())
+    Ok(if path == "-" {
+        files::read_all(std::io::stdin().lock(), MAX_RECORDS)?
     } else {
-        Box::new(std::fs::File::open(Path::new(path))?)
-    };
-    source.take(MAX_RECORDS + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_RECORDS {
-        bail!("larger than {MAX_RECORDS} bytes");
-    }
-    Ok(bytes)
+        files::read(Path::new(path), MAX_RECORDS)?
+    })
 }

@@ -40,7 +40,11 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         din_unknown,
         equal_within,
     } = options;
-    let LinkOptions { second, redial } = links;
+    let LinkOptions {
+        second,
+        redial,
+        when_full,
+    } = links;
     vec![
         ("channel.no_peer", format!("{no_peer:?}")),
         ("channel.redial", format!("{redial:?}")),
@@ -48,6 +52,7 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
         ("do.min_run", format!("{do_min_run:?}")),
         ("drive.capacity", format!("{drive_capacity:?}")),
         ("drive.open_mode", format!("{open_mode:?}")),
+        ("drive.when_full", format!("{when_full:?}")),
         ("extensions", format!("{extensions:?}")),
         ("input.malformed", format!("{malformed:?}")),
         ("parameter.line_end", format!("{line_end:?}")),
@@ -76,13 +81,14 @@ fn readings(options: &Options, links: &LinkOptions) -> Vec<(&'static str, String
 }
 
 /// A value of each option that is not the field dialect's.
-const OTHERS: [(&str, &str); 30] = [
+const OTHERS: [(&str, &str); 31] = [
     ("channel.no_peer", "silent"),
     ("channel.redial", "0.5s"),
     ("channel.second", "replace"),
     ("do.min_run", "300ms"),
     ("drive.capacity", "200000"),
     ("drive.open_mode", "1 0 2 0"),
+    ("drive.when_full", "memory"),
     ("extensions", "false"),
     ("input.malformed", "leading-number"),
     ("parameter.line_end", "cr"),

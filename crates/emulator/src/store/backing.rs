@@ -1,0 +1,177 @@
+//! The backing directory beside the RAM drive it backs: a change is kept before it happens, or refused; what the
+//! directory lacks is remembered and made up for as soon as it takes files again. How a file is written is
+//! [`Store`]'s, when it is asked for the controller's.
+
+use super::{Store, StoreError};
+use std::collections::{BTreeMap, BTreeSet};
+use tracing::{error, info};
+use ts3100_controller::{Controller, Time};
+
+/// What happens to a change that the directory does not take (`drive.when_full`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum WhenFull {
+    /// It is refused; the RAM drive stays as it was.
+    #[default]
+    Refuse,
+    /// It happens in memory and is gone after a restart.
+    Memory,
+}
+
+/// How it is with the directory.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Condition {
+    /// Changes that it did not take since the start.
+    pub failures: u64,
+    /// Why it did not take the last one; none if it did.
+    pub error: Option<String>,
+    /// Files of the RAM drive, or erased there, that it does not have as they are: they are lost at a restart.
+    pub unkept: BTreeSet<String>,
+}
+
+/// A directory, and what became of the changes.
+#[derive(Debug)]
+pub struct Backing {
+    store: Store,
+    when_full: WhenFull,
+    condition: Condition,
+    /// What the log has said about it.
+    told: Option<String>,
+}
+
+impl Backing {
+    /// Nothing has gone wrong yet.
+    #[must_use]
+    pub fn new(store: Store, when_full: WhenFull) -> Backing {
+        Backing {
+            store,
+            when_full,
+            condition: Condition::default(),
+            told: None,
+        }
+    }
+
+    /// How it is.
+    #[must_use]
+    pub fn condition(&self) -> &Condition {
+        &self.condition
+    }
+
+    /// Keeps a change of a file that the controller is about to make; none: it is erased.
+    ///
+    /// # Errors
+    /// Why it is not kept, and therefore must not be made.
+    pub fn keep(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), String> {
+        let Err(reason) = self.write(name, content) else {
+            self.kept(name);
+            return Ok(());
+        };
+        self.failed(now, name, &reason);
+        match self.when_full {
+            WhenFull::Refuse => Err(reason.to_string()),
+            WhenFull::Memory => {
+                self.condition.unkept.insert(name.to_owned());
+                Ok(())
+            }
+        }
+    }
+
+    /// Makes up for what the directory lacks of the files of `controller`, now that it takes files again.
+    pub fn catch_up(&mut self, controller: &Controller) {
+        while self.condition.error.is_none()
+            && let Some(name) = self.condition.unkept.pop_first()
+        {
+            if let Err(reason) = self.write(&name, controller.drive().get(&name)) {
+                self.failed(controller.now(), &name, &reason);
+                self.condition.unkept.insert(name);
+            }
+        }
+    }
+
+    /// The directory gets the files of `next`, where it has those of `before`. What it does not take is remembered.
+    ///
+    /// # Errors
+    /// Why it did not take the first of them.
+    pub fn follow<'a>(
+        &mut self,
+        before: impl Iterator<Item = (&'a str, &'a [u8])>,
+        next: &Controller,
+    ) -> Result<(), StoreError> {
+        let mut before: BTreeMap<&str, &[u8]> = before.collect();
+        for name in &self.condition.unkept {
+            before.remove(name.as_str());
+        }
+        let lacking = std::mem::take(&mut self.condition.unkept);
+        let gone = before.keys().copied().chain(lacking.iter().map(String::as_str));
+        let gone: BTreeSet<&str> = gone.filter(|name| !next.drive().contains(name)).collect();
+        let changed = next
+            .files()
+            .filter(|(name, content)| before.get(name) != Some(content));
+        let changed = changed.map(|(name, content)| (name, Some(content)));
+        let mut result = Ok(());
+        // The old files go last: what is not kept yet leaves them there.
+        for (name, content) in changed.chain(gone.into_iter().map(|name| (name, None))) {
+            if result.is_ok() {
+                result = self.write(name, content);
+            }
+            match &result {
+                Ok(()) => self.kept(name),
+                Err(reason) => {
+                    self.failed(next.now(), name, reason);
+                    self.condition.unkept.insert(name.to_owned());
+                }
+            }
+        }
+        result
+    }
+
+    /// Keeps the error history for the next start.
+    pub fn keep_history(&mut self, controller: &Controller) {
+        if let Err(reason) = self.store.keep_history(controller.alarms().history()) {
+            self.failed(controller.now(), "the error history", &reason);
+        }
+    }
+
+    fn write(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), StoreError> {
+        match content {
+            Some(content) => self.store.put(name, content),
+            None => self.store.remove(name),
+        }
+    }
+
+    fn kept(&mut self, name: &str) {
+        self.condition.unkept.remove(name);
+        self.told = None;
+        if let Some(reason) = self.condition.error.take() {
+            info!(
+                event = "store-recovered",
+                reason, "the directory of the RAM drive takes files again"
+            );
+        }
+    }
+
+    fn failed(&mut self, now: Time, file: &str, error: &StoreError) {
+        let reason = error.to_string();
+        self.condition.failures = self.condition.failures.saturating_add(1);
+        // A host that tries again and again, with one file or another, is one line of the log.
+        let cause = error.cause();
+        if self.told.as_ref() != Some(&cause) {
+            let (t, what) = (now.to_string(), self.consequence());
+            error!(
+                event = "store-failed",
+                t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
+            );
+            self.told = Some(cause);
+        }
+        self.condition.error = Some(reason);
+    }
+
+    fn consequence(&self) -> &'static str {
+        match self.when_full {
+            WhenFull::Refuse => "changes are refused",
+            WhenFull::Memory => "changes are in memory alone",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,440 @@
+#!/usr/bin/env python3
+"""What must not be lost or overwritten: files on a disk that is full, read-only, removed or replaced, files at a kill
+-9, and what stands where a report or a snapshot is to be written.
+
+    python3 tests/disk.py --serve target/release/ts3100 [--rounds 50]
+
+The disk is a tmpfs of 1 MB in a mount namespace of its own: that needs root, or user namespaces."""
+
+import argparse
+import http.client
+import json
+import os
+import random
+import resource
+import shutil
+import stat
+import subprocess
+import sys
+import tempfile
+import threading
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from wire import EOF, ETX, Emulator, Failed, Host, equal, ok, true  # noqa: E402
+
+# Set in the process that has a mount namespace of its own.
+INSIDE = "TS3100_TEST_DISK_INSIDE"
+NAMESPACES = (("unshare", "-m"), ("unshare", "-Urm"))
+DISK = "1m"
+# The longest a start that is refused may take, and the address space of one: a device is never read to its end.
+REFUSAL, MEMORY = 10.0, 2 << 30
+VARIABLES = b"GLOBAL\nN = 1\nEND\nPROGRAM V\nEND\n"
+
+
+def program(name, size):
+    """A program of about so many bytes."""
+    lines = b"".join(b"REMARK %06d\n" % number for number in range(size // 14))
+    return b"PROGRAM %s\n%sEND\n" % (name, lines)
+
+
+class Disk:
+    """A small file system, and a directory on it for the drive."""
+
+    def __init__(self):
+        self.path = tempfile.mkdtemp(prefix="ts3100-disk-")
+        run = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=" + DISK, "tmpfs", self.path],
+                             capture_output=True, text=True, check=False)
+        if run.returncode != 0:
+            os.rmdir(self.path)
+            raise Failed("a tmpfs is mounted\n     found    %s" % run.stderr.strip())
+        self.drive = os.path.join(self.path, "drive")
+        self.filler = os.path.join(self.path, "filler")
+
+    def fill(self):
+        """Not a byte is left."""
+        with open(self.filler, "wb", buffering=0) as file:
+            block = b"x" * 4096
+            try:
+                while True:
+                    file.write(block)
+            except OSError:
+                pass
+
+    def free(self):
+        """There is room again."""
+        os.remove(self.filler)
+
+    def writable(self, on):
+        """The drive is mounted over itself read-only: the lock that is held open forbids to remount it."""
+        steps = [["umount", self.drive]] if on else [["mount", "--bind", self.drive, self.drive],
+                                                     ["mount", "-o", "remount,bind,ro", self.drive]]
+        for step in steps:
+            subprocess.run(step, check=True)
+
+    def content(self, name):
+        """The file as the disk has it; None if it is not there."""
+        return read(os.path.join(self.drive, name))
+
+    def names(self):
+        """What the directory holds, hidden or not, but the files of the store itself."""
+        return sorted(name for name in os.listdir(self.drive) if not name.startswith(".ts3100."))
+
+    def end(self):
+        subprocess.run(["umount", "-l", self.path], check=False)
+        os.rmdir(self.path)
+
+
+def read(path):
+    try:
+        with open(path, "rb") as file:
+            return file.read()
+    except FileNotFoundError:
+        return None
+
+
+class Fast(Host):
+    """A host that does not wait the advised 50 ms."""
+
+    def text(self, data):
+        self.raw(self.stx + data + ETX)
+
+    def load(self, name, content):
+        """DL: the answer to its last text."""
+        self.command(b"DL," + name)
+        whole = b"FL," + content + EOF
+        answer = b""
+        for at in range(0, len(whole), 253):
+            self.text(whole[at:at + 253])
+            answer = self.reply()
+            if answer != b"OK\r":
+                break
+        return answer.rstrip(b"\r")
+
+    def answer(self, command):
+        return self.ask(command).rstrip(b"\r")
+
+
+class Robot(Emulator):
+    """One with a control interface and a drive."""
+
+    def __init__(self, binary, drive, *flags):
+        super().__init__(binary, "--drive", drive, "--control", "127.0.0.1:0", *flags)
+        self.host = Fast(self.address("ip0"), True)
+
+    def http(self, method, path, body=None):
+        connection = http.client.HTTPConnection(self.ready["control"].split("//")[1], timeout=10)
+        try:
+            text = None if body is None else json.dumps(body)
+            headers = {} if body is None else {"Content-Type": "application/json"}
+            connection.request(method, path, text, headers)
+            answer = connection.getresponse()
+            content = answer.read()
+            if answer.getheader("Content-Type", "").startswith("application/json"):
+                content = json.loads(content)
+            return answer.status, content
+        finally:
+            connection.close()
+
+    def drive(self):
+        return self.http("GET", "/health")[1]["drive"]
+
+    def metric(self, name):
+        lines = self.http("GET", "/metrics")[1].decode().splitlines()
+        return float(next(line.split()[1] for line in lines if line.startswith(name + " ")))
+
+
+def refused(robot, disk, what, calls):
+    """Each of these is refused, and neither the RAM drive nor the disk has changed."""
+    before = {name: disk.content(name) for name in disk.names()}
+    failures = robot.drive()["failures"]
+    for number, (call, expected, found) in enumerate(((call, want, call()) for call, want in calls), 1):
+        del call
+        equal("%s: change %d is refused" % (what, number), expected, found)
+    drive = robot.drive()
+    true("%s: /health says so" % what, drive["status"] == "failing" and drive["unkept"] == []
+         and drive["failures"] == failures + len(calls) and drive["error"], repr(drive))
+    true("%s: /metrics says so" % what, robot.metric("ts3100_drive_failing") == 1
+         and robot.metric("ts3100_drive_failures") == drive["failures"])
+    for name, content in before.items():
+        if robot.host.file(b"UL," + name.encode()) != content or disk.content(name) != content:
+            raise Failed("%s: %s is as before, on both" % (what, name))
+    equal("%s: no other file, whole or half" % what, sorted(before), disk.names())
+
+
+def lasts(robot, disk, binary, what):
+    """What the robot has is what a killed one finds again."""
+    files = [entry["name"] for entry in robot.http("GET", "/files")[1]["files"]]
+    robot.kill()
+    equal("%s: the disk has the files of the drive" % what, files, disk.names())
+    robot = Robot(binary, disk.drive)
+    try:
+        found = [entry["name"] for entry in robot.http("GET", "/files")[1]["files"]]
+        equal("%s: and so has the next emulator" % what, files, found)
+    finally:
+        robot.kill()
+
+
+def refuse(binary):
+    """OK, 200 and 204 mean that it is on the disk."""
+    disk = Disk()
+    robot = Robot(binary, disk.drive)
+    try:
+        old, new = program(b"A", 20_000), program(b"A", 30_000)
+        host = robot.host
+        equal("DL on an empty disk", b"OK", host.load(b"A", old))
+        host.load(b"V", VARIABLES)
+        host.command(b"SL,V")
+        equal("the disk has it", old, disk.content("A"))
+        disk.fill()
+        refused(robot, disk, "full", [
+            (lambda: host.load(b"A", new), b"NG"),
+            (lambda: host.load(b"B", new), b"NG"),
+            (lambda: robot.http("PUT", "/files/A", {"text": new.decode()})[0], 507),
+            (lambda: robot.http("PUT", "/files/C", {"text": new.decode()})[0], 507),
+        ])
+        disk.writable(False)
+        refused(robot, disk, "read-only", [
+            (lambda: host.answer(b"ER,A"), b"NG"),
+            (lambda: host.load(b"A", new), b"NG"),
+            (lambda: host.answer(b"MW,1 N 0 2"), b"NG"),
+            (lambda: robot.http("DELETE", "/files/A")[0], 507),
+            (lambda: robot.http("PUT", "/variables/N", {"value": [2], "restore": True})[0], 507),
+        ])
+        disk.writable(True)
+        disk.free()
+        equal("with room again: DL", b"OK", host.load(b"A", new))
+        equal("with room again: PUT", 200, robot.http("PUT", "/files/B", {"text": "END\n"})[0])
+        equal("with room again: MW", b"OK", host.answer(b"MW,1 N 0 2"))
+        equal("with room again: ER", b"OK", host.answer(b"ER,B"))
+        equal("with room again: DELETE of a file that is not there", 404, robot.http("DELETE", "/files/B")[0])
+        equal("with room again: /health", "ok", robot.drive()["status"])
+        equal("the disk has it all", (new, None), (disk.content("A"), disk.content("B")))
+        log = robot.log()
+        true("the log says it", "does not keep A" in log and "No space left on device" in log, log[-500:])
+        equal("a line for each cause, not for each change", 2, log.count("does not keep"))
+        lasts(robot, disk, binary, "refuse")
+    finally:
+        robot.kill()
+        disk.end()
+
+
+def memory(binary):
+    """With drive.when_full=memory every change happens, and what the disk lacks is told and made up for."""
+    disk = Disk()
+    robot = Robot(binary, disk.drive, "--set", "drive.when_full=memory")
+    try:
+        host = robot.host
+        content = program(b"A", 20_000)
+        host.load(b"GONE", content)
+        disk.fill()
+        equal("memory: DL on a full disk", b"OK", host.load(b"A", content))
+        disk.writable(False)
+        equal("memory: ER on a read-only disk", b"OK", host.answer(b"ER,GONE"))
+        equal("memory: PUT", 200, robot.http("PUT", "/files/B", {"text": "END\n"})[0])
+        drive = robot.drive()
+        equal("memory: /health names what a restart would lose", ["A", "B", "GONE"], drive["unkept"])
+        true("memory: it is failing", drive["status"] == "failing" and robot.metric("ts3100_drive_unkept_files") == 3)
+        equal("memory: the robot has it", content, host.file(b"UL,A"))
+        disk.writable(True)
+        disk.free()
+        equal("memory: the next change", b"OK", host.load(b"C", content))
+        equal("memory: and nothing is lacking any more", ("ok", []), (robot.drive()["status"], robot.drive()["unkept"]))
+        lasts(robot, disk, binary, "memory")
+    finally:
+        robot.kill()
+        disk.end()
+
+
+def replaced(binary):
+    """A directory that is moved away, replaced, or holds planted links."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    drive, away, theirs = (os.path.join(folder, name) for name in ("drive", "away", "theirs"))
+    with open(theirs, "wb") as file:
+        file.write(b"theirs")
+    robot = Robot(binary, drive)
+    try:
+        host = robot.host
+        for name in (".A.unfinished", "B", "..ts3100.history.unfinished"):
+            os.symlink(theirs, os.path.join(drive, name))
+        equal("planted links: DL of A", b"OK", host.load(b"A", b"END\n"))
+        equal("planted links: DL of B", b"OK", host.load(b"B", b"END\n"))
+        robot.http("POST", "/alarms", {"number": "2-046"})
+        equal("planted links: nothing was written through them", b"theirs", read(theirs))
+        os.rename(drive, away)
+        for made in (False, True):
+            if made:
+                os.mkdir(drive)
+            what = "replaced" if made else "removed"
+            equal("%s: DL" % what, b"NG", host.load(b"A", b"NEW\n"))
+            equal("%s: ER" % what, b"NG", host.answer(b"ER,A"))
+            status, answer = robot.http("PUT", "/files/A", {"text": "NEW\n"})
+            true("%s: PUT says why" % what, status == 507 and "removed or replaced" in answer["error"], repr(answer))
+        equal("replaced: nothing was written there", [], os.listdir(drive))
+        os.rmdir(drive)
+        os.rename(away, drive)
+        equal("put back: ER", b"OK", host.answer(b"ER,A"))
+        robot.stop()
+    finally:
+        robot.kill()
+        shutil.rmtree(folder)
+
+
+def kills(binary, rounds):
+    """kill -9 while files are downloaded: whole or old, and never older than what was answered OK."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    drive = os.path.join(folder, "drive")
+    dice = random.Random(1)
+    version, inside, kept_all = 0, 0, 0
+    try:
+        for number in range(1, rounds + 1):
+            robot = Robot(binary, drive)
+            kept = begun = version
+            killer = threading.Timer(dice.uniform(0.005, 0.1), robot.process.kill)
+            killer.start()
+            try:
+                while True:
+                    begun += 1
+                    if robot.host.load(b"P", marked(begun)) != b"OK":
+                        raise Failed("round %d: version %d is answered OK" % (number, begun))
+                    kept = begun
+            except OSError:
+                pass
+            except Failed as error:
+                # The connection of a killed robot is closed.
+                if "closed after" not in str(error):
+                    raise
+            killer.join()
+            robot.kill()
+            found = read(os.path.join(drive, "P"))
+            allowed = {marked(which): which for which in (kept, begun) if which}
+            if found not in allowed and not (found is None and kept == 0):
+                raise Failed("round %d: P is version %d or %d, whole\n     found    %r" % (number, kept, begun, found))
+            inside += begun > kept
+            kept_all += kept - version
+            version = allowed.get(found, 0)
+        robot = Robot(binary, drive)
+        robot.stop()
+        left = [name for name in os.listdir(drive) if name.endswith(".unfinished")]
+        equal("nothing half is left", [], left)
+        true("%d kills, %d in the middle of a download, after %d answered OK" % (rounds, inside, kept_all),
+             inside > rounds // 2 and kept_all > rounds, (inside, kept_all))
+    finally:
+        shutil.rmtree(folder)
+
+
+def marked(version):
+    """A program that is another one throughout for each version."""
+    return b"PROGRAM P\n%sEND\n" % (b"REMARK version %d\n" % version * 120)
+
+
+def limited():
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+
+
+def told(binary, words, *parts):
+    """The command is refused at once, in words with these parts."""
+    try:
+        run = subprocess.run([binary, *words], stdin=subprocess.DEVNULL, capture_output=True, text=True,
+                             timeout=REFUSAL, preexec_fn=limited, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise Failed("%s is refused within %.0f s" % (" ".join(words), REFUSAL)) from error
+    if run.returncode not in (1, 2) or not all(part in run.stderr for part in parts):
+        raise Failed("%s is refused with %s\n     found    %d %s" % (" ".join(words), parts, run.returncode, run.stderr))
+
+
+def device(folder):
+    """A device of our own that takes everything, if we may make one; otherwise the system's."""
+    path = os.path.join(folder, "device")
+    try:
+        os.mknod(path, 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+    except PermissionError:
+        return "/dev/null"
+    return path
+
+
+def targets(binary):
+    """Where a report or a snapshot is to be written."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    try:
+        theirs, here = os.path.join(folder, "theirs"), os.path.join(folder, "here")
+        os.mkdir(here)
+        with open(theirs, "wb") as file:
+            file.write(b"theirs")
+        node, pipe, link = device(folder), os.path.join(here, "pipe"), os.path.join(here, "link")
+        os.mkfifo(pipe)
+        os.symlink(theirs, link)
+        options = ("--snapshot-on-exit", "--junit", "--findings", "--coverage", "--lcov", "--report", "--transcript")
+        for option in options:
+            for path, part in ((node, "a device"), (pipe, "pipe"), (here, "a directory"), (link, "symbolic link")):
+                told(binary, ["serve", "--ports", "auto", option, path], path, part)
+        true("the device is one", stat.S_ISCHR(os.stat(node).st_mode))
+        equal("what the link leads to is as before", b"theirs", read(theirs))
+        equal("nothing else was made", ["link", "pipe"], sorted(os.listdir(here)))
+        ok("%d targets that are no regular file are told before the run" % (4 * len(options)))
+    finally:
+        shutil.rmtree(folder)
+
+
+def inputs(binary):
+    """What is read: neither a device, which has no end, nor a pipe, which nobody writes."""
+    folder = tempfile.mkdtemp(prefix="ts3100-")
+    try:
+        pipe = os.path.join(folder, "pipe.scol")
+        os.mkfifo(pipe)
+        count = 0
+        for path in ("/dev/zero", pipe, folder):
+            serve = ["serve", "--ports", "auto"]
+            for option in ("--restore", "--load", "--scenario", "--faults", "--config", "--model", "--points"):
+                told(binary, [*serve, option, path], path)
+            for words in (["check", path], ["fmt", path], ["run", path], ["diff", path],
+                          ["coverage", "merge", path], ["check", "--points", path, path],
+                          ["ctl", "--at", "http://127.0.0.1:9", "file", "put", "A", path],
+                          ["run", "--input", "ip1=" + path, path]):
+                told(binary, words, path)
+            count += 15
+        robot = Emulator(binary)
+        try:
+            for path in ("/dev/zero", pipe):
+                told(binary, ["host", "%s:%d" % robot.address("ip0"), "dl", path], path)
+        finally:
+            robot.kill()
+        ok("%d inputs that are no regular file are refused at once" % (count + 2))
+    finally:
+        shutil.rmtree(folder)
+
+
+def enter(arguments):
+    """The same again, in a mount namespace of its own; the exit code."""
+    environment = {**os.environ, INSIDE: "1"}
+    for namespace in NAMESPACES:
+        if subprocess.run([*namespace, "true"], capture_output=True, check=False).returncode == 0:
+            return subprocess.run([*namespace, sys.executable, os.path.abspath(__file__), *arguments],
+                                  env=environment, check=False).returncode
+    print("FAIL a small disk needs a mount namespace: run this as root, or allow user namespaces (unshare -Urm)",
+          flush=True)
+    return 1
+
+
+def main():
+    parser = argparse.ArgumentParser(description="What must not be lost or overwritten.")
+    parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
+    parser.add_argument("--rounds", type=int, default=50, help="kills (default 50)")
+    arguments = parser.parse_args()
+    if INSIDE not in os.environ:
+        return enter(sys.argv[1:])
+    binary = os.path.abspath(arguments.serve)
+    try:
+        refuse(binary)
+        memory(binary)
+        replaced(binary)
+        kills(binary, arguments.rounds)
+        targets(binary)
+        inputs(binary)
+    except (Failed, OSError, subprocess.CalledProcessError) as error:
+        print("FAIL %s" % error, flush=True)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
