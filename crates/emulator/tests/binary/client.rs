@@ -162,6 +162,26 @@ fn communication_errors_are_exit_code_two_and_say_what_was_expected() {
     );
 }
 
+#[test]
+fn a_file_without_an_end_ends_with_the_time_for_everything() {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = listener.local_addr().unwrap().to_string();
+    std::thread::spawn(move || {
+        let (mut stream, _) = listener.accept().unwrap();
+        // A text for the command, and for each OK.
+        loop {
+            read_until(&mut stream, 0x03);
+            if stream.write_all(b"\x02FL,AND SO ON\n\x03").is_err() {
+                break;
+            }
+        }
+    });
+    let output = run(&["host", &address, "su", "--total", "0.3"]);
+    assert_eq!(output.status.code(), Some(2));
+    let expected = "the command took longer than 300ms (--total)";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+}
+
 // clause: CMD-SP-05
 #[test]
 fn an_sp_in_between_is_no_answer() {

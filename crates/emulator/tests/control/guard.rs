@@ -23,11 +23,16 @@ fn what_others_have_made_up_is_shown_and_not_obeyed() {
     host.command("\x7f\x08");
     let (_, metrics) = robot.call_text("GET", "/metrics", "");
     assert!(metrics.contains("x1b["), "{metrics}");
-    let raw = |text: &str| text.chars().any(|letter| letter.is_control() && letter != '\n');
+    let raw = |text: &str| {
+        text.chars()
+            .any(|letter| letter.is_control() && !"\n\t".contains(letter))
+    };
     assert!(!raw(&metrics), "{metrics:?}");
     let long = "A".repeat(50_000);
     for (method, path, body) in [
         ("GET", "/files/%1B%5B2J%07".to_owned(), String::new()),
+        ("POST", "/files/%1B%5B2J%07/select".to_owned(), String::new()),
+        ("DELETE", "/files/%C2%9BA".to_owned(), String::new()),
         ("GET", "/variables/%C2%9B".to_owned(), String::new()),
         ("GET", "/faults/%0D%0A%09".to_owned(), String::new()),
         (
