@@ -21,7 +21,7 @@ fuzz_target!(|data: &[u8]| {
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
     let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
     let port = ts3100_controller::Port::Ip0;
-    let answer = cell.feed(Input::Received { port, bytes: text });
+    let answer = cell.hear(Input::Received { port, bytes: text });
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
     cell.feed(Input::Panel(Panel::Start));
     cell.pass(50);

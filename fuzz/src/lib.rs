@@ -89,11 +89,19 @@ impl Cell {
         cell
     }
 
-    /// Hands one input in and drains what comes out; what is sent on IP0 is returned.
+    /// Hands one input in and drains what comes out.
+    ///
+    /// # Panics
+    /// As [`Cell::hear`] does.
+    pub fn feed(&mut self, input: Input) {
+        self.hear(input);
+    }
+
+    /// The same; what is sent on IP0.
     ///
     /// # Panics
     /// When more comes out than any input can ask for.
-    pub fn feed(&mut self, input: Input) -> Vec<u8> {
+    pub fn hear(&mut self, input: Input) -> Vec<u8> {
         let (mut size, mut heard) = (0, Vec::new());
         for output in self.controller.feed(self.now, input) {
             size += match output {
@@ -119,8 +127,10 @@ impl Cell {
     pub fn ask(&mut self, command: &str) -> Vec<u8> {
         let bytes = [b"\x02", command.as_bytes(), b"\r\x03"].concat();
         let port = Port::Ip0;
-        let answer = self.feed(Input::Received { port, bytes });
-        let data = answer.strip_prefix(b"\x02").and_then(|rest| rest.strip_suffix(b"\x03"));
+        let answer = self.hear(Input::Received { port, bytes });
+        let data = answer
+            .strip_prefix(b"\x02")
+            .and_then(|rest| rest.strip_suffix(b"\x03"));
         let data = data.filter(|data| answer.len() <= MAX_TEXT && !data.contains(&0x03));
         data.unwrap_or_else(|| panic!("{command}: one text expected, {} found", answer.escape_ascii()))
             .to_vec()
@@ -179,7 +189,7 @@ impl Cell {
         match what % 24 {
             0..=8 => {
                 let bytes = choices.chunk().to_vec();
-                drop(self.feed(Input::Received { port, bytes }));
+                self.feed(Input::Received { port, bytes });
             }
             9 | 10 => {
                 let text = [b"\x02", choices.chunk(), b"\r\x03"].concat();
