@@ -226,8 +226,8 @@ const ROWS: &[Row] = &[
     ),
 ];
 
-/// Options of the links: real sockets show them, in `sockets`.
-const ON_SOCKETS: [&str; 2] = ["channel.redial", "channel.second"];
+/// Options of the edge: real sockets show them, in `sockets`.
+const ON_SOCKETS: [&str; 3] = ["channel.redial", "channel.second", "drive.when_full"];
 
 fn robot_with(option: Option<(&str, &str)>) -> Robot {
     let (mut config, mut links) = (Config::new(Dialect::Field), LinkOptions::default());

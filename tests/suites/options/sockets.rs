@@ -1,4 +1,4 @@
-//! The options of the links, which only real sockets show.
+//! The options of the edge, which only real sockets show.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -48,6 +48,29 @@ fn channel_second_says_which_of_two_hosts_stays() {
         let mut second = dial(address);
         let second_stays = served(&mut second);
         assert_eq!([served(&mut first), second_stays], stays, "{value:?}");
+    }
+}
+
+/// A directory that is gone takes nothing, as a full disk does.
+#[test]
+fn drive_when_full_says_whether_a_change_that_is_not_on_the_disk_is_accepted() {
+    for (value, answer) in [
+        (None, b"NG\r"),
+        (Some("refuse"), b"NG\r"),
+        (Some("memory"), b"OK\r"),
+    ] {
+        let directory = std::env::temp_dir().join(format!("ts3100-when-full-{}", std::process::id()));
+        let mut builder = Emulator::builder().drive(&directory).file("A", "PROGRAM A\nEND\n");
+        if let Some(value) = value {
+            builder = builder.option("drive.when_full", value).unwrap();
+        }
+        let robot = builder.start().unwrap();
+        let mut host = dial(robot.address(Port::Ip0).unwrap());
+        std::fs::remove_dir_all(&directory).unwrap();
+        host.write_all(&frame(b"ER,A\r")).unwrap();
+        let mut found = [0; 5];
+        host.read_exact(&mut found).unwrap();
+        assert_eq!(found, *frame(answer), "{value:?}");
     }
 }
 
