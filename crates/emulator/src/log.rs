@@ -137,6 +137,8 @@ impl EventLog {
                 self.settle();
                 self.refused(&t, port, (command, reason), about.as_ref());
             }
+            // Comes between the two.
+            answered @ Event::Answered { .. } => tell(&t, answered),
             other => {
                 self.settle();
                 tell(&t, other);
@@ -322,6 +324,8 @@ fn fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ts3100_controller::output::Verdict;
+    use ts3100_proto::status::MasterMode;
 
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
@@ -374,10 +378,17 @@ mod tests {
             command: "XX".to_owned(),
             reason: "no command".to_owned(),
         };
+        let answered = Event::Answered {
+            port: Port::Ip0,
+            row: "RS",
+            mode: MasterMode::ExtEther,
+            verdict: Verdict::Refused,
+        };
         let bad = finding("unknown-command", Port::Ip0, "two letters expected");
         let told = lines(&[
             finding("no-cr", Port::Host, "no CR"),
             bad.clone(),
+            answered,
             refused.clone(),
             bad.clone(),
             refused,

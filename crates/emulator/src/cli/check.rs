@@ -121,10 +121,10 @@ fn text(file: &CheckedFile, out: &mut impl Write) -> io::Result<()> {
         return Ok(());
     };
     for remark in remarks {
-        writeln!(out, "{}", remark.render(source, &file.name).trim_end())?;
+        writeln!(out, "{}", shown(remark.render(source, &file.name).trim_end()))?;
     }
     if !remarks.iter().any(|d| d.severity == Severity::Error) {
-        writeln!(out, "{}: no errors{}", file.name, warnings(remarks.len()))?;
+        writeln!(out, "{}: no errors{}", shown(&file.name), warnings(remarks.len()))?;
     }
     Ok(())
 }

@@ -99,7 +99,7 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
     if !errors.is_empty() {
         for remark in errors {
-            eprint!("{}", remark.render(&source, &checked.name));
+            eprintln!("{}", shown(remark.render(&source, &checked.name).trim_end()));
         }
         return Ok(ExitCode::from(2));
     }
