@@ -59,6 +59,8 @@ pub struct Cell {
     /// The controller.
     pub controller: Controller,
     now: Time,
+    /// Changes of files that it has asked for.
+    asked: u32,
 }
 
 const PORTS: [Port; 6] = [Port::Host, Port::Ip0, Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
@@ -75,7 +77,9 @@ impl Cell {
         let mut cell = Cell {
             controller,
             now: Time::ZERO,
+            asked: 0,
         };
+        cell.controller.keep_outside(true);
         for port in PORTS {
             cell.feed(Input::Connected {
                 port,
@@ -92,14 +96,31 @@ impl Cell {
     /// When more comes out than any input can ask for.
     pub fn feed(&mut self, input: Input) {
         let mut size = 0;
-        for output in self.controller.feed(self.now, input) {
-            size += match output {
-                Output::Send { bytes, .. } => bytes.len(),
-                Output::Stored { content, .. } => content.len(),
-                _ => 64,
-            };
+        let mut next = Some(input);
+        while let Some(input) = next.take() {
+            for output in self.controller.feed(self.now, input) {
+                size += match output {
+                    Output::Send { bytes, .. } => bytes.len(),
+                    Output::Stored { content, .. } => content.len(),
+                    Output::Keep { .. } => {
+                        next = Some(Input::Kept(self.answer()));
+                        64
+                    }
+                    _ => 64,
+                };
+            }
         }
         assert!(size < MAX_OUT, "{size} bytes came of one input");
+    }
+
+    /// Every third change of a file is not kept.
+    fn answer(&mut self) -> Result<(), String> {
+        self.asked = self.asked.wrapping_add(1);
+        if self.asked.is_multiple_of(3) {
+            Err(String::from("full"))
+        } else {
+            Ok(())
+        }
     }
 
     /// Lets time pass, every deadline served at its own time.
