@@ -61,7 +61,7 @@ impl Controller {
         if let Some(problem) = problems.into_iter().find(|problem| !before.contains(problem)) {
             return Err(ParameterError::Value(problem));
         }
-        self.store(&name, &changed)?;
+        self.put_file(name.as_str(), &changed)?;
         Ok(())
     }
 

@@ -60,7 +60,9 @@ fn drive_when_full_says_whether_a_change_that_is_not_on_the_disk_is_accepted() {
         (Some("memory"), b"OK\r"),
     ] {
         let directory = std::env::temp_dir().join(format!("ts3100-when-full-{}", std::process::id()));
-        let mut builder = Emulator::builder().drive(&directory).file("A", "PROGRAM A\nEND\n");
+        let mut builder = Emulator::builder()
+            .drive(&directory)
+            .file("A", "PROGRAM A\nEND\n");
         if let Some(value) = value {
             builder = builder.option("drive.when_full", value).unwrap();
         }
