@@ -406,7 +406,7 @@ def inputs(binary):
 def enter(arguments):
     """The same again, in a mount namespace of its own; the exit code."""
     environment = {**os.environ, INSIDE: "1"}
-    for namespace in NAMESPACES:
+    for namespace in NAMESPACES if shutil.which("unshare") else ():
         if subprocess.run([*namespace, "true"], capture_output=True, check=False).returncode == 0:
             return subprocess.run([*namespace, sys.executable, os.path.abspath(__file__), *arguments],
                                   env=environment, check=False).returncode
