@@ -190,13 +190,13 @@ pub(crate) fn numbers(value: &Value, arm: Arm) -> Vec<Number> {
     }
 }
 
-/// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
 /// Whether each is a number that a real of the controller can hold.
 pub(super) fn in_range(numbers: &[f64]) -> bool {
     let largest = f64::from(f32::MAX);
     numbers.iter().all(|number| (-largest..=largest).contains(number))
 }
 
+/// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
 fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
