@@ -201,7 +201,7 @@ fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     let wrong = |what: &str| format!("{what} expected, `{}` found", found.join(" "));
-    if !in_range(&reals) {
+    if kind == Kind::Real && !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }
     match (kind, numbers) {

@@ -203,8 +203,11 @@ fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
 #[test]
 fn a_command_and_what_it_has_started_end_when_exec_is_killed() {
     // The inner shell waits for its stdin, which stays open here, and holds the pipe that is read to its end.
-    let script = "sh -c 'echo $$; read line'; echo over";
-    let mut child = ts3100(&["exec", "--", "sh", "-c", script])
+    // The answer of the emulator comes from an exec whose guard knows the command.
+    let script = format!(
+        "'{TS3100}' host $TS3100_HOST:$TS3100_IP0_PORT su > /dev/null && sh -c 'echo $$; read line'; echo over"
+    );
+    let mut child = ts3100(&["exec", "--", "sh", "-c", &script])
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .spawn()
