@@ -31,13 +31,16 @@ TEXTS = 5000
 FACTORS = ("x10", "x1000", "x100000")
 # How long the process is stopped.
 STOPPED = 3.0
-# Statements without a pause, and PRINT, which is heard by nobody.
+# Programs without an end, by the body of the loop: statements alone, PRINT that nobody hears, pauses, pulses, motions.
+LOOPS = {"statements": b"A = A + 1", "PRINT": b"A = A + 1\nPRINT TP, A, CR", "DELAY": b"DELAY 0.001\nDOUT(1)\nDOUT(-1)",
+         "PULOUT": b"PULOUT(1, 0.001)\nPULOUT(2, 0.001)", "MOVES": b"MOVES HERE + POINT(0, 0, 9)\nMOVES HERE - POINT(0, 0, 9)"}
+# How long SIGTERM may take. A busy machine only adds to a time, so the best of these tries counts.
+END, TRIES = 0.1, 3
 # How long others may wait beside a host that pipelines: in the best of so many rounds, each this long, for a busy
 # machine only adds to a time.
 FAIR, ROUNDS, ROUND = 0.020, 3, 1.0
 # Reads what a flood on IP1 sends, so that every byte has an effect.
 READER = b"PROGRAM READER\nAGAIN:\nINPUT IP1, A\nGOTO AGAIN\nEND\n"
-LOOP = b"PROGRAM LOOP\nA = 0\nAGAIN:\nA = A + 1\nPRINT TP, A, CR\nGOTO AGAIN\nEND\n"
 
 
 def asked(emulator):
@@ -78,29 +81,41 @@ def floods(binary, rounds):
         shutil.rmtree(folder)
 
 
-def hurry(binary, factor):
-    """A program that never pauses, at a factor that no machine keeps up with."""
+def hurry(binary, factor, name):
+    """A program that never ends, at a factor that no machine keeps up with: how long SU takes, and SIGTERM."""
     folder = tempfile.mkdtemp(prefix="ts3100-")
     program = os.path.join(folder, "loop.scol")
     with open(program, "wb") as file:
-        file.write(LOOP)
+        file.write(b"PROGRAM LOOP\nA = 0\nSPEED = 100\nAGAIN:\n%s\nGOTO AGAIN\nEND\n" % LOOPS[name])
     emulator = Emulator(binary, "--time", factor, "--servo-on", "--load", program, "--select", "LOOP")
     try:
         host = Host(emulator.address("ip0"), True)
         host.command(b"RN")
         host.close()
         took = []
-        for _ in range(40):
+        for _ in range(20):
             took.append(asked(emulator))
-            time.sleep(0.02)
-        true("%s: SU is answered in %.0f ms" % (factor, 1e3 * statistics.median(took)),
-             statistics.median(took) < USUAL, took)
+            time.sleep(0.01)
         begun = time.monotonic()
-        emulator.stop()
-        true("%s: SIGTERM ends it" % factor, time.monotonic() - begun < ANSWER)
+        emulator.process.terminate()
+        code = emulator.process.wait(ANSWER)
+        if code != 0:
+            raise Failed("SIGTERM ends it with exit code 0\n     found    %d" % code)
+        return statistics.median(took), time.monotonic() - begun
     finally:
         emulator.kill()
         shutil.rmtree(folder)
+
+
+def in_a_hurry(binary, factor):
+    """The same of each program, as often as the machine needs for a moment of its own."""
+    for name in LOOPS:
+        tries = []
+        while len(tries) < TRIES and not any(su < USUAL and end < END for su, end in tries):
+            tries.append(hurry(binary, factor, name))
+        su, end = min(tries)
+        true("%s, %s: SU is answered in %.0f ms, SIGTERM ends it in %.0f ms" % (factor, name, 1e3 * su, 1e3 * end),
+             su < USUAL and end < END, tries)
 
 
 def unread_log(binary):
@@ -358,12 +373,12 @@ def main():
     parser = argparse.ArgumentParser(description="What must not hang the emulator.")
     parser.add_argument("--serve", metavar="TS3100", required=True, help="the binary to start")
     parser.add_argument("--rounds", type=int, default=100, help="terminal hosts (default 100)")
-    attacks = (floods, hurry, unread_log, storm, hang_up, stopped, drips, made_up, fairness)
+    attacks = (floods, in_a_hurry, unread_log, storm, hang_up, stopped, drips, made_up, fairness)
     names = [attack.__name__ for attack in attacks]
     parser.add_argument("--only", choices=names, metavar="ATTACK", help="one of " + ", ".join(names))
     arguments = parser.parse_args()
     binary = os.path.abspath(arguments.serve)
-    further = {"floods": [(arguments.rounds,)], "hurry": [(factor,) for factor in FACTORS]}
+    further = {"floods": [(arguments.rounds,)], "in_a_hurry": [(factor,) for factor in FACTORS]}
     try:
         for attack in attacks:
             if arguments.only in (None, attack.__name__):

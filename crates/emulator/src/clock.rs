@@ -13,7 +13,7 @@ use ts3100_proto::calendar::CalendarTime;
 /// deadline until something comes or goes again.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Longest wall-clock time for which what is due is worked off before hosts, requests and signals get their turn.
-pub const SLICE: Duration = Duration::from_millis(10);
+pub const SLICE: Duration = Duration::from_millis(3);
 /// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
 const NOTICEABLE: Duration = Duration::from_secs(1);
 /// How often the hub looks at the wall clock if [`TimeGap::Skip`] is asked for.
