@@ -97,7 +97,7 @@ def static_binary():
     """A binary without shared libraries, of the sources as they are."""
     target = "%s-unknown-linux-musl" % platform.machine()
     run("rustup", "target", "add", target, cwd=ROOT)
-    run("cargo", "build", "--release", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
+    run("cargo", "build", "--locked", "--release", "--target", target, "-p", "ts3100-emulator", "--bin", "ts3100", cwd=ROOT)
     folder = os.environ.get("CARGO_TARGET_DIR") or os.path.join(ROOT, "target")
     return os.path.join(folder, target, "release", "ts3100")
 
