@@ -109,7 +109,7 @@ pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
     files::replace(path, to_text(controller).as_bytes()).map_err(unwritten(path))
 }
 
-/// Whether [`write`] could write there.
+/// Whether [`write()`] could write there.
 ///
 /// # Errors
 /// [`FileError::Io`].
