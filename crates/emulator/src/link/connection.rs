@@ -33,8 +33,10 @@ const FINISH: Duration = Duration::from_secs(5);
 /// [`KEEPALIVE_PROBES`] at [`KEEPALIVE_INTERVAL`] (decision D3).
 const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
 /// Pause between two such questions.
+#[cfg(unix)]
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 /// Questions before the peer counts as gone.
+#[cfg(unix)]
 const KEEPALIVE_PROBES: u32 = 3;
 /// Longest time sent bytes may stay without the peer's acknowledgement: keepalive does not run meanwhile.
 #[cfg(target_os = "linux")]
