@@ -4,6 +4,7 @@
 use crate::store::backing::WhenFull;
 use scol_mini::IntDivision;
 use std::time::Duration;
+use ts3100_controller::limits;
 use ts3100_controller::options::{
     BadCharacter, Malformed, NoPeer, Options, SfTexts, Strobe, UnknownInput, UnsolicitedSp, WaitAfterStop,
     WhileSending,
@@ -68,7 +69,7 @@ pub enum OptionError {
 }
 
 /// Largest RAM drive: of as many files as it takes, each as large as it may be.
-const MAX_CAPACITY: usize = 1_000 * 99_999;
+const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
 /// Shortest pause between two attempts to dial: without one they would be all the emulator does.
 const SHORTEST_REDIAL: Duration = Duration::from_millis(10);
 
