@@ -181,30 +181,25 @@ impl EventLog {
         } else {
             format!("finding {id}: {message}")
         };
+        macro_rules! explain {
+            ($level:ident) => {
+                $level!(
+                    event = "refused",
+                    t,
+                    port,
+                    command,
+                    reason,
+                    rule = id,
+                    severity,
+                    remedy,
+                    "{port}: {command} refused: {reason} ({about}). {remedy}"
+                )
+            };
+        }
         if rule.severity > Severity::Note {
-            warn!(
-                event = "refused",
-                t,
-                port,
-                command,
-                reason,
-                rule = id,
-                severity,
-                remedy,
-                "{port}: {command} refused: {reason} ({about}). {remedy}"
-            );
+            explain!(warn);
         } else {
-            info!(
-                event = "refused",
-                t,
-                port,
-                command,
-                reason,
-                rule = id,
-                severity,
-                remedy,
-                "{port}: {command} refused: {reason} ({about}). {remedy}"
-            );
+            explain!(info);
         }
     }
 
