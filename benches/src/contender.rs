@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Duration;
 use ts3100_controller::{Config, Dialect};
 use ts3100_emulator::clock::TimeMode;
-use ts3100_emulator::headless::{self, Ending, Happening, Job};
+use ts3100_emulator::headless::{self, Job, RunEnd, RunEvent};
 
 /// Who runs a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -138,14 +138,14 @@ fn controller(name: &str, source: &str) -> Result<Lap, String> {
     let mut printed = Vec::new();
     let began = ProcessTime::now();
     let report = headless::run(job, &mut |_, happening| {
-        if let Happening::Printed { bytes, .. } = happening {
+        if let RunEvent::Printed { bytes, .. } = happening {
             printed.extend_from_slice(bytes);
         }
     })
     .map_err(|error| error.to_string())?;
     let seconds = began.elapsed().as_secs_f64();
     match report.ending {
-        Ending::End => Ok(Lap {
+        RunEnd::End => Ok(Lap {
             seconds,
             result: number(&String::from_utf8_lossy(&printed))?,
         }),

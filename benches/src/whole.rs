@@ -8,7 +8,7 @@ use std::hint::black_box;
 
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
-use ts3100_controller::{Config, Controller, Dialect, Input, Panel, Time};
+use ts3100_controller::{Config, Controller, Dialect, Input, PanelAction, Time};
 
 /// What is timed is done so often in one go, because one is too short for a clock.
 const BATCH: u32 = 1_000;
@@ -75,7 +75,7 @@ fn idle() -> Result<Controller, String> {
             peer,
         },
     );
-    controller.feed(Time::ZERO, Input::Panel(Panel::Servo(true)));
+    controller.feed(Time::ZERO, Input::Panel(PanelAction::Servo(true)));
     Ok(controller)
 }
 
@@ -89,7 +89,7 @@ fn running() -> Result<Controller, String> {
     controller
         .select(Time::ZERO, "ARRAYS")
         .map_err(|error| error.to_string())?;
-    controller.feed(Time::ZERO, Input::Panel(Panel::Start));
+    controller.feed(Time::ZERO, Input::Panel(PanelAction::Start));
     controller.feed(Time::from_millis(1_000), Input::Tick);
     if controller.program_runs() {
         Ok(controller)

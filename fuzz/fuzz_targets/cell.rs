@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ts3100_controller::{Input, Panel, Time};
+use ts3100_controller::{Input, PanelAction, Time};
 use ts3100_fuzz::{Cell, text_and_choices};
 
 /// Things that happen in one run.
@@ -23,7 +23,7 @@ fuzz_target!(|data: &[u8]| {
     let port = ts3100_controller::Port::Ip0;
     let answer = cell.hear(Input::Received { port, bytes: text });
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
-    cell.feed(Input::Panel(Panel::Start));
+    cell.feed(Input::Panel(PanelAction::Start));
     cell.pass(50);
     for _ in 0..EVENTS {
         if choices.is_over() {

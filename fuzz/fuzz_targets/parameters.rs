@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ts3100_controller::{Input, Panel};
+use ts3100_controller::{Input, PanelAction};
 use ts3100_fuzz::{Cell, text_and_choices};
 use ts3100_proto::parameter::{Edition, EthernetParameters, LineEnd, UserParameters, rewrite};
 
@@ -47,7 +47,7 @@ fuzz_target!(|data: &[u8]| {
     };
     let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
     let (before, lines_before) = (cell.controller.ethernet().clone(), *cell.controller.user());
-    cell.feed(Input::Panel(Panel::PowerCycle));
+    cell.feed(Input::Panel(PanelAction::PowerCycle));
     cell.pass(1_000);
     // The power-on takes what the files say, and for the rest the values of before.
     let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;

@@ -4,7 +4,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use ts3100_controller::{ControlRight, Input, KeySwitch, Panel};
+use ts3100_controller::{ControlRight, Input, KeySwitch, PanelAction};
 use ts3100_fuzz::{Cell, Choices};
 use ts3100_proto::parameter::OpenMode;
 
@@ -33,9 +33,9 @@ fuzz_target!(|data: &[u8]| {
     }
     // Texts left open run out, and a new host is served.
     cell.pass(30_000);
-    cell.feed(Input::Panel(Panel::Key(KeySwitch::Ext)));
-    cell.feed(Input::Panel(Panel::ControlRight(ControlRight::Ether)));
-    cell.feed(Input::Panel(Panel::PowerCycle));
+    cell.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
+    cell.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
+    cell.feed(Input::Panel(PanelAction::PowerCycle));
     if cell.controller.network().channels[0].mode == OpenMode::NotUsed {
         return;
     }

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 use ts3100_controller::options::Config;
-use ts3100_controller::{ControlRight, Controller, Dialect, Input, KeySwitch, Output, Panel, Port, Time};
+use ts3100_controller::{ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, Port, Time};
 
 /// Deadlines the controller may want served within one step of time before it is taken to hang.
 const MAX_DEADLINES: u32 = 200_000;
@@ -82,14 +82,14 @@ impl Cell {
             now: Time::ZERO,
             asked: 0,
         };
-        cell.controller.keep_outside(true);
+        cell.controller.persist_outside(true);
         for port in PORTS {
             cell.feed(Input::Connected {
                 port,
                 peer: String::from("fuzz"),
             });
         }
-        cell.feed(Input::Panel(Panel::Servo(true)));
+        cell.feed(Input::Panel(PanelAction::Servo(true)));
         cell
     }
 
@@ -119,8 +119,8 @@ impl Cell {
                         length
                     }
                     Output::Stored { content, .. } => content.len(),
-                    Output::Keep { .. } => {
-                        next = Some(Input::Kept(self.answer()));
+                    Output::Persist { .. } => {
+                        next = Some(Input::Persisted(self.answer()));
                         64
                     }
                     _ => 64,
@@ -227,34 +227,34 @@ impl Cell {
                 port,
                 peer: String::from("again"),
             }),
-            16 => self.feed(Input::Panel(Panel::Start)),
-            17 => self.feed(Input::Panel(Panel::Stop)),
-            18 => self.feed(Input::Panel(Panel::FeedHold)),
+            16 => self.feed(Input::Panel(PanelAction::Start)),
+            17 => self.feed(Input::Panel(PanelAction::Stop)),
+            18 => self.feed(Input::Panel(PanelAction::FeedHold)),
             19 => {
                 let line = choices.word() % 300;
-                self.feed(Input::Panel(Panel::InputLine { line, on }));
+                self.feed(Input::Panel(PanelAction::InputLine { line, on }));
             }
             20 => {
                 let keys = String::from_utf8_lossy(choices.chunk()).into_owned();
-                self.feed(Input::Panel(Panel::Keys(keys)));
+                self.feed(Input::Panel(PanelAction::Keys(keys)));
             }
             21 => {
                 let key = [KeySwitch::Ext, KeySwitch::Internal, KeySwitch::Teaching];
                 let right = [ControlRight::Ether, ControlRight::Sig, ControlRight::Rs232c];
                 let which = usize::from(choices.byte());
-                self.feed(Input::Panel(Panel::Key(key[which % 3])));
-                self.feed(Input::Panel(Panel::ControlRight(right[which / 3 % 3])));
+                self.feed(Input::Panel(PanelAction::Key(key[which % 3])));
+                self.feed(Input::Panel(PanelAction::ControlRight(right[which / 3 % 3])));
             }
             22 => self.feed(Input::Panel(match choices.byte() % 5 {
-                0 => Panel::EmergencyStop(on),
-                1 => Panel::SafetySwitch(on),
-                2 => Panel::AlarmReset,
-                3 => Panel::MachineLock(on),
-                _ => Panel::Battery(on),
+                0 => PanelAction::EmergencyStop(on),
+                1 => PanelAction::SafetySwitch(on),
+                2 => PanelAction::AlarmReset,
+                3 => PanelAction::MachineLock(on),
+                _ => PanelAction::Battery(on),
             })),
             _ => self.feed(Input::Panel(match choices.byte() % 8 {
-                0 => Panel::PowerCycle,
-                _ => Panel::Servo(!on),
+                0 => PanelAction::PowerCycle,
+                _ => PanelAction::Servo(!on),
             })),
         }
     }

@@ -15,7 +15,9 @@ pub use ts3100_emulator::transcript::notation;
 
 use std::collections::BTreeMap;
 use std::time::Duration;
-use ts3100_controller::{Config, Controller, Dialect, Event, Findings, Input, Output, Panel, Port, Time};
+use ts3100_controller::{
+    Config, Controller, Dialect, Event, Findings, Input, Output, PanelAction, Port, Time,
+};
 use ts3100_proto::status::sf::SfLayout;
 
 /// Deadlines served in one call of [`Robot::advance`] before the controller is taken to hang.
@@ -88,7 +90,7 @@ impl Robot {
         robot.load("TEST", program);
         robot.connect(Port::Ip0);
         robot.connect(Port::Ip1);
-        robot.panel(Panel::Servo(true));
+        robot.panel(PanelAction::Servo(true));
         robot
     }
 
@@ -145,7 +147,7 @@ impl Robot {
     }
 
     /// Something is done at the controller itself.
-    pub fn panel(&mut self, panel: Panel) {
+    pub fn panel(&mut self, panel: PanelAction) {
         self.feed(Input::Panel(panel));
     }
 

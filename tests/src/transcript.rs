@@ -28,7 +28,7 @@ use crate::notation::{self, Piece};
 use crate::{Robot, frame, unframe};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, Dialect, Panel, Port};
+use ts3100_controller::{Config, Dialect, PanelAction, Port};
 use ts3100_emulator::transcript::{panel, text};
 
 /// One line of a transcript that does something.
@@ -41,7 +41,7 @@ pub enum Step {
     /// Time passes.
     Pass(Duration),
     /// Something is done at the controller.
-    Panel(Panel),
+    Panel(PanelAction),
     /// A peer comes.
     Connect(Port),
     /// A peer leaves.
@@ -155,7 +155,7 @@ impl Transcript {
         }
         robot.connect(Port::Ip0);
         if self.servo {
-            robot.panel(Panel::Servo(true));
+            robot.panel(PanelAction::Servo(true));
         }
         Ok(robot)
     }

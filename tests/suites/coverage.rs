@@ -3,8 +3,8 @@
 
 use crate::permissions::{MANUAL, example, prepare};
 use std::collections::BTreeSet;
-use ts3100_controller::coverage::{Cell, Coverage, reachable};
-use ts3100_controller::{Config, Dialect, Output, Panel, Port, Verdict};
+use ts3100_controller::command_coverage::{Cell, Coverage, reachable};
+use ts3100_controller::{Config, Dialect, Output, PanelAction, Port, Verdict};
 use ts3100_tests::Robot;
 
 fn coverage(robot: &Robot) -> Coverage {
@@ -77,7 +77,7 @@ fn an_ng_of_the_tables_and_one_for_another_reason_are_told_apart() {
     assert_eq!(verdicts(&mut robot, &["RS,ERR"]), [("RS,ERR", Verdict::Served)]);
     // What is no command, or a command with wrong operands, is in no table.
     assert_eq!(verdicts(&mut robot, &["XX", "ER"]), []);
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     assert_eq!(verdicts(&mut robot, &["RN"]), [("RN", Verdict::Refused)]);
     let mut running = prepare(4, true);
     assert_eq!(verdicts(&mut running, &["UL,TEST"]), [("UL", Verdict::NotValid)]);

@@ -1,7 +1,7 @@
 //! PRINT and INPUT on the wire: the blocks of twelve characters, what INPUT takes, BUFFRESET, and the example
 //! programs of section 4.2 in our own wording.
 
-use ts3100_controller::{Dialect, Panel, Port};
+use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation};
 
 /// A program of these lines that runs at once; what it prints on COM1 or IP1 can be read.
@@ -180,7 +180,7 @@ fn a_channel_without_a_peer() {
         let mut robot = Robot::new(dialect);
         robot.load("TEST", "PROGRAM TEST\nPRINT IP1, \"A\", CR\nDOUT(1)\nEND\n");
         robot.connect(Port::Ip0);
-        robot.panel(Panel::Servo(true));
+        robot.panel(PanelAction::Servo(true));
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(200);
         robot.received(Port::Ip0);
@@ -205,7 +205,7 @@ fn a_datum_that_is_no_number() {
     robot.load("TEST", "PROGRAM TEST\nN = 3\nINPUT COM1, N\nPRINT COM1, N\nEND\n");
     robot.connect(Port::Com1);
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot.command(Port::Ip0, "RN");
     robot.raw(Port::Com1, b"ABC\r");
     robot.advance_ms(100);

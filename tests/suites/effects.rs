@@ -3,7 +3,7 @@
 //! pair has to stand in a list with the reason; where a reading command changes something, that is an error.
 
 use std::collections::BTreeSet;
-use ts3100_controller::{Panel, Port};
+use ts3100_controller::{PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 const PROGRAM: &str = "GLOBAL\nN = 1\nEND\nPROGRAM TEST\nPRINT IP1, \"A\", N, CR\nN = N + 1\nDOUT(3)\n\
@@ -162,7 +162,7 @@ fn state(name: &str) -> Robot {
         .unwrap();
     robot.outputs.clear();
     match name {
-        "off" => robot.panel(Panel::Servo(false)),
+        "off" => robot.panel(PanelAction::Servo(false)),
         "ready" => {}
         "running" => {
             robot.command(Port::Ip0, "RN");
@@ -177,8 +177,8 @@ fn state(name: &str) -> Robot {
             robot.advance_ms(1_000);
             robot.command(Port::Ip0, "EC,BREAK");
             robot.advance_ms(1_000);
-            robot.panel(Panel::Battery(true));
-            robot.panel(Panel::Battery(false));
+            robot.panel(PanelAction::Battery(true));
+            robot.panel(PanelAction::Battery(false));
         }
         "held" => {
             robot.command(Port::Ip0, "RN");

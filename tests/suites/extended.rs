@@ -3,7 +3,7 @@
 //! `polling`.
 
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 /// A field-dialect robot with the SCARA arm, a host on IP0, servo on.
@@ -17,7 +17,7 @@ pub fn scara_of(model: ArmModel) -> Robot {
         ..Config::new(Dialect::Field)
     });
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -57,7 +57,7 @@ fn an_arch_of_a_real_host_is_carried_out() {
 pub fn six_axis() -> Robot {
     let mut robot = Robot::new(Dialect::Field);
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -111,7 +111,7 @@ fn the_manual_dialect_knows_none_of_them() {
     for command in EXAMPLES {
         let mut robot = Robot::new(Dialect::Manual);
         robot.connect(Port::Ip0);
-        robot.panel(Panel::Servo(true));
+        robot.panel(PanelAction::Servo(true));
         let before = robot.total(Port::Ip0);
         refused(&mut robot, command);
         robot.advance_ms(2_000);
@@ -154,8 +154,8 @@ fn permissions_are_those_of_their_kin() {
             for command in EXAMPLES {
                 let mut robot = six_axis();
                 robot.connect(Port::Host);
-                robot.panel(Panel::Key(key));
-                robot.panel(Panel::ControlRight(right));
+                robot.panel(PanelAction::Key(key));
+                robot.panel(PanelAction::ControlRight(right));
                 let everywhere = matches!(
                     command.get(..2),
                     Some("SM" | "AC" | "AH" | "IO" | "PR" | "VL" | "HI" | "RS" | "MN")
@@ -260,7 +260,7 @@ fn operands_out_of_range_are_refused_without_effect() {
 #[test]
 fn sm_shows_each_of_its_items() {
     let mut robot = six_axis();
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     let idle = "EE0 SE0 SC0 BC0 ES0 SS0 SV0 MM5 RM1 RS0 OV100 AL0 DC0 DS0";
     let mut expected: Vec<String> = idle.split(' ').map(str::to_string).collect();
     assert_eq!(text(&mut robot, "SM,1"), idle);
@@ -288,7 +288,7 @@ fn sm_shows_each_of_its_items() {
         (ControlRight::Rs232c, "MM4"),
         (ControlRight::Ether, "MM5"),
     ] {
-        robot.panel(Panel::ControlRight(right));
+        robot.panel(PanelAction::ControlRight(right));
         now(&mut robot, &[(7, item)], item);
     }
     for (key, item) in [
@@ -296,31 +296,31 @@ fn sm_shows_each_of_its_items() {
         (KeySwitch::Internal, "MM1"),
         (KeySwitch::Ext, "MM5"),
     ] {
-        robot.panel(Panel::Key(key));
+        robot.panel(PanelAction::Key(key));
         now(&mut robot, &[(7, item)], item);
     }
     for (line, on, off) in [(257, (2, "SC1"), (2, "SC0")), (260, (3, "BC1"), (3, "BC0"))] {
-        robot.panel(Panel::InputLine { line, on: true });
+        robot.panel(PanelAction::InputLine { line, on: true });
         now(&mut robot, &[on], "a system input");
-        robot.panel(Panel::InputLine { line, on: false });
+        robot.panel(PanelAction::InputLine { line, on: false });
         now(&mut robot, &[off], "a system input");
     }
-    robot.panel(Panel::SafetySwitch(true));
+    robot.panel(PanelAction::SafetySwitch(true));
     now(
         &mut robot,
         &[(1, "SE1"), (5, "SS1"), (6, "SV0"), (11, "AL8")],
         "safety switch",
     );
-    robot.panel(Panel::SafetySwitch(false));
+    robot.panel(PanelAction::SafetySwitch(false));
     robot.command(Port::Ip0, "RS,ERR");
     now(&mut robot, &[(1, "SE0"), (5, "SS0"), (11, "AL0")], "RS,ERR");
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     now(
         &mut robot,
         &[(0, "EE1"), (4, "ES1"), (11, "AL8")],
         "emergency stop",
     );
-    robot.panel(Panel::EmergencyStop(false));
+    robot.panel(PanelAction::EmergencyStop(false));
     robot.command(Port::Ip0, "RS,ERR");
     now(&mut robot, &[(0, "EE0"), (4, "ES0"), (11, "AL0")], "RS,ERR");
 }
@@ -349,9 +349,9 @@ fn ac_and_ah_to_the_byte() {
     assert_eq!(robot.ask(Port::Ip0, "AH"), b"FL,0\x1A");
     robot.send(Port::Ip0, b"OK\r");
     robot.advance_ms(61_000);
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     robot.advance_ms(1_000);
-    robot.panel(Panel::Battery(true));
+    robot.panel(PanelAction::Battery(true));
     let both = "2,001-102,Battery low,14-02-06 00:01:02\r008-027,Emergency stop ON,14-02-06 00:01:01\r";
     let mut active: Vec<String> = text(&mut robot, "AC")[2..]
         .split('\r')
@@ -364,7 +364,7 @@ fn ac_and_ah_to_the_byte() {
         "in whatever order"
     );
     assert_eq!(text(&mut robot, "AH"), both);
-    robot.panel(Panel::EmergencyStop(false));
+    robot.panel(PanelAction::EmergencyStop(false));
     robot.command(Port::Ip0, "RS,ERR");
     assert_eq!(text(&mut robot, "AC"), "0");
     assert_eq!(text(&mut robot, "AH"), both, "a reset leaves the history");
@@ -375,8 +375,8 @@ fn ac_and_ah_to_the_byte() {
 fn a_long_history_goes_on_in_bare_texts() {
     let mut robot = six_axis();
     for _ in 0..16 {
-        robot.panel(Panel::EmergencyStop(true));
-        robot.panel(Panel::EmergencyStop(false));
+        robot.panel(PanelAction::EmergencyStop(true));
+        robot.panel(PanelAction::EmergencyStop(false));
     }
     let mut texts = vec![robot.ask(Port::Ip0, "AH")];
     while !texts.last().unwrap().ends_with(b"\x1A") {
@@ -399,7 +399,7 @@ fn a_long_history_goes_on_in_bare_texts() {
 fn io_hi_and_ho_speak_of_the_same_lines_as_sf() {
     let mut robot = six_axis();
     for line in [1, 3, 6, 8, 101, 201, 301, 332, 464] {
-        robot.panel(Panel::InputLine { line, on: true });
+        robot.panel(PanelAction::InputLine { line, on: true });
     }
     robot.command(Port::Ip0, "HO,1 8 165");
     robot.command(Port::Ip0, "HO,15 4 6");
@@ -574,11 +574,11 @@ fn md_rt_and_sc_stand_in_sf() {
 #[test]
 fn rs_err_ends_alarms_whose_cause_is_gone() {
     let mut robot = six_axis();
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     robot.command(Port::Ip0, "RS,ERR");
     assert_eq!(word(&robot.total(Port::Ip0), 4), 26, "still pressed");
-    robot.panel(Panel::EmergencyStop(false));
-    robot.panel(Panel::Key(KeySwitch::Teaching));
+    robot.panel(PanelAction::EmergencyStop(false));
+    robot.panel(PanelAction::Key(KeySwitch::Teaching));
     robot.command(Port::Ip0, "RS,ERR");
     assert_eq!(word(&robot.total(Port::Ip0), 4), 0xFFFF);
 }

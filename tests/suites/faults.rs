@@ -9,7 +9,7 @@ use hosts::{Careful, Careless, Host, Outcome};
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::faults::KINDS;
-use ts3100_controller::{Config, Dialect, Input, Panel, Port};
+use ts3100_controller::{Config, Dialect, Input, PanelAction, Port};
 use world::World;
 
 /// A cycle of two steps and some seconds.
@@ -139,13 +139,13 @@ fn store(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
 }
 
 fn cycle(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
-    world.put(Input::Panel(Panel::Servo(true)));
+    world.put(Input::Panel(PanelAction::Servo(true)));
     host.cycle(world)
 }
 
 fn greetings(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
     world.connect(Port::Ip1);
-    world.put(Input::Panel(Panel::Start));
+    world.put(Input::Panel(PanelAction::Start));
     let found = host.records(world, Port::Ip1, 2)?;
     match found.as_slice() {
         [first, second] if first == "READY" && second == "GO" => Ok(()),

@@ -7,7 +7,7 @@ mod channels;
 use cases::{PROGRAM, cases, commands, download};
 use std::collections::BTreeSet;
 use ts3100_controller::findings::{FIRST_KEPT, MAX_BYTES, RULES, rules};
-use ts3100_controller::{Event, KeySwitch, Output, Panel, Port, Severity};
+use ts3100_controller::{Event, KeySwitch, Output, PanelAction, Port, Severity};
 use ts3100_tests::Robot;
 
 /// A robot to which a host has done something.
@@ -78,7 +78,7 @@ fn a_host_cannot_wait_for_an_sp_it_does_not_expect() {
     let robot = after(|r| {
         commands(r, &["RN"]);
         r.advance_ms(1_000);
-        r.panel(Panel::Stop);
+        r.panel(PanelAction::Stop);
         r.raw(Port::Ip1, b"1,2\r");
         r.advance_ms(10);
         assert!(r.received(Port::Ip0).ends_with(b"\x02SP\r\x03"));
@@ -109,7 +109,7 @@ fn a_refusal_is_told_once_by_the_rule_that_says_most() {
         (|r| commands(r, &["BR", "RN"]), &rules::START_SERVO_OFF),
         (
             |r| {
-                r.panel(Panel::Key(KeySwitch::Teaching));
+                r.panel(PanelAction::Key(KeySwitch::Teaching));
                 commands(r, &["RN"]);
             },
             &rules::MODE_FORBIDS,
@@ -126,8 +126,8 @@ fn a_refused_start_is_told_by_the_cause_that_refused_it() {
     type Cause = fn(&mut Robot);
     let nothing: Cause = |r| commands(r, &["RS,SEL"]);
     let jogging: Cause = |r| commands(r, &["MD,0", "SC,0", "JG,1 +"]);
-    let emergency: Cause = |r| r.panel(Panel::EmergencyStop(true));
-    let open: Cause = |r| r.panel(Panel::SafetySwitch(true));
+    let emergency: Cause = |r| r.panel(PanelAction::EmergencyStop(true));
+    let open: Cause = |r| r.panel(PanelAction::SafetySwitch(true));
     let held: Cause = |r| commands(r, &["FD"]);
     let off: Cause = |r| commands(r, &["BR"]);
     let state = &rules::REFUSED_BY_STATE;

@@ -2,7 +2,7 @@
 //! that moves the arm by DO and watches it with SM and PR (hosts.md 2).
 
 use crate::extended::{scara, six_axis, text, values, word};
-use ts3100_controller::{ControlRight, KeySwitch, Panel, Port};
+use ts3100_controller::{ControlRight, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 /// Something done to a robot.
@@ -193,9 +193,11 @@ fn what_ends_guiding_and_what_forbids_it() {
     let stops: [(&str, Action); 4] = [
         ("BR", |robot| robot.command(Port::Ip0, "BR")),
         ("EC,BREAK", |robot| robot.command(Port::Ip0, "EC,BREAK")),
-        ("emergency stop", |robot| robot.panel(Panel::EmergencyStop(true))),
+        ("emergency stop", |robot| {
+            robot.panel(PanelAction::EmergencyStop(true))
+        }),
         ("SVOFF", |robot| {
-            robot.panel(Panel::InputLine { line: 261, on: true });
+            robot.panel(PanelAction::InputLine { line: 261, on: true });
         }),
     ];
     for (what, stop) in stops {
@@ -312,7 +314,7 @@ fn every_text_feeds_the_watchdog_and_wd_0_0_ends_it() {
     assert_eq!(robot.alarms(), ["1-200"], "a host that crashed is what it is for");
     let mut robot = six_axis();
     robot.command(Port::Ip0, "WD,700 8");
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.advance_ms(5_000);
     assert!(robot.alarms().is_empty(), "power off ends it");
 }
@@ -413,9 +415,13 @@ fn a_move_that_cannot_be_made_leaves_dc_and_ds_alone() {
 fn a_move_that_is_cut_short_changes_dc() {
     type Cut = fn(&mut Robot);
     let ways: [(&str, Cut); 6] = [
-        ("emergency stop", |robot| robot.panel(Panel::EmergencyStop(true))),
-        ("safety switch", |robot| robot.panel(Panel::SafetySwitch(true))),
-        ("servo off", |robot| robot.panel(Panel::Servo(false))),
+        ("emergency stop", |robot| {
+            robot.panel(PanelAction::EmergencyStop(true))
+        }),
+        ("safety switch", |robot| {
+            robot.panel(PanelAction::SafetySwitch(true))
+        }),
+        ("servo off", |robot| robot.panel(PanelAction::Servo(false))),
         ("BR", |robot| robot.command(Port::Ip0, "BR")),
         ("EC,BREAK", |robot| robot.command(Port::Ip0, "EC,BREAK")),
         ("alarm", |robot| {
@@ -438,10 +444,10 @@ fn a_move_that_is_cut_short_changes_dc() {
 #[test]
 fn in_teaching_the_host_on_ip0_does_not_jog() {
     let mut robot = six_axis();
-    robot.panel(Panel::Key(KeySwitch::Teaching));
+    robot.panel(PanelAction::Key(KeySwitch::Teaching));
     refused(&mut robot, "JG,1 +");
-    robot.panel(Panel::Key(KeySwitch::Ext));
-    robot.panel(Panel::ControlRight(ControlRight::Sig));
+    robot.panel(PanelAction::Key(KeySwitch::Ext));
+    robot.panel(PanelAction::ControlRight(ControlRight::Sig));
     refused(&mut robot, "JG,1 +");
     rests(&mut robot);
 }
@@ -508,7 +514,7 @@ fn a_watchdog_of_level_2_ends_guidance() {
 fn turning_the_key_ends_guidance() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "JG,1 +");
-    robot.panel(Panel::Key(ts3100_controller::KeySwitch::Teaching));
+    robot.panel(PanelAction::Key(ts3100_controller::KeySwitch::Teaching));
     robot.advance_ms(60_000);
     assert!(
         values(&mut robot, "PR,0")[0] < 10.0,

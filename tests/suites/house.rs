@@ -222,12 +222,12 @@ const MAY_WATCH_THE_CLOCK: [(&str, &str, &str); 7] = [
         "its bound",
     ),
     (
-        "crates/emulator/src/hub/tests.rs",
+        "crates/emulator/src/driver/tests.rs",
         "sleep(",
         "under tokio's clock that the test has paused: it takes no time",
     ),
     (
-        "crates/emulator/src/hub/tests.rs",
+        "crates/emulator/src/driver/tests.rs",
         "Instant::now(",
         "virtual time is compared with the wall, which it must not pass",
     ),

@@ -4,7 +4,7 @@
 use crate::extended::scara_of;
 use crate::variables::read;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, Controller, Dialect, Output, Panel, Port};
+use ts3100_controller::{Config, Controller, Dialect, Output, PanelAction, Port};
 use ts3100_tests::Robot;
 
 /// A robot with these points, as `--points` gives them, and nothing selected.
@@ -15,7 +15,7 @@ fn taught(model: ArmModel, table: &str) -> Robot {
     let mut robot = Robot::with(config);
     robot.connect(Port::Ip0);
     robot.connect(Port::Ip1);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -159,7 +159,7 @@ fn with_option(key: &str, value: &str) -> Robot {
     let mut robot = Robot::with(config);
     robot.connect(Port::Ip0);
     robot.connect(Port::Ip1);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -215,7 +215,7 @@ fn a_scara_counts_a_difference_of_a_thousandth_as_equal() {
     let mut scara = Robot::with(scara);
     scara.connect(Port::Ip0);
     scara.connect(Port::Ip1);
-    scara.panel(Panel::Servo(true));
+    scara.panel(PanelAction::Servo(true));
     assert_eq!(of(&mut scara), exact);
 }
 
@@ -261,7 +261,7 @@ fn integers_out_of_range_raise_the_overflow_alarm_on_both_sides() {
         b"1E400\r7\r",
     );
     assert_eq!(text, "", "an alarm of level 2 stops behind the step");
-    robot.panel(Panel::AlarmReset);
+    robot.panel(PanelAction::AlarmReset);
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(1_000);
     assert_eq!(
@@ -409,7 +409,7 @@ fn restore_by_do_and_by_a_monitor_is_the_same_and_what_cannot_be_restored_is_an_
 
     let mut robot = Robot::new(Dialect::Field);
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot.command(Port::Ip0, "DO,RESTORE");
     robot.advance_ms(300);
     let alarms = robot.alarms();

@@ -3,9 +3,9 @@
 
 use crate::extended::{text, word};
 use std::time::Duration;
-use ts3100_controller::display::PAGES;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, ControlRight, Dialect, Input, Panel, Port};
+use ts3100_controller::pendant_pages::PAGES;
+use ts3100_controller::{Config, ControlRight, Dialect, Input, PanelAction, Port};
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame, unframe};
 
@@ -19,7 +19,7 @@ fn with_parameters(dialect: Dialect, name: &str, change: &[(&str, &str)]) -> Rob
         content = content.replacen(from, to, 1);
     }
     robot.controller.put_file(name, content.as_bytes()).unwrap();
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     for port in [Port::Ip0, Port::Host, Port::Com1] {
         robot.connect(port);
     }
@@ -53,8 +53,8 @@ fn host_of_a_scara_controller_is_served_at_300_and_600_bit_s() {
         let mut robot = with(ArmModel::thl400());
         set(&mut robot, "HOST", speed).unwrap();
         assert!(set(&mut robot, "COM1", speed).is_err(), "HOST only");
-        robot.panel(Panel::PowerCycle);
-        robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+        robot.panel(PanelAction::PowerCycle);
+        robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
         robot.connect(Port::Host);
         robot.raw(Port::Host, &frame(b"SO\r"));
         // Five characters there, five back, ten bits each.
@@ -138,11 +138,11 @@ fn seven_bits_cost_sf_its_top_bits() {
 #[test]
 fn a_transfer_of_host_is_255_bytes_at_most() {
     let mut robot = with_lines("9600 8 0 1", "115200 8 0 1");
-    robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+    robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
     let mut fill = b"DO,N = 1".to_vec();
     fill.resize(252, b' ');
     fill.push(b'\r');
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
         .controller
         .put_file("T", b"GLOBAL\nN = 0\nEND\nPROGRAM T\nEND\n")
@@ -164,8 +164,8 @@ fn a_transfer_of_host_is_255_bytes_at_most() {
     robot.connect(Port::Host);
     robot.controller.put_file("LONG", program.as_bytes()).unwrap();
     for _ in 0..60 {
-        robot.panel(Panel::EmergencyStop(true));
-        robot.panel(Panel::EmergencyStop(false));
+        robot.panel(PanelAction::EmergencyStop(true));
+        robot.panel(PanelAction::EmergencyStop(false));
     }
     for command in ["UL,LONG", "UL,ETHERNET.PAR", "EU", "SF", "SU", "CA", "VR"] {
         robot.send(Port::Host, &[command.as_bytes(), b"\r"].concat());
@@ -222,7 +222,7 @@ fn fields_keep_to_their_lengths() {
         );
     }
     robot.advance_ms(3_600_000);
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     for record in text(&mut robot, "EU").split_terminator('\r').skip(1) {
         assert_eq!(record.len(), "008-027 14-02-06 01:00:00".len(), "{record}");
     }
@@ -273,13 +273,13 @@ fn input_without_a_channel_reads_the_pendant() {
     }
     robot.advance_ms(60_000);
     assert!(text(&mut robot, "SU").ends_with("running"), "still waiting");
-    robot.panel(Panel::Keys("6".to_string()));
+    robot.panel(PanelAction::Keys("6".to_string()));
     robot.advance_ms(1_000);
     assert!(
         text(&mut robot, "SU").ends_with("running"),
         "the key Enter is missing"
     );
-    robot.panel(Panel::Keys("\r".to_string()));
+    robot.panel(PanelAction::Keys("\r".to_string()));
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Ip1), b"           6\r");
 }

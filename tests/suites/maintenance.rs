@@ -1,9 +1,9 @@
 //! The maintenance information of MN (S29): every number is counted, in virtual time, and survives a power cycle.
 
 use crate::extended::{scara, scara_of, six_axis};
-use ts3100_controller::deed::Deed;
+use ts3100_controller::action::Action;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, Dialect, Input, Panel, Port};
+use ts3100_controller::{Config, Dialect, Input, PanelAction, Port};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::mn::Maintenance;
 use ts3100_proto::status::position::CurrentPosition;
@@ -155,18 +155,18 @@ fn times_and_counts_are_those_of_the_states_and_survive_a_power_cycle() {
     robot.advance_ms(6 * 60_000);
     robot.command(Port::Ip0, "BR");
     robot.advance_ms(6 * 60_000);
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     robot.advance_ms(12 * 60_000);
-    robot.panel(Panel::EmergencyStop(false));
-    robot.panel(Panel::AlarmReset);
+    robot.panel(PanelAction::EmergencyStop(false));
+    robot.panel(PanelAction::AlarmReset);
     robot.command(Port::Ip0, "SO");
     order(&mut robot, "MOVEA 1, 90");
     robot.advance_ms(5 * 60_000);
     let of_axis = maintenance(&mut robot).axes[1][0];
     close(of_axis, 90.0, "before the power went off");
-    robot.put(Input::Deed(Deed::PowerOff));
+    robot.put(Input::Action(Action::PowerOff));
     robot.advance_ms(30 * 60_000);
-    robot.put(Input::Deed(Deed::PowerOn));
+    robot.put(Input::Action(Action::PowerOn));
     robot.connect(Port::Ip0);
     robot = Robot::of(paper::again(&robot.controller));
     let read = maintenance(&mut robot);
@@ -190,7 +190,7 @@ fn times_and_counts_are_those_of_the_states_and_survive_a_power_cycle() {
 #[test]
 fn a_locked_machine_wears_nothing() {
     let mut robot = six_axis();
-    robot.panel(Panel::MachineLock(true));
+    robot.panel(PanelAction::MachineLock(true));
     order(&mut robot, "MOVEA 1, 100");
     let read = maintenance(&mut robot);
     assert_eq!(read.axes, Maintenance::default().axes);

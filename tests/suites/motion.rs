@@ -1,7 +1,7 @@
 //! What a host sees of the arm's motion: it takes time, it can be stopped, held and overridden, and DO answers
 //! before it ends.
 
-use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
 const TRIP: &str = "PROGRAM TRIP\nMOVE HOME\nPRINT IP1, \"1\"\nMOVES FAR WITH SPEED=20\nPRINT IP1, \"2\"\nMOVE HOME\n\
@@ -228,8 +228,8 @@ fn teaching_is_slow() {
         );
         robot.connect(Port::Ip0);
         robot.connect(Port::Ip1);
-        robot.panel(Panel::Servo(true));
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Servo(true));
+        robot.panel(PanelAction::Start);
         until(&mut robot, "A", |robot| robot.received(Port::Ip1) == b"1");
         let start = robot.now();
         let mut last = position(&mut robot);
@@ -275,15 +275,15 @@ fn the_override_slows_every_motion() {
 #[test]
 fn the_emergency_stop_ends_everything_and_tells_the_host() {
     let mut robot = under_way();
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
     robot.advance_ms(1_000);
     let body = robot.total(Port::Ip0);
     assert_eq!(body[..3], [0, 1, 2], "servo off, emergency stop on, stop (retry)");
     assert_eq!(body[4..6], [0, 26], "8-027");
     assert_eq!(robot.ask(Port::Ip0, "SO"), b"NG\r");
-    robot.panel(Panel::EmergencyStop(false));
-    robot.panel(Panel::AlarmReset);
+    robot.panel(PanelAction::EmergencyStop(false));
+    robot.panel(PanelAction::AlarmReset);
     robot.command(Port::Ip0, "SO");
     let body = robot.total(Port::Ip0);
     assert_eq!(body[..2], [1, 0]);
@@ -296,7 +296,7 @@ fn the_emergency_stop_ends_everything_and_tells_the_host() {
 #[test]
 fn under_machine_lock_the_arm_stands_and_the_program_runs() {
     let mut robot = Robot::ready(TRIP);
-    robot.panel(Panel::MachineLock(true));
+    robot.panel(PanelAction::MachineLock(true));
     let before = position(&mut robot);
     let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
     assert!(status.contains("MACHINE:lock"), "{status}");
@@ -422,7 +422,7 @@ fn turning_the_key_to_teaching_slows_what_is_under_way_to_250() {
     robot.advance_ms(300);
     let mut free = robot.clone();
     assert!((fastest(&mut free) - 400.0).abs() < 1.0, "20 % of 2000 mm/s");
-    robot.panel(Panel::Key(KeySwitch::Teaching));
+    robot.panel(PanelAction::Key(KeySwitch::Teaching));
     robot.advance_ms(100);
     let top = fastest(&mut robot);
     assert!((top - 250.0).abs() < 1.0, "{top} mm/s in TEACHING");
@@ -434,10 +434,10 @@ fn turning_the_key_to_teaching_slows_what_is_under_way_to_250() {
         let mut robot = Robot::ready(&program);
         robot.command(Port::Ip0, "EC,MODE STEP");
         robot.command(Port::Ip0, &format!("EC,OVRD {percent}"));
-        robot.panel(Panel::Key(KeySwitch::Teaching));
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Key(KeySwitch::Teaching));
+        robot.panel(PanelAction::Start);
         assert!(fastest(&mut robot) <= 250.5, "the way to A");
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Start);
         let top = fastest(&mut robot);
         assert!((top - expected).abs() < 1.0, "{speed} % at {percent} %: {top}");
     }

@@ -6,7 +6,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::Duration;
-use ts3100_controller::{Panel, Port};
+use ts3100_controller::{PanelAction, Port};
 use ts3100_emulator::config::Ports;
 use ts3100_emulator::embed::Emulator;
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
@@ -332,7 +332,7 @@ fn a_new_port_serves_after_the_power_cycle_and_the_old_no_more() {
         "not before"
     );
     exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::PowerCycle).unwrap();
+    robot.panel(PanelAction::PowerCycle).unwrap();
     let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, second)));
     exchange(&mut ip0, b"\x02BR\r\x03", b"\x02OK\r\x03");
     assert!(

@@ -7,7 +7,7 @@ mod sockets;
 use crate::extended::text;
 use std::collections::BTreeSet;
 use std::time::Duration;
-use ts3100_controller::{Config, ControlRight, Dialect, HostLine, HostSettings, Input, Panel, Port};
+use ts3100_controller::{Config, ControlRight, Dialect, HostLine, HostSettings, Input, PanelAction, Port};
 use ts3100_emulator::config::{LinkOptions, option_keys, set_option};
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame, notation};
@@ -236,7 +236,7 @@ fn robot_with(option: Option<(&str, &str)>) -> Robot {
     }
     let mut robot = Robot::with(config);
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -439,7 +439,7 @@ fn text_with_wrong_parity(robot: &mut Robot) -> String {
         .controller
         .set_parameter("USER.PAR", "U06", "HOST", "9600 8 2 1")
         .unwrap();
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Host);
     let host = HostSettings {
         speed: Some(9_600),
@@ -447,7 +447,7 @@ fn text_with_wrong_parity(robot: &mut Robot) -> String {
         parity: Some(Parity::Odd),
         stop: Some(1),
     };
-    robot.put(Input::Line {
+    robot.put(Input::SerialOpened {
         port: Port::Host,
         host: HostLine::Modelled(host),
     });
@@ -457,7 +457,7 @@ fn text_with_wrong_parity(robot: &mut Robot) -> String {
 }
 
 fn with_host(robot: &mut Robot) {
-    robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+    robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
     robot.connect(Port::Host);
 }
 
@@ -484,7 +484,7 @@ fn text_while_the_robot_sends(robot: &mut Robot) -> String {
 fn third_servo_on(robot: &mut Robot) -> String {
     for _ in 0..2 {
         robot.command(Port::Ip0, "BR");
-        robot.panel(Panel::Servo(false));
+        robot.panel(PanelAction::Servo(false));
         robot.command(Port::Ip0, "SO");
     }
     let at_once = robot.total(Port::Ip0)[0];
@@ -499,7 +499,7 @@ fn first_text_of_sf(robot: &mut Robot) -> String {
 
 /// A turn of 60 degrees with LOW_SPD on.
 fn low_speed(robot: &mut Robot) -> String {
-    robot.panel(Panel::InputLine { line: 259, on: true });
+    robot.panel(PanelAction::InputLine { line: 259, on: true });
     let content = text(robot, "SU");
     let shown = content
         .split(' ')
@@ -515,9 +515,9 @@ fn low_speed(robot: &mut Robot) -> String {
 }
 
 fn run_without_strobe(robot: &mut Robot) -> String {
-    robot.panel(Panel::ControlRight(ControlRight::Sig));
+    robot.panel(PanelAction::ControlRight(ControlRight::Sig));
     robot.load("TEST", "PROGRAM T\nDELAY 10\nEND\n");
-    robot.panel(Panel::InputLine { line: 255, on: true });
+    robot.panel(PanelAction::InputLine { line: 255, on: true });
     robot.advance_ms(100);
     status(robot)
 }

@@ -2,8 +2,8 @@
 
 use super::extended::{text, word};
 use super::signals::{ALARM, SYS_RDY, output};
-use ts3100_controller::deed::Deed;
-use ts3100_controller::{Config, Dialect, Input, KeySwitch, Options, Panel, Port};
+use ts3100_controller::action::Action;
+use ts3100_controller::{Config, Dialect, Input, KeySwitch, Options, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
 fn with(change: impl Fn(&mut Options)) -> Robot {
@@ -11,12 +11,12 @@ fn with(change: impl Fn(&mut Options)) -> Robot {
     change(&mut config.options);
     let mut robot = Robot::with(config);
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
 fn line(robot: &mut Robot, line: u16, on: bool) {
-    robot.panel(Panel::InputLine { line, on });
+    robot.panel(PanelAction::InputLine { line, on });
 }
 
 /// Numbers of the active alarms, newest first.
@@ -40,9 +40,9 @@ fn su_shows_the_speed_limit_in_force() {
         assert!(text(&mut robot, "SU").contains("LSPEED:100%"));
         line(&mut robot, 259, true);
         assert!(text(&mut robot, "SU").contains(shown), "{shown}");
-        robot.panel(Panel::Key(KeySwitch::Teaching));
+        robot.panel(PanelAction::Key(KeySwitch::Teaching));
         assert!(text(&mut robot, "SU").contains("LSPEED:100%"), "in EXT only");
-        robot.panel(Panel::Key(KeySwitch::Ext));
+        robot.panel(PanelAction::Key(KeySwitch::Ext));
         line(&mut robot, 259, false);
         assert!(text(&mut robot, "SU").contains("LSPEED:100%"));
     }
@@ -83,11 +83,11 @@ fn rs_prg_ends_feed_hold_and_takes_the_new_text() {
 #[test]
 fn an_open_safety_switch_keeps_its_alarm_through_a_reset() {
     let mut robot = with(|_| {});
-    robot.panel(Panel::SafetySwitch(true));
+    robot.panel(PanelAction::SafetySwitch(true));
     robot.command(Port::Ip0, "RS,ERR");
     assert_eq!(active(&mut robot), ["008-203"]);
     assert_eq!(robot.ask(Port::Ip0, "SO"), b"NG\r");
-    robot.panel(Panel::SafetySwitch(false));
+    robot.panel(PanelAction::SafetySwitch(false));
     robot.command(Port::Ip0, "RS,ERR");
     assert!(active(&mut robot).is_empty());
     robot.command(Port::Ip0, "SO");
@@ -96,9 +96,9 @@ fn an_open_safety_switch_keeps_its_alarm_through_a_reset() {
 #[test]
 fn what_persists_is_an_alarm_again_at_power_on() {
     let mut robot = with(|_| {});
-    robot.panel(Panel::SafetySwitch(true));
-    robot.panel(Panel::Battery(true));
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::SafetySwitch(true));
+    robot.panel(PanelAction::Battery(true));
+    robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Ip0);
     let mut found = active(&mut robot);
     found.sort();
@@ -153,7 +153,7 @@ fn a_download_is_refused_when_the_robot_was_started_meanwhile() {
     robot.command(Port::Ip0, "DL,OTHER");
     robot.send(Port::Ip0, b"FL,PROGRAM O\n");
     assert_eq!(robot.received(Port::Ip0), frame(b"OK\r"));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Start);
     robot.send(Port::Ip0, b"END\n\x1A");
     assert_eq!(robot.received(Port::Ip0), frame(b"NG\r"));
     assert!(!text(&mut robot, "CA").contains("OTHER"));
@@ -184,7 +184,7 @@ fn sys_rdy_is_off_under_an_alarm_of_level_4_or_8() {
     ] {
         let mut robot = with(|_| {});
         assert!(output(&mut robot, SYS_RDY));
-        robot.feed(Input::Deed(Deed::RaiseAlarm {
+        robot.feed(Input::Action(Action::RaiseAlarm {
             number: number.to_string(),
             detail: String::new(),
         }));

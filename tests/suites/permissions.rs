@@ -2,7 +2,7 @@
 //! robot stopped and with a program running. The table below is typed from the manual a second time; the
 //! product's own copy is compared with it as well.
 
-use ts3100_controller::{ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_controller::{ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_proto::permission::{Permission, PermissionTable, ProtocolPort};
 use ts3100_proto::status::MasterMode;
 use ts3100_tests::{Robot, notation};
@@ -78,13 +78,13 @@ pub fn prepare(column: usize, running: bool) -> Robot {
         .get(column)
         .copied()
         .unwrap_or(KeySwitch::Ext);
-    robot.panel(Panel::Key(key));
+    robot.panel(PanelAction::Key(key));
     let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
     if let Some(right) = column.checked_sub(2).map(|place| rights[place]) {
-        robot.panel(Panel::ControlRight(right));
+        robot.panel(PanelAction::ControlRight(right));
     }
     if running {
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Start);
     }
     let status = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
     assert!(
@@ -147,7 +147,7 @@ fn every_command_in_every_mode_on_both_ports() {
 fn a_refused_command_has_no_effect() {
     for column in 0..4 {
         let mut robot = prepare(column, false);
-        robot.panel(Panel::Servo(false));
+        robot.panel(PanelAction::Servo(false));
         let before = robot.clone().total(Port::Ip0);
         for command in [
             "SO",

@@ -10,7 +10,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Event, Output, Panel, Port};
+use ts3100_controller::{Event, Output, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 /// A program that has not ended by then is left alone, in milliseconds.
@@ -138,16 +138,16 @@ fn act(robot: &mut Robot, what: &str) {
         "din" => {
             let (line, state) = rest.split_once(' ').unwrap();
             let (line, on) = (line.parse().unwrap(), state == "on");
-            robot.panel(Panel::InputLine { line, on });
+            robot.panel(PanelAction::InputLine { line, on });
         }
         "ip1" => robot.raw(Port::Ip1, &record),
         "ip2" => robot.raw(Port::Ip2, &record),
         "com1" => robot.raw(Port::Com1, &record),
-        "key" => robot.panel(Panel::Keys(format!("{rest}\r"))),
+        "key" => robot.panel(PanelAction::Keys(format!("{rest}\r"))),
         "host" => robot.command(Port::Ip0, rest),
-        "start" => robot.panel(Panel::Start),
-        "stop" => robot.panel(Panel::Stop),
-        "hold" => robot.panel(Panel::FeedHold),
+        "start" => robot.panel(PanelAction::Start),
+        "stop" => robot.panel(PanelAction::Stop),
+        "hold" => robot.panel(PanelAction::FeedHold),
         other => panic!("{other} is no directive"),
     }
 }
@@ -185,7 +185,7 @@ pub fn play(source: &str) -> String {
     };
     let limit = directive(source, "limit").map_or(LIMIT, |limit| limit.parse().unwrap());
     let mut script = script(source).into_iter().peekable();
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Start);
     log.look(&mut robot);
     loop {
         let now = robot.now().as_micros() - log.start;

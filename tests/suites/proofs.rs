@@ -2,7 +2,7 @@
 //! examples of the manual by what they send and where they move, bytes of SF, parameter files on real ports.
 
 use crate::extended::{text, values, word};
-use ts3100_controller::{Dialect, Panel, Port};
+use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
 /// Eleven positions, told apart by X: P1 at 301 mm and so on.
@@ -83,13 +83,13 @@ fn each_system_input_has_its_bit_and_the_others_stay() {
     for line in 249..=264 {
         let mut robot = Robot::new(Dialect::Field);
         robot.connect(Port::Ip0);
-        robot.panel(Panel::InputLine { line, on: true });
+        robot.panel(PanelAction::InputLine { line, on: true });
         let sf = robot.total(Port::Ip0);
         let inputs: Vec<u16> = (0..16).map(|place| word(&sf, 52 + 2 * place)).collect();
         let mut expected = [0; 16];
         expected[11] = 1 << (line - 249);
         assert_eq!(inputs, expected, "Din{line}");
-        robot.panel(Panel::InputLine { line, on: false });
+        robot.panel(PanelAction::InputLine { line, on: false });
         assert_eq!(
             word(&robot.total(Port::Ip0), 74),
             0,
@@ -122,7 +122,7 @@ fn of_two_channels_with_one_port_the_display_shows_one_closed() {
         [1, 2].map(|place: usize| rows[place].split_whitespace().last().unwrap().to_string())
     };
     assert_eq!(states(&robot), ["LISTEN", "LISTEN"], "before the power cycle");
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     assert_eq!(states(&robot), ["LISTEN", "CLOSED"]);
 }
 
@@ -142,7 +142,7 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
         .controller
         .put_file("ETHERNET.PAR", other.as_bytes())
         .unwrap();
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Ip0);
     assert_eq!(*robot.controller.network(), before);
     assert_eq!(robot.file(Port::Ip0, "EU"), b"0\r");
@@ -153,7 +153,7 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
             plain.replace("{IP1} = 1001", "{IP1} = 4001").as_bytes(),
         )
         .unwrap();
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     assert_eq!(
         robot.controller.network().channels[1].own_port,
         4001,

@@ -4,7 +4,7 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
-use ts3100_controller::{Panel, Port};
+use ts3100_controller::{PanelAction, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::Emulator;
 use ts3100_tests::transcript::{Cut, Transcript};
@@ -39,7 +39,7 @@ fn a_recording_runs_as_a_hand_written_transcript_does() {
         stream
     };
     let (mut host, mut program) = (dial(Port::Ip0), dial(Port::Ip1));
-    robot.panel(Panel::Servo(true)).unwrap();
+    robot.panel(PanelAction::Servo(true)).unwrap();
     exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
     exchange(&mut program, b"", b"REQ\r");
     exchange(&mut program, b"7\r", b"           7\r");

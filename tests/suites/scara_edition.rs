@@ -1,7 +1,7 @@
 //! What the SCARA edition of the communication manual (STE 80722) says beyond the six-axis one, for arms of its kind.
 
 use ts3100_controller::model::ArmModel;
-use ts3100_controller::{Config, Dialect, Panel, Port};
+use ts3100_controller::{Config, Dialect, PanelAction, Port};
 use ts3100_tests::Robot;
 
 fn scara(dialect: Dialect) -> Robot {
@@ -10,7 +10,7 @@ fn scara(dialect: Dialect) -> Robot {
         ..Config::new(dialect)
     });
     robot.connect(Port::Ip0);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 

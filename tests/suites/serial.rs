@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 use ts3100_controller::{
-    Config, ControlRight, Dialect, Event, HostLine, HostSettings, Input, Options, Output, Panel, Port, Time,
+    Config, ControlRight, Dialect, Event, HostLine, HostSettings, Input, Options, Output, PanelAction, Port,
+    Time,
 };
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame};
@@ -19,8 +20,8 @@ fn paced(u06: &str, change: impl Fn(&mut Options)) -> Robot {
             .set_parameter("USER.PAR", "U06", port, u06)
             .unwrap();
     }
-    robot.panel(Panel::PowerCycle);
-    robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+    robot.panel(PanelAction::PowerCycle);
+    robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
     for port in [Port::Host, Port::Com1, Port::Ip0] {
         robot.connect(port);
     }
@@ -33,7 +34,7 @@ fn usual() -> Robot {
 
 fn opened(robot: &mut Robot, port: Port, settings: HostSettings) {
     let host = HostLine::Modelled(settings);
-    robot.put(Input::Line { port, host });
+    robot.put(Input::SerialOpened { port, host });
 }
 
 /// Time until `count` bytes have come out of a port.
@@ -94,8 +95,8 @@ fn ten_thousand_bytes_take_what_the_line_takes_in_both_directions() {
     ] {
         let mut robot = paced(u06, |_| {});
         robot.load("P", &printer(100));
-        robot.panel(Panel::Servo(true));
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Servo(true));
+        robot.panel(PanelAction::Start);
         within(time_for(&mut robot, Port::Com1, 10_000), expected);
 
         // 10,000 bytes to the robot; the answer to the last text comes behind them.
@@ -161,8 +162,8 @@ fn hear(robot: &mut Robot) -> Vec<u8> {
 fn without_pacing_nothing_takes_time() {
     let mut robot = paced("9600 8 0 1", |options| options.serial_pacing = false);
     robot.load("P", &printer(100));
-    robot.panel(Panel::Servo(true));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
     let found = time_for(&mut robot, Port::Com1, 10_000);
     assert!(found < Duration::from_millis(100), "{found:?}");
     robot.raw(Port::Host, &[b'x'; 10_000]);
@@ -279,8 +280,8 @@ fn eight_bits_without_parity_on_a_line_of_seven_with_parity() {
     let mut robot = paced("9600 7 2 1", |_| {});
     opened(&mut robot, Port::Com1, settings(9_600, 8, Parity::None, 1));
     robot.load("P", "PROGRAM P\nPRINT COM1, \"ABC\", CR\nEND\n");
-    robot.panel(Panel::Servo(true));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
     robot.advance_ms(1_000);
     assert_eq!(
         robot.received(Port::Com1),
@@ -351,8 +352,8 @@ fn host_is_half_duplex() {
         "x".repeat(100)
     );
     robot.load("P", &program);
-    robot.panel(Panel::Servo(true));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
     robot.raw(Port::Com1, b"7\r");
     robot.advance_ms(1_000);
     assert!(robot.received(Port::Com1).ends_with(b"xx           7\r"));
@@ -365,8 +366,8 @@ fn an_unsolicited_sp_waits_until_the_line_is_free() {
         options.text.stx = ts3100_proto::text::StxRule::Required;
     });
     robot.load("P", "PROGRAM P\nDELAY 0.1\nEND\n");
-    robot.panel(Panel::Servo(true));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
     robot.advance_ms(99);
     // Four characters are on their way when the program ends, the last one's end is the 5th ms.
     robot.raw(Port::Host, b"xxxx");
@@ -457,11 +458,11 @@ fn a_host_hears_nothing_of_its_predecessors_answers_but_all_that_is_printed() {
 
     let mut robot = usual();
     robot.load("P", "PROGRAM P\nPRINT COM1, \"FOR THE NEXT ONE\", CR\nEND\n");
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot.raw(Port::Com1, &[b'1'; 10]);
     robot.disconnect(Port::Com1);
     robot.connect(Port::Com1);
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Start);
     robot.advance_ms(100);
     assert_eq!(robot.received(Port::Com1), b"FOR THE NEXT ONE\r");
 }
@@ -473,7 +474,7 @@ fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     robot.advance_ms(3);
-    robot.put(Input::LinePurged { port: Port::Host });
+    robot.put(Input::SerialPurged { port: Port::Host });
     robot.advance_ms(100);
     assert!(!robot.outputs.contains(&Output::Event(Event::Servo(true))));
     robot.advance_ms(11_000);
@@ -499,20 +500,20 @@ fn the_line_takes_no_more_than_it_says() {
 fn print_waits_for_room_and_a_stop_ends_the_wait() {
     let mut robot = usual();
     robot.load("P", &printer(50));
-    robot.panel(Panel::Servo(true));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Servo(true));
+    robot.panel(PanelAction::Start);
     robot.advance_ms(500);
     assert!(
         robot.controller.program_runs(),
         "5,000 bytes are not out in 0.5 s"
     );
-    robot.panel(Panel::Stop);
+    robot.panel(PanelAction::Stop);
     robot.advance_ms(1);
     assert!(!robot.controller.program_runs());
     let before = robot.received(Port::Com1).len();
     robot.advance_ms(2_000);
     assert!((480..=1_600).contains(&(before + robot.received(Port::Com1).len())));
-    robot.panel(Panel::Start);
+    robot.panel(PanelAction::Start);
     robot.advance_ms(10_000);
     assert!(!robot.controller.program_runs());
 }
@@ -520,13 +521,13 @@ fn print_waits_for_room_and_a_stop_ends_the_wait() {
 #[test]
 fn a_real_cable_does_its_own_physics() {
     let mut robot = usual();
-    robot.put(Input::Line {
+    robot.put(Input::SerialOpened {
         port: Port::Host,
         host: HostLine::Wire,
     });
     robot.send(Port::Host, b"CA\r");
     assert!(robot.received(Port::Host).starts_with(b"\x02FL,"));
-    robot.put(Input::LineFaults {
+    robot.put(Input::SerialErrors {
         port: Port::Host,
         bytes: b"SU\r".to_vec(),
     });
@@ -539,7 +540,7 @@ fn a_real_cable_does_its_own_physics() {
     let mut robot = paced("9600 8 0 1", |options| {
         options.bad_character = ts3100_controller::options::BadCharacter::Keep;
     });
-    robot.put(Input::LineFaults {
+    robot.put(Input::SerialErrors {
         port: Port::Host,
         bytes: frame(b"CA\r"),
     });
@@ -552,7 +553,7 @@ fn power_off_clears_the_line() {
     robot.send(Port::Host, b"CA\r");
     robot.advance_ms(10);
     robot.received(Port::Host);
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.advance_ms(2_000);
     assert_eq!(robot.received(Port::Host), b"");
     robot.connect(Port::Host);

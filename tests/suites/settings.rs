@@ -1,7 +1,7 @@
 //! What is set before the power comes on: parameter files, the model, and the options of the dialect.
 
 use ts3100_controller::options::UnsolicitedSp;
-use ts3100_controller::{Config, ControllerType, Dialect, Input, KeySwitch, Options, Panel, Port};
+use ts3100_controller::{Config, ControllerType, Dialect, Input, KeySwitch, Options, PanelAction, Port};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::{Checksum, StxRule, TextOptions};
 use ts3100_tests::{Robot, frame};
@@ -25,7 +25,7 @@ fn edit(robot: &mut Robot, name: &str, change: impl Fn(String) -> String) {
 }
 
 fn power_cycle(robot: &mut Robot) {
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Ip0);
 }
 
@@ -209,7 +209,7 @@ fn the_tsl3100_has_no_internal_position() {
             ..Config::new(Dialect::Field)
         });
         robot.connect(Port::Ip0);
-        robot.panel(Panel::Key(KeySwitch::Internal));
+        robot.panel(PanelAction::Key(KeySwitch::Internal));
         let text = String::from_utf8(robot.file(Port::Ip0, "SU")).unwrap();
         assert!(text.starts_with(&format!("MODE:{word}/")), "{text}");
     }
@@ -220,8 +220,8 @@ fn the_tsl3100_has_no_internal_position() {
 fn the_operation_mode_at_power_on_and_on_turning_the_key() {
     let mut robot = idle(Dialect::Field);
     robot.command(Port::Ip0, "EC,MODE CONT");
-    robot.panel(Panel::Key(KeySwitch::Internal));
-    robot.panel(Panel::Key(KeySwitch::Ext));
+    robot.panel(PanelAction::Key(KeySwitch::Internal));
+    robot.panel(PanelAction::Key(KeySwitch::Ext));
     assert!(
         robot
             .file(Port::Ip0, "SU")

@@ -6,7 +6,7 @@ use crate::extended::{text, values, word};
 use std::time::Duration;
 use ts3100_controller::options::Strobe;
 use ts3100_controller::{
-    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, Panel, Port,
+    Config, ControlRight, ControllerType, Dialect, Event, KeySwitch, Output, PanelAction, Port,
 };
 use ts3100_tests::Robot;
 
@@ -46,7 +46,7 @@ fn robot_with(strobe: Strobe, program: &str) -> Robot {
     robot.load("TEST", program);
     robot.connect(Port::Ip0);
     robot.connect(Port::Ip1);
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -55,7 +55,7 @@ fn robot() -> Robot {
 }
 
 fn set(robot: &mut Robot, line: u16, on: bool) {
-    robot.panel(Panel::InputLine { line, on });
+    robot.panel(PanelAction::InputLine { line, on });
 }
 
 /// A rising and a falling edge, 20 ms apart.
@@ -97,7 +97,7 @@ fn refusals(robot: &Robot) -> usize {
 #[test]
 fn a_cycle_by_signals_alone() {
     let mut robot = robot();
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     assert!(!output(&mut robot, SV_RDY) && output(&mut robot, SYS_RDY) && output(&mut robot, CYC_ST));
     pulse(&mut robot, EX_SVON);
     assert!(output(&mut robot, SV_RDY) && !output(&mut robot, ACK));
@@ -125,8 +125,8 @@ const MODES: [(KeySwitch, ControlRight); 5] = [
 ];
 
 fn in_mode(robot: &mut Robot, (key, right): (KeySwitch, ControlRight)) {
-    robot.panel(Panel::Key(key));
-    robot.panel(Panel::ControlRight(right));
+    robot.panel(PanelAction::Key(key));
+    robot.panel(PanelAction::ControlRight(right));
 }
 
 // clause: S40
@@ -159,7 +159,7 @@ fn ack_never_answers_the_other_inputs() {
     for mode in MODES {
         for line in [RUN, EX_SVON, ALM_RST, STOP, CYCLE, LOW_SPD, BREAK, SVOFF] {
             let mut robot = robot();
-            robot.panel(Panel::Servo(line != EX_SVON));
+            robot.panel(PanelAction::Servo(line != EX_SVON));
             in_mode(&mut robot, mode);
             set(&mut robot, line, true);
             assert!(!output(&mut robot, ACK), "{mode:?} Din{line}");
@@ -172,11 +172,11 @@ fn ack_never_answers_the_other_inputs() {
 #[test]
 fn what_has_no_effect_is_not_acknowledged() {
     let mut robot = robot();
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     set(&mut robot, RUN, true);
     assert!(!output(&mut robot, ACK));
     assert_eq!(refusals(&robot), 1);
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     set(&mut robot, EX_SVON, true);
     assert!(!output(&mut robot, ACK) && !output(&mut robot, SV_RDY));
     assert_eq!(refusals(&robot), 2);
@@ -188,12 +188,12 @@ fn what_has_no_effect_is_not_acknowledged() {
 fn of_several_at_once_only_the_first_is_processed() {
     let both_on = |strobe, order: [u16; 2]| {
         let mut robot = robot_with(strobe, PROGRAM);
-        robot.panel(Panel::ControlRight(ControlRight::Ether));
+        robot.panel(PanelAction::ControlRight(ControlRight::Ether));
         robot.command(Port::Ip0, "IW,1 1");
-        robot.panel(Panel::ControlRight(ControlRight::Sig));
+        robot.panel(PanelAction::ControlRight(ControlRight::Sig));
         pulse(&mut robot, RUN);
         pulse(&mut robot, STROBE);
-        robot.panel(Panel::Start);
+        robot.panel(PanelAction::Start);
         pulse(&mut robot, BREAK);
         quiet(&mut robot);
         assert_eq!(status(&mut robot), "stop(retry)");
@@ -237,14 +237,14 @@ fn start_inputs_are_dead_outside_ext_sig() {
             let mut robot = robot_with(strobe, PROGRAM);
             pulse(&mut robot, RUN);
             pulse(&mut robot, STROBE);
-            robot.panel(Panel::Start);
+            robot.panel(PanelAction::Start);
             pulse(&mut robot, BREAK);
-            robot.panel(Panel::Servo(false));
-            robot.panel(Panel::Battery(true));
+            robot.panel(PanelAction::Servo(false));
+            robot.panel(PanelAction::Battery(true));
             robot.advance_ms(200);
             quiet(&mut robot);
-            robot.panel(Panel::Key(key));
-            robot.panel(Panel::ControlRight(right));
+            robot.panel(PanelAction::Key(key));
+            robot.panel(PanelAction::ControlRight(right));
             let mode = text(&mut robot, "SU");
             let before = robot.total(Port::Ip0);
             for line in [EX_SVON, RUN, ALM_RST, CYCLE] {
@@ -276,9 +276,9 @@ fn stop_inputs_act_in_every_mode() {
             (SVOFF, 0, "stop(retry)"),
         ] {
             let mut robot = robot();
-            robot.panel(Panel::Key(key));
-            robot.panel(Panel::ControlRight(right));
-            robot.panel(Panel::Start);
+            robot.panel(PanelAction::Key(key));
+            robot.panel(PanelAction::ControlRight(right));
+            robot.panel(PanelAction::Start);
             robot.advance_ms(1_000);
             assert_eq!(status(&mut robot), "running");
             quiet(&mut robot);
@@ -322,9 +322,9 @@ fn resets_do_what_rs_does() {
         assert_eq!(robot.received(Port::Ip1), printed.as_bytes(), "Din{line}");
     }
     let mut robot = stopped();
-    robot.panel(Panel::ControlRight(ControlRight::Ether));
+    robot.panel(PanelAction::ControlRight(ControlRight::Ether));
     robot.command(Port::Ip0, "IW,1 1 24 1 25 1");
-    robot.panel(Panel::ControlRight(ControlRight::Sig));
+    robot.panel(PanelAction::ControlRight(ControlRight::Sig));
     pulse(&mut robot, DO_RST);
     let sf = robot.total(Port::Ip0);
     assert_eq!((word(&sf, 84), word(&sf, 86)), (0, 1 << 8), "outputs 1 to 24 off");
@@ -336,7 +336,7 @@ fn resets_wait_for_a_stop_but_not_that_of_alarms() {
     let mut robot = robot();
     pulse(&mut robot, RUN);
     robot.advance_ms(200);
-    robot.panel(Panel::Battery(true));
+    robot.panel(PanelAction::Battery(true));
     assert!(output(&mut robot, ALARM));
     for line in [PRG_RST, STEP_RST, CYC_RST, DO_RST] {
         pulse(&mut robot, line);
@@ -352,11 +352,11 @@ fn resets_wait_for_a_stop_but_not_that_of_alarms() {
 #[test]
 fn alm_rst_leaves_an_alarm_whose_cause_persists() {
     let mut robot = robot();
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     assert!(output(&mut robot, EMG_ST) && output(&mut robot, ALARM) && !output(&mut robot, SYS_RDY));
     pulse(&mut robot, ALM_RST);
     assert!(output(&mut robot, ALARM));
-    robot.panel(Panel::EmergencyStop(false));
+    robot.panel(PanelAction::EmergencyStop(false));
     assert!(!output(&mut robot, EMG_ST) && output(&mut robot, ALARM));
     pulse(&mut robot, ALM_RST);
     assert!(!output(&mut robot, ALARM) && output(&mut robot, SYS_RDY));
@@ -365,7 +365,7 @@ fn alm_rst_leaves_an_alarm_whose_cause_persists() {
 #[test]
 fn with_strobe_required_commands_wait_for_it() {
     let mut robot = robot_with(Strobe::Required, PROGRAM);
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     set(&mut robot, EX_SVON, true);
     set(&mut robot, RUN, true);
     robot.advance_ms(500);
@@ -425,7 +425,7 @@ fn low_spd_holds_the_speed_down() {
     robot.advance_ms(300);
     assert!((values(&mut robot, "VL,0")[0] - 240.0).abs() < 0.01);
     set(&mut robot, LOW_SPD, true);
-    robot.panel(Panel::Key(KeySwitch::Internal));
+    robot.panel(PanelAction::Key(KeySwitch::Internal));
     assert!(!output(&mut robot, LOW_ST), "only with the key in EXT");
 }
 
@@ -440,8 +440,8 @@ fn one_output_names_the_mode_and_one_the_battery() {
         (KeySwitch::Ext, ControlRight::Rs232c, 255),
         (KeySwitch::Ext, ControlRight::Ether, 255),
     ] {
-        robot.panel(Panel::Key(key));
-        robot.panel(Panel::ControlRight(right));
+        robot.panel(PanelAction::Key(key));
+        robot.panel(PanelAction::ControlRight(right));
         for candidate in 252..=255 {
             assert_eq!(
                 output(&mut robot, candidate),
@@ -451,12 +451,12 @@ fn one_output_names_the_mode_and_one_the_battery() {
         }
     }
     assert!(!output(&mut robot, BT_ALM));
-    robot.panel(Panel::Battery(true));
+    robot.panel(PanelAction::Battery(true));
     assert!(
         output(&mut robot, BT_ALM) && output(&mut robot, SYS_RDY),
         "a warning"
     );
-    robot.panel(Panel::Battery(false));
+    robot.panel(PanelAction::Battery(false));
     assert!(!output(&mut robot, BT_ALM));
 }
 
@@ -465,7 +465,7 @@ fn one_output_names_the_mode_and_one_the_battery() {
 fn ex_svon_is_latched_and_acts_in_ext_sig_while_sv_rdy_is_off() {
     for mode in MODES {
         let mut robot = robot();
-        robot.panel(Panel::Servo(false));
+        robot.panel(PanelAction::Servo(false));
         in_mode(&mut robot, mode);
         set(&mut robot, EX_SVON, true);
         let acts = mode == (KeySwitch::Ext, ControlRight::Sig);
@@ -498,11 +498,11 @@ type Way = fn(&mut Robot);
 /// Every way to turn the servo on.
 const WAYS: [(&str, Way); 3] = [
     ("SO", |robot| robot.command(Port::Ip0, "SO")),
-    ("panel", |robot| robot.panel(Panel::Servo(true))),
+    ("panel", |robot| robot.panel(PanelAction::Servo(true))),
     ("EX_SVON", |robot| {
-        robot.panel(Panel::ControlRight(ControlRight::Sig));
+        robot.panel(PanelAction::ControlRight(ControlRight::Sig));
         pulse(robot, EX_SVON);
-        robot.panel(Panel::ControlRight(ControlRight::Ether));
+        robot.panel(PanelAction::ControlRight(ControlRight::Ether));
     }),
 ];
 
@@ -525,7 +525,7 @@ fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
         turn_on(&mut robot);
         assert!(!servo(&mut robot), "{way}");
         let due = start + Duration::from_secs(7);
-        let held = |output: &Output| *output == Output::Event(Event::ServoHeldBack(due));
+        let held = |output: &Output| *output == Output::Event(Event::ServoDelayed(due));
         assert!(robot.outputs.iter().any(held), "{way}");
         assert_eq!(
             robot.ask(Port::Ip0, "DO,DOUT(1)"),
@@ -555,8 +555,8 @@ fn what_turns_the_servo_off_ends_the_pause_and_only_a_tsl3000e_has_one() {
         |robot| robot.command(Port::Ip0, "BR"),
         |robot| pulse(robot, SVOFF),
         |robot| {
-            robot.panel(Panel::EmergencyStop(true));
-            robot.panel(Panel::EmergencyStop(false));
+            robot.panel(PanelAction::EmergencyStop(true));
+            robot.panel(PanelAction::EmergencyStop(false));
             robot.command(Port::Ip0, "RS,ERR");
         },
     ];
@@ -569,7 +569,7 @@ fn what_turns_the_servo_off_ends_the_pause_and_only_a_tsl3000e_has_one() {
         assert!(!servo(&mut robot));
         robot.command(Port::Ip0, "SO");
         assert!(!servo(&mut robot), "the third still waits");
-        robot.panel(Panel::PowerCycle);
+        robot.panel(PanelAction::PowerCycle);
         robot.connect(Port::Ip0);
         robot.advance_ms(10_000);
         assert!(!servo(&mut robot), "power off ends it too");
@@ -577,7 +577,7 @@ fn what_turns_the_servo_off_ends_the_pause_and_only_a_tsl3000e_has_one() {
         assert!(servo(&mut robot), "and counts from one again");
     }
     let mut robot = robot();
-    robot.panel(Panel::ControlRight(ControlRight::Ether));
+    robot.panel(PanelAction::ControlRight(ControlRight::Ether));
     for _ in 0..6 {
         robot.command(Port::Ip0, "BR");
         robot.command(Port::Ip0, "SO");

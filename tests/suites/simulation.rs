@@ -3,7 +3,7 @@
 //! exchange, SU and SF agree, and the same seed gives the same bytes.
 
 use std::time::Duration;
-use ts3100_controller::{ControlRight, Dialect, KeySwitch, Panel, Port};
+use ts3100_controller::{ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};
 
 const SEEDS: u64 = 60;
@@ -112,19 +112,19 @@ fn agree(robot: &mut Robot, wait: u64) {
 
 fn operator(robot: &mut Robot, dice: &mut Dice) {
     let panel = match dice.next(12) {
-        0 => Panel::Key([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext][dice.next(3)]),
-        1 => {
-            Panel::ControlRight([ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether][dice.next(3)])
-        }
-        2 => Panel::EmergencyStop(true),
-        3 | 4 => Panel::EmergencyStop(false),
-        5 => Panel::AlarmReset,
-        6 => Panel::Servo(dice.next(3) > 0),
-        7 => Panel::Start,
-        8 => Panel::Stop,
-        9 => Panel::FeedHold,
-        10 => Panel::MachineLock(dice.next(2) == 0),
-        _ => Panel::InputLine {
+        0 => PanelAction::Key([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext][dice.next(3)]),
+        1 => PanelAction::ControlRight(
+            [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether][dice.next(3)],
+        ),
+        2 => PanelAction::EmergencyStop(true),
+        3 | 4 => PanelAction::EmergencyStop(false),
+        5 => PanelAction::AlarmReset,
+        6 => PanelAction::Servo(dice.next(3) > 0),
+        7 => PanelAction::Start,
+        8 => PanelAction::Stop,
+        9 => PanelAction::FeedHold,
+        10 => PanelAction::MachineLock(dice.next(2) == 0),
+        _ => PanelAction::InputLine {
             line: [1, 249, 255, 257, 261][dice.next(5)],
             on: dice.next(2) == 0,
         },
@@ -151,11 +151,11 @@ fn step(robot: &mut Robot, dice: &mut Dice) {
         18 => agree(robot, dice.next(3_000) as u64),
         _ => {
             // Back to where something can happen.
-            robot.panel(Panel::Key(KeySwitch::Ext));
-            robot.panel(Panel::ControlRight(ControlRight::Ether));
-            robot.panel(Panel::EmergencyStop(false));
-            robot.panel(Panel::AlarmReset);
-            robot.panel(Panel::Servo(true));
+            robot.panel(PanelAction::Key(KeySwitch::Ext));
+            robot.panel(PanelAction::ControlRight(ControlRight::Ether));
+            robot.panel(PanelAction::EmergencyStop(false));
+            robot.panel(PanelAction::AlarmReset);
+            robot.panel(PanelAction::Servo(true));
             robot.connect(Port::Ip1);
         }
     }

@@ -6,7 +6,9 @@ use crate::{programs, simulation, transcripts};
 use serde_json::Value as Json;
 use std::time::Duration;
 use ts3100_controller::faults::FaultOrder;
-use ts3100_controller::{Config, Controller, Dialect, Panel, Port, Snapshot, SnapshotError, SnapshotHead};
+use ts3100_controller::{
+    Config, Controller, Dialect, PanelAction, Port, Snapshot, SnapshotError, SnapshotHead,
+};
 use ts3100_tests::Robot;
 use ts3100_tests::paper::{self, on_paper};
 use ts3100_tests::transcript::Cut;
@@ -111,7 +113,7 @@ fn busy() -> Robot {
         let fault = Box::new(spec.parse().unwrap());
         robot.feed(FaultOrder::Arm(fault).into());
     }
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     for command in ["SU", "WD,9000 2", "RN"] {
         robot.send(Port::Ip0, format!("{command}\r").as_bytes());
         robot.advance_ms(200);
@@ -323,7 +325,7 @@ fn what_no_run_leads_to_is_refused_with_its_place() {
 #[test]
 fn an_interrupted_motion_is_looked_at_too() {
     let mut robot = busy();
-    robot.panel(Panel::Servo(false));
+    robot.panel(PanelAction::Servo(false));
     let mut json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
     let path = json.pointer_mut("/arm/interrupted/motion/path");
     *path.unwrap() = serde_json::json!({"Chain": {"legs": [], "duration": 1.0}});
@@ -404,10 +406,10 @@ fn live(controller: Controller) {
         robot.advance(Duration::from_millis(300));
     }
     for panel in [
-        Panel::FeedHold,
-        Panel::FeedHold,
-        Panel::EmergencyStop(true),
-        Panel::PowerCycle,
+        PanelAction::FeedHold,
+        PanelAction::FeedHold,
+        PanelAction::EmergencyStop(true),
+        PanelAction::PowerCycle,
     ] {
         robot.panel(panel);
         robot.advance(Duration::from_millis(700));

@@ -1,6 +1,6 @@
 //! SU, SF, EU, VR and CA as bodies: what each state looks like in all of them at once.
 
-use ts3100_controller::{Dialect, Panel, Port};
+use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
 fn idle() -> Robot {
@@ -68,9 +68,9 @@ fn every_line_has_its_bit() {
         (232, 70, 15),
         (257, 74, 8),
     ] {
-        robot.panel(Panel::InputLine { line, on: true });
+        robot.panel(PanelAction::InputLine { line, on: true });
         assert_eq!(word(&robot.total(Port::Ip0), offset), 1 << bit, "Din{line}");
-        robot.panel(Panel::InputLine { line, on: false });
+        robot.panel(PanelAction::InputLine { line, on: false });
     }
     for operands in [
         "0 1", "65 1", "70 1", "100 1", "165 1", "200 1", "209 1", "1 2", "1", "", "1 1 2", "-1 1",
@@ -120,8 +120,8 @@ fn su_and_sf_agree_in_every_mode() {
         (KeySwitch::Ext, ControlRight::Ether, "external(ethernet)", 3, 6),
     ] {
         let mut robot = idle();
-        robot.panel(Panel::Key(key));
-        robot.panel(Panel::ControlRight(right));
+        robot.panel(PanelAction::Key(key));
+        robot.panel(PanelAction::ControlRight(right));
         assert!(
             su(&mut robot).starts_with(&format!("MODE:{words}/cycle ")),
             "{words}"
@@ -130,7 +130,7 @@ fn su_and_sf_agree_in_every_mode() {
         assert_eq!(word(&body, 40), number, "{words}");
         assert_eq!(word(&body, 106) >> 3 & 0b1111, 1 << (bit - 3), "{words}");
         for servo in [true, false] {
-            robot.panel(Panel::Servo(servo));
+            robot.panel(PanelAction::Servo(servo));
             let body = robot.total(Port::Ip0);
             assert_eq!(
                 (body[0] == 1, word(&body, 106) & 2 == 2),
@@ -210,18 +210,18 @@ fn the_error_history() {
     let mut robot = idle();
     assert_eq!(robot.file(Port::Ip0, "EU"), b"0\r");
     robot.advance_ms(3_661_000);
-    robot.panel(Panel::EmergencyStop(true));
-    robot.panel(Panel::EmergencyStop(false));
+    robot.panel(PanelAction::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(false));
     robot.advance_ms(1_000);
-    robot.panel(Panel::EmergencyStop(true));
+    robot.panel(PanelAction::EmergencyStop(true));
     let text = notation::write(&robot.file(Port::Ip0, "EU"));
     assert_eq!(
         text,
         "2<CR>008-027 14-02-06 01:01:02<CR>008-027 14-02-06 01:01:01<CR>"
     );
     for _ in 0..120 {
-        robot.panel(Panel::EmergencyStop(false));
-        robot.panel(Panel::EmergencyStop(true));
+        robot.panel(PanelAction::EmergencyStop(false));
+        robot.panel(PanelAction::EmergencyStop(true));
     }
     let content = robot.file(Port::Ip0, "EU");
     assert!(content.starts_with(b"99\r"));

@@ -3,7 +3,7 @@
 
 use super::extended::text;
 use ts3100_controller::faults::FaultOrder;
-use ts3100_controller::{Config, Controller, Dialect, Event, Output, Panel, Port};
+use ts3100_controller::{Config, Controller, Dialect, Event, Output, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
 fn field() -> Robot {
@@ -13,7 +13,7 @@ fn field() -> Robot {
     for port in [Port::Ip0, Port::Ip1, Port::Com1] {
         robot.connect(port);
     }
-    robot.panel(Panel::Servo(true));
+    robot.panel(PanelAction::Servo(true));
     robot
 }
 
@@ -85,7 +85,7 @@ fn edit(robot: &mut Robot, section: &str, from: &str, to: &str) {
     let changed = format!("{before}{}", behind.replacen(from, to, 1));
     assert_ne!(changed, content);
     download(robot, "ETHERNET.PAR", &changed);
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
     robot.connect(Port::Ip0);
     assert_eq!(text(robot, "UL,ETHERNET.PAR"), changed);
 }
@@ -108,7 +108,7 @@ fn seen(robot: &mut Robot) -> (Vec<u8>, String, String, String, Vec<String>) {
 fn the_reserved_parameters_change_their_file_and_nothing_else() {
     for (section, from, to) in [("E08", "NO1-TS3K", "SECRET-8"), ("E09", "= 0", "= 1")] {
         let mut robot = field();
-        robot.panel(Panel::PowerCycle);
+        robot.panel(PanelAction::PowerCycle);
         robot.connect(Port::Ip0);
         let before = seen(&mut robot);
         assert!(before.4.iter().any(|line| line.contains("192.168.0.124")));
@@ -142,14 +142,14 @@ fn the_listing_without_a_channel_waits_for_the_pendant_and_with_it_for_com1() {
         (status(&mut robot).as_str(), robot.received(Port::Com1)),
         ("running", Vec::new())
     );
-    robot.panel(Panel::Keys(record.to_string()));
+    robot.panel(PanelAction::Keys(record.to_string()));
     arrived(&mut robot);
 
     let mut robot = field();
     run(&mut robot, &LISTING.replace("INPUT X", "INPUT COM1,X"));
     robot.advance_ms(100);
     assert_eq!(robot.received(Port::Com1), b"REQ");
-    robot.panel(Panel::Keys(record.to_string()));
+    robot.panel(PanelAction::Keys(record.to_string()));
     robot.advance_ms(60_000);
     assert_eq!(
         (status(&mut robot).as_str(), robot.received(Port::Com1)),
@@ -297,7 +297,7 @@ fn a_snapshot_brings_back_the_keys_that_were_typed() {
         &mut robot,
         "PROGRAM T\nN = 0\nDELAY 1\nINPUT TP, N\nPRINT IP1, N, CR\nEND\n",
     );
-    robot.panel(Panel::Keys("12\r".to_string()));
+    robot.panel(PanelAction::Keys("12\r".to_string()));
     let mut robot = restored(&robot);
     robot.advance_ms(2_000);
     assert_eq!(robot.received(Port::Ip1), b"          12\r");

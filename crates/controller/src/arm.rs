@@ -1,7 +1,7 @@
 //! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
 //! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
 
-mod course;
+mod trajectory;
 
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
@@ -9,13 +9,13 @@ use crate::time::Time;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
 mod append;
-mod asked;
-mod guide;
+mod jog;
 mod retry;
+mod settings;
 mod wear;
 
-use asked::Asked;
-pub use guide::{Guidance, GuideFrame};
+pub use jog::{Jog, JogFrame};
+use settings::MotionSettings;
 pub use wear::Wear;
 
 /// What bounds every motion besides its own conditions.
@@ -37,7 +37,7 @@ pub struct Pace {
 struct Active {
     motion: Motion,
     start: Time,
-    asked: Asked,
+    asked: MotionSettings,
     /// The machine lock was on: time passes, the arm stays.
     locked: bool,
     /// The coordinate systems its WITH names, which hold as long as it does.
@@ -312,7 +312,7 @@ impl Arm {
         motion: &scol_mini::Motion,
         from: &Joints,
         pace: Pace,
-    ) -> Result<(Motion, Asked), MotionError> {
+    ) -> Result<(Motion, MotionSettings), MotionError> {
         let frames = Frames::of(&motion.conditions);
         let target = self.target(motion, &frames, from);
         let Conditions {
@@ -323,7 +323,7 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
-        let asked = Asked {
+        let asked = MotionSettings {
             speed,
             accel,
             decel,

@@ -4,22 +4,22 @@ use crate::alarm::{Alarm, Alarms};
 use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::drive::{Drive, DriveError};
-use crate::execution::{Course, Execution, Selected};
+use crate::executor::{Executor, RunState, Selected};
 use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
-use crate::keeping::Keeping;
-use crate::line::Line;
+use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkPlan;
 use crate::options::Config;
-use crate::outbox::Outbox;
 use crate::output::{Event, Output};
+use crate::persistence::Persistence;
 use crate::port::Port;
+use crate::send_queue::SendQueue;
+use crate::serial_line::SerialLine;
 use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::{State, Watchdog};
 use crate::time::Time;
-use crate::upkeep::Upkeep;
-use crate::vary::Vary;
+use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -74,12 +74,12 @@ pub struct Controller {
     /// COM1, IP1, IP2, and IP3 for its peer alone.
     pub(crate) channels: BTreeMap<Port, Channel>,
     /// HOST and COM1.
-    pub(crate) lines: BTreeMap<Port, Line>,
+    pub(crate) lines: BTreeMap<Port, SerialLine>,
     /// What was typed at the teach pendant.
     pub(crate) keys: Channel,
     /// What PRINT has shown on the teach pendant.
     pub(crate) pendant: String,
-    pub(crate) execution: Execution,
+    pub(crate) executor: Executor,
     pub(crate) arm: Arm,
     /// The port whose host guides the arm by JG.
     pub(crate) jogging: Option<Port>,
@@ -89,15 +89,15 @@ pub struct Controller {
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
     /// What is counted for the maintenance information.
-    pub(crate) upkeep: Upkeep,
+    pub(crate) maintenance: MaintenanceCounters,
     /// What is broken on purpose.
     pub(crate) faults: Faults,
     /// What varies, if anything.
-    pub(crate) vary: Option<Vary>,
+    pub(crate) variation: Option<Variation>,
     /// What leaves later.
-    pub(crate) outbox: Outbox,
+    pub(crate) send_queue: SendQueue,
     pub(crate) outputs: VecDeque<Output>,
-    pub(crate) keeping: Keeping,
+    pub(crate) persistence: Persistence,
 }
 
 impl Controller {
@@ -137,25 +137,25 @@ impl Controller {
             lines: fresh_lines(),
             keys: Channel::default(),
             pendant: String::new(),
-            execution: Execution::new(&config.language()),
+            executor: Executor::new(&config.language()),
             arm,
             jogging: None,
             network: NetworkPlan::of(&ethernet),
             ethernet,
             user: UserParameters::factory(),
             traced: false,
-            upkeep: Upkeep::default(),
+            maintenance: MaintenanceCounters::default(),
             faults: Faults::new(config.fault_seed),
-            vary: config.vary.map(Vary::new),
-            outbox: Outbox::default(),
+            variation: config.vary.map(Variation::new),
+            send_queue: SendQueue::default(),
             outputs: VecDeque::new(),
-            keeping: Keeping::default(),
+            persistence: Persistence::default(),
             config,
         };
         controller.make_parameter_files()?;
         controller.take_parameters();
         controller.show_state();
-        controller.note_upkeep();
+        controller.update_maintenance();
         Ok(controller)
     }
 
@@ -169,36 +169,36 @@ impl Controller {
     /// Takes one thing that happened at `now`. Deadlines before it are served first, each at its own time.
     /// A `now` before the last one counts as the last one.
     pub fn handle(&mut self, now: Time, input: Input) {
-        if let Input::Kept(answer) = input {
-            return self.kept(answer);
+        if let Input::Persisted(answer) = input {
+            return self.persisted(answer);
         }
-        while self.keeping.is_asked() {
-            self.kept(Err("nobody has answered".to_string()));
+        while self.persistence.is_pending() {
+            self.persisted(Err("nobody has answered".to_string()));
         }
         self.advance_to(now);
-        if self.keeping.is_asked() {
-            return self.keeping.put_off(now, input);
+        if self.persistence.is_pending() {
+            return self.persistence.defer(now, input);
         }
         match input {
             // Nobody is there to hear it.
             Input::Connected { .. }
             | Input::Received { .. }
             | Input::Disconnected { .. }
-            | Input::Line { .. }
-            | Input::LineFaults { .. }
-            | Input::LinePurged { .. }
+            | Input::SerialOpened { .. }
+            | Input::SerialErrors { .. }
+            | Input::SerialPurged { .. }
                 if !self.state.powered => {}
-            Input::Tick | Input::Kept(_) => {}
+            Input::Tick | Input::Persisted(_) => {}
             Input::Connected { port, peer } => self.connected(port, peer),
-            Input::Line { port, host } => self.line_opened(port, host),
-            Input::LinePurged { port } => self.purge_line(port),
-            Input::LineFaults { port, bytes } => self.line_faults(port, &bytes),
+            Input::SerialOpened { port, host } => self.line_opened(port, host),
+            Input::SerialPurged { port } => self.purge_line(port),
+            Input::SerialErrors { port, bytes } => self.line_faults(port, &bytes),
             Input::Received { port, bytes } => self.received(port, &bytes),
             Input::Disconnected { port } => self.peer_left(port),
             Input::SecondPeer { port, peer, kept } => self.second_peer(port, &peer, kept),
-            Input::Unread { port } => self.unread(port),
+            Input::Backlogged { port } => self.unread(port),
             Input::Panel(panel) => self.panel(panel),
-            Input::Deed(deed) => self.deed(deed),
+            Input::Action(action) => self.act(action),
         }
         self.settle();
     }
@@ -217,11 +217,11 @@ impl Controller {
         });
         sessions
             .chain(self.line_deadline())
-            .chain(self.outbox.deadline())
+            .chain(self.send_queue.deadline())
             .chain(self.faults.deadline())
             .chain(self.arm.ends_at())
             .chain(self.arrives_at())
-            .chain(self.execution.deadline())
+            .chain(self.executor.deadline())
             .chain(self.signals.deadline())
             .chain(self.state.servo_due)
             .chain(self.state.watchdog.as_ref().map(Watchdog::deadline))
@@ -240,7 +240,9 @@ impl Controller {
     pub fn host_is_silent(&self) -> bool {
         let mut sessions = self.sessions.values();
         let owes = sessions.any(|session| {
-            session.awaits_host() && !self.line_is_busy(session.port) && !self.outbox.is_busy(session.port)
+            session.awaits_host()
+                && !self.line_is_busy(session.port)
+                && !self.send_queue.is_busy(session.port)
         });
         !owes && self.state.watchdog.is_none() && !self.is_jogging()
     }
@@ -286,18 +288,18 @@ impl Controller {
     fn advance_to(&mut self, now: Time) {
         while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
             self.now = self.now.max(due);
-            self.serve_strikes();
-            self.serve_outbox();
+            self.run_scheduled();
+            self.send_due();
             self.serve_lines();
             self.expire_sessions();
             self.expire_watchdog();
             self.settle();
-            if self.keeping.is_asked() {
+            if self.persistence.is_pending() {
                 return;
             }
         }
         self.now = self.now.max(now);
-        self.hear_lines();
+        self.receive_from_lines();
     }
 
     /// Outputs that were not fetched yet.
@@ -322,7 +324,7 @@ impl Controller {
 
     pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         self.drive.check(name, content)?;
-        self.keep(name.as_str(), Some(content))?;
+        self.persist(name.as_str(), Some(content))?;
         self.put_in_place(name, content);
         Ok(())
     }
@@ -335,21 +337,21 @@ impl Controller {
             content: content.to_vec(),
         });
         if let Some(selected) = self
-            .execution
+            .executor
             .selected
             .as_mut()
             .filter(|selected| selected.name == name.as_str())
         {
             selected.stale = true;
-            if !self.execution.program_runs() {
-                self.execution.rewind(self.now);
+            if !self.executor.program_runs() {
+                self.executor.rewind(self.now);
             }
         }
     }
 
     pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
         let label = || name.as_str().to_string();
-        if self.execution.status() == ts3100_proto::status::ExecutionStatus::Running {
+        if self.executor.status() == ts3100_proto::status::ExecutionStatus::Running {
             return Err(SelectError::Running);
         }
         if name.is_parameter() {
@@ -368,31 +370,31 @@ impl Controller {
             });
         };
         let memory = Memory::new(&program);
-        self.execution.selected = Some(Selected {
+        self.executor.selected = Some(Selected {
             name: label(),
             source,
             program,
             memory,
             stale: false,
         });
-        self.execution.rewind(self.now);
+        self.executor.rewind(self.now);
         self.event(Event::Selected(Some(label())));
         Ok(())
     }
 
     pub(crate) fn deselect(&mut self) {
-        self.execution.selected = None;
-        self.execution.main = None;
-        self.execution.drop_tasks();
-        self.execution.course = Course::Reset;
+        self.executor.selected = None;
+        self.executor.main = None;
+        self.executor.drop_tasks();
+        self.executor.course = RunState::Reset;
         self.event(Event::Selected(None));
     }
 }
 
 /// The serial lines when the power comes on.
-pub(crate) fn fresh_lines() -> BTreeMap<Port, Line> {
+pub(crate) fn fresh_lines() -> BTreeMap<Port, SerialLine> {
     [Port::Host, Port::Com1]
-        .map(|port| (port, Line::default()))
+        .map(|port| (port, SerialLine::default()))
         .into()
 }
 

@@ -1,9 +1,9 @@
 //! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
 //! scenario) is the edge's knowledge.
 
-use crate::deed::Deed;
-use crate::line::HostLine;
+use crate::action::Action;
 use crate::port::Port;
+use crate::serial_line::HostLine;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -28,20 +28,20 @@ pub enum Input {
     },
     /// How the host has opened its end of a serial line, as far as the edge can tell; before the bytes it holds
     /// for. Nothing on the Ethernet channels. A new peer starts with nothing known.
-    Line {
+    SerialOpened {
         /// The port.
         port: Port,
         /// What is known.
         host: HostLine,
     },
     /// The host has its port forget what is not on the line yet.
-    LinePurged {
+    SerialPurged {
         /// The port.
         port: Port,
     },
     /// Characters with a parity or framing error that the line itself brought: a real port has found them, or the
     /// host holds the line low (break, a character of zeros).
-    LineFaults {
+    SerialErrors {
         /// The port.
         port: Port,
         /// Them, as read.
@@ -62,24 +62,24 @@ pub enum Input {
         kept: bool,
     },
     /// The peer has left so much unread that its connection is about to be closed.
-    Unread {
+    Backlogged {
         /// The port.
         port: Port,
     },
-    /// The answer to [`Output::Keep`](crate::output::Output::Keep): the change is kept, or why it is not. It comes before
+    /// The answer to [`Output::Persist`](crate::output::Output::Persist): the change is kept, or why it is not. It comes before
     /// any other input; one that comes first says that it is not.
-    Kept(Result<(), String>),
+    Persisted(Result<(), String>),
     /// Something done at the operating panel, the teach pendant or the terminals.
-    Panel(Panel),
+    Panel(PanelAction),
     /// Something done by one who holds the controller; a refusal is told by
-    /// [`Output::Undone`](crate::output::Output::Undone).
-    Deed(Deed),
+    /// [`Output::Rejected`](crate::output::Output::Rejected).
+    Action(Action),
 }
 
 /// Something done at the controller itself.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Panel {
+pub enum PanelAction {
     /// The key switch is turned.
     Key(KeySwitch),
     /// The parameter EXTERNAL mode control right is set.

@@ -59,19 +59,19 @@ impl Controller {
     /// Whether a program runs in automatic operation.
     #[must_use]
     pub fn program_runs(&self) -> bool {
-        self.execution.program_runs()
+        self.executor.program_runs()
     }
 
     /// File line at which the program stands; 0 when no file is selected.
     #[must_use]
     pub fn line(&self) -> u32 {
-        self.execution.line()
+        self.executor.line()
     }
 
     /// The channel from which an INPUT waits for values.
     #[must_use]
     pub fn waits_for(&self) -> Option<Channel> {
-        self.execution.reading().next()
+        self.executor.reading().next()
     }
 
     /// User outputs that are on, in the order of their numbers.
@@ -84,7 +84,7 @@ impl Controller {
     /// Where the arm is now.
     #[must_use]
     pub fn whereabouts(&self) -> Whereabouts {
-        let shown = self.arm.shown(self.now, self.execution.memory().conditions());
+        let shown = self.arm.shown(self.now, self.executor.memory().conditions());
         let ([x, y, z], [a, b, c], [u, v]) = (shown.world.xyz, shown.world.abc, shown.world.uv);
         let axes = self.arm.model().axes.len();
         let world = match self.arm.kind() {

@@ -64,7 +64,7 @@ pub const GUIDE_HALVINGS: u32 = 16;
 pub const MAX_FAULTS: usize = 256;
 /// Moments kept of each fault.
 pub const FAULT_MOMENTS: usize = 100;
-/// Deeds of faults that can wait for their time.
+/// Actions of faults that can wait for their time.
 pub const MAX_STRIKES: usize = 256;
 /// Most bytes that wait on a port because a fault or a variation delays them.
 pub const OUTBOX: usize = 65_536;

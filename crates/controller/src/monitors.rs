@@ -2,11 +2,11 @@
 //! the machine's matter.
 
 use crate::Controller;
-use crate::execution::{Doing, Task};
+use crate::executor::{Task, TaskState};
 use crate::limits::SCAN;
 use crate::options::UnknownInput;
-use crate::run::{Step, alarm_of};
-use crate::view::View;
+use crate::scheduler::{Step, alarm_of};
+use crate::scol_inputs::ScolInputs;
 use alloc::boxed::Box;
 use alloc::format;
 use core::cell::Cell;
@@ -18,22 +18,22 @@ impl Controller {
     pub(crate) fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
         // What time alone changes is looked at between statements and once a scan, however often something happens.
         let due = task.look_at.take().filter(|due| *due > self.now);
-        let due = due.filter(|_| !matches!(task.doing, Doing::Ready));
+        let due = due.filter(|_| !matches!(task.doing, TaskState::Ready));
         let seen = due.map_or(self.now, |due| due - SCAN);
         if !task.machine.has_monitors() {
             return None;
         }
-        let view = View {
+        let view = ScolInputs {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.trio(self.execution.memory().conditions()),
+            frames: self.arm.trio(self.executor.memory().conditions()),
             run_mode: self.state.run_mode,
             now: seen,
-            timer: self.execution.timer.read(seen),
+            timer: self.executor.timer.read(seen),
             unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
-        let found = task.machine.look(self.execution.memory_mut(), &view);
+        let found = task.machine.look(self.executor.memory_mut(), &view);
         if view.changing.get() {
             task.look_at = Some(due.unwrap_or(self.now + SCAN));
         }
@@ -41,13 +41,13 @@ impl Controller {
             Ok(None) => None,
             Ok(Some(Monitored::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
-                if let Doing::Moving { .. } = task.doing {
+                if let TaskState::Moving { .. } = task.doing {
                     self.arm.stop(self.now);
                 }
                 // An INPUT ends as at a stop: what has not come is 0.
                 self.end_reading(task);
                 task.machine.jump(jump);
-                task.doing = Doing::Ready;
+                task.doing = TaskState::Ready;
                 Some(Step::DONE)
             }
             Ok(Some(Monitored::Handler(machine))) => {

@@ -1,6 +1,6 @@
 //! Everything the controller wants done outside, in order. How it is done is the edge's business.
 
-use crate::deed::Refusal;
+use crate::action::ActionError;
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
@@ -19,8 +19,8 @@ pub enum Output {
         bytes: Vec<u8>,
     },
     /// A file of the RAM drive is about to be stored or erased: keep it so, whole or not at all, and answer by
-    /// [`Input::Kept`](crate::Input::Kept). Only after [`Controller::keep_outside`](crate::Controller::keep_outside).
-    Keep {
+    /// [`Input::Persisted`](crate::Input::Persisted). Only after [`Controller::persist_outside`](crate::Controller::persist_outside).
+    Persist {
         /// Its name, upper case.
         name: String,
         /// Its content without EOF; none: it is erased.
@@ -42,22 +42,22 @@ pub enum Output {
     PowerCycled,
     /// The connection of an Ethernet channel ends, on purpose. When it has ended the edge says so by
     /// [`Input::Disconnected`](crate::Input::Disconnected), as for any lost peer.
-    Cut {
+    Disconnect {
         /// The port.
         port: Port,
         /// How.
-        how: Cut,
+        how: DisconnectMode,
     },
     /// From now on nothing is read from the connection of an Ethernet channel and nothing written to it; it stays
-    /// open until [`Output::Cut`].
-    Deaf {
+    /// open until [`Output::Disconnect`].
+    Stall {
         /// The port.
         port: Port,
     },
     /// The power went off: every link is to be closed until [`Output::PowerCycled`].
     PowerOff,
-    /// A [`Deed`](crate::deed::Deed) had no effect.
-    Undone(Refusal),
+    /// A [`Action`](crate::action::Action) had no effect.
+    Rejected(ActionError),
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
     /// Something worth a line in the log.
@@ -67,7 +67,7 @@ pub enum Output {
 /// How a connection ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Cut {
+pub enum DisconnectMode {
     /// By a reset (RST): what is under way is lost.
     Reset,
     /// In order (FIN): the peer reads what was sent, and then the end.
@@ -187,7 +187,7 @@ pub enum Event {
     /// Servo power.
     Servo(bool),
     /// Servo power was turned on and comes only at this time (option `servo.interval`).
-    ServoHeldBack(Time),
+    ServoDelayed(Time),
     /// A program file was selected (or none).
     Selected(Option<String>),
 }

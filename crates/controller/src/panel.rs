@@ -3,9 +3,9 @@
 use crate::Controller;
 use crate::channel::Channel;
 use crate::controller::fresh_lines;
-use crate::execution::{By, Course, Execution};
+use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
-use crate::input::{KeySwitch, Panel};
+use crate::input::{KeySwitch, PanelAction};
 use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
 use crate::port::Port;
@@ -20,44 +20,44 @@ pub(crate) const SERVO_IS_OFF: &str = "servo power is off";
 
 impl Controller {
     /// What has no effect is a finding.
-    pub(crate) fn panel(&mut self, panel: Panel) {
+    pub(crate) fn panel(&mut self, panel: PanelAction) {
         let what = match &panel {
-            Panel::Servo(_) => "servo on",
-            Panel::Start => "start",
+            PanelAction::Servo(_) => "servo on",
+            PanelAction::Start => "start",
             _ => "the deed",
         };
         if let Err(reason) = self.do_at_panel(panel) {
             let message = format!("{what} at the panel had no effect: {reason}");
-            self.find(&rules::PANEL_REFUSED, None, &[], message);
+            self.report(&rules::PANEL_REFUSED, None, &[], message);
         }
     }
 
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn do_at_panel(&mut self, panel: Panel) -> Result<(), String> {
+    pub(crate) fn do_at_panel(&mut self, panel: PanelAction) -> Result<(), String> {
         match panel {
-            Panel::Key(key) => return self.turn_key(key),
-            Panel::ControlRight(right) => self.state.control_right = right,
-            Panel::EmergencyStop(pressed) => self.emergency_stop(pressed),
-            Panel::SafetySwitch(open) => self.safety_switch(open),
-            Panel::Servo(true) => return self.servo_on(),
-            Panel::Servo(false) => self.servo_off(By::Other),
-            Panel::Start => return self.start(),
-            Panel::Stop => self.stop_after_step(By::Other),
-            Panel::FeedHold => self.feed_hold(),
-            Panel::AlarmReset => self.reset_alarms(),
-            Panel::MachineLock(on) => self.state.machine_lock = on,
-            Panel::InputLine { line, on } => self.drive_input(line, on),
-            Panel::Battery(low) => {
+            PanelAction::Key(key) => return self.turn_key(key),
+            PanelAction::ControlRight(right) => self.state.control_right = right,
+            PanelAction::EmergencyStop(pressed) => self.emergency_stop(pressed),
+            PanelAction::SafetySwitch(open) => self.safety_switch(open),
+            PanelAction::Servo(true) => return self.servo_on(),
+            PanelAction::Servo(false) => self.servo_off(StopCause::Other),
+            PanelAction::Start => return self.start(),
+            PanelAction::Stop => self.stop_after_step(StopCause::Other),
+            PanelAction::FeedHold => self.feed_hold(),
+            PanelAction::AlarmReset => self.reset_alarms(),
+            PanelAction::MachineLock(on) => self.state.machine_lock = on,
+            PanelAction::InputLine { line, on } => self.drive_input(line, on),
+            PanelAction::Battery(low) => {
                 if low && !self.state.battery_low && self.state.powered {
                     self.raise(crate::alarm::BATTERY, String::new());
                 }
                 self.state.battery_low = low;
             }
-            Panel::Keys(figures) => {
+            PanelAction::Keys(figures) => {
                 self.keys.push(figures.as_bytes());
             }
-            Panel::PowerCycle => {
+            PanelAction::PowerCycle => {
                 self.power_off();
                 self.power_on();
             }
@@ -75,7 +75,7 @@ impl Controller {
             ));
         }
         if key != self.state.key {
-            self.stop_after_step(By::Other);
+            self.stop_after_step(StopCause::Other);
             self.state.key = key;
             self.arm.set_pace(self.now, self.pace());
         }
@@ -103,7 +103,7 @@ impl Controller {
         } else {
             let due = self.now + interval;
             self.state.servo_due = Some(due);
-            self.event(Event::ServoHeldBack(due));
+            self.event(Event::ServoDelayed(due));
         }
         Ok(())
     }
@@ -123,22 +123,22 @@ impl Controller {
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
     pub(crate) fn start(&mut self) -> Result<(), String> {
-        if self.execution.program_runs() {
+        if self.executor.program_runs() {
             self.end_pause();
             return Ok(());
         }
         self.may_start()?;
         let stale = self
-            .execution
+            .executor
             .selected
             .as_ref()
             .is_some_and(|selected| selected.stale);
         if stale {
-            let name = FileName::parse(self.execution.file()).map_err(|error| error.to_string())?;
+            let name = FileName::parse(self.executor.file()).map_err(|error| error.to_string())?;
             self.select_file(&name).map_err(|error| error.to_string())?;
         }
-        if self.execution.course == Course::Reset {
-            self.execution.rewind(self.now);
+        if self.executor.course == RunState::Reset {
+            self.executor.rewind(self.now);
             self.clear_channels();
         }
         self.run_program();
@@ -161,15 +161,15 @@ impl Controller {
                 "{} bytes that waited on {port} are lost by the start",
                 bytes.len()
             );
-            self.find(&rules::DATA_CLEARED, port, &bytes, message);
+            self.report(&rules::DATA_CLEARED, port, &bytes, message);
         }
         self.keys.clear();
     }
 
     fn may_start(&self) -> Result<(), String> {
-        let reason = if self.execution.selected.is_none() {
+        let reason = if self.executor.selected.is_none() {
             "no file is selected"
-        } else if self.execution.direct.is_some() {
+        } else if self.executor.direct.is_some() {
             "a DO statement is under way"
         } else if self.is_jogging() {
             "the arm is being guided by JG"
@@ -194,7 +194,7 @@ impl Controller {
         self.state.feed_hold = !self.state.feed_hold;
         if self.state.feed_hold {
             self.arm.hold(self.now);
-        } else if !self.execution.paused {
+        } else if !self.executor.paused {
             self.arm.resume(self.now);
         }
     }
@@ -212,7 +212,7 @@ impl Controller {
         if !self.state.powered {
             return;
         }
-        self.interrupt(By::Host);
+        self.interrupt(StopCause::Host);
         self.jogging = None;
         self.state = State {
             powered: false,
@@ -229,33 +229,33 @@ impl Controller {
         }
         self.lines = fresh_lines();
         for port in crate::port::Port::ALL {
-            self.outbox.clear(port);
+            self.send_queue.clear(port);
             self.faults.forget_peer(port);
         }
         for session in self.sessions.values_mut() {
             session.reset(self.config.options.text, None);
         }
         // The source and the file of the selection stay; what ran of it does not.
-        self.execution.direct = None;
-        self.execution.run_shown_until = None;
-        self.execution.rewind(self.now);
+        self.executor.direct = None;
+        self.executor.run_shown_until = None;
+        self.executor.rewind(self.now);
     }
 
     /// Power on: links are made anew.
     pub(crate) fn power_on(&mut self) {
-        let file = FileName::parse(self.execution.file());
+        let file = FileName::parse(self.executor.file());
         let run_mode = self.state.run_mode;
         self.state = self.state.as_left_by_hand(self.now);
         if self.state.key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
-        self.execution = Execution::new(&self.config.language());
-        self.execution.timer.set_at = self.now;
+        self.executor = Executor::new(&self.config.language());
+        self.executor.timer.set_at = self.now;
         if let Ok(name) = file
             && let Err(error) = self.select_file(&name)
         {
             let message = format!("the selection was dropped at power-on: {error}");
-            self.find(&rules::SELECTION_LOST, None, &[], message);
+            self.report(&rules::SELECTION_LOST, None, &[], message);
         }
         self.take_parameters();
         if self.state.emergency_stop {

@@ -116,7 +116,7 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Config, Dialect, Input, Panel, Time};
+    use crate::{Config, Dialect, Input, PanelAction, Time};
 
     // clause: PAR-FILE-03 PAR-E05-01
     #[test]
@@ -128,7 +128,7 @@ mod tests {
         let expected = before.replacen("= 1001", "= 2101", 1);
         assert_eq!(after, expected, "comments, order and every other value stay");
         assert_eq!(robot.network().channels[1].own_port, 1001);
-        robot.feed(Time::ZERO, Input::Panel(Panel::PowerCycle));
+        robot.feed(Time::ZERO, Input::Panel(PanelAction::PowerCycle));
         assert_eq!(robot.network().channels[1].own_port, 2101);
     }
 

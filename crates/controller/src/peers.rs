@@ -2,12 +2,12 @@
 //! its own peers is gone as with a cable that was cut, and those that are there now are met as new ones.
 
 use crate::Controller;
-use crate::line::Line;
 use crate::port::Port;
+use crate::serial_line::SerialLine;
 
 impl Controller {
     /// Takes over the peers of the controller that was here before, and what the edge records of it.
-    pub fn take_peers_of(&mut self, before: &Controller) {
+    pub fn adopt_peers(&mut self, before: &Controller) {
         self.traced = before.traced;
         for port in Port::ALL {
             let there = before.peer(port);
@@ -17,9 +17,9 @@ impl Controller {
             }
             if let Some(line) = self.lines.get_mut(&port) {
                 // How the far end is opened is the edge's knowledge.
-                *line = Line {
+                *line = SerialLine {
                     host: before.lines.get(&port).map(|line| line.host).unwrap_or_default(),
-                    ..Line::default()
+                    ..SerialLine::default()
                 };
             }
             match there {

@@ -3,12 +3,12 @@
 
 use crate::Controller;
 use crate::faults::Point;
-use crate::faults::kind::{Effect, Parcel, Prey};
+use crate::faults::kind::{Effect, FaultSite, Segment};
 use crate::limits::MAX_SEND;
 use crate::output::Event;
 use crate::port::Port;
 use crate::time::Time;
-use crate::vary::Vary;
+use crate::variation::Variation;
 use alloc::vec::Vec;
 use core::time::Duration;
 use ts3100_proto::reply::Reply;
@@ -21,12 +21,12 @@ impl Controller {
             return;
         };
         let (asked, block) = (session.asked, session.block);
-        let delay = self.vary.as_mut().map(Vary::reply_delay);
+        let delay = self.variation.as_mut().map(Variation::reply_delay);
         self.send_as(port, data, (asked, block), delay.unwrap_or_default());
     }
 
     /// Sends a text that nobody has asked for: SP.
-    pub(crate) fn send_unasked(&mut self, port: Port, data: &[u8]) {
+    pub(crate) fn send_unsolicited(&mut self, port: Port, data: &[u8]) {
         self.send_as(port, data, ("SP", 0), Duration::ZERO);
     }
 
@@ -44,7 +44,7 @@ impl Controller {
             framing,
             data: data.to_vec(),
         });
-        let prey = Prey {
+        let prey = FaultSite {
             point: Point::Reply,
             port,
             command,
@@ -55,7 +55,7 @@ impl Controller {
         let sent = self.leave(&prey, delay);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
-            session.habits.surprised = data == Reply::Sp.encode();
+            session.history.surprised = data == Reply::Sp.encode();
             if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
                 session.replied_at = Some(sent);
             }
@@ -64,7 +64,7 @@ impl Controller {
 
     /// Bytes of PRINT leave.
     pub(crate) fn send_bytes(&mut self, port: Port, bytes: &[u8]) {
-        let prey = Prey {
+        let prey = FaultSite {
             point: Point::Print,
             port,
             command: "",
@@ -76,17 +76,17 @@ impl Controller {
     }
 
     /// Something leaves, as faults and variation make it. Returns when the last of it has left.
-    fn leave(&mut self, prey: &Prey<'_>, delay: Duration) -> Time {
+    fn leave(&mut self, prey: &FaultSite<'_>, delay: Duration) -> Time {
         let port = prey.port;
-        if self.faults.is_deaf(port) {
+        if self.faults.is_stalled(port) {
             return self.now;
         }
-        let parcels = match (self.bite(prey), &mut self.vary) {
+        let parcels = match (self.apply_fault(prey), &mut self.variation) {
             (Effect::Lost, _) => return self.now,
             (Effect::Sent(parcels), _) => parcels,
             (_, Some(vary)) => vary.segments(delay, prey.bytes),
-            (_, None) => [Parcel::bytes(prey.bytes.to_vec())].into(),
+            (_, None) => [Segment::bytes(prey.bytes.to_vec())].into(),
         };
-        self.post(port, parcels)
+        self.enqueue(port, parcels)
     }
 }

@@ -16,7 +16,7 @@
 //!                             +--other command; 10 s------------->+
 //! ```
 
-use crate::findings::Habits;
+use crate::findings::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
@@ -97,7 +97,8 @@ pub struct Session {
     /// The SU body as last served here, for the SU request flag (SF-21).
     pub last_status: Option<StatusBody>,
     /// What is remembered of the host, for findings.
-    pub habits: Habits,
+    #[cfg_attr(feature = "serde", serde(rename = "habits"))]
+    pub history: HostHistory,
 }
 
 impl Session {
@@ -121,7 +122,7 @@ impl Session {
             asked: "",
             block: 0,
             last_status: None,
-            habits: Habits::default(),
+            history: HostHistory::default(),
         }
     }
 

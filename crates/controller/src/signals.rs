@@ -1,7 +1,7 @@
 //! The digital lines: what is driven from outside (Din) and what the controller drives (Dout), by the
 //! numbers of the manual's SF tables. Their meaning (RUN, STOP, ACK) belongs to others.
 
-use crate::deed::Side;
+use crate::action::IoKind;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -37,7 +37,7 @@ pub struct Signals {
     drives: BTreeMap<u16, (Time, bool)>,
     /// Lines that show this state whatever drives them.
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::pairs"))]
-    forced: BTreeMap<(Side, u16), bool>,
+    forced: BTreeMap<(IoKind, u16), bool>,
 }
 
 fn within(ranges: &[(u16, u16)], line: u16) -> bool {
@@ -111,7 +111,7 @@ impl Signals {
     }
 
     /// A line shows this state whatever drives it, or again what drives it; false if there is no such line.
-    pub fn force(&mut self, side: Side, line: u16, state: Option<bool>) -> bool {
+    pub fn force(&mut self, side: IoKind, line: u16, state: Option<bool>) -> bool {
         let exists = Signals::exists(line);
         match state.filter(|_| exists) {
             Some(on) => self.forced.insert((side, line), on),
@@ -122,7 +122,7 @@ impl Signals {
 
     /// The state a line is forced to.
     #[must_use]
-    pub fn forced(&self, side: Side, line: u16) -> Option<bool> {
+    pub fn forced(&self, side: IoKind, line: u16) -> Option<bool> {
         self.forced.get(&(side, line)).copied()
     }
 
@@ -134,14 +134,14 @@ impl Signals {
     /// State of an input.
     #[must_use]
     pub fn input(&self, line: u16) -> bool {
-        let forced = self.forced(Side::Input, line);
+        let forced = self.forced(IoKind::Input, line);
         forced.unwrap_or_else(|| self.inputs.contains(&line))
     }
 
     /// State of an output.
     #[must_use]
     pub fn output(&self, line: u16) -> bool {
-        let forced = self.forced(Side::Output, line);
+        let forced = self.forced(IoKind::Output, line);
         forced.unwrap_or_else(|| self.outputs.contains(&line))
     }
 
@@ -214,7 +214,7 @@ impl Signals {
     pub fn drop_outputs(&mut self) {
         self.outputs.clear();
         self.pulses.clear();
-        self.forced.retain(|(side, _), _| *side == Side::Input);
+        self.forced.retain(|(side, _), _| *side == IoKind::Input);
     }
 
     /// The words of IO; SF has the first sixteen of each direction.

@@ -175,7 +175,7 @@ impl Clock {
 
     /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
     /// [`TimeMode::Auto`] stands between two jumps, so that what nobody disturbs is the same each time.
-    pub fn set_alone(&mut self, alone: bool) {
+    pub fn set_idle(&mut self, alone: bool) {
         if self.alone != alone {
             let wall = Instant::now();
             self.base = self.at(wall);
@@ -234,7 +234,7 @@ impl Clock {
     }
 
     /// Something came from a host or went to one: it may answer.
-    pub fn stir(&mut self) {
+    pub fn note_activity(&mut self) {
         self.stirred = Instant::now();
     }
 
@@ -460,11 +460,11 @@ mod tests {
         );
         clock.jump(hour);
         assert_eq!(clock.at(clock.origin + SECOND), hour);
-        clock.set_alone(false);
+        clock.set_idle(false);
         assert_eq!(clock.at(clock.origin + SECOND), hour + SECOND);
         // Real time is the wall's, whoever is there.
         clock.set_mode(TimeMode::Real);
-        clock.set_alone(true);
+        clock.set_idle(true);
         assert!(clock.at(clock.origin + SECOND) >= hour + SECOND);
     }
 }

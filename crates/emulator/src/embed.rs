@@ -14,12 +14,12 @@
 use crate::clock::TimeMode;
 use crate::config::{LinkOptions, OptionError, Ports, Settings, set_option};
 use crate::control::ControlSettings;
-use crate::evidence::{CoverageReport, Evidence};
-use crate::hub::request::Request;
-use crate::hub::{Hub, StartError};
-use crate::line::SerialEnd;
+use crate::driver::request::Request;
+use crate::driver::{Driver, StartError};
+use crate::reports::{CoverageReport, RunRecord};
+use crate::serial::SerialEnd;
 use crate::snapshot;
-use crate::snapshot::desk::{Desk, DeskError, Done, Task};
+use crate::snapshot::handle::{SnapshotHandle, SnapshotReply, SnapshotRequestError, SnapshotTask};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, watch};
 use std::collections::BTreeMap;
@@ -29,10 +29,10 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
-use ts3100_controller::deed::{Deed, Refusal};
+use ts3100_controller::action::{Action, ActionError};
 use ts3100_controller::faults::{Fault, FaultError, FaultOrder, FaultReport};
 use ts3100_controller::findings::Findings;
-use ts3100_controller::input::Panel;
+use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -207,7 +207,7 @@ impl Builder {
             .spawn(move || {
                 let started = single_threaded().and_then(|runtime| {
                     let (hub, requests, control) = runtime.block_on(async {
-                        let (mut hub, requests) = Hub::open(&settings).await?;
+                        let (mut hub, requests) = Driver::open(&settings).await?;
                         let control = hub.open_control(&settings, &requests)?;
                         Ok::<_, StartError>((hub, requests, control))
                     })?;
@@ -215,7 +215,7 @@ impl Builder {
                 });
                 match started {
                     Ok((runtime, mut hub, requests, control)) => {
-                        hub.watched_by(feeder);
+                        hub.set_observer(feeder);
                         let (ports, evidence) = (hub.ports().clone(), hub.evidence());
                         let (serial, desk) = (hub.serial(), hub.desk());
                         if tell
@@ -268,7 +268,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::hub::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
+/// The panel has [`crate::driver::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
@@ -281,7 +281,7 @@ pub enum ArmError {
     Fault(#[from] FaultError),
     /// The controller refuses it.
     #[error(transparent)]
-    Refused(#[from] Refusal),
+    Refused(#[from] ActionError),
     /// The emulator takes no more.
     #[error(transparent)]
     Panel(#[from] PanelError),
@@ -295,8 +295,8 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEnd>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
-    desk: Desk,
-    evidence: Evidence,
+    desk: SnapshotHandle,
+    evidence: RunRecord,
     controller: Config,
     watch: Watch,
     stop: Option<oneshot::Sender<()>>,
@@ -347,7 +347,7 @@ impl Emulator {
     ///
     /// # Errors
     /// [`PanelError`].
-    pub fn panel(&self, panel: Panel) -> Result<(), PanelError> {
+    pub fn panel(&self, panel: PanelAction) -> Result<(), PanelError> {
         let (done, is_done) = std::sync::mpsc::channel();
         self.requests
             .try_send(Request::Panel { panel, done })
@@ -361,7 +361,7 @@ impl Emulator {
     /// What is wrong with the specification, or [`PanelError`].
     pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
         let fault = Box::new(spec.parse::<Fault>()?);
-        self.order(Deed::Fault(FaultOrder::Arm(fault)))
+        self.order(Action::Fault(FaultOrder::Arm(fault)))
     }
 
     /// Disarms a fault by its number.
@@ -369,7 +369,7 @@ impl Emulator {
     /// # Errors
     /// No fault has it, or [`PanelError`].
     pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
-        self.order(Deed::Fault(FaultOrder::Disarm(id)))
+        self.order(Action::Fault(FaultOrder::Disarm(id)))
     }
 
     /// The faults, and what has become of them.
@@ -386,10 +386,10 @@ impl Emulator {
         told.recv().map_err(|_| PanelError)
     }
 
-    fn order(&self, deed: Deed) -> Result<(), ArmError> {
+    fn order(&self, action: Action) -> Result<(), ArmError> {
         let (done, is_done) = std::sync::mpsc::channel();
         self.requests
-            .try_send(Request::Order { deed, done })
+            .try_send(Request::Order { action, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
@@ -397,26 +397,30 @@ impl Emulator {
     /// Keeps the present state under a name.
     ///
     /// # Errors
-    /// [`DeskError`].
-    pub fn snapshot(&self, name: &str) -> Result<(), DeskError> {
-        self.desk.ask_blocking(Task::Keep(name.to_owned())).map(drop)
+    /// [`SnapshotRequestError`].
+    pub fn snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
+        self.desk
+            .ask_blocking(SnapshotTask::Keep(name.to_owned()))
+            .map(drop)
     }
 
     /// Goes on from the state of that name: between two tests, as if the first had never been. The hosts that are
     /// connected stay so and are new to the controller, as behind a cable that was pulled and plugged in again.
     ///
     /// # Errors
-    /// [`DeskError`].
-    pub fn restore(&self, name: &str) -> Result<(), DeskError> {
-        self.desk.ask_blocking(Task::Restore(name.to_owned())).map(drop)
+    /// [`SnapshotRequestError`].
+    pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
+        self.desk
+            .ask_blocking(SnapshotTask::Restore(name.to_owned()))
+            .map(drop)
     }
 
     /// Writes the present state into a file.
     ///
     /// # Errors
-    /// [`DeskError`].
-    pub fn write_snapshot(&self, path: &Path) -> Result<(), DeskError> {
-        if let Done::State(controller) = self.desk.ask_blocking(Task::Tell)? {
+    /// [`SnapshotRequestError`].
+    pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
+        if let SnapshotReply::State(controller) = self.desk.ask_blocking(SnapshotTask::Get)? {
             snapshot::write(path, &controller)?;
         }
         Ok(())
@@ -425,10 +429,12 @@ impl Emulator {
     /// Goes on from the state of a file, as [`Emulator::restore`] does.
     ///
     /// # Errors
-    /// [`DeskError`].
-    pub fn read_snapshot(&self, path: &Path) -> Result<(), DeskError> {
+    /// [`SnapshotRequestError`].
+    pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path)?);
-        self.desk.ask_blocking(Task::PutIn(controller)).map(drop)
+        self.desk
+            .ask_blocking(SnapshotTask::Replace(controller))
+            .map(drop)
     }
 
     /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.
@@ -445,7 +451,7 @@ impl Emulator {
 
     /// The record of findings, coverage and executed lines, for reports or to be cleared between tests.
     #[must_use]
-    pub fn evidence(&self) -> &Evidence {
+    pub fn evidence(&self) -> &RunRecord {
         &self.evidence
     }
 

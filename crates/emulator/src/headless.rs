@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::{
-    Config, Controller, DriveError, Executed, Input, Panel, SelectError, Time, Whereabouts,
+    Config, Controller, DriveError, Executed, Input, PanelAction, SelectError, Time, Whereabouts,
 };
 
 /// Name of the teach pendant as a channel.
@@ -63,7 +63,7 @@ pub enum JobError {
 
 /// What happens on the way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Happening<'a> {
+pub enum RunEvent<'a> {
     /// PRINT.
     Printed {
         /// `TP`, `COM1`, `IP1` or `IP2`.
@@ -82,7 +82,7 @@ pub enum Happening<'a> {
 
 /// How it ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Ending {
+pub enum RunEnd {
     /// END of the main program.
     End,
     /// STOP, or another stop that no alarm caused.
@@ -127,7 +127,7 @@ pub enum Ending {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// How it ended.
-    pub ending: Ending,
+    pub ending: RunEnd,
     /// Virtual time from start to end.
     pub duration: Duration,
     /// Where the arm is.
@@ -144,7 +144,7 @@ pub struct Report {
 ///
 /// # Errors
 /// [`JobError`]: it did not start.
-pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<Report, JobError> {
+pub fn run(job: Job, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<Report, JobError> {
     let scale = match job.time {
         TimeMode::Auto => None,
         TimeMode::Real => Some(1.0),
@@ -171,7 +171,7 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<
     run.began = run.controller.now();
     let limit = run.began + job.max_time;
     let wall = Instant::now();
-    run.feed(run.began, Input::Panel(Panel::Start), listen);
+    run.feed(run.began, Input::Panel(PanelAction::Start), listen);
     if let Some(reason) = run.refused.take() {
         return Err(JobError::Start(reason));
     }
@@ -187,7 +187,7 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> Result<
         };
         if deadline > limit {
             run.feed(limit, Input::Tick, listen);
-            break Ending::TimeUp {
+            break RunEnd::TimeUp {
                 line: run.controller.line(),
             };
         }
@@ -222,7 +222,7 @@ impl Run {
         name: &str,
         source: &[u8],
         lines_on: &[u16],
-        listen: &mut dyn FnMut(Duration, Happening<'_>),
+        listen: &mut dyn FnMut(Duration, RunEvent<'_>),
     ) -> Result<(), JobError> {
         self.controller.put_file(name, source)?;
         self.controller.select(Time::ZERO, name)?;
@@ -230,8 +230,10 @@ impl Run {
             let peer = "headless".to_owned();
             self.feed(Time::ZERO, Input::Connected { port, peer }, listen);
         }
-        let switches = lines_on.iter().map(|&line| Panel::InputLine { line, on: true });
-        for panel in switches.chain([Panel::Servo(true)]) {
+        let switches = lines_on
+            .iter()
+            .map(|&line| PanelAction::InputLine { line, on: true });
+        for panel in switches.chain([PanelAction::Servo(true)]) {
             self.feed(Time::ZERO, Input::Panel(panel), listen);
         }
         // What happened up to here is no part of the run.
@@ -239,7 +241,7 @@ impl Run {
         Ok(())
     }
 
-    fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
+    fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
         self.controller.handle(now, input);
         while let Some(output) = self.controller.poll_output() {
             self.executed.take(&output);
@@ -249,7 +251,7 @@ impl Run {
                     let channel = port.name();
                     listen(
                         at,
-                        Happening::Printed {
+                        RunEvent::Printed {
                             channel,
                             bytes: &bytes,
                         },
@@ -257,25 +259,25 @@ impl Run {
                 }
                 Output::Pendant(text) => {
                     let (channel, bytes) = (PENDANT, text.as_bytes());
-                    listen(at, Happening::Printed { channel, bytes });
+                    listen(at, RunEvent::Printed { channel, bytes });
                 }
                 Output::Event(event) => self.event(event, at, listen),
                 Output::Send { .. }
-                | Output::Keep { .. }
+                | Output::Persist { .. }
                 | Output::Stored { .. }
                 | Output::Erased { .. }
                 | Output::PowerCycled
-                | Output::Cut { .. }
-                | Output::Deaf { .. }
+                | Output::Disconnect { .. }
+                | Output::Stall { .. }
                 | Output::PowerOff
-                | Output::Undone(_) => {}
+                | Output::Rejected(_) => {}
             }
         }
     }
 
-    fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, Happening<'_>)) {
+    fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
         match event {
-            Event::Statement { line, task } if self.trace => listen(at, Happening::Statement { line, task }),
+            Event::Statement { line, task } if self.trace => listen(at, RunEvent::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
             Event::Status { status, .. } => self.reset = status == RESET,
             Event::Finding {
@@ -288,21 +290,21 @@ impl Run {
     }
 
     /// How it ended, once it has.
-    fn ending(&mut self) -> Option<Ending> {
+    fn ending(&mut self) -> Option<RunEnd> {
         if self.controller.program_runs() {
             return None;
         }
         Some(match self.alarm.take() {
-            Some((number, text)) => Ending::Alarm { number, text },
-            None if self.reset => Ending::End,
-            None => Ending::Stopped {
+            Some((number, text)) => RunEnd::Alarm { number, text },
+            None if self.reset => RunEnd::End,
+            None => RunEnd::Stopped {
                 line: self.controller.line(),
             },
         })
     }
 
     /// Sends a record to the INPUT that waits; false if none waits or there is none for it.
-    fn give_record(&mut self, listen: &mut dyn FnMut(Duration, Happening<'_>)) -> bool {
+    fn give_record(&mut self, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> bool {
         let Some(channel) = self.controller.waits_for() else {
             return false;
         };
@@ -314,27 +316,27 @@ impl Run {
         record.push(b'\r');
         let input = match port {
             Some(port) => Input::Received { port, bytes: record },
-            None => Input::Panel(Panel::Keys(String::from_utf8_lossy(&record).into_owned())),
+            None => Input::Panel(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
         };
         self.feed(self.controller.now(), input, listen);
         true
     }
 
     /// Why nothing happens any more.
-    fn blocked(&self) -> Ending {
+    fn blocked(&self) -> RunEnd {
         let line = self.controller.line();
         let Some(channel) = self.controller.waits_for() else {
-            return Ending::Stuck { line };
+            return RunEnd::Stuck { line };
         };
         let channel = Port::of_channel(channel).map_or(PENDANT, Port::name);
         if self.given.iter().any(|given| given == channel) {
-            Ending::OutOfInput { channel, line }
+            RunEnd::OutOfInput { channel, line }
         } else {
-            Ending::NoInput { channel, line }
+            RunEnd::NoInput { channel, line }
         }
     }
 
-    fn report(self, ending: Ending) -> Report {
+    fn report(self, ending: RunEnd) -> Report {
         let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
         Report {
             ending,

@@ -2,8 +2,8 @@
 //! or the example program. Files of a PC become files of the drive here: their name and their line ends.
 
 use crate::config::Settings;
+use crate::driver::StartError;
 use crate::files;
-use crate::hub::StartError;
 use crate::snapshot;
 use crate::store::backing::{Backing, WhenFull};
 use crate::store::{Store, StoreError, StoredFiles};
@@ -112,13 +112,13 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
     }
     if let Some(path) = &settings.restore {
         let fresh = std::mem::replace(&mut controller, snapshot::read(path)?);
-        controller.take_peers_of(&fresh);
+        controller.adopt_peers(&fresh);
     }
     let when_full = settings.links.when_full;
     let backing =
         store.map(|(store, found)| backed(Backing::new(store, when_full), &found, &controller, when_full));
     let backing = backing.transpose()?;
-    controller.keep_outside(backing.is_some());
+    controller.persist_outside(backing.is_some());
     Ok(Powered {
         controller,
         backing,

@@ -271,7 +271,7 @@ fn tell(t: &str, event: &Event) {
             let word = if *on { "on" } else { "off" };
             info!(event = "servo", t, on, "servo {word}");
         }
-        Event::ServoHeldBack(until) => {
+        Event::ServoDelayed(until) => {
             let until = until.to_string();
             info!(
                 event = "servo-held-back",

@@ -2,7 +2,7 @@
 //! stderr for people.
 
 use crate::config::Settings;
-use crate::line::SerialEnd;
+use crate::serial::SerialEnd;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
 //! What a controller puts out, for a test in the same process that waits for something to happen instead of
-//! sleeping. The hub feeds it behind each deed; what is worth waiting for is the test's business.
+//! sleeping. The hub feeds it behind each action; what is worth waiting for is the test's business.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};

@@ -7,12 +7,12 @@ use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
 use ts3100_controller::findings::rules;
-use ts3100_controller::input::{ControlRight, KeySwitch, Panel};
+use ts3100_controller::input::{ControlRight, KeySwitch, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_emulator::clock::TimeMode;
+use ts3100_emulator::driver::StartError;
 use ts3100_emulator::embed::Emulator;
-use ts3100_emulator::hub::StartError;
 use ts3100_emulator::watch::WaitError;
 
 const LONG: Duration = Duration::from_secs(30);
@@ -86,7 +86,7 @@ fn the_panel_starts_the_program() {
     // The panel and the connection reach the hub by different ways; the host's answer shows that it has
     // served the connection.
     exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::Start).unwrap();
+    robot.panel(PanelAction::Start).unwrap();
     assert_eq!(text_until(&mut program, b'\r'), b"HELLO\r");
 }
 
@@ -94,25 +94,25 @@ fn the_panel_starts_the_program() {
 fn everything_that_can_be_done_at_the_panel_is_done_when_the_call_returns() {
     let robot = Emulator::builder().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    robot.panel(Panel::InputLine { line: 3, on: true }).unwrap();
+    robot.panel(PanelAction::InputLine { line: 3, on: true }).unwrap();
     exchange(&mut host, b"\x02HI,1 8\r\x03", b"\x02FL,4\r\x1a\x03");
     exchange(&mut host, b"\x02OK\r\x03\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::SafetySwitch(true)).unwrap();
+    robot.panel(PanelAction::SafetySwitch(true)).unwrap();
     exchange(&mut host, b"\x02SO\r\x03", b"\x02NG\r\x03");
     for action in [
-        Panel::SafetySwitch(false),
-        Panel::EmergencyStop(true),
-        Panel::EmergencyStop(false),
-        Panel::AlarmReset,
-        Panel::Servo(true),
-        Panel::Start,
-        Panel::Stop,
-        Panel::FeedHold,
-        Panel::MachineLock(true),
-        Panel::Battery(true),
-        Panel::Keys("12".to_owned()),
-        Panel::ControlRight(ControlRight::Ether),
-        Panel::Key(KeySwitch::Teaching),
+        PanelAction::SafetySwitch(false),
+        PanelAction::EmergencyStop(true),
+        PanelAction::EmergencyStop(false),
+        PanelAction::AlarmReset,
+        PanelAction::Servo(true),
+        PanelAction::Start,
+        PanelAction::Stop,
+        PanelAction::FeedHold,
+        PanelAction::MachineLock(true),
+        PanelAction::Battery(true),
+        PanelAction::Keys("12".to_owned()),
+        PanelAction::ControlRight(ControlRight::Ether),
+        PanelAction::Key(KeySwitch::Teaching),
     ] {
         robot.panel(action).unwrap();
     }
@@ -127,8 +127,8 @@ fn a_test_waits_for_what_happens_instead_of_sleeping() {
         .servo_on(true)
         .start()
         .unwrap();
-    robot.panel(Panel::Battery(true)).unwrap();
-    robot.panel(Panel::Start).unwrap();
+    robot.panel(PanelAction::Battery(true)).unwrap();
+    robot.panel(PanelAction::Start).unwrap();
     let alarm = robot.wait_for(LONG, |output| match output {
         Output::Event(Event::Alarm { number, .. }) => Some(number.clone()),
         _ => None,
@@ -162,7 +162,7 @@ fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
     let robot = Emulator::builder().servo_on(true).start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::PowerCycle).unwrap();
+    robot.panel(PanelAction::PowerCycle).unwrap();
     assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
     let mut host = dial(&robot, Port::Ip0);
     host.write_all(b"\x02SF\r\x03").unwrap();
@@ -202,7 +202,7 @@ fn a_client_channel_dials_its_peer() {
     stream.set_read_timeout(Some(LONG)).unwrap();
     // A later connection is served, so the hub knows of this one.
     exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::Start).unwrap();
+    robot.panel(PanelAction::Start).unwrap();
     assert_eq!(text_until(&mut stream, b'\r'), b"HELLO\r");
 }
 

@@ -22,11 +22,11 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
-use ts3100_controller::{Event, Output, Panel, Port};
+use ts3100_controller::{Event, Output, PanelAction, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::{Builder, Emulator};
-use ts3100_emulator::line::SerialEnd;
-use ts3100_emulator::transcript::{Recording, What};
+use ts3100_emulator::serial::SerialEnd;
+use ts3100_emulator::transcript::{RecordKind, Recording};
 
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(20);
@@ -205,7 +205,7 @@ fn set_u06(robot: &Emulator, com1: &str, host: &str) {
     let file = format!("\x02FL,[U06]\n{{COM1}} = {com1}\n{{HOST}} = {host}\n[END]\n\x1A\x03");
     ip0.write_all(file.as_bytes()).unwrap();
     assert_eq!(hear(&mut ip0), text("OK"));
-    robot.panel(Panel::PowerCycle).unwrap();
+    robot.panel(PanelAction::PowerCycle).unwrap();
 }
 
 #[test]
@@ -275,10 +275,10 @@ fn characters_take_their_time_unless_told_not_to() {
         text_in(&robot, b"OK\r");
         drop(robot);
         let records = Recording::read(&transcript).unwrap().records;
-        let of_host = |what: &What| matches!(what, What::FromHost { .. });
+        let of_host = |what: &RecordKind| matches!(what, RecordKind::FromHost { .. });
         let asked = records.iter().find(|record| of_host(&record.what)).unwrap().at;
         let said = records.iter().rfind(|record| of_host(&record.what)).unwrap().at;
-        let of_robot = |what: &What| matches!(what, What::FromRobot { .. });
+        let of_robot = |what: &RecordKind| matches!(what, RecordKind::FromRobot { .. });
         let first = records.iter().find(|record| of_robot(&record.what)).unwrap().at;
         (said.since(asked), first.since(asked))
     };
@@ -302,7 +302,7 @@ fn a_host_that_writes_faster_than_the_line_waits_and_loses_nothing() {
         .start()
         .unwrap();
     let mut host = open(&directory.at("com1"), 9_600);
-    robot.panel(Panel::Start).unwrap();
+    robot.panel(PanelAction::Start).unwrap();
     let mut writer = host.try_clone_native().unwrap();
     let sender = std::thread::spawn(move || {
         for number in 1..=3_000_u32 {
@@ -361,7 +361,7 @@ fn a_program_that_waits_or_moves_outlives_its_partner() {
         .start()
         .unwrap();
     drop(open(&directory.at("com1"), 9_600));
-    robot.panel(Panel::Start).unwrap();
+    robot.panel(PanelAction::Start).unwrap();
     drop(open(&directory.at("com1"), 9_600));
     let mut partner = open(&directory.at("com1"), 9_600);
     partner.write_all(b"7\r").unwrap();

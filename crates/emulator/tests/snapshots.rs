@@ -8,7 +8,7 @@ use std::net::TcpStream;
 use std::path::PathBuf;
 use std::time::Duration;
 use ts3100_controller::port::Port;
-use ts3100_controller::{Event, Output, Panel};
+use ts3100_controller::{Event, Output, PanelAction};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::Emulator;
 
@@ -86,7 +86,7 @@ fn a_state_is_put_back_while_the_hosts_stay() {
     for _ in 0..3 {
         assert_eq!(host.ask("EC,OVRD 7"), "\\x02OK\\r\\x03");
         assert_eq!(host.ask("RS,SEL"), "\\x02OK\\r\\x03");
-        robot.panel(Panel::EmergencyStop(true)).unwrap();
+        robot.panel(PanelAction::EmergencyStop(true)).unwrap();
         let changed = host.ask("SU");
         assert!(
             changed.contains("OVRD:7%") && !changed.contains("PICK"),
@@ -124,7 +124,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
         assert!(host.ask("SU").contains("STATUS:running"));
     }
     // Each run has taken an hour of virtual time, and each time the clock was set back.
-    robot.panel(Panel::EmergencyStop(true)).unwrap();
+    robot.panel(PanelAction::EmergencyStop(true)).unwrap();
     let history = host.ask("EU");
     assert!(history.contains("008-027 14-02-06 00:00"), "{history}");
 }

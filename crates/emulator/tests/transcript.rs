@@ -15,14 +15,14 @@ use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
+use ts3100_controller::{Action, PanelAction, Port};
 use ts3100_controller::{Config, Dialect};
-use ts3100_controller::{Deed, Panel, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
 use ts3100_emulator::control::ControlSettings;
 use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
-use ts3100_emulator::transcript::{Edge, Line, Party, Recording, What};
+use ts3100_emulator::transcript::{LinkRecord, PeerId, RecordKind, Recording, Side};
 
 const LONG: Duration = Duration::from_secs(30);
 
@@ -88,7 +88,7 @@ fn talk() -> [Vec<u8>; 3] {
     });
     exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
     exchange(&mut program, b"", b"REQ\r");
-    robot.panel(Panel::EmergencyStop(true)).unwrap();
+    robot.panel(PanelAction::EmergencyStop(true)).unwrap();
     drop(robot);
     names.map(|name| std::fs::read(name).unwrap())
 }
@@ -110,11 +110,11 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
     let robot = Emulator::builder().transcript(&name).unwrap().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
-    robot.panel(Panel::EmergencyStop(true)).unwrap();
+    robot.panel(PanelAction::EmergencyStop(true)).unwrap();
     // The emulator is still running.
     let recording = Recording::read(name.as_ref()).unwrap();
-    let line = Line::first(Port::Ip0);
-    let whats: Vec<What> = recording
+    let line = PeerId::first(Port::Ip0);
+    let whats: Vec<RecordKind> = recording
         .records
         .iter()
         .map(|record| record.what.clone())
@@ -122,31 +122,31 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
     assert_eq!(
         whats,
         [
-            What::Connected {
+            RecordKind::Connected {
                 line,
                 peer: "127.0.0.1".to_owned()
             },
-            What::FromHost {
+            RecordKind::FromHost {
                 line,
                 bytes: b"\x02SO\r\x03".to_vec()
             },
-            What::FromRobot {
+            RecordKind::FromRobot {
                 line,
                 bytes: b"\x02OK\r\x03".to_vec()
             },
-            What::Deed(Deed::Panel(Panel::EmergencyStop(true))),
+            RecordKind::Action(Action::Panel(PanelAction::EmergencyStop(true))),
         ]
     );
     assert!(recording.header.origin.starts_with("observed, ts3100 serve "));
     assert_eq!(recording.header.files[0].0, "DEMO");
-    robot.panel(Panel::PowerCycle).unwrap();
+    robot.panel(PanelAction::PowerCycle).unwrap();
     drop(robot);
     let recording = Recording::read(name.as_ref()).unwrap();
     let ended = recording.records.iter().find_map(|record| match record.what {
-        What::Ended { by, .. } => Some(by),
+        RecordKind::Ended { by, .. } => Some(by),
         _ => None,
     });
-    assert_eq!(ended, Some(Party::Robot));
+    assert_eq!(ended, Some(Side::Robot));
 }
 
 #[test]
@@ -207,7 +207,7 @@ fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
     assert_eq!(report.differences, []);
 }
 
-/// Everything that reaches a controller besides bytes and deeds: two snapshots restored, a second peer, a connection
+/// Everything that reaches a controller besides bytes and actions: two snapshots restored, a second peer, a connection
 /// that is dropped, a reset. The recording as text and as JSON lines.
 fn restored_and_reset(directory: &TempDir) -> [String; 2] {
     let names = ["edge.txt", "edge.jsonl"].map(|name| directory.path(name));
@@ -268,33 +268,41 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
     let directory = TempDir::new();
     for name in restored_and_reset(&directory) {
         let recording = Recording::read(name.as_ref()).unwrap();
-        let edges = |kind: fn(&Edge) -> bool| {
+        let edges = |kind: fn(&LinkRecord) -> bool| {
             let records = recording.records.iter();
             records
-                .filter(|record| matches!(&record.what, What::Edge(edge) if kind(edge)))
+                .filter(|record| matches!(&record.what, RecordKind::Edge(edge) if kind(edge)))
                 .count()
         };
-        assert_eq!(edges(|edge| matches!(edge, Edge::Restored { .. })), 2, "{name}");
         assert_eq!(
-            edges(|edge| matches!(edge, Edge::Second { kept: false, .. })),
+            edges(|edge| matches!(edge, LinkRecord::Restored { .. })),
+            2,
+            "{name}"
+        );
+        assert_eq!(
+            edges(|edge| matches!(edge, LinkRecord::Second { kept: false, .. })),
             1,
             "{name}"
         );
-        assert_eq!(edges(|edge| matches!(edge, Edge::Reset { .. })), 1, "{name}");
+        assert_eq!(
+            edges(|edge| matches!(edge, LinkRecord::Reset { .. })),
+            1,
+            "{name}"
+        );
         let report = compared(&recording);
         assert_eq!(report.differences, [], "{name}");
         assert!(report.answers >= 5, "{name}");
         // Each of them counts: without it the rest comes out otherwise.
         for kind in [
-            (|edge| matches!(edge, Edge::Restored { .. })) as fn(&Edge) -> bool,
-            |edge| matches!(edge, Edge::Reset { .. }),
-            |edge| matches!(edge, Edge::Dropped { .. }),
+            (|edge| matches!(edge, LinkRecord::Restored { .. })) as fn(&LinkRecord) -> bool,
+            |edge| matches!(edge, LinkRecord::Reset { .. }),
+            |edge| matches!(edge, LinkRecord::Dropped { .. }),
         ] {
             let mut without = recording.clone();
             let kept: Vec<bool> = without
                 .records
                 .iter()
-                .map(|record| !matches!(&record.what, What::Edge(edge) if kind(edge)))
+                .map(|record| !matches!(&record.what, RecordKind::Edge(edge) if kind(edge)))
                 .collect();
             let mut keep = kept.iter();
             without.records.retain(|_| *keep.next().unwrap());
@@ -330,7 +338,7 @@ fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
     let recording = Recording::read(name.as_ref()).unwrap();
     assert!(matches!(
         recording.records[0].what,
-        What::Edge(Edge::Restored { .. })
+        RecordKind::Edge(LinkRecord::Restored { .. })
     ));
     assert_eq!(compared(&recording).differences, []);
 }

@@ -7,8 +7,8 @@
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
-use ts3100_controller::{Deed, Panel, Port, Time};
-use ts3100_emulator::transcript::{Format, Header, Line, Record, Recorder, TranscriptFile, What};
+use ts3100_controller::{Action, PanelAction, Port, Time};
+use ts3100_emulator::transcript::{Format, Header, PeerId, Record, RecordKind, Recorder, TranscriptFile};
 use ts3100_proto::status::sf::table::{SfKind, sf_fields};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
@@ -47,22 +47,22 @@ fn the_table_of_sf_is_that_of_the_protocol() {
 /// The filter that lets every packet through.
 const ALL: &str = "frame";
 
-fn from_host(port: Port, bytes: &[u8]) -> What {
-    What::FromHost {
-        line: Line::first(port),
+fn from_host(port: Port, bytes: &[u8]) -> RecordKind {
+    RecordKind::FromHost {
+        line: PeerId::first(port),
         bytes: bytes.to_vec(),
     }
 }
 
-fn from_robot(port: Port, bytes: &[u8]) -> What {
-    What::FromRobot {
-        line: Line::first(port),
+fn from_robot(port: Port, bytes: &[u8]) -> RecordKind {
+    RecordKind::FromRobot {
+        line: PeerId::first(port),
         bytes: bytes.to_vec(),
     }
 }
 
 /// What tshark prints for these fields of each packet that the filter lets through and that has one.
-fn tshark(name: &str, whats: Vec<What>, filter: &str, fields: &[&str]) -> Vec<String> {
+fn tshark(name: &str, whats: Vec<RecordKind>, filter: &str, fields: &[&str]) -> Vec<String> {
     let path = std::env::temp_dir().join(format!("ts3100-wireshark-{}-{name}.pcapng", std::process::id()));
     let target = TranscriptFile {
         path: path.clone(),
@@ -118,7 +118,7 @@ fn texts_are_found_however_they_are_cut() {
         from_host(Port::Host, b"\r\x03"),
         from_robot(Port::Host, b"\x02OK\r\x03"),
         from_host(Port::Com1, b"7\r"),
-        What::Deed(Deed::Panel(Panel::EmergencyStop(true))),
+        RecordKind::Action(Action::Panel(PanelAction::EmergencyStop(true))),
     ];
     let fields = [
         "ts3100.sender",

@@ -211,63 +211,63 @@ pub(crate) enum Quick {
     /// The element whose subscript is `index` and `offset`: two instructions.
     LoadNear {
         to: Register,
-        element: Near,
+        element: ElementRef,
     },
     /// An element and `with`: two instructions, or three with an offset.
     LoadAdd {
         to: Register,
-        element: Near,
+        element: ElementRef,
         with: Register,
     },
     /// An element, joined to `with` otherwise.
     LoadJoin {
-        join: Join,
+        join: AccumOp,
         to: Register,
-        element: Near,
+        element: ElementRef,
         with: Register,
     },
     /// An element and `with` becomes the element `index` of the same array: one instruction more.
     UpdateAdd {
         index: Register,
-        element: Near,
+        element: ElementRef,
         with: Register,
     },
     /// A function of `a`, joined to `with`: two instructions.
     RootJoin {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         with: Register,
     },
     SineJoin {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         with: Register,
     },
     CosineJoin {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         with: Register,
     },
     /// A function of `a`, times `by`, joined to `with`: three instructions.
     RootScaled {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         by: Register,
         with: Register,
     },
     SineScaled {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         by: Register,
         with: Register,
     },
     CosineScaled {
-        join: Join,
+        join: AccumOp,
         to: Register,
         a: Register,
         by: Register,
@@ -307,7 +307,7 @@ pub(crate) enum Quick {
 
 /// The element of an array whose subscript is `index` and `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Near {
+pub(crate) struct ElementRef {
     pub array: Array,
     pub index: Register,
     pub offset: i16,
@@ -315,7 +315,7 @@ pub(crate) struct Near {
 
 /// How a number is joined to another, `with`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Join {
+pub(crate) enum AccumOp {
     /// `with + it`
     Add,
     /// `with - it`
@@ -425,7 +425,7 @@ fn near(a: f32, b: f32, within: f32) -> bool {
     libm::fabs(a - b) <= f64::from(within) + digit
 }
 
-impl Near {
+impl ElementRef {
     /// How many instructions fetch it.
     pub fn loads(self) -> usize {
         if self.offset == 0 { 1 } else { 2 }

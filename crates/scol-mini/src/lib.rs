@@ -77,7 +77,7 @@ pub use request::{
 pub use rewrite::{restore_values, rewrite_value};
 #[cfg(feature = "serde")]
 pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
-pub use value::{Configuration, Kind, Payload, Position, Trans, Value};
+pub use value::{Configuration, Payload, Position, Trans, Value, ValueKind};
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).
 pub const MAX_SOURCE: usize = 99_999;

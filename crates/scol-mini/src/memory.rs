@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
 use crate::program::{Owner, Program, Slot};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 use locals::Locals;
 
 /// Why a variable could not be reached from outside.
@@ -32,9 +32,9 @@ pub enum AccessError {
         /// The variable.
         name: String,
         /// Its kind.
-        expected: Kind,
+        expected: ValueKind,
         /// The kind of the value given.
-        found: Kind,
+        found: ValueKind,
     },
     /// Wrong number of subscripts, or one out of bounds.
     #[error("{0} has no such element")]
@@ -68,7 +68,7 @@ pub struct Memory {
     /// How many of the cells are variables.
     variables: usize,
     /// The kind of each slot, fixed by a declaration or the first assignment.
-    kinds: Vec<Option<Kind>>,
+    kinds: Vec<Option<ValueKind>>,
     /// The values that are no numbers.
     vectors: Vec<Value>,
     /// Places among them that nothing holds any more.
@@ -117,7 +117,7 @@ impl Memory {
     /// Gives these variables, which have none, their first values.
     fn begin(&mut self, slots: &[Slot]) {
         for slot in slots {
-            if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(Kind::zero) {
+            if let Some(zero) = slot.kind.filter(|_| slot.zeroed).map(ValueKind::zero) {
                 (0..slot.length()).for_each(|index| self.put(slot.base + index, zero.clone()));
             }
             for (index, value) in &slot.initial {
@@ -210,7 +210,7 @@ impl Memory {
         }
     }
 
-    pub(crate) fn kind(&self, slot: usize) -> Option<Kind> {
+    pub(crate) fn kind(&self, slot: usize) -> Option<ValueKind> {
         *self.kinds.get(slot)?
     }
 

@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use crate::code::Code;
 use crate::options::LanguageOptions;
 use crate::tree::{Expression, Simple, Variable};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 
 /// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Program {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VariableInfo {
     /// Its kind; `None` when the first assignment will fix it.
-    pub kind: Option<Kind>,
+    pub kind: Option<ValueKind>,
     /// It is an array, of which only elements can be read and written.
     pub array: bool,
 }
@@ -132,7 +132,7 @@ pub(crate) struct Slot {
     pub name: String,
     pub owner: Owner,
     /// The declared kind, or that of the initial value.
-    pub kind: Option<Kind>,
+    pub kind: Option<ValueKind>,
     /// Upper bounds; `None` for a plain variable.
     pub bounds: Option<Vec<u32>>,
     /// Every element begins as the zero of `kind`.
@@ -176,7 +176,7 @@ impl Slot {
     /// What an element begins with.
     pub fn first_value(&self, index: usize) -> Option<Value> {
         let given = self.initial.iter().find(|(known, _)| *known == index);
-        let zero = || self.kind.filter(|_| self.zeroed).map(Kind::zero);
+        let zero = || self.kind.filter(|_| self.zeroed).map(ValueKind::zero);
         given.map(|(_, value)| value.clone()).or_else(zero)
     }
 

@@ -434,7 +434,7 @@ mod tests {
             .unwrap();
         let fresh = Memory::new(&again);
         for (name, info, _) in program.variables().filter(|(_, info, _)| !info.array) {
-            if names.iter().any(|known| known == name) && info.kind != Some(crate::Kind::Position) {
+            if names.iter().any(|known| known == name) && info.kind != Some(crate::ValueKind::Position) {
                 assert_eq!(
                     fresh.global(&again, name, &[]),
                     memory.global(&program, name, &[])

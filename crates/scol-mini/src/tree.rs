@@ -125,7 +125,7 @@ pub(crate) enum Feature {
 
 /// The shape of a motion.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Course {
+pub(crate) enum MotionKind {
     Ptp(Expression),
     Line(Expression),
     Arc(Expression, Expression),
@@ -153,7 +153,7 @@ pub(crate) enum Simple {
     Set(Condition, Expression),
     FreeLoad,
     Move {
-        course: Course,
+        course: MotionKind,
         with: Vec<(Condition, Expression)>,
     },
     Print {
@@ -276,12 +276,12 @@ impl Statement {
     pub fn targeted(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
         match self {
             Statement::Simple(Simple::Move { course, .. }) => match course {
-                Course::Ptp(a) | Course::Line(a) => visit(a),
-                Course::Arc(a, b) | Course::Arch(a, b) => {
+                MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
+                MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
                     visit(a);
                     visit(b);
                 }
-                Course::Axis(..) | Course::AxisBy(..) | Course::Ready => {}
+                MotionKind::Axis(..) | MotionKind::AxisBy(..) | MotionKind::Ready => {}
             },
             Statement::If { then, otherwise, .. } => {
                 then.targeted(visit);
@@ -332,12 +332,15 @@ impl Simple {
             Simple::PerAxis(_, values) => values.iter_mut().for_each(visit),
             Simple::Move { course, with } => {
                 match course {
-                    Course::Ptp(a) | Course::Line(a) => visit(a),
-                    Course::Arc(a, b) | Course::Arch(a, b) | Course::Axis(a, b) | Course::AxisBy(a, b) => {
+                    MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
+                    MotionKind::Arc(a, b)
+                    | MotionKind::Arch(a, b)
+                    | MotionKind::Axis(a, b)
+                    | MotionKind::AxisBy(a, b) => {
                         visit(a);
                         visit(b);
                     }
-                    Course::Ready => {}
+                    MotionKind::Ready => {}
                 }
                 with.iter_mut().for_each(|(_, value)| visit(value));
             }

@@ -10,7 +10,7 @@ use crate::options::Arm;
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Kind {
+pub enum ValueKind {
     /// 32-bit signed integer.
     Integer,
     /// 32-bit float.
@@ -23,16 +23,16 @@ pub enum Kind {
     Position,
 }
 
-impl Kind {
+impl ValueKind {
     /// The word a message uses for the kind.
     #[must_use]
     pub fn word(self) -> &'static str {
         match self {
-            Kind::Integer => "an integer",
-            Kind::Real => "a real",
-            Kind::Load => "load data",
-            Kind::Coordinate => "coordinate data",
-            Kind::Position => "positional data",
+            ValueKind::Integer => "an integer",
+            ValueKind::Real => "a real",
+            ValueKind::Load => "load data",
+            ValueKind::Coordinate => "coordinate data",
+            ValueKind::Position => "positional data",
         }
     }
 
@@ -40,18 +40,18 @@ impl Kind {
     #[must_use]
     pub fn zero(self) -> Value {
         match self {
-            Kind::Integer => Value::Integer(0),
-            Kind::Real => Value::Real(0.0),
-            Kind::Load => Value::Load(Payload::default()),
-            Kind::Coordinate => Value::Coordinate(Trans::default()),
-            Kind::Position => Value::Position(Position::default()),
+            ValueKind::Integer => Value::Integer(0),
+            ValueKind::Real => Value::Real(0.0),
+            ValueKind::Load => Value::Load(Payload::default()),
+            ValueKind::Coordinate => Value::Coordinate(Trans::default()),
+            ValueKind::Position => Value::Position(Position::default()),
         }
     }
 
     /// `true` for integer and real.
     #[must_use]
     pub fn is_number(self) -> bool {
-        matches!(self, Kind::Integer | Kind::Real)
+        matches!(self, ValueKind::Integer | ValueKind::Real)
     }
 }
 
@@ -74,13 +74,13 @@ pub enum Value {
 impl Value {
     /// The kind of this value.
     #[must_use]
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> ValueKind {
         match self {
-            Value::Integer(_) => Kind::Integer,
-            Value::Real(_) => Kind::Real,
-            Value::Load(_) => Kind::Load,
-            Value::Coordinate(_) => Kind::Coordinate,
-            Value::Position(_) => Kind::Position,
+            Value::Integer(_) => ValueKind::Integer,
+            Value::Real(_) => ValueKind::Real,
+            Value::Load(_) => ValueKind::Load,
+            Value::Coordinate(_) => ValueKind::Coordinate,
+            Value::Position(_) => ValueKind::Position,
         }
     }
 }

@@ -7,8 +7,8 @@ mod common;
 use std::sync::Arc;
 
 use scol_mini::{
-    AccessError, Arm, Kind, LanguageOptions, Memory, Payload, Position, Program, Trans, Value, VariableInfo,
-    compile,
+    AccessError, Arm, LanguageOptions, Memory, Payload, Position, Program, Trans, Value, ValueKind,
+    VariableInfo, compile,
 };
 
 const SIX: LanguageOptions = LanguageOptions {
@@ -198,7 +198,7 @@ fn globals_are_found_by_name_and_kind() {
     assert_eq!(
         program.variable("n"),
         Some(VariableInfo {
-            kind: Some(Kind::Integer),
+            kind: Some(ValueKind::Integer),
             array: true
         })
     );

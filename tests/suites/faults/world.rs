@@ -4,7 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use ts3100_controller::faults::{Fault, FaultOrder, FaultReport};
-use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, Panel, Port, Time};
+use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, PanelAction, Port, Time};
 use ts3100_tests::paper::{self, Paper};
 
 /// Inputs and deadlines of one test before the controller is taken to hang.
@@ -60,7 +60,7 @@ impl World {
         if let Some((name, _)) = files.first() {
             world.controller.select(Time::ZERO, name).unwrap();
         }
-        world.put(Input::Panel(Panel::Servo(true)));
+        world.put(Input::Panel(PanelAction::Servo(true)));
         world
     }
 
@@ -100,11 +100,11 @@ impl World {
                     self.segments.entry(port).or_default().push_back(bytes);
                 }
             }
-            Output::Cut { port, .. } => {
+            Output::Disconnect { port, .. } => {
                 self.lose(port);
                 inputs.push_back(Input::Disconnected { port });
             }
-            Output::Deaf { port } => {
+            Output::Stall { port } => {
                 self.deaf.insert(port);
             }
             Output::PowerCycled => {

@@ -4,7 +4,7 @@ use super::channels::{CHANNELS, RIG};
 use ts3100_controller::findings::{Rule, rules};
 use ts3100_controller::options::Options;
 use ts3100_controller::{
-    Config, ControlRight, Dialect, HostLine, HostSettings, Input, KeySwitch, Panel, Port,
+    Config, ControlRight, Dialect, HostLine, HostSettings, Input, KeySwitch, PanelAction, Port,
 };
 use ts3100_proto::message::split_message;
 use ts3100_proto::text::Checksum;
@@ -61,16 +61,16 @@ fn user_par(robot: &mut Robot, from: &str, to: &str) {
 }
 
 fn keys(robot: &mut Robot, key: KeySwitch) {
-    robot.panel(Panel::Key(key));
+    robot.panel(PanelAction::Key(key));
     commands(robot, &["RS,PRG"]);
 }
 
 fn host_line(robot: &mut Robot, settings: HostSettings) {
     *robot = with(|options| options.serial_pacing = true);
-    robot.panel(Panel::ControlRight(ControlRight::Rs232c));
+    robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
     robot.connect(Port::Host);
     let host = HostLine::Modelled(settings);
-    robot.put(Input::Line {
+    robot.put(Input::SerialOpened {
         port: Port::Host,
         host,
     });
@@ -422,7 +422,7 @@ const EXCHANGES: &[Case] = &[
         &rules::ANSWERS_UNREAD,
         |r| {
             commands(r, &["SU"]);
-            r.put(Input::Unread { port: Port::Ip0 });
+            r.put(Input::Backlogged { port: Port::Ip0 });
         },
         |r| commands(r, &["SU", "OK"]),
     ),
@@ -435,7 +435,7 @@ const EXCHANGES: &[Case] = &[
     (
         &rules::LINE_GARBLED,
         |r| {
-            r.put(Input::LineFaults {
+            r.put(Input::SerialErrors {
                 port: Port::Host,
                 bytes: vec![0x41; 3],
             });

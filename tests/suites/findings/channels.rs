@@ -2,7 +2,7 @@
 
 use super::cases::{Case, commands, download};
 use ts3100_controller::findings::rules;
-use ts3100_controller::{ControlRight, Panel, Port};
+use ts3100_controller::{ControlRight, PanelAction, Port};
 use ts3100_tests::Robot;
 
 const READS: &str = "PROGRAM TEST\nINPUT IP1, A\nEND\n";
@@ -18,9 +18,9 @@ fn prints_long(numbers: usize) -> String {
 }
 
 fn signal(robot: &mut Robot, servo: bool) {
-    robot.panel(Panel::ControlRight(ControlRight::Sig));
-    robot.panel(Panel::Servo(servo));
-    robot.panel(Panel::InputLine { line: 255, on: true });
+    robot.panel(PanelAction::ControlRight(ControlRight::Sig));
+    robot.panel(PanelAction::Servo(servo));
+    robot.panel(PanelAction::InputLine { line: 255, on: true });
 }
 
 fn loaded(robot: &mut Robot, program: &str) {
@@ -29,7 +29,7 @@ fn loaded(robot: &mut Robot, program: &str) {
 
 fn power_cycle(robot: &mut Robot, program: &str) {
     download(robot, "TEST", program);
-    robot.panel(Panel::PowerCycle);
+    robot.panel(PanelAction::PowerCycle);
 }
 
 pub const CHANNELS: &[Case] = &[
@@ -160,16 +160,16 @@ pub const RIG: &[Case] = &[
     (
         &rules::PANEL_REFUSED,
         |r| {
-            r.panel(Panel::Servo(false));
-            r.panel(Panel::Start);
+            r.panel(PanelAction::Servo(false));
+            r.panel(PanelAction::Start);
         },
-        |r| r.panel(Panel::Start),
+        |r| r.panel(PanelAction::Start),
     ),
     (&rules::SIGNAL_REFUSED, |r| signal(r, false), |r| signal(r, true)),
     (
         &rules::NO_SUCH_LINE,
-        |r| r.panel(Panel::InputLine { line: 65, on: true }),
-        |r| r.panel(Panel::InputLine { line: 64, on: true }),
+        |r| r.panel(PanelAction::InputLine { line: 65, on: true }),
+        |r| r.panel(PanelAction::InputLine { line: 64, on: true }),
     ),
     (
         &rules::SELECTION_LOST,

@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::faults::FaultError;
-use crate::output::Cut;
+use crate::output::DisconnectMode;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
@@ -152,49 +152,49 @@ impl fmt::Display for Value {
 
 /// One part of what leaves in place of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Parcel {
+pub struct Segment {
     /// How long behind the part before it.
     pub after: Duration,
     /// What.
-    pub what: Leaving,
+    pub what: Departure,
 }
 
 /// What leaves a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Leaving {
+pub enum Departure {
     /// These bytes, in one write.
     Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
     /// These bytes, in one write with what is sent next, if that comes before their time.
     Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
     /// The connection ends.
-    Cut(Cut),
+    Cut(DisconnectMode),
     /// From now on nothing is read or written, until the connection ends.
     Deaf,
 }
 
-impl Leaving {
+impl Departure {
     /// Bytes of it.
     #[must_use]
     pub fn length(&self) -> usize {
         match self {
-            Leaving::Bytes(bytes) | Leaving::Held(bytes) => bytes.len(),
-            Leaving::Cut(_) | Leaving::Deaf => 0,
+            Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
+            Departure::Cut(_) | Departure::Deaf => 0,
         }
     }
 }
 
-impl Parcel {
+impl Segment {
     /// Bytes without a pause before them.
     #[must_use]
-    pub fn bytes(bytes: Vec<u8>) -> Parcel {
-        Parcel::after(Duration::ZERO, Leaving::Bytes(bytes))
+    pub fn bytes(bytes: Vec<u8>) -> Segment {
+        Segment::after(Duration::ZERO, Departure::Bytes(bytes))
     }
 
     /// Something behind a pause.
     #[must_use]
-    pub fn after(after: Duration, what: Leaving) -> Parcel {
-        Parcel { after, what }
+    pub fn after(after: Duration, what: Departure) -> Segment {
+        Segment { after, what }
     }
 }
 
@@ -208,7 +208,7 @@ pub enum Effect {
     /// A command: NG, for this reason.
     Refused(String),
     /// What leaves in its place.
-    Sent(Vec<Parcel>),
+    Sent(Vec<Segment>),
     /// What came in in its place.
     Came(Vec<u8>),
     /// The character at this place has a parity error.
@@ -217,23 +217,23 @@ pub enum Effect {
 
 /// What a fault did, and the words for it.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bitten {
+pub struct Applied {
     /// What has become of the thing.
     pub effect: Effect,
     /// What happened, for the log: `the answer to SU is not sent`.
     pub words: String,
 }
 
-impl Bitten {
-    pub(super) fn new(effect: Effect, words: impl Into<String>) -> Bitten {
+impl Applied {
+    pub(super) fn new(effect: Effect, words: impl Into<String>) -> Applied {
         let words = words.into();
-        Bitten { effect, words }
+        Applied { effect, words }
     }
 }
 
 /// The thing that is bitten.
 #[derive(Debug, Clone, Copy)]
-pub struct Prey<'a> {
+pub struct FaultSite<'a> {
     /// Where.
     pub point: Point,
     /// On which port.
@@ -248,7 +248,7 @@ pub struct Prey<'a> {
     pub data: &'a [u8],
 }
 
-impl Prey<'_> {
+impl FaultSite<'_> {
     /// What it is, in words.
     #[must_use]
     pub fn words(&self) -> String {
@@ -269,7 +269,7 @@ impl Prey<'_> {
 }
 
 /// What a kind does when it bites.
-pub type Act = fn(&mut Controller, &Values, &Prey<'_>) -> Bitten;
+pub type Act = fn(&mut Controller, &Values, &FaultSite<'_>) -> Applied;
 
 /// A kind of fault.
 #[derive(Debug)]
@@ -309,7 +309,7 @@ impl Kind {
         block: None,
         bites: |_, _, _| true,
         check: |_, _| Ok(()),
-        act: |_, _, _| Bitten {
+        act: |_, _, _| Applied {
             effect: Effect::Pass,
             words: String::new(),
         },

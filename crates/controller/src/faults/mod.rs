@@ -10,19 +10,19 @@
 //! assert_eq!(robot.faults().reports().next().unwrap().fired, 0);
 //! ```
 
-pub mod dice;
 pub mod kind;
 mod kinds;
 mod occasions;
+pub mod rng;
+mod scheduled;
 mod spec;
-mod strike;
 
 pub use kind::{Kind, Parameter, Point, Takes, Value, Values};
 pub use kinds::KINDS;
 pub use spec::FaultError;
 
 use crate::Controller;
-use crate::deed::Refusal;
+use crate::action::ActionError;
 #[cfg(feature = "serde")]
 use crate::limits::MAX_STRIKES;
 use crate::limits::{FAULT_MOMENTS, MAX_FAULTS};
@@ -33,9 +33,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use dice::{Dice, MILLION};
-use kind::{Bitten, Effect, Prey};
-use strike::Strike;
+use kind::{Applied, Effect, FaultSite};
+use rng::{MILLION, Rng};
+use scheduled::ScheduledAction;
 
 /// What a fault waits for. What is not said does not matter.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -131,13 +131,13 @@ impl FaultReport {
 )]
 pub struct Faults {
     reports: Vec<FaultReport>,
-    dice: Dice,
+    dice: Rng,
     /// Ports on which nothing is read or written.
     deaf: BTreeSet<Port>,
     /// Where the record that comes in stands: it is being lost.
     records: BTreeMap<Port, Record>,
     /// What a fault does later.
-    strikes: Vec<(Time, Strike)>,
+    strikes: Vec<(Time, ScheduledAction)>,
     /// Bytes the RAM drive has for the file of the command that is being served.
     pub(crate) free: Option<usize>,
 }
@@ -158,7 +158,7 @@ impl Faults {
     pub(crate) fn new(seed: u64) -> Faults {
         Faults {
             reports: Vec::new(),
-            dice: Dice::new(seed, "faults"),
+            dice: Rng::new(seed, "faults"),
             deaf: BTreeSet::new(),
             records: BTreeMap::new(),
             strikes: Vec::new(),
@@ -189,11 +189,11 @@ impl Faults {
 
     /// Whether nothing is read or written on this port.
     #[must_use]
-    pub fn is_deaf(&self, port: Port) -> bool {
+    pub fn is_stalled(&self, port: Port) -> bool {
         self.deaf.contains(&port)
     }
 
-    pub(crate) fn deafen(&mut self, port: Port) {
+    pub(crate) fn stall(&mut self, port: Port) {
         self.deaf.insert(port);
     }
 
@@ -269,7 +269,7 @@ impl Faults {
     }
 
     /// The fault that takes this occasion: the first armed one, by number, whose turn it is.
-    fn taken(&mut self, now: Time, prey: &Prey<'_>) -> Option<Fault> {
+    fn taken(&mut self, now: Time, prey: &FaultSite<'_>) -> Option<Fault> {
         let mut taken = None;
         for report in self.reports.iter_mut().filter(|report| report.armed) {
             if !report.fault.waits_for(prey) {
@@ -319,7 +319,7 @@ impl Fault {
         spec::read(spec)
     }
 
-    fn waits_for(&self, prey: &Prey<'_>) -> bool {
+    fn waits_for(&self, prey: &FaultSite<'_>) -> bool {
         let kind = self.kind;
         let On {
             command,
@@ -352,21 +352,21 @@ impl Controller {
     pub fn unbroken(&self) -> Controller {
         Controller {
             faults: Faults::new(self.config.fault_seed),
-            vary: None,
+            variation: None,
             ..self.clone()
         }
     }
 
-    pub(crate) fn fault_order(&mut self, order: FaultOrder) -> Result<(), Refusal> {
+    pub(crate) fn fault_order(&mut self, order: FaultOrder) -> Result<(), ActionError> {
         match order {
             FaultOrder::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
-                fault
-                    .check_occasions()
-                    .map_err(|error| Refusal::conflict(&spec, "a fault that can fire", error.to_string()))?;
+                fault.check_occasions().map_err(|error| {
+                    ActionError::conflict(&spec, "a fault that can fire", error.to_string())
+                })?;
                 let armed = self.faults.arm(*fault);
                 let id = armed.map_err(|found| {
-                    Refusal::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)
+                    ActionError::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)
                 })?;
                 self.event(Event::Fault {
                     id,
@@ -383,7 +383,7 @@ impl Controller {
                     .iter_mut()
                     .find(|report| report.fault.id == id);
                 let report = found.ok_or_else(|| {
-                    Refusal::missing("fault", "the number of one that was armed", id.to_string())
+                    ActionError::missing("fault", "the number of one that was armed", id.to_string())
                 })?;
                 report.armed = false;
             }
@@ -396,13 +396,13 @@ impl Controller {
     }
 
     /// Gives the faults their occasion: what has become of the thing.
-    pub(crate) fn bite(&mut self, prey: &Prey<'_>) -> Effect {
+    pub(crate) fn apply_fault(&mut self, prey: &FaultSite<'_>) -> Effect {
         let now = self.now;
         let Some(fault) = self.faults.taken(now, prey) else {
             return Effect::Pass;
         };
         let Fault { id, kind, values, .. } = fault;
-        let Bitten { effect, words } = (kind.act)(self, &values, prey);
+        let Applied { effect, words } = (kind.act)(self, &values, prey);
         self.event(Event::Fault {
             id,
             kind: kind.name,
@@ -429,7 +429,7 @@ impl Controller {
                     continue;
                 }
                 None => {
-                    let prey = Prey {
+                    let prey = FaultSite {
                         point: Point::Record,
                         port,
                         command: "",
@@ -437,7 +437,7 @@ impl Controller {
                         bytes: &[],
                         data: &[],
                     };
-                    match self.bite(&prey) {
+                    match self.apply_fault(&prey) {
                         Effect::Lost => Record::Lost,
                         _ => Record::Taken,
                     }

@@ -5,7 +5,7 @@ use super::kind::{Point, Takes, Value};
 use super::{Fault, FaultError, On};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, VARY_BLANKS};
 use crate::port::Port;
-use crate::vary::SHORTEST_TEXT;
+use crate::variation::SHORTEST_TEXT;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;

@@ -1,8 +1,8 @@
 //! How a fault is written: `KIND` or `KIND:key=value,key=value`, the same keys as in a file and in a request. Values
 //! with a comma stand in double quotes. Written and read again it is the same fault.
 
-use super::dice::MILLION;
 use super::kind::{Kind, Parameter, Takes, Value, Values};
+use super::rng::MILLION;
 use super::{Fault, KINDS, On};
 use crate::alarm::ALARMS;
 use crate::port::Port;

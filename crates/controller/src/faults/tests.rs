@@ -2,8 +2,8 @@
 //! them is tested in the suites.
 
 use super::*;
-use crate::input::Panel;
-use crate::output::{Cut, Output};
+use crate::input::PanelAction;
+use crate::output::{DisconnectMode, Output};
 use crate::{Config, Dialect, HostLine, Input};
 use alloc::boxed::Box;
 use core::time::Duration;
@@ -199,7 +199,7 @@ fn faults_are_numbered_replaced_disarmed_cleared_and_bounded() {
     }
     assert_eq!(ask(&mut robot, b"SO", 10), [sent(0, b"\x02OK\r")]);
     let refused = robot.feed(robot.now(), Input::from(FaultOrder::Disarm(99)));
-    assert!(matches!(&refused[..], [Output::Undone(_)]));
+    assert!(matches!(&refused[..], [Output::Rejected(_)]));
     robot.feed(robot.now(), Input::from(FaultOrder::Clear));
     assert!(robot.faults().is_empty());
     for _ in 0..=MAX_FAULTS {
@@ -268,10 +268,10 @@ fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_anothe
     let mut robot = robot();
     arm(&mut robot, "reset-mid-text:bytes=2");
     let port = Port::Ip0;
-    let cut = |at, how| (at, Output::Cut { port, how });
+    let cut = |at, how| (at, Output::Disconnect { port, how });
     assert_eq!(
         ask(&mut robot, b"SO", 100),
-        [sent(0, b"\x02O"), cut(20, Cut::Reset)]
+        [sent(0, b"\x02O"), cut(20, DisconnectMode::Reset)]
     );
     assert_eq!(ask(&mut robot, b"BR", 100), []);
     let again = |robot: &mut Controller| {
@@ -282,8 +282,8 @@ fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_anothe
     again(&mut robot);
     assert_eq!(ask(&mut robot, b"SO", 100), [sent(200, b"\x02OK\r\x03")]);
     arm(&mut robot, "half-open:lasts=1s");
-    assert_eq!(ask(&mut robot, b"SO", 100), [(300, Output::Deaf { port })]);
-    assert_eq!(ask(&mut robot, b"BR", 2_000), [cut(1_300, Cut::Reset)]);
+    assert_eq!(ask(&mut robot, b"SO", 100), [(300, Output::Stall { port })]);
+    assert_eq!(ask(&mut robot, b"BR", 2_000), [cut(1_300, DisconnectMode::Reset)]);
     assert!(robot.state.servo, "BR is not heard");
     again(&mut robot);
     assert_eq!(ask(&mut robot, b"BR", 100).len(), 1);
@@ -310,7 +310,7 @@ fn a_serial_line_goes_on_behind_what_is_lost_of_a_text() {
             assert!(
                 !outputs
                     .iter()
-                    .any(|output| matches!(output, Output::Cut { .. } | Output::Deaf { .. }))
+                    .any(|output| matches!(output, Output::Disconnect { .. } | Output::Stall { .. }))
             );
             let bytes = outputs.into_iter().map(|output| match output {
                 Output::Send { bytes, .. } => bytes.len(),
@@ -432,7 +432,7 @@ fn a_parity_error_takes_one_character_on_a_modelled_line_and_on_a_real_one() {
                 peer: String::new(),
             },
         );
-        robot.feed(Time::ZERO, Input::Line { port, host });
+        robot.feed(Time::ZERO, Input::SerialOpened { port, host });
         arm(&mut robot, "parity-error:character=1");
         let bytes = b"\x02SO\r\x03".to_vec();
         let mut outputs = robot.feed(Time::ZERO, Input::Received { port, bytes });
@@ -461,7 +461,7 @@ fn a_power_cycle_takes_what_waits_and_leaves_what_is_armed() {
     arm(&mut robot, "late-reply:command=SO,delay=5s");
     arm(&mut robot, "ng");
     ask(&mut robot, b"SO", 0);
-    robot.feed(robot.now(), Input::Panel(Panel::PowerCycle));
+    robot.feed(robot.now(), Input::Panel(PanelAction::PowerCycle));
     let later = robot.feed(Time::from_millis(9_000), Input::Tick);
     assert!(!later.iter().any(|output| matches!(output, Output::Send { .. })));
     assert_eq!(robot.faults().reports().count(), 2);

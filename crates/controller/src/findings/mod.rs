@@ -3,10 +3,10 @@
 //! [`Event::Finding`], and [`Findings`] counts them and keeps the first of each.
 //! Reports in the formats of other tools are the edge's.
 
-mod judge;
+mod checks;
 pub mod rules;
 
-pub use judge::Habits;
+pub use checks::HostHistory;
 pub use rules::RULES;
 
 use crate::output::Event;

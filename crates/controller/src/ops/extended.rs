@@ -6,8 +6,8 @@ use crate::Controller;
 use crate::alarm::Alarm;
 use crate::ops::status::NOISE;
 use crate::session::Outcome;
-use crate::sig::din;
 use crate::signals::Signals;
+use crate::system_signals::din;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -48,11 +48,11 @@ impl Controller {
                 RunMode::Step => 2,
                 RunMode::Segment => 3,
             },
-            run_status: self.execution.shown_status().code(),
+            run_status: self.executor.shown_status().code(),
             override_percent: self.state.override_percent,
             alarm_level: self.alarms.worst().map_or(0, AlarmLevel::number),
-            ended: self.execution.direct_ended,
-            busy: self.execution.direct.is_some(),
+            ended: self.executor.direct_ended,
+            busy: self.executor.direct.is_some(),
         };
         Outcome::file(status.encode())
     }
@@ -104,7 +104,7 @@ impl Controller {
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
     pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
-        let shown = self.arm.shown(self.now, self.execution.memory().conditions());
+        let shown = self.arm.shown(self.now, self.executor.memory().conditions());
         let config = Configuration {
             digits: self.arm.configuration(self.now),
         }
@@ -132,7 +132,7 @@ impl Controller {
 
     /// VL: how fast the joints (0) or the world coordinates (1) change, per second.
     pub(super) fn op_velocity(&mut self, which: u8) -> Outcome {
-        let conditions = self.execution.memory().conditions();
+        let conditions = self.executor.memory().conditions();
         let (early, late) = (self.now, self.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
         let (before, after) = (
@@ -161,7 +161,7 @@ impl Controller {
             name: Some(name.name.clone()),
             trans,
         };
-        let conditions = self.execution.memory_mut().conditions_mut();
+        let conditions = self.executor.memory_mut().conditions_mut();
         match frame {
             ZsFrame::Work => conditions.work = set,
             ZsFrame::Tool => conditions.tool = set,

@@ -3,8 +3,8 @@
 use crate::Controller;
 use crate::drive::Drive;
 use crate::findings::rules;
-use crate::keeping::Held;
 use crate::output::Output;
+use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::session::{Outcome, Session};
 use alloc::format;
@@ -46,13 +46,13 @@ impl Controller {
 
     /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
     fn finish_download(&mut self, port: Port, name: &FileName, content: &[u8]) -> Result<(), String> {
-        if self.execution.status() == ExecutionStatus::Running {
+        if self.executor.status() == ExecutionStatus::Running {
             let reason = "the robot was started during the download";
-            self.find(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
+            self.report(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
             return Err(reason.to_string());
         }
         self.store(name, content).map_err(|error| {
-            self.judge_store(port, &error);
+            self.check_store(port, &error);
             error.to_string()
         })
     }
@@ -61,10 +61,10 @@ impl Controller {
     pub(crate) fn end_download(&mut self, port: Port, name: FileName, content: Vec<u8>, last: &[u8]) {
         match self.finish_download(port, &name, &content) {
             Ok(()) => {
-                self.judge_download(port, &name, &content, last);
+                self.check_download(port, &name, &content, last);
                 self.send_text(port, &Reply::Ok.encode());
             }
-            Err(_) if self.keeping.is_asked() => self.keeping.hold(Held::Download {
+            Err(_) if self.persistence.is_pending() => self.persistence.hold(PendingChange::Download {
                 port,
                 name,
                 content,
@@ -81,16 +81,16 @@ impl Controller {
         } else {
             self.no_command(port);
             let reason = "a text of a file that was refused before";
-            self.find(&rules::FILE_WITHOUT_DOWNLOAD, port, data, reason);
+            self.report(&rules::FILE_WITHOUT_DOWNLOAD, port, data, reason);
             self.refuse_text(port, "FL", reason);
         }
-        self.judge_refused_file(port, data);
+        self.check_refused_file(port, data);
     }
 
     /// NG to a text of a download: the whole file is refused.
     pub(crate) fn refuse_block(&mut self, port: Port, data: &[u8], reason: &str) {
         self.refuse_text(port, "FL", reason);
-        self.judge_refused_file(port, data);
+        self.check_refused_file(port, data);
     }
 
     /// ER (CMD-ER-01 to CMD-ER-03).
@@ -98,13 +98,13 @@ impl Controller {
         if name.is_parameter() {
             return Outcome::ng("a parameter file cannot be erased");
         }
-        if self.execution.file() == name.as_str() {
+        if self.executor.file() == name.as_str() {
             return Outcome::ng("the selected file cannot be erased; RS,SEL ends the selection");
         }
         if !self.drive.contains(name.as_str()) {
             return Outcome::Ng(missing(name));
         }
-        if let Err(error) = self.keep(name.as_str(), None) {
+        if let Err(error) = self.persist(name.as_str(), None) {
             return Outcome::Ng(error.to_string());
         }
         self.drive.erase(name.as_str());
@@ -117,12 +117,12 @@ impl Controller {
     /// CA (CMD-CA-01, DIR-01 to DIR-04).
     pub(super) fn op_directory(&mut self) -> Outcome {
         let mut entries = self.drive.directory();
-        let blanks = match &mut self.vary {
+        let blanks = match &mut self.variation {
             // The vendor's library, whose commands the extensions are, reads one blank.
             Some(vary) if !self.config.options.extensions => vary.directory_blanks(),
             _ => " ".to_string(),
         };
-        if let Some(vary) = &mut self.vary {
+        if let Some(vary) = &mut self.variation {
             vary.order(&mut entries);
         }
         Outcome::file(encode_directory_with(&entries, &blanks))

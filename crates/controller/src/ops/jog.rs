@@ -1,12 +1,12 @@
 //! MD RT SC JG: guiding the arm by hand from the host. While JG holds, the arm moves; JG ! ends it.
 
 use crate::Controller;
-use crate::arm::{Guidance, GuideFrame};
+use crate::arm::{Jog, JogFrame};
 use crate::limits::{INCH, JOG_SPEED};
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::string::ToString;
-use ts3100_proto::command::Jog;
+use ts3100_proto::command::JogDirection;
 use ts3100_proto::status::ExecutionStatus;
 
 /// Guide mode in which the arm is moved by hand alone.
@@ -22,17 +22,17 @@ impl Controller {
     }
 
     /// JG.
-    pub(super) fn op_jog(&mut self, port: Port, axis: u8, motion: Jog) -> Outcome {
+    pub(super) fn op_jog(&mut self, port: Port, axis: u8, motion: JogDirection) -> Outcome {
         let sign = match motion {
-            Jog::Plus => 1.0,
-            Jog::Minus => -1.0,
-            Jog::Stop => {
+            JogDirection::Plus => 1.0,
+            JogDirection::Minus => -1.0,
+            JogDirection::Stop => {
                 self.stop_jog();
                 return Outcome::Ok;
             }
         };
         let guide = self.state.guide;
-        let reason = if self.execution.status() == ExecutionStatus::Running {
+        let reason = if self.executor.status() == ExecutionStatus::Running {
             "a program or a DO statement is under way"
         } else if !self.state.servo {
             "servo power is off"
@@ -44,15 +44,15 @@ impl Controller {
             "the arm is being guided; JG ! ends that"
         } else {
             let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
-            let guidance = Guidance {
+            let guidance = Jog {
                 axis,
                 sign,
                 step: (guide.mode == INCHING).then_some(INCH[rate]),
                 speed: JOG_SPEED[rate],
-                frame: GuideFrame::of(guide.coordinate),
+                frame: JogFrame::of(guide.coordinate),
             };
-            let conditions = self.execution.memory().conditions().clone();
-            return match self.arm.guide(
+            let conditions = self.executor.memory().conditions().clone();
+            return match self.arm.jog(
                 self.now,
                 &guidance,
                 &conditions,

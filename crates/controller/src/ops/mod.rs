@@ -29,7 +29,7 @@ impl Controller {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
         if command.is_extension() {
-            self.stop_telling(port);
+            self.disable_unsolicited_sp(port);
         }
         let row = command.permission_row();
         let mode = self.state.master_mode();
@@ -61,11 +61,11 @@ impl Controller {
         let known = command.clone();
         let outputs = self.waiting().count();
         let outcome = self.operate(port, command);
-        if self.keeping.is_asked() {
+        if self.persistence.is_pending() {
             return Outcome::Held;
         }
         if let Outcome::Ng(reason) = &outcome {
-            self.judge_refusal(port, &known, reason, outputs);
+            self.check_refusal(port, &known, reason, outputs);
         }
         outcome
     }
@@ -115,7 +115,7 @@ impl Controller {
     fn forbidden(&mut self, port: Port, letters: &str) -> Option<Outcome> {
         let mode = self.state.master_mode();
         let cell = self.config.permissions.get(port.protocol()?, letters, mode)?;
-        let stopped = self.execution.status() != ExecutionStatus::Running;
+        let stopped = self.executor.status() != ExecutionStatus::Running;
         let reason = match cell {
             Permission::Valid => return None,
             Permission::WhenStopped if stopped => return None,
@@ -124,7 +124,7 @@ impl Controller {
             }
             Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.words()),
         };
-        self.find(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
+        self.report(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
         Some(Outcome::Ng(reason))
     }
 }

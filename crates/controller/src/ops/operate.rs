@@ -1,7 +1,7 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
 
 use crate::Controller;
-use crate::execution::{By, Course, Direct, Task};
+use crate::executor::{Direct, RunState, StopCause, Task};
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
@@ -24,11 +24,11 @@ impl Controller {
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
     /// unfinished and will be done again (CMD-FD-03).
     pub(super) fn op_stop(&mut self) -> Outcome {
-        if self.is_held() && self.execution.status() == ExecutionStatus::Running {
-            self.interrupt(By::Host);
+        if self.is_held() && self.executor.status() == ExecutionStatus::Running {
+            self.interrupt(StopCause::Host);
             self.clear_feed_hold();
         } else {
-            self.stop_after_step(By::Host);
+            self.stop_after_step(StopCause::Host);
             self.cancel_direct_input();
         }
         Outcome::Ok
@@ -37,22 +37,22 @@ impl Controller {
     /// The statement of DO is given up; it shows RUN until the arm rests (D7).
     pub(crate) fn end_direct(&mut self) {
         self.cancel_direct_input();
-        if let Some(direct) = &mut self.execution.direct {
+        if let Some(direct) = &mut self.executor.direct {
             let rest = self.arm.ends_at().unwrap_or(self.now);
             direct.shown_until = Some(direct.shown_until.unwrap_or(rest).min(rest).max(self.now));
         }
     }
 
     fn cancel_direct_input(&mut self) {
-        if let Some(mut direct) = self.execution.direct.take() {
+        if let Some(mut direct) = self.executor.direct.take() {
             self.end_reading(&mut direct.task);
-            self.execution.direct = Some(direct);
+            self.executor.direct = Some(direct);
         }
     }
 
     /// BR (CMD-BR-01, CMD-BR-02).
     pub(super) fn op_servo_off(&mut self) -> Outcome {
-        self.servo_off(By::Host);
+        self.servo_off(StopCause::Host);
         Outcome::Ok
     }
 
@@ -75,7 +75,7 @@ impl Controller {
                 self.arm.set_pace(self.now, self.pace());
                 Outcome::Ok
             }
-            Internal::Mode(_) if self.execution.status() == ExecutionStatus::Running => {
+            Internal::Mode(_) if self.executor.status() == ExecutionStatus::Running => {
                 Outcome::ng("the operation mode can be set only while the robot is stopped")
             }
             Internal::Mode(mode) => {
@@ -83,7 +83,7 @@ impl Controller {
                 Outcome::Ok
             }
             Internal::Break => {
-                self.interrupt(By::Host);
+                self.interrupt(StopCause::Host);
                 Outcome::Ok
             }
         }
@@ -91,13 +91,13 @@ impl Controller {
 
     /// DO: OK when the statement is accepted (CMD-DO-01 to CMD-DO-04, D7).
     pub(super) fn op_direct(&mut self, statement: &str) -> Outcome {
-        if self.execution.program_runs() {
+        if self.executor.program_runs() {
             return Outcome::ng("a program is running");
         }
         if self.is_jogging() {
             return Outcome::ng("the arm is being guided by JG");
         }
-        if self.execution.direct.is_some() {
+        if self.executor.direct.is_some() {
             return Outcome::ng("another DO statement is under way");
         }
         if !self.state.servo {
@@ -106,11 +106,11 @@ impl Controller {
         if self.state.feed_hold {
             return Outcome::ng("feed hold is on");
         }
-        match compile_direct(statement, self.execution.program()) {
+        match compile_direct(statement, self.executor.program()) {
             Ok(program) => {
                 let task = Task::new(Machine::direct(program), self.now);
-                self.execution.run_shown_until = None;
-                self.execution.direct = Some(Direct {
+                self.executor.run_shown_until = None;
+                self.executor.direct = Some(Direct {
                     statement: statement.to_string(),
                     task,
                     since: self.now,
@@ -146,9 +146,9 @@ impl Controller {
     }
 
     /// The robot stands at step 1 from here on; used by the resets and SL.
-    pub(super) fn stand_at(&mut self, course: Course) {
-        self.execution.course = course;
-        self.execution.run_shown_until = None;
+    pub(super) fn stand_at(&mut self, course: RunState) {
+        self.executor.course = course;
+        self.executor.run_shown_until = None;
         self.report_status();
     }
 }

@@ -1,6 +1,6 @@
 //! RS and SL: back to a step, a signal state, a file.
 
-use crate::execution::{Course, Doing};
+use crate::executor::{RunState, TaskState};
 use crate::findings::rules;
 use crate::port::Port;
 use crate::session::Outcome;
@@ -13,7 +13,7 @@ use ts3100_proto::status::ExecutionStatus;
 impl Controller {
     /// RS, in stop mode only (CMD-RS-01 to CMD-RS-10).
     pub(super) fn op_reset(&mut self, reset: Reset) -> Outcome {
-        if self.execution.status() == ExecutionStatus::Running {
+        if self.executor.status() == ExecutionStatus::Running {
             return Outcome::ng("RS is accepted only in stop mode");
         }
         self.reset_program(reset)
@@ -30,19 +30,19 @@ impl Controller {
                 self.clear_feed_hold();
                 self.reset_alarms();
                 self.renew_stale();
-                self.execution.initialise(self.now);
-                self.stand_at(Course::Reset);
+                self.executor.initialise(self.now);
+                self.stand_at(RunState::Reset);
             }
             Reset::Step => {
-                self.execution.rewind(self.now);
-                self.stand_at(Course::Reset);
+                self.executor.rewind(self.now);
+                self.stand_at(RunState::Reset);
             }
             Reset::Cycle => return self.cycle_reset(),
             Reset::Alarm => self.reset_alarms(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
                 self.deselect();
-                self.stand_at(Course::Reset);
+                self.stand_at(RunState::Reset);
             }
         }
         Ok(())
@@ -50,15 +50,15 @@ impl Controller {
 
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
     fn cycle_reset(&mut self) -> Result<(), String> {
-        let task = self.execution.main.as_mut().ok_or("no file is selected")?;
+        let task = self.executor.main.as_mut().ok_or("no file is selected")?;
         if !task.machine.go_to_rcycle() {
             return Err("the program has no label RCYCLE".to_string());
         }
-        task.doing = Doing::Ready;
+        task.doing = TaskState::Ready;
         task.handler = None;
-        self.execution.drop_tasks();
+        self.executor.drop_tasks();
         self.arm.forget_interrupted();
-        self.stand_at(Course::Continue);
+        self.stand_at(RunState::Continue);
         Ok(())
     }
 
@@ -66,11 +66,11 @@ impl Controller {
     /// start says why not.
     fn renew_stale(&mut self) {
         let stale = self
-            .execution
+            .executor
             .selected
             .as_ref()
             .is_some_and(|selected| selected.stale);
-        if let Ok(name) = FileName::parse(self.execution.file())
+        if let Ok(name) = FileName::parse(self.executor.file())
             && stale
         {
             let _still_stale = self.select_file(&name);
@@ -81,12 +81,12 @@ impl Controller {
     pub(super) fn op_select(&mut self, port: Port, name: &FileName) -> Outcome {
         match self.select_file(name) {
             Ok(()) => {
-                self.stand_at(Course::Reset);
+                self.stand_at(RunState::Reset);
                 Outcome::Ok
             }
             Err(error) => {
                 if let SelectError::Errors { .. } = &error {
-                    self.find(
+                    self.report(
                         &rules::PROGRAM_ERRORS,
                         port,
                         name.as_str().as_bytes(),

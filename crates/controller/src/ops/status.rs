@@ -5,7 +5,7 @@ use crate::alarm::Alarm;
 use crate::options::SfTexts;
 use crate::port::Port;
 use crate::session::Outcome;
-use crate::vary::Vary;
+use crate::variation::Variation;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
@@ -35,11 +35,11 @@ impl Controller {
         StatusBody {
             master_mode: self.state.master_mode(),
             run_mode: self.state.run_mode,
-            file: self.execution.file().to_string(),
+            file: self.executor.file().to_string(),
             override_percent: self.state.override_percent,
             speed_limit_percent: self.speed_limit(),
             machine_lock: self.state.machine_lock,
-            execution: self.execution.shown_status(),
+            execution: self.executor.shown_status(),
         }
     }
 
@@ -84,11 +84,11 @@ impl Controller {
             .sessions
             .get(&port)
             .and_then(|session| session.last_status.as_ref());
-        let conditions = self.execution.memory().conditions();
+        let conditions = self.executor.memory().conditions();
         let shown = self.arm.shown(self.now, conditions);
         let systems = self.arm.systems(conditions);
-        let (executed, execution_task) = self.execution.executed(self.arm.is_moving());
-        let (analysed, analysis_task) = self.execution.analysed();
+        let (executed, execution_task) = self.executor.executed(self.arm.is_moving());
+        let (analysed, analysis_task) = self.executor.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
         let lines = self.signals.words();
         SystemStatus {
@@ -131,7 +131,7 @@ impl Controller {
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self) -> Outcome {
         let mut entries: Vec<_> = self.alarms.history().map(Alarm::entry).collect();
-        if self.vary.as_ref().is_some_and(Vary::lists_oldest_first) {
+        if self.variation.as_ref().is_some_and(Variation::lists_oldest_first) {
             entries.reverse();
         }
         Outcome::file(encode_history(&entries))

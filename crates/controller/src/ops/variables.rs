@@ -2,14 +2,14 @@
 
 use crate::Controller;
 use crate::alarm;
-use crate::keeping::Held;
 use crate::output::Output;
+use crate::persistence::PendingChange;
 use crate::session::Outcome;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
-use scol_mini::{Arm, Kind, Payload, Position, Trans, Value};
+use scol_mini::{Arm, Payload, Position, Trans, Value, ValueKind};
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::mr::encode_values;
@@ -24,7 +24,7 @@ impl Controller {
     }
 
     fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, String> {
-        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         let VariableName { name, subscripts } = variable;
         let value = selected
             .memory
@@ -35,7 +35,12 @@ impl Controller {
     }
 
     /// The type code must be that of the variable; 0-4 name single variables, 5-9 array elements.
-    fn check_kind(&self, variable: &VariableName, kind: VariableKind, found: Kind) -> Result<(), String> {
+    fn check_kind(
+        &self,
+        variable: &VariableName,
+        kind: VariableKind,
+        found: ValueKind,
+    ) -> Result<(), String> {
         let Some(asked) = kind_of(kind) else { return Ok(()) };
         if asked != found {
             return Err(format!(
@@ -64,7 +69,7 @@ impl Controller {
     pub(crate) fn write_variable(&mut self, write: &VariableWrite) -> Result<(), String> {
         let arm = self.arm.kind();
         let VariableName { name, subscripts } = &write.variable;
-        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         let info = selected
             .program
             .variable(name)
@@ -79,7 +84,7 @@ impl Controller {
         } else {
             None
         };
-        let selected = self.execution.selected.as_mut().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_mut().ok_or("no file is selected")?;
         let program = &selected.program;
         selected
             .memory
@@ -94,8 +99,8 @@ impl Controller {
     /// RESTORE of a program: the values go into the file as those of MW do (scol.md 13.4).
     pub(crate) fn restore_data(&mut self, names: Vec<String>, direct: bool) {
         let restored = self.restored(&names);
-        if self.keeping.is_asked() {
-            return self.keeping.hold(Held::Restore { names, direct });
+        if self.persistence.is_pending() {
+            return self.persistence.hold(PendingChange::Restore { names, direct });
         }
         if let Err(reason) = restored {
             self.raise(alarm::NOT_RESTORED, format!("RESTORE: {reason}"));
@@ -106,7 +111,7 @@ impl Controller {
     }
 
     fn restored(&mut self, names: &[String]) -> Result<(), String> {
-        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         let (program, memory) = (&selected.program, &selected.memory);
         let source = scol_mini::restore_values(&selected.source, program, memory, names)
             .map_err(|error| error.to_string())?;
@@ -121,7 +126,7 @@ impl Controller {
         variable: &VariableName,
         value: &Value,
     ) -> Result<(String, Arc<scol_mini::Program>), String> {
-        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         let VariableName { name, subscripts } = variable;
         let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
             .map_err(|error| error.to_string())?;
@@ -131,7 +136,7 @@ impl Controller {
 
     /// Stores the selected file with new initial values on the drive; its program.
     fn stored(&mut self, source: &str) -> Result<Arc<scol_mini::Program>, String> {
-        let selected = self.execution.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         if selected.stale {
             return Err("the file was downloaded anew; select it first".to_string());
         }
@@ -147,7 +152,7 @@ impl Controller {
         }
         let source = source.as_bytes();
         let kept = self.drive.check(&file, source);
-        kept.and_then(|()| self.keep(file.as_str(), Some(source)))
+        kept.and_then(|()| self.persist(file.as_str(), Some(source)))
             .map_err(|error| error.to_string())?;
         self.drive.put(&file, source);
         Ok(program)
@@ -155,12 +160,12 @@ impl Controller {
 
     /// What runs goes on in the rewritten file, and the edge keeps it.
     fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
-        let Some(selected) = self.execution.selected.as_mut() else {
+        let Some(selected) = self.executor.selected.as_mut() else {
             return;
         };
         let name = selected.name.clone();
         selected.source.clone_from(&source);
-        self.execution.replace_program(program);
+        self.executor.replace_program(program);
         self.push_output(Output::Stored {
             name,
             content: source.into_bytes(),
@@ -168,13 +173,13 @@ impl Controller {
     }
 }
 
-fn kind_of(kind: VariableKind) -> Option<Kind> {
+fn kind_of(kind: VariableKind) -> Option<ValueKind> {
     match kind.scalar() {
-        VariableKind::Integer => Some(Kind::Integer),
-        VariableKind::Real => Some(Kind::Real),
-        VariableKind::Load => Some(Kind::Load),
-        VariableKind::Coordinate => Some(Kind::Coordinate),
-        VariableKind::Position => Some(Kind::Position),
+        VariableKind::Integer => Some(ValueKind::Integer),
+        VariableKind::Real => Some(ValueKind::Real),
+        VariableKind::Load => Some(ValueKind::Load),
+        VariableKind::Coordinate => Some(ValueKind::Coordinate),
+        VariableKind::Position => Some(ValueKind::Position),
         _ => None,
     }
 }
@@ -197,26 +202,26 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 }
 
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
-fn value(kind: Kind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
+fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
     let wrong = |what: &str| format!("{what} expected, `{}` found", found.join(" "));
-    if kind == Kind::Real && !in_range(&reals) {
+    if kind == ValueKind::Real && !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }
     match (kind, numbers) {
-        (Kind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
-        (Kind::Integer, _) => Err(wrong("one integer")),
+        (ValueKind::Integer, [Number::Integer(integer)]) => Ok(Value::Integer(*integer)),
+        (ValueKind::Integer, _) => Err(wrong("one integer")),
         #[expect(clippy::cast_possible_truncation, reason = "reals of the language are single")]
-        (Kind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
-        (Kind::Real, _) => Err(wrong("one number")),
-        (Kind::Load, _) => Payload::from_listed(arm, &reals)
+        (ValueKind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
+        (ValueKind::Real, _) => Err(wrong("one number")),
+        (ValueKind::Load, _) => Payload::from_listed(arm, &reals)
             .map(Value::Load)
             .ok_or_else(|| wrong("a load")),
-        (Kind::Coordinate, _) => Trans::from_listed(arm, &reals)
+        (ValueKind::Coordinate, _) => Trans::from_listed(arm, &reals)
             .map(Value::Coordinate)
             .ok_or_else(|| wrong("a coordinate")),
-        (Kind::Position, _) => Position::from_listed(arm, &reals)
+        (ValueKind::Position, _) => Position::from_listed(arm, &reals)
             .map(Value::Position)
             .ok_or_else(|| wrong("a position")),
     }

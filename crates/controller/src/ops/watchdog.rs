@@ -34,7 +34,7 @@ impl Controller {
                     "WD promised a text within {} ms; none came",
                     watchdog.timeout.as_millis()
                 );
-                self.find(&rules::WATCHDOG_LATE, port, &[], message);
+                self.report(&rules::WATCHDOG_LATE, port, &[], message);
             }
             let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
             self.raise(alarm::watchdog(watchdog.level), detail);

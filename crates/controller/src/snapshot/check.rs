@@ -13,7 +13,7 @@ use crate::limits::{
 use crate::options::Config;
 use crate::port::Port;
 use crate::signals::Signals;
-use crate::vary::Vary;
+use crate::variation::Variation;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::ToString;
@@ -133,7 +133,7 @@ impl Controller {
         within("state.guide.rate", state.guide.rate, 0..=2)?;
         within("state.guide.mode", state.guide.mode, 0..=2)?;
         lasting("state.run_total", state.run_total)?;
-        lasting("upkeep", self.upkeep.longest())?;
+        lasting("upkeep", self.maintenance.longest())?;
         if let Some(watchdog) = &state.watchdog {
             lasting("state.watchdog.timeout", watchdog.timeout)?;
         }
@@ -229,14 +229,14 @@ impl Controller {
         self.faults.check().map_err(|(place, expected, found)| {
             SnapshotError::value(&format!("faults.{place}"), &expected, found)
         })?;
-        let (vary, seed) = (self.vary.as_ref().map(Vary::seed), self.config.vary);
+        let (vary, seed) = (self.variation.as_ref().map(Variation::seed), self.config.vary);
         if vary != seed {
             let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
             let expected = format!("{}, as config.vary", seed(self.config.vary));
             return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
         }
         for port in Port::ALL {
-            let (bytes, parcels) = self.outbox.waiting(port);
+            let (bytes, parcels) = self.send_queue.waiting(port);
             let place = format!("outbox.queues.{port}");
             at_most(&place, bytes, OUTBOX)?;
             at_most(&place, parcels, MAX_PARCELS)?;

@@ -1,7 +1,7 @@
 //! What runs, on paper: a task is the state of its machine and what it is doing, a program its source.
 
 use super::SnapshotError;
-use crate::execution::{Course, Direct, Doing, Execution, MAIN_TASK, Selected, Stopwatch, Task};
+use crate::executor::{Direct, Executor, MAIN_TASK, RunState, Selected, Stopwatch, Task, TaskState};
 use crate::limits::STATEMENTS_PER_SCAN;
 use crate::options::Config;
 use crate::time::Time;
@@ -16,19 +16,19 @@ use ts3100_proto::status::sm::MAX_ENDED;
 /// A [`Task`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TaskPaper {
+struct SavedTask {
     machine: MachineState,
-    doing: Doing,
+    doing: TaskState,
     budget: u32,
     scan_at: Time,
-    handler: Option<Box<TaskPaper>>,
+    handler: Option<Box<SavedTask>>,
     look_at: Option<Time>,
 }
 
 /// A [`Selected`] file.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-struct SelectedPaper {
+struct SavedSelection {
     name: String,
     source: String,
     memory: MemoryState,
@@ -38,9 +38,9 @@ struct SelectedPaper {
 /// A [`Direct`] statement.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-struct DirectPaper {
+struct SavedDirect {
     statement: String,
-    task: TaskPaper,
+    task: SavedTask,
     since: Time,
     #[serde(default)]
     begun: bool,
@@ -51,10 +51,10 @@ struct DirectPaper {
 /// An [`Execution`].
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ExecutionPaper {
-    selected: Option<SelectedPaper>,
-    main: Option<TaskPaper>,
-    tasks: BTreeMap<u16, TaskPaper>,
+pub(super) struct SavedExecution {
+    selected: Option<SavedSelection>,
+    main: Option<SavedTask>,
+    tasks: BTreeMap<u16, SavedTask>,
     turn: u16,
     next_task: u16,
     arm_owner: Option<u16>,
@@ -62,8 +62,8 @@ pub(super) struct ExecutionPaper {
     pass: f64,
     paused: bool,
     timer: Stopwatch,
-    course: Course,
-    direct: Option<DirectPaper>,
+    course: RunState,
+    direct: Option<SavedDirect>,
     /// What older snapshots say instead of `direct_ended`; not needed.
     #[serde(default, skip_serializing)]
     direct_done: Option<bool>,
@@ -75,14 +75,14 @@ pub(super) struct ExecutionPaper {
     spare_memory: MemoryState,
 }
 
-impl TaskPaper {
-    fn of(task: &Task) -> TaskPaper {
-        TaskPaper {
+impl SavedTask {
+    fn of(task: &Task) -> SavedTask {
+        SavedTask {
             machine: task.machine.state(),
             doing: task.doing.clone(),
             budget: task.budget,
             scan_at: task.scan_at,
-            handler: task.handler.as_deref().map(TaskPaper::of).map(Box::new),
+            handler: task.handler.as_deref().map(SavedTask::of).map(Box::new),
             look_at: task.look_at,
         }
     }
@@ -123,16 +123,19 @@ fn check_task(task: &Task, place: &str) -> Result<(), SnapshotError> {
     let doing = format!("{place}.doing");
     let pending = task.machine.pending().is_some();
     let asks = match &task.doing {
-        Doing::Ready | Doing::Pausing { .. } | Doing::Watching { .. } => return Ok(()),
-        Doing::Reading { wanted, got, .. } => {
+        TaskState::Ready | TaskState::Pausing { .. } | TaskState::Watching { .. } => return Ok(()),
+        TaskState::Reading { wanted, got, .. } => {
             if got.len() > *wanted {
                 let expected = format!("at most {wanted} values");
                 return Err(SnapshotError::value(&doing, &expected, got.len()));
             }
             pending
         }
-        Doing::Resting => return Ok(()),
-        Doing::Holding | Doing::Moving { .. } | Doing::Queued { .. } | Doing::Delaying { .. } => pending,
+        TaskState::Resting => return Ok(()),
+        TaskState::Holding
+        | TaskState::Moving { .. }
+        | TaskState::Queued { .. }
+        | TaskState::Delaying { .. } => pending,
     };
     if asks {
         return Ok(());
@@ -144,9 +147,9 @@ fn check_task(task: &Task, place: &str) -> Result<(), SnapshotError> {
     ))
 }
 
-impl SelectedPaper {
-    fn of(selected: &Selected) -> SelectedPaper {
-        SelectedPaper {
+impl SavedSelection {
+    fn of(selected: &Selected) -> SavedSelection {
+        SavedSelection {
             name: selected.name.clone(),
             source: selected.source.clone(),
             memory: selected.memory.state(&selected.program),
@@ -185,11 +188,11 @@ impl SelectedPaper {
     }
 }
 
-impl DirectPaper {
-    fn of(direct: &Direct) -> DirectPaper {
-        DirectPaper {
+impl SavedDirect {
+    fn of(direct: &Direct) -> SavedDirect {
+        SavedDirect {
             statement: direct.statement.clone(),
-            task: TaskPaper::of(&direct.task),
+            task: SavedTask::of(&direct.task),
             since: direct.since,
             begun: direct.begun,
             moved: direct.moved,
@@ -227,13 +230,13 @@ impl DirectPaper {
     }
 }
 
-impl ExecutionPaper {
-    pub(super) fn of(execution: &Execution) -> ExecutionPaper {
+impl SavedExecution {
+    pub(super) fn of(execution: &Executor) -> SavedExecution {
         let tasks = execution.tasks.iter();
-        ExecutionPaper {
-            selected: execution.selected.as_ref().map(SelectedPaper::of),
-            main: execution.main.as_ref().map(TaskPaper::of),
-            tasks: tasks.map(|(id, task)| (*id, TaskPaper::of(task))).collect(),
+        SavedExecution {
+            selected: execution.selected.as_ref().map(SavedSelection::of),
+            main: execution.main.as_ref().map(SavedTask::of),
+            tasks: tasks.map(|(id, task)| (*id, SavedTask::of(task))).collect(),
             turn: execution.turn,
             next_task: execution.next_task,
             arm_owner: execution.arm_owner,
@@ -242,7 +245,7 @@ impl ExecutionPaper {
             paused: execution.paused,
             timer: execution.timer,
             course: execution.course,
-            direct: execution.direct.as_ref().map(DirectPaper::of),
+            direct: execution.direct.as_ref().map(SavedDirect::of),
             direct_done: None,
             direct_ended: execution.direct_ended,
             run_shown_until: execution.run_shown_until,
@@ -250,8 +253,8 @@ impl ExecutionPaper {
         }
     }
 
-    pub(super) fn restore(self, config: &Config) -> Result<Execution, SnapshotError> {
-        let mut execution = Execution::new(&config.language());
+    pub(super) fn restore(self, config: &Config) -> Result<Executor, SnapshotError> {
+        let mut execution = Executor::new(&config.language());
         execution
             .restore_spare(self.spare_memory)
             .map_err(|reason| SnapshotError::run("execution.spare_memory", reason))?;
@@ -286,7 +289,7 @@ impl ExecutionPaper {
     }
 }
 
-fn check(execution: &Execution) -> Result<(), SnapshotError> {
+fn check(execution: &Executor) -> Result<(), SnapshotError> {
     let fail = |place: &str, expected: &str, found: String| {
         Err(SnapshotError::value(
             &format!("execution.{place}"),

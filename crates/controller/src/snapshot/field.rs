@@ -83,7 +83,7 @@ pub mod letters {
 /// A fault: its number, and the rest as `--fault` takes it.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FaultPaper {
+struct SavedFault {
     id: u32,
     spec: String,
 }
@@ -91,13 +91,13 @@ struct FaultPaper {
 impl Serialize for Fault {
     fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
         let (id, spec) = (self.id, self.to_string());
-        FaultPaper { id, spec }.serialize(to)
+        SavedFault { id, spec }.serialize(to)
     }
 }
 
 impl<'de> Deserialize<'de> for Fault {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Fault, D::Error> {
-        let FaultPaper { id, spec } = FaultPaper::deserialize(from)?;
+        let SavedFault { id, spec } = SavedFault::deserialize(from)?;
         let fault = Fault::restored(&spec);
         let fault = fault.map_err(|error: FaultError| D::Error::custom(error))?;
         Ok(Fault { id, ..fault })

@@ -15,20 +15,20 @@ use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::drive::Drive;
 use crate::faults::Faults;
-use crate::line::Line;
+use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkPlan;
 use crate::options::Config;
-use crate::outbox::Outbox;
 use crate::port::Port;
+use crate::send_queue::SendQueue;
+use crate::serial_line::SerialLine;
 use crate::session::Session;
 use crate::signals::Signals;
 use crate::state::State;
 use crate::time::Time;
-use crate::upkeep::Upkeep;
-use crate::vary::Vary;
+use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
-use execution::ExecutionPaper;
+use execution::SavedExecution;
 use scol_mini::RestoreError;
 use thiserror::Error;
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
@@ -124,10 +124,10 @@ pub struct Snapshot {
     signals: Signals,
     sessions: BTreeMap<Port, Session>,
     channels: BTreeMap<Port, Channel>,
-    lines: BTreeMap<Port, Line>,
+    lines: BTreeMap<Port, SerialLine>,
     keys: Channel,
     pendant: String,
-    execution: ExecutionPaper,
+    execution: SavedExecution,
     arm: Arm,
     jogging: Option<Port>,
     ethernet: EthernetParameters,
@@ -135,10 +135,10 @@ pub struct Snapshot {
     network: NetworkPlan,
     traced: bool,
     #[serde(default)]
-    upkeep: Upkeep,
+    upkeep: MaintenanceCounters,
     faults: Faults,
-    vary: Option<Vary>,
-    outbox: Outbox,
+    vary: Option<Variation>,
+    outbox: SendQueue,
 }
 
 impl Snapshot {
@@ -168,17 +168,17 @@ impl Controller {
             lines: self.lines.clone(),
             keys: self.keys.clone(),
             pendant: self.pendant.clone(),
-            execution: ExecutionPaper::of(&self.execution),
+            execution: SavedExecution::of(&self.executor),
             arm: self.arm.clone(),
             jogging: self.jogging,
             ethernet: self.ethernet.clone(),
             user: self.user,
             network: self.network,
             traced: self.traced,
-            upkeep: self.upkeep,
+            upkeep: self.maintenance,
             faults: self.faults.clone(),
-            vary: self.vary.clone(),
-            outbox: self.outbox.clone(),
+            vary: self.variation.clone(),
+            outbox: self.send_queue.clone(),
         }
     }
 
@@ -229,19 +229,19 @@ impl Controller {
             lines,
             keys,
             pendant,
-            execution,
+            executor: execution,
             arm,
             jogging,
             ethernet,
             user,
             network,
             traced,
-            upkeep,
+            maintenance: upkeep,
             faults,
-            vary,
-            outbox,
+            variation: vary,
+            send_queue: outbox,
             outputs: VecDeque::new(),
-            keeping: crate::keeping::Keeping::default(),
+            persistence: crate::persistence::Persistence::default(),
         };
         controller.check()?;
         Ok(controller)

@@ -1,6 +1,6 @@
 //! `ts3100 coverage merge`: the coverage reports of several runs as one.
 
-use crate::evidence::{CoverageReport, Reports, coverage_text};
+use crate::reports::{CoverageReport, Reports, coverage_text};
 use crate::visible::shown;
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
@@ -9,17 +9,17 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 /// Exit code when the coverage is below the least that was asked for.
-const BELOW: u8 = crate::evidence::BELOW_COVERAGE;
+const BELOW: u8 = crate::reports::BELOW_COVERAGE;
 
 /// Works on the reports that `serve --coverage FILE.json` writes.
 #[derive(Debug, Args)]
 pub(super) struct CoverageArgs {
     #[command(subcommand)]
-    action: Action,
+    action: CoverageCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum Action {
+enum CoverageCommand {
     /// Adds up the reports of several runs. Says the percentage on stdout.
     ///
     /// Exit code: 0 done, 2 wrong usage or a file that cannot be read or written, 4 below --min-coverage.
@@ -41,7 +41,7 @@ struct MergeArgs {
 
 /// Does it and says the exit code.
 pub(super) fn run(args: &CoverageArgs) -> ExitCode {
-    let Action::Merge(args) = &args.action;
+    let CoverageCommand::Merge(args) = &args.action;
     match merge(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {

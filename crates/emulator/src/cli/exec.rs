@@ -6,9 +6,9 @@ use super::serve::{Served, prepare};
 use super::unstarted;
 use crate::config::args::PortsWord;
 use crate::config::{self, Seed, ServeArgs, Settings};
+use crate::driver::Driver;
+use crate::driver::self_check::dialled;
 use crate::embed::single_threaded;
-use crate::hub::Hub;
-use crate::hub::proof::dialled;
 use crate::log;
 use crate::visible::shown;
 use anyhow::Context as _;
@@ -49,14 +49,14 @@ pub(super) struct ExecArgs {
 }
 
 /// Why the command was not run.
-enum Trouble {
+enum ExecError {
     Emulator(anyhow::Error),
     Command(OsString, io::Error),
 }
 
-impl From<anyhow::Error> for Trouble {
-    fn from(error: anyhow::Error) -> Trouble {
-        Trouble::Emulator(error)
+impl From<anyhow::Error> for ExecError {
+    fn from(error: anyhow::Error) -> ExecError {
+        ExecError::Emulator(error)
     }
 }
 
@@ -65,8 +65,8 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
     let mut junit = args.serve.junit.clone().or_else(unstarted::by_variable);
     let (code, words) = match exec(args, &mut junit) {
         Ok(code) => return ExitCode::from(code),
-        Err(Trouble::Emulator(error)) => (EMULATOR_FAILED, format!("{error:#}")),
-        Err(Trouble::Command(command, error)) => {
+        Err(ExecError::Emulator(error)) => (EMULATOR_FAILED, format!("{error:#}")),
+        Err(ExecError::Command(command, error)) => {
             let code = match error.kind() {
                 io::ErrorKind::NotFound => NOT_FOUND,
                 _ => NOT_EXECUTABLE,
@@ -81,7 +81,7 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
 }
 
 /// `junit` becomes the report that the whole configuration asks for, as soon as that is known.
-fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
+fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, ExecError> {
     let ExecArgs {
         serve: flags,
         command,
@@ -102,8 +102,10 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
     prepare(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
-        let (mut hub, requests) = Hub::open(&settings).await.map_err(anyhow::Error::from)?;
-        hub.prove(settings.listen).await.map_err(anyhow::Error::from)?;
+        let (mut hub, requests) = Driver::open(&settings).await.map_err(anyhow::Error::from)?;
+        hub.self_check(settings.listen)
+            .await
+            .map_err(anyhow::Error::from)?;
         let control = hub
             .open_control(&settings, &requests)
             .map_err(anyhow::Error::from)?;
@@ -112,7 +114,7 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, Trouble> {
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
         let mut child = command_of(program, rest, &settings, &hub, control)
             .spawn()
-            .map_err(|error| Trouble::Command(program.clone(), error))?;
+            .map_err(|error| ExecError::Command(program.clone(), error))?;
         let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
         watched.context("the guard of the command has ended")?;
         let mut status = None;
@@ -132,7 +134,7 @@ fn command_of(
     program: &OsStr,
     rest: &[OsString],
     settings: &Settings,
-    hub: &Hub,
+    hub: &Driver,
     control: Option<SocketAddr>,
 ) -> Command {
     let mut command = Command::new(program);

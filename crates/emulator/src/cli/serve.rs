@@ -2,13 +2,13 @@
 
 use super::unstarted;
 use crate::config::{self, ServeArgs, Settings, option_keys};
+use crate::driver::Driver;
 use crate::embed::single_threaded;
-use crate::evidence::{Ending, Evidence};
 use crate::faults;
 use crate::files;
-use crate::hub::Hub;
 use crate::log;
 use crate::ready::{Ready, banner};
+use crate::reports::{ReportOutcome, RunRecord};
 use crate::scenario::{Outcome, Play};
 use crate::snapshot;
 use crate::visible::shown;
@@ -62,7 +62,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (mut hub, requests) = Hub::open(&settings).await?;
+        let (mut hub, requests) = Driver::open(&settings).await?;
         let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
             let line = Ready::new(hub.ports(), &hub.serial(), control)
@@ -104,12 +104,12 @@ pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<(
 /// What is recorded while an emulator is served, and written at its end; `exec` does the same.
 pub(super) struct Served {
     play: Option<Play>,
-    evidence: Evidence,
+    evidence: RunRecord,
 }
 
 impl Served {
     /// From now on.
-    pub(super) fn begin(settings: &Settings, hub: &mut Hub) -> Served {
+    pub(super) fn begin(settings: &Settings, hub: &mut Driver) -> Served {
         let play = settings.scenario.clone().map(Play::new);
         if let Some(play) = &play {
             hub.play(play.clone());
@@ -157,7 +157,7 @@ fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
 }
 
 /// Why the exit code is not 0.
-fn say(ending: &Ending) {
+fn say(ending: &ReportOutcome) {
     for (rule, count) in &ending.denied {
         let (id, title) = (rule.id, rule.title);
         error!(

@@ -1,8 +1,8 @@
 //! The JUnit report of a run that could not start: CI takes a file that is missing, empty or broken for no report at
 //! all. The report of a run that ended is the scenario's.
 
-use crate::evidence::escape;
 use crate::files;
+use crate::reports::escape;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 

@@ -1,6 +1,6 @@
 //! The flags of `serve` that ask for reports of a run, and for an exit code that depends on them.
 
-use crate::evidence::{Deny, FindingsFormat, Reports};
+use crate::reports::{Deny, FindingsFormat, Reports};
 use clap::Args;
 use std::path::PathBuf;
 

@@ -19,9 +19,9 @@ pub use serial::ListenAt;
 
 use crate::clock::{self, TimeGap, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
-use crate::evidence::Reports;
-use crate::line::SerialEnd;
+use crate::reports::Reports;
 use crate::scenario::Scenario;
+use crate::serial::SerialEnd;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};

@@ -3,7 +3,7 @@
 
 use super::ConfigError;
 use super::args::ServeArgs;
-use crate::line::SerialEnd;
+use crate::serial::SerialEnd;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;

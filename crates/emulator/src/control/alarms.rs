@@ -4,13 +4,13 @@ use super::body::{Body, InPath, NoBody};
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
+use ts3100_controller::action::Action;
 use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
-use ts3100_controller::deed::Deed;
-use ts3100_controller::input::Panel;
+use ts3100_controller::input::PanelAction;
 use ts3100_proto::calendar::CalendarTime;
 use utoipa::ToSchema;
 
@@ -114,7 +114,7 @@ impl AlarmRow {
 }
 
 impl AlarmsDoc {
-    fn of(sight: &Sight<'_>) -> AlarmsDoc {
+    fn of(sight: &View<'_>) -> AlarmsDoc {
         let alarms = sight.controller.alarms();
         AlarmsDoc {
             active: alarms.active().iter().map(ActiveAlarm::of).collect(),
@@ -155,14 +155,14 @@ async fn raise_alarm(state: State<Handle>, Body(body): Body<Raise>) -> Result<Js
         let status = axum::http::StatusCode::UNPROCESSABLE_ENTITY;
         return Err(Problem::at(status, "detail", expected, detail));
     }
-    state.deed(Deed::RaiseAlarm { number, detail }).await?;
+    state.action(Action::RaiseAlarm { number, detail }).await?;
     get_alarms(state).await
 }
 
 /// Press ALARM RESET: every alarm ends whose cause does not persist
 #[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmsDoc)))]
 async fn reset_alarms(state: State<Handle>, _: NoBody) -> Result<Json<AlarmsDoc>, Problem> {
-    state.deed(Deed::Panel(Panel::AlarmReset)).await?;
+    state.action(Action::Panel(PanelAction::AlarmReset)).await?;
     get_alarms(state).await
 }
 

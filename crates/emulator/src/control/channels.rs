@@ -6,14 +6,14 @@ use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
 use super::words::PortWord;
-use crate::hub::request::{EdgeDeed, Sight};
+use crate::driver::request::{LinkAction, View};
 use crate::log::Readable;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use ts3100_controller::look::PortView;
 use ts3100_controller::port::Port;
+use ts3100_controller::queries::PortView;
 use utoipa::ToSchema;
 
 /// A communication port.
@@ -67,7 +67,7 @@ impl Bytes {
 }
 
 impl ChannelDoc {
-    fn of(sight: &Sight<'_>, view: PortView) -> ChannelDoc {
+    fn of(sight: &View<'_>, view: PortView) -> ChannelDoc {
         ChannelDoc {
             port: view.port.into(),
             accepts: sight.ports.get(&view.port).copied(),
@@ -81,7 +81,7 @@ impl ChannelDoc {
     }
 
     /// All six, as they are now.
-    pub fn all(sight: &Sight<'_>) -> Vec<ChannelDoc> {
+    pub fn all(sight: &View<'_>) -> Vec<ChannelDoc> {
         let views = sight.controller.ports().into_iter();
         views.map(|view| ChannelDoc::of(sight, view)).collect()
     }
@@ -107,7 +107,7 @@ async fn get_channels(State(hub): State<Handle>) -> Result<Json<Vec<ChannelDoc>>
 }
 
 async fn channel(hub: &Handle, port: Port) -> Result<Json<ChannelDoc>, Problem> {
-    let look = move |sight: &Sight<'_>| {
+    let look = move |sight: &View<'_>| {
         let view = sight
             .controller
             .ports()
@@ -145,7 +145,7 @@ async fn inject(
     Body(body): Body<Bytes>,
 ) -> Result<Json<ChannelDoc>, Problem> {
     let (port, bytes) = (port.into(), body.read()?);
-    hub.edge(EdgeDeed::Inject { port, bytes }).await?;
+    hub.edge(LinkAction::Inject { port, bytes }).await?;
     channel(&hub, port).await
 }
 
@@ -160,6 +160,6 @@ async fn drop_peer(
     _: NoBody,
 ) -> Result<Json<ChannelDoc>, Problem> {
     let port = port.into();
-    hub.edge(EdgeDeed::Drop { port }).await?;
+    hub.edge(LinkAction::Drop { port }).await?;
     channel(&hub, port).await
 }

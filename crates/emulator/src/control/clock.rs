@@ -8,15 +8,15 @@ use super::problem::Problem;
 use super::table::Table;
 use super::words::{PortWord, StatusWord};
 use crate::clock::{MAX_SCALE, TimeMode};
-use crate::hub::condition::{Condition, Seek};
-use crate::hub::request::{EdgeDeed, Sight, Waited};
+use crate::driver::condition::{Condition, Wait};
+use crate::driver::request::{LinkAction, View, Waited};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
-use ts3100_controller::deed::Side;
+use ts3100_controller::action::IoKind;
 use ts3100_controller::port::Port;
 use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
@@ -180,8 +180,8 @@ impl When {
         };
         match self {
             When::Status(status) => Ok(Condition::Status(status.into())),
-            When::Input(line) => line_of(Side::Input, line),
-            When::Output(line) => line_of(Side::Output, line),
+            When::Input(line) => line_of(IoKind::Input, line),
+            When::Output(line) => line_of(IoKind::Output, line),
             When::Line(FileLine(line)) => Ok(Condition::Statement(line)),
             When::Printed(Printed { channel, text }) => {
                 if text.is_empty() || text.len() > MAX_TEXT {
@@ -218,10 +218,10 @@ impl When {
 }
 
 impl Until {
-    fn seek(self, advance: bool) -> Result<(Seek, Duration), Problem> {
+    fn seek(self, advance: bool) -> Result<(Wait, Duration), Problem> {
         let wall = wall(self.wall)?;
         let condition = self.condition.condition()?;
-        Ok((Seek::new(condition, self.within.0, advance), wall))
+        Ok((Wait::new(condition, self.within.0, advance), wall))
     }
 }
 
@@ -267,7 +267,7 @@ pub fn add(table: Table) -> Table {
 /// The clock
 #[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockDoc)))]
 async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem> {
-    let look = |sight: &Sight<'_>| ClockDoc {
+    let look = |sight: &View<'_>| ClockDoc {
         mode: sight.clock.mode().to_string(),
         behind: sight.clock.behind().as_secs_f64(),
         skipped: sight.clock.skipped().as_secs_f64(),
@@ -288,7 +288,7 @@ async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<
         let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
         Problem::at(StatusCode::UNPROCESSABLE_ENTITY, "mode", expected, body.mode)
     })?;
-    state.edge(EdgeDeed::TimeMode(mode)).await?;
+    state.edge(LinkAction::TimeMode(mode)).await?;
     get_clock(state).await
 }
 
@@ -299,7 +299,7 @@ async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<
 #[utoipa::path(post, path = "/clock/advance", request_body = Advance, responses((status = 200, body = Ended)))]
 async fn advance(State(hub): State<Handle>, Body(body): Body<Advance>) -> Result<Json<Ended>, Problem> {
     let wall = wall(body.wall)?;
-    let seek = Seek::new(Condition::Never, body.seconds.0, true);
+    let seek = Wait::new(Condition::Never, body.seconds.0, true);
     let waited = hub.wait(seek, wall).await?;
     // Nothing was waited for but the time itself.
     let ended = Ended::from(Waited {

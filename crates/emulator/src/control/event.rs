@@ -12,7 +12,7 @@ use utoipa::ToSchema;
 
 /// One thing that happened. Which of the other keys there are depends on `event`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
-pub struct Happening {
+pub struct ApiEvent {
     /// Its number: 1, 2, 3 and so on since the emulator was started.
     pub seq: u64,
     /// Virtual time in seconds.
@@ -116,19 +116,19 @@ pub fn seconds(time: Time) -> f64 {
     time.as_micros() as f64 / 1e6
 }
 
-impl Happening {
+impl ApiEvent {
     /// Something of this kind; its number is given when it is written down.
     #[must_use]
-    pub fn new(now: Time, event: &'static str) -> Happening {
-        Happening {
+    pub fn new(now: Time, event: &'static str) -> ApiEvent {
+        ApiEvent {
             t: seconds(now),
             event,
-            ..Happening::default()
+            ..ApiEvent::default()
         }
     }
 
-    fn with_bytes(self, bytes: &[u8]) -> Happening {
-        Happening {
+    fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
+        ApiEvent {
             text: Some(Readable(bytes).to_string()),
             hex: Some(hex(bytes)),
             bytes: Some(bytes.len()),
@@ -138,20 +138,20 @@ impl Happening {
 
     /// What an input is; a look at the clock is nothing.
     #[must_use]
-    pub fn of_input(now: Time, input: &Input) -> Option<Happening> {
-        let new = |event| Happening::new(now, event);
+    pub fn of_input(now: Time, input: &Input) -> Option<ApiEvent> {
+        let new = |event| ApiEvent::new(now, event);
         match input {
-            Input::Connected { port, peer } => Some(Happening {
+            Input::Connected { port, peer } => Some(ApiEvent {
                 port: Some(port.name()),
                 peer: Some(peer.clone()),
                 ..new("connected")
             }),
-            Input::Disconnected { port } => Some(Happening {
+            Input::Disconnected { port } => Some(ApiEvent {
                 port: Some(port.name()),
                 ..new("disconnected")
             }),
             Input::Received { port, bytes } => Some(
-                Happening {
+                ApiEvent {
                     port: Some(port.name()),
                     ..new("received")
                 }
@@ -163,49 +163,49 @@ impl Happening {
 
     /// What an output is.
     #[must_use]
-    pub fn of_output(now: Time, output: &Output) -> Happening {
-        let new = |event| Happening::new(now, event);
+    pub fn of_output(now: Time, output: &Output) -> ApiEvent {
+        let new = |event| ApiEvent::new(now, event);
         match output {
-            Output::Send { port, bytes } => Happening {
+            Output::Send { port, bytes } => ApiEvent {
                 port: Some(port.name()),
                 ..new("sent")
             }
             .with_bytes(bytes),
-            Output::Stored { name, content } => Happening {
+            Output::Stored { name, content } => ApiEvent {
                 file: Some(name.clone()),
                 bytes: Some(content.len()),
                 ..new("stored")
             },
-            Output::Erased { name } => Happening {
+            Output::Erased { name } => ApiEvent {
                 file: Some(name.clone()),
                 ..new("erased")
             },
             // Told when it has happened.
-            Output::Keep { .. } => new("keep"),
+            Output::Persist { .. } => new("keep"),
             Output::PowerCycled => new("power-on"),
-            Output::Cut { port, .. } => Happening {
+            Output::Disconnect { port, .. } => ApiEvent {
                 port: Some(port.name()),
                 ..new("cut")
             },
-            Output::Deaf { port } => Happening {
+            Output::Stall { port } => ApiEvent {
                 port: Some(port.name()),
                 ..new("deaf")
             },
             Output::PowerOff => new("power-off"),
-            Output::Undone(refusal) => Happening {
+            Output::Rejected(refusal) => ApiEvent {
                 reason: Some(refusal.to_string()),
                 ..new("undone")
             },
-            Output::Pendant(text) => Happening {
+            Output::Pendant(text) => ApiEvent {
                 text: Some(text.clone()),
                 ..new("pendant")
             },
-            Output::Event(event) => Happening::of_event(now, event),
+            Output::Event(event) => ApiEvent::of_event(now, event),
         }
     }
 
     /// A finding with what its rule says of it.
-    fn of_finding(event: &Event) -> Option<Happening> {
+    fn of_finding(event: &Event) -> Option<ApiEvent> {
         let Event::Finding {
             rule,
             port,
@@ -217,20 +217,20 @@ impl Happening {
             return None;
         };
         let known = Rule::by_id(rule);
-        let finding = Happening {
+        let finding = ApiEvent {
             port: port.map(ts3100_controller::Port::name),
             rule: Some(rule),
             severity: known.map(|rule| rule.severity.word()),
             source: known.map(|rule| rule.source),
             message: Some(message.clone()),
             remedy: known.map(|rule| rule.remedy),
-            ..Happening::new(*at, "finding")
+            ..ApiEvent::new(*at, "finding")
         };
         Some(finding.with_bytes(bytes))
     }
 
     /// A fault that was armed, or has bitten.
-    fn of_fault(now: Time, event: &Event) -> Option<Happening> {
+    fn of_fault(now: Time, event: &Event) -> Option<ApiEvent> {
         let Event::Fault {
             id,
             kind,
@@ -242,42 +242,42 @@ impl Happening {
             return None;
         };
         let word = if *fired { "fault" } else { "fault-armed" };
-        Some(Happening {
+        Some(ApiEvent {
             port: port.map(ts3100_controller::Port::name),
             number: Some(id.to_string()),
             kind: Some(kind),
             message: Some(message.clone()),
-            ..Happening::new(now, word)
+            ..ApiEvent::new(now, word)
         })
     }
 
-    fn of_servo(now: Time, event: &Event) -> Happening {
+    fn of_servo(now: Time, event: &Event) -> ApiEvent {
         match event {
-            Event::ServoHeldBack(until) => Happening {
+            Event::ServoDelayed(until) => ApiEvent {
                 until: Some(seconds(*until)),
-                ..Happening::new(now, "servo-held-back")
+                ..ApiEvent::new(now, "servo-held-back")
             },
-            _ => Happening {
+            _ => ApiEvent {
                 on: Some(*event == Event::Servo(true)),
-                ..Happening::new(now, "servo")
+                ..ApiEvent::new(now, "servo")
             },
         }
     }
 
-    fn of_event(now: Time, event: &Event) -> Happening {
-        let new = |event| Happening::new(now, event);
+    fn of_event(now: Time, event: &Event) -> ApiEvent {
+        let new = |event| ApiEvent::new(now, event);
         match event {
-            Event::TextIn { port, data, .. } => Happening {
+            Event::TextIn { port, data, .. } => ApiEvent {
                 port: Some(port.name()),
                 ..new("text-in")
             }
             .with_bytes(data),
-            Event::TextOut { port, data, .. } => Happening {
+            Event::TextOut { port, data, .. } => ApiEvent {
                 port: Some(port.name()),
                 ..new("text-out")
             }
             .with_bytes(data),
-            Event::Dropped { port, bytes, reason } => Happening {
+            Event::Dropped { port, bytes, reason } => ApiEvent {
                 port: Some(port.name()),
                 bytes: Some(*bytes),
                 reason: Some((*reason).to_owned()),
@@ -288,7 +288,7 @@ impl Happening {
                 row,
                 mode,
                 verdict,
-            } => Happening {
+            } => ApiEvent {
                 port: Some(port.name()),
                 command: Some((*row).to_owned()),
                 mode: Some(mode.words()),
@@ -299,32 +299,32 @@ impl Happening {
                 port,
                 command,
                 reason,
-            } => Happening {
+            } => ApiEvent {
                 port: Some(port.name()),
                 command: Some(command.clone()),
                 reason: Some(reason.clone()),
                 ..new("refused")
             },
-            Event::Finding { .. } => Happening::of_finding(event).unwrap_or_else(|| new("finding")),
-            Event::Fault { .. } => Happening::of_fault(now, event).unwrap_or_else(|| new("fault")),
-            Event::Alarm { number, text } => Happening {
+            Event::Finding { .. } => ApiEvent::of_finding(event).unwrap_or_else(|| new("finding")),
+            Event::Fault { .. } => ApiEvent::of_fault(now, event).unwrap_or_else(|| new("fault")),
+            Event::Alarm { number, text } => ApiEvent {
                 number: Some(number.clone()),
                 text: Some(text.clone()),
                 ..new("alarm")
             },
             Event::AlarmsReset => new("alarms-reset"),
-            Event::Status { status, line } => Happening {
+            Event::Status { status, line } => ApiEvent {
                 status: Some(status),
                 line: Some(*line),
                 ..new("status")
             },
-            Event::Statement { line, task } => Happening {
+            Event::Statement { line, task } => ApiEvent {
                 line: Some(*line),
                 task: Some(*task),
                 ..new("statement")
             },
-            Event::Servo(_) | Event::ServoHeldBack(_) => Happening::of_servo(now, event),
-            Event::Selected(file) => Happening {
+            Event::Servo(_) | Event::ServoDelayed(_) => ApiEvent::of_servo(now, event),
+            Event::Selected(file) => ApiEvent {
                 file: file.clone(),
                 ..new("selected")
             },

@@ -2,7 +2,7 @@
 //! never makes the emulator wait.
 
 use super::body::InQuery;
-use super::event::Happening;
+use super::event::ApiEvent;
 use super::handle::Handle;
 use super::journal::Journal;
 use super::listener::{Busy, Place};
@@ -56,7 +56,7 @@ pub fn add(table: Table) -> Table {
 /// Each is a JSON document named as its `event`, with its number as id. A reader that is too slow finds an event `missed`
 /// with the number of those that are no longer kept. With the header `Last-Event-ID` the stream goes on behind that.
 #[utoipa::path(get, path = "/events", params(Which),
-    responses((status = 200, body = Happening, content_type = "text/event-stream")))]
+    responses((status = 200, body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
     State(hub): State<Handle>,
     ConnectInfo(place): ConnectInfo<Place>,
@@ -105,7 +105,7 @@ struct Events {
     _busy: Busy,
 }
 
-fn line(happening: &Happening) -> Event {
+fn line(happening: &ApiEvent) -> Event {
     let event = Event::default()
         .event(happening.event)
         .id(happening.seq.to_string());

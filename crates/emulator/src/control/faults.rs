@@ -5,7 +5,7 @@ use super::event::seconds;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -14,7 +14,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use ts3100_controller::Port;
-use ts3100_controller::deed::Deed;
+use ts3100_controller::action::Action;
 use ts3100_controller::faults::{
     Fault, FaultError, FaultOrder, FaultReport, KINDS, Kind, Parameter, Point, Takes,
 };
@@ -206,7 +206,7 @@ impl FaultDoc {
 
 impl FaultsDoc {
     /// As they are now.
-    pub fn of(sight: &Sight<'_>) -> FaultsDoc {
+    pub fn of(sight: &View<'_>) -> FaultsDoc {
         let faults = sight.controller.faults();
         FaultsDoc {
             faults: faults.reports().map(FaultDoc::of).collect(),
@@ -313,14 +313,14 @@ async fn get_faults(State(hub): State<Handle>) -> Result<Json<FaultsDoc>, Proble
 #[utoipa::path(post, path = "/faults", request_body = Order, responses((status = 200, body = FaultsDoc)))]
 async fn arm_fault(state: State<Handle>, Body(body): Body<Arm>) -> Result<Json<FaultsDoc>, Problem> {
     let fault = Box::new(body.fault()?);
-    state.deed(Deed::Fault(FaultOrder::Arm(fault))).await?;
+    state.action(Action::Fault(FaultOrder::Arm(fault))).await?;
     get_faults(state).await
 }
 
 /// Forget all faults: none bites any more, and the report is empty
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultsDoc)))]
 async fn clear_faults(state: State<Handle>, _: NoBody) -> Result<Json<FaultsDoc>, Problem> {
-    state.deed(Deed::Fault(FaultOrder::Clear)).await?;
+    state.action(Action::Fault(FaultOrder::Clear)).await?;
     get_faults(state).await
 }
 
@@ -332,7 +332,7 @@ async fn get_fault_kinds() -> Json<Vec<KindDoc>> {
 
 async fn fault(hub: &Handle, number: String) -> Result<Json<FaultDoc>, Problem> {
     let wanted = number.parse::<u32>().ok();
-    let look = move |sight: &Sight<'_>| {
+    let look = move |sight: &View<'_>| {
         let mut reports = sight.controller.faults().reports();
         let found = reports.find(|report| Some(report.fault.id) == wanted);
         found.map(FaultDoc::of)
@@ -362,6 +362,6 @@ async fn disarm_fault(
     _: NoBody,
 ) -> Result<Json<FaultDoc>, Problem> {
     let Json(known) = fault(&hub, number.clone()).await?;
-    hub.deed(Deed::Fault(FaultOrder::Disarm(known.id))).await?;
+    hub.action(Action::Fault(FaultOrder::Disarm(known.id))).await?;
     fault(&hub, number).await
 }

@@ -7,11 +7,11 @@ use super::handle::Handle;
 use super::panel::Program;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
-use ts3100_controller::deed::Deed;
+use ts3100_controller::action::Action;
 use utoipa::ToSchema;
 
 /// The RAM drive.
@@ -51,7 +51,7 @@ pub struct FileDoc {
 
 impl DriveDoc {
     /// As it is now.
-    pub fn of(sight: &Sight<'_>) -> DriveDoc {
+    pub fn of(sight: &View<'_>) -> DriveDoc {
         let entries = sight.controller.drive().directory().into_iter();
         DriveDoc {
             files: entries
@@ -79,7 +79,7 @@ pub fn add(table: Table) -> Table {
 
 async fn file(hub: &Handle, name: String) -> Result<Json<FileDoc>, Problem> {
     let wanted = name.to_ascii_uppercase();
-    let look = move |sight: &Sight<'_>| {
+    let look = move |sight: &View<'_>| {
         let content = sight.controller.drive().get(&wanted)?.to_vec();
         let size = content.len();
         let (text, hex) = match String::from_utf8(content) {
@@ -123,11 +123,11 @@ async fn put_file(
     InPath(name): InPath<String>,
     Body(body): Body<Bytes>,
 ) -> Result<Json<FileDoc>, Problem> {
-    let deed = Deed::PutFile {
+    let action = Action::PutFile {
         name: name.clone(),
         content: body.read()?,
     };
-    hub.deed(deed).await?;
+    hub.action(action).await?;
     file(&hub, name).await
 }
 
@@ -139,7 +139,7 @@ async fn delete_file(
     InPath(name): InPath<String>,
     _: NoBody,
 ) -> Result<Json<DriveDoc>, Problem> {
-    state.deed(Deed::EraseFile { name }).await?;
+    state.action(Action::EraseFile { name }).await?;
     get_files(state).await
 }
 
@@ -151,6 +151,6 @@ async fn select_file(
     InPath(name): InPath<String>,
     _: NoBody,
 ) -> Result<Json<Program>, Problem> {
-    hub.deed(Deed::Select { name }).await?;
+    hub.action(Action::Select { name }).await?;
     Ok(Json(hub.look(Program::of).await?))
 }

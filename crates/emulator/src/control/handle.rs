@@ -2,15 +2,15 @@
 
 use super::journal::Journal;
 use super::problem::Problem;
-use crate::hub::condition::Seek;
-use crate::hub::request::{EdgeDeed, Request, Sight, Waited};
-use crate::snapshot::desk::{DeskError, Done, Order, Task};
+use crate::driver::condition::Wait;
+use crate::driver::request::{LinkAction, Request, View, Waited};
+use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
 use axum::http::StatusCode;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 use tokio::time::timeout;
-use ts3100_controller::deed::{Deed, Refusal};
+use ts3100_controller::action::{Action, ActionError};
 
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
@@ -46,21 +46,21 @@ impl Handle {
     }
 
     /// Does something to the controller; when this returns it is done, and all that follows from it at once.
-    pub async fn deed(&self, deed: Deed) -> Result<(), Problem> {
-        let result: Result<(), Refusal> = self.ask(|done| Request::Deed { deed, done }).await?;
+    pub async fn action(&self, action: Action) -> Result<(), Problem> {
+        let result: Result<(), ActionError> = self.ask(|done| Request::Action { action, done }).await?;
         result.map_err(Problem::from)
     }
 
     /// Does something around the controller.
-    pub async fn edge(&self, deed: EdgeDeed) -> Result<(), Problem> {
-        let result: Result<(), Refusal> = self.ask(|done| Request::Edge { deed, done }).await?;
+    pub async fn edge(&self, action: LinkAction) -> Result<(), Problem> {
+        let result: Result<(), ActionError> = self.ask(|done| Request::Edge { action, done }).await?;
         result.map_err(Problem::from)
     }
 
     /// Looks at everything as it is now.
     pub async fn look<T: Send + 'static>(
         &self,
-        look: impl FnOnce(&Sight<'_>) -> T + Send + 'static,
+        look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         self.ask(|done| {
             Request::Look(Box::new(move |sight| {
@@ -72,14 +72,15 @@ impl Handle {
     }
 
     /// Has something done with snapshots.
-    pub async fn snapshot(&self, task: Task) -> Result<Done, Problem> {
-        let result: Result<Done, DeskError> =
-            self.ask(|done| Request::Snapshot(Order { task, done })).await?;
+    pub async fn snapshot(&self, task: SnapshotTask) -> Result<SnapshotReply, Problem> {
+        let result: Result<SnapshotReply, SnapshotRequestError> = self
+            .ask(|done| Request::Snapshot(SnapshotRequest { task, done }))
+            .await?;
         result.map_err(Problem::from)
     }
 
     /// Waits for something, for at most so long on the wall.
-    pub async fn wait(&self, seek: Seek, wall: Duration) -> Result<Waited, Problem> {
+    pub async fn wait(&self, seek: Wait, wall: Duration) -> Result<Waited, Problem> {
         let waited = timeout(wall, self.ask(|done| Request::Wait { seek, done })).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();

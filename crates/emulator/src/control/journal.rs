@@ -1,9 +1,9 @@
 //! What has happened, for those who look later: the last events by number, all findings, and the counters. The
 //! hub writes, the calls of the control interface read.
 
-use super::event::Happening;
+use super::event::ApiEvent;
 use super::metrics::Metrics;
-use crate::transcript::{Format, Kept};
+use crate::transcript::{Format, TranscriptBuffer};
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::watch;
@@ -18,8 +18,8 @@ pub const KEPT_FINDINGS: usize = 1_024;
 
 #[derive(Default)]
 struct Pages {
-    events: VecDeque<Arc<Happening>>,
-    findings: VecDeque<Arc<Happening>>,
+    events: VecDeque<Arc<ApiEvent>>,
+    findings: VecDeque<Arc<ApiEvent>>,
     /// How many events there have been.
     count: u64,
     metrics: Metrics,
@@ -29,14 +29,14 @@ struct Pages {
 pub struct Journal {
     pages: Mutex<Pages>,
     changed: watch::Sender<u64>,
-    kept: Arc<Kept>,
+    kept: Arc<TranscriptBuffer>,
 }
 
 /// Events from a number on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Extract {
     /// In order, at most as many as asked for.
-    pub events: Vec<Arc<Happening>>,
+    pub events: Vec<Arc<ApiEvent>>,
     /// How many between the number asked for and the first one were forgotten.
     pub missed: u64,
     /// The number behind the last one.
@@ -52,7 +52,7 @@ impl Default for Journal {
 impl Journal {
     /// Beside this transcript, which the hub writes.
     #[must_use]
-    pub fn beside(kept: Arc<Kept>) -> Journal {
+    pub fn beside(kept: Arc<TranscriptBuffer>) -> Journal {
         Journal {
             pages: Mutex::default(),
             changed: watch::Sender::new(0),
@@ -74,7 +74,7 @@ impl Journal {
     /// Something is about to happen to the controller.
     pub fn input(&self, now: Time, input: &Input) {
         self.pages().metrics.input(input);
-        if let Some(happening) = Happening::of_input(now, input) {
+        if let Some(happening) = ApiEvent::of_input(now, input) {
             self.put(happening);
         }
     }
@@ -82,21 +82,21 @@ impl Journal {
     /// The controller put something out.
     pub fn output(&self, now: Time, output: &Output) {
         self.pages().metrics.output(output);
-        self.put(Happening::of_output(now, output));
+        self.put(ApiEvent::of_output(now, output));
     }
 
     /// Everything is as at the start: findings begin anew; events and counters go on.
     pub fn reset(&self) {
         self.pages().findings.clear();
-        self.put(Happening::new(Time::ZERO, "reset"));
+        self.put(ApiEvent::new(Time::ZERO, "reset"));
     }
 
     /// A snapshot was restored: the time is that of it.
     pub fn restored(&self, now: Time) {
-        self.put(Happening::new(now, "restored"));
+        self.put(ApiEvent::new(now, "restored"));
     }
 
-    fn put(&self, mut happening: Happening) {
+    fn put(&self, mut happening: ApiEvent) {
         let mut pages = self.pages();
         pages.count += 1;
         happening.seq = pages.count;
@@ -141,7 +141,7 @@ impl Journal {
 
     /// The findings kept, oldest first.
     #[must_use]
-    pub fn findings(&self) -> Vec<Arc<Happening>> {
+    pub fn findings(&self) -> Vec<Arc<ApiEvent>> {
         self.pages().findings.iter().cloned().collect()
     }
 
@@ -162,7 +162,7 @@ impl Journal {
     }
 }
 
-fn keep(pages: &mut VecDeque<Arc<Happening>>, most: usize, happening: &Arc<Happening>) {
+fn keep(pages: &mut VecDeque<Arc<ApiEvent>>, most: usize, happening: &Arc<ApiEvent>) {
     if pages.len() >= most {
         pages.pop_front();
     }

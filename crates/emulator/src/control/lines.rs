@@ -4,12 +4,12 @@ use super::body::{Body, InPath, NoBody, Seconds};
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
-use ts3100_controller::deed::{Deed, Side};
-use ts3100_controller::input::Panel;
+use ts3100_controller::action::{Action, IoKind};
+use ts3100_controller::input::PanelAction;
 use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
 
@@ -69,7 +69,7 @@ fn on() -> bool {
 
 impl LinesDoc {
     /// As they are now.
-    pub fn of(sight: &Sight<'_>, side: Side) -> LinesDoc {
+    pub fn of(sight: &View<'_>, side: IoKind) -> LinesDoc {
         let signals = sight.controller.signals();
         let forced = Signals::numbers().filter_map(|line| {
             let on = signals.forced(side, line)?;
@@ -84,14 +84,14 @@ impl LinesDoc {
     }
 }
 
-fn shows(signals: &Signals, side: Side, line: u16) -> bool {
+fn shows(signals: &Signals, side: IoKind, line: u16) -> bool {
     match side {
-        Side::Input => signals.input(line),
-        Side::Output => signals.output(line),
+        IoKind::Input => signals.input(line),
+        IoKind::Output => signals.output(line),
     }
 }
 
-async fn line_of(hub: &Handle, side: Side, line: u16) -> Result<Json<LineDoc>, Problem> {
+async fn line_of(hub: &Handle, side: IoKind, line: u16) -> Result<Json<LineDoc>, Problem> {
     if !Signals::exists(line) {
         return Err(Problem::missing(
             "line",
@@ -99,7 +99,7 @@ async fn line_of(hub: &Handle, side: Side, line: u16) -> Result<Json<LineDoc>, P
             line.to_string(),
         ));
     }
-    let look = move |sight: &Sight<'_>| {
+    let look = move |sight: &View<'_>| {
         let signals = sight.controller.signals();
         LineDoc {
             line,
@@ -110,8 +110,8 @@ async fn line_of(hub: &Handle, side: Side, line: u16) -> Result<Json<LineDoc>, P
     Ok(Json(hub.look(look).await?))
 }
 
-async fn deed(hub: &Handle, side: Side, line: u16, deed: Deed) -> Result<Json<LineDoc>, Problem> {
-    hub.deed(deed).await?;
+async fn action(hub: &Handle, side: IoKind, line: u16, action: Action) -> Result<Json<LineDoc>, Problem> {
+    hub.action(action).await?;
     line_of(hub, side, line).await
 }
 
@@ -139,7 +139,7 @@ pub fn add(table: Table) -> Table {
 /// All inputs
 #[utoipa::path(get, path = "/inputs", responses((status = 200, body = LinesDoc)))]
 async fn get_inputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Problem> {
-    Ok(Json(hub.look(|sight| LinesDoc::of(sight, Side::Input)).await?))
+    Ok(Json(hub.look(|sight| LinesDoc::of(sight, IoKind::Input)).await?))
 }
 
 /// One input
@@ -147,7 +147,7 @@ async fn get_inputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Problem
     minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn get_input(State(hub): State<Handle>, InPath(line): InPath<u16>) -> Result<Json<LineDoc>, Problem> {
-    line_of(&hub, Side::Input, line).await
+    line_of(&hub, IoKind::Input, line).await
 }
 
 /// Drive an input from outside
@@ -161,8 +161,8 @@ async fn put_input(
     InPath(line): InPath<u16>,
     Body(body): Body<LineState>,
 ) -> Result<Json<LineDoc>, Problem> {
-    let panel = Panel::InputLine { line, on: body.on };
-    deed(&hub, Side::Input, line, Deed::Panel(panel)).await
+    let panel = PanelAction::InputLine { line, on: body.on };
+    action(&hub, IoKind::Input, line, Action::Panel(panel)).await
 }
 
 /// Drive an input for a time, then the other way
@@ -174,17 +174,17 @@ async fn pulse_input(
     InPath(line): InPath<u16>,
     Body(body): Body<Pulse>,
 ) -> Result<Json<LineDoc>, Problem> {
-    pulse(&hub, Side::Input, line, body).await
+    pulse(&hub, IoKind::Input, line, body).await
 }
 
-async fn pulse(hub: &Handle, side: Side, line: u16, body: Pulse) -> Result<Json<LineDoc>, Problem> {
-    let pulse = Deed::Pulse {
+async fn pulse(hub: &Handle, side: IoKind, line: u16, body: Pulse) -> Result<Json<LineDoc>, Problem> {
+    let pulse = Action::Pulse {
         side,
         line,
         on: body.on,
         length: body.seconds.0,
     };
-    deed(hub, side, line, pulse).await
+    action(hub, side, line, pulse).await
 }
 
 /// Force an input: it shows this state whatever drives it, until it is released
@@ -196,8 +196,8 @@ async fn force_input(
     InPath(line): InPath<u16>,
     Body(body): Body<LineState>,
 ) -> Result<Json<LineDoc>, Problem> {
-    let (side, on) = (Side::Input, body.on);
-    deed(&hub, side, line, Deed::Force { side, line, on }).await
+    let (side, on) = (IoKind::Input, body.on);
+    action(&hub, side, line, Action::Force { side, line, on }).await
 }
 
 /// Release a forced input
@@ -209,14 +209,14 @@ async fn release_input(
     InPath(line): InPath<u16>,
     _: NoBody,
 ) -> Result<Json<LineDoc>, Problem> {
-    let side = Side::Input;
-    deed(&hub, side, line, Deed::Release { side, line }).await
+    let side = IoKind::Input;
+    action(&hub, side, line, Action::Release { side, line }).await
 }
 
 /// All outputs
 #[utoipa::path(get, path = "/outputs", responses((status = 200, body = LinesDoc)))]
 async fn get_outputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Problem> {
-    Ok(Json(hub.look(|sight| LinesDoc::of(sight, Side::Output)).await?))
+    Ok(Json(hub.look(|sight| LinesDoc::of(sight, IoKind::Output)).await?))
 }
 
 /// One output
@@ -224,7 +224,7 @@ async fn get_outputs(State(hub): State<Handle>) -> Result<Json<LinesDoc>, Proble
     minimum = 1, maximum = 264)),
     responses((status = 200, body = LineDoc)))]
 async fn get_output(State(hub): State<Handle>, InPath(line): InPath<u16>) -> Result<Json<LineDoc>, Problem> {
-    line_of(&hub, Side::Output, line).await
+    line_of(&hub, IoKind::Output, line).await
 }
 
 /// Set a user output, as the command IW does: 1-64, 101-164, 201-208
@@ -236,8 +236,8 @@ async fn put_output(
     InPath(line): InPath<u16>,
     Body(body): Body<LineState>,
 ) -> Result<Json<LineDoc>, Problem> {
-    let set = Deed::SetOutput { line, on: body.on };
-    deed(&hub, Side::Output, line, set).await
+    let set = Action::SetOutput { line, on: body.on };
+    action(&hub, IoKind::Output, line, set).await
 }
 
 /// Switch a user output on for a time
@@ -249,7 +249,7 @@ async fn pulse_output(
     InPath(line): InPath<u16>,
     Body(body): Body<Pulse>,
 ) -> Result<Json<LineDoc>, Problem> {
-    pulse(&hub, Side::Output, line, body).await
+    pulse(&hub, IoKind::Output, line, body).await
 }
 
 /// Force an output: it shows this state whatever the program does, until it is released or the power goes off
@@ -261,8 +261,8 @@ async fn force_output(
     InPath(line): InPath<u16>,
     Body(body): Body<LineState>,
 ) -> Result<Json<LineDoc>, Problem> {
-    let (side, on) = (Side::Output, body.on);
-    deed(&hub, side, line, Deed::Force { side, line, on }).await
+    let (side, on) = (IoKind::Output, body.on);
+    action(&hub, side, line, Action::Force { side, line, on }).await
 }
 
 /// Release a forced output
@@ -274,6 +274,6 @@ async fn release_output(
     InPath(line): InPath<u16>,
     _: NoBody,
 ) -> Result<Json<LineDoc>, Problem> {
-    let side = Side::Output;
-    deed(&hub, side, line, Deed::Release { side, line }).await
+    let side = IoKind::Output;
+    action(&hub, side, line, Action::Release { side, line }).await
 }

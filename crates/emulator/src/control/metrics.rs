@@ -144,7 +144,7 @@ impl Metrics {
             | Event::Status { .. }
             | Event::Statement { .. }
             | Event::Servo(_)
-            | Event::ServoHeldBack(_)
+            | Event::ServoDelayed(_)
             | Event::Selected(_) => {}
         }
     }

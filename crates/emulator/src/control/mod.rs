@@ -33,7 +33,7 @@ pub use body::MAX_SNAPSHOT;
 pub use clock::MAX_WALL;
 pub use settings::{ControlChoice, ControlError, ControlSettings, MIN_TOKEN, PORT};
 
-use crate::hub::request::Request;
+use crate::driver::request::Request;
 use axum::Router;
 use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use axum::response::IntoResponse;

@@ -5,12 +5,12 @@ use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
 use super::words::{KeyWord, RightWord, StatusWord};
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
-use ts3100_controller::deed::Deed;
-use ts3100_controller::input::Panel;
+use ts3100_controller::action::Action;
+use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
 
 type Answer<T> = Result<Json<T>, Problem>;
@@ -76,7 +76,7 @@ pub struct Program {
 
 impl Program {
     /// As it is now.
-    pub fn of(sight: &Sight<'_>) -> Program {
+    pub fn of(sight: &View<'_>) -> Program {
         let controller = sight.controller;
         Program {
             file: controller.selected().to_owned(),
@@ -117,7 +117,7 @@ pub fn add(table: Table) -> Table {
 /// Position of the key switch
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
 async fn get_key_switch(State(hub): State<Handle>) -> Answer<KeySwitch> {
-    let look = |sight: &Sight<'_>| sight.controller.state().key.into();
+    let look = |sight: &View<'_>| sight.controller.state().key.into();
     let position = hub.look(look).await?;
     Ok(Json(KeySwitch { position }))
 }
@@ -127,15 +127,15 @@ async fn get_key_switch(State(hub): State<Handle>) -> Answer<KeySwitch> {
 /// A program that runs stops behind its present step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
 async fn put_key_switch(state: State<Handle>, Body(body): Body<KeySwitch>) -> Answer<KeySwitch> {
-    let panel = Panel::Key(body.position.into());
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::Key(body.position.into());
+    state.action(Action::Panel(panel)).await?;
     get_key_switch(state).await
 }
 
 /// Who commands the robot in EXT
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
 async fn get_control_right(State(hub): State<Handle>) -> Answer<ControlRight> {
-    let look = |sight: &Sight<'_>| sight.controller.state().control_right.into();
+    let look = |sight: &View<'_>| sight.controller.state().control_right.into();
     let holder = hub.look(look).await?;
     Ok(Json(ControlRight { holder }))
 }
@@ -144,15 +144,15 @@ async fn get_control_right(State(hub): State<Handle>) -> Answer<ControlRight> {
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
 async fn put_control_right(state: State<Handle>, Body(body): Body<ControlRight>) -> Answer<ControlRight> {
-    let panel = Panel::ControlRight(body.holder.into());
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::ControlRight(body.holder.into());
+    state.action(Action::Panel(panel)).await?;
     get_control_right(state).await
 }
 
 /// Whether the emergency stop is pressed
 #[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
 async fn get_emergency_stop(State(hub): State<Handle>) -> Answer<Button> {
-    let look = |sight: &Sight<'_>| sight.controller.state().emergency_stop;
+    let look = |sight: &View<'_>| sight.controller.state().emergency_stop;
     let pressed = hub.look(look).await?;
     Ok(Json(Button { pressed }))
 }
@@ -162,15 +162,15 @@ async fn get_emergency_stop(State(hub): State<Handle>) -> Answer<Button> {
 /// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
 async fn put_emergency_stop(state: State<Handle>, Body(body): Body<Button>) -> Answer<Button> {
-    let panel = Panel::EmergencyStop(body.pressed);
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::EmergencyStop(body.pressed);
+    state.action(Action::Panel(panel)).await?;
     get_emergency_stop(state).await
 }
 
 /// Whether the safety switch is open
 #[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = Fence)))]
 async fn get_safety_switch(State(hub): State<Handle>) -> Answer<Fence> {
-    let look = |sight: &Sight<'_>| sight.controller.state().safety_open;
+    let look = |sight: &View<'_>| sight.controller.state().safety_open;
     let open = hub.look(look).await?;
     Ok(Json(Fence { open }))
 }
@@ -178,15 +178,15 @@ async fn get_safety_switch(State(hub): State<Handle>) -> Answer<Fence> {
 /// Open or close the safety switch
 #[utoipa::path(put, path = "/safety-switch", request_body = Fence, responses((status = 200, body = Fence)))]
 async fn put_safety_switch(state: State<Handle>, Body(body): Body<Fence>) -> Answer<Fence> {
-    let panel = Panel::SafetySwitch(body.open);
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::SafetySwitch(body.open);
+    state.action(Action::Panel(panel)).await?;
     get_safety_switch(state).await
 }
 
 /// Whether servo power is on
 #[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
 async fn get_servo(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &Sight<'_>| sight.controller.state().servo;
+    let look = |sight: &View<'_>| sight.controller.state().servo;
     let on = hub.look(look).await?;
     Ok(Json(Switch { on }))
 }
@@ -197,15 +197,15 @@ async fn get_servo(State(hub): State<Handle>) -> Answer<Switch> {
 /// level 8 is active.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_servo(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
-    let panel = Panel::Servo(body.on);
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::Servo(body.on);
+    state.action(Action::Panel(panel)).await?;
     get_servo(state).await
 }
 
 /// Whether feed hold is on
 #[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
 async fn get_feed_hold(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &Sight<'_>| sight.controller.state().feed_hold;
+    let look = |sight: &View<'_>| sight.controller.state().feed_hold;
     let on = hub.look(look).await?;
     Ok(Json(Switch { on }))
 }
@@ -213,14 +213,14 @@ async fn get_feed_hold(State(hub): State<Handle>) -> Answer<Switch> {
 /// Turn feed hold on or off
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_feed_hold(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
-    state.deed(Deed::FeedHold(body.on)).await?;
+    state.action(Action::FeedHold(body.on)).await?;
     get_feed_hold(state).await
 }
 
 /// Whether the machine lock is on
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
 async fn get_machine_lock(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &Sight<'_>| sight.controller.state().machine_lock;
+    let look = |sight: &View<'_>| sight.controller.state().machine_lock;
     let on = hub.look(look).await?;
     Ok(Json(Switch { on }))
 }
@@ -228,15 +228,15 @@ async fn get_machine_lock(State(hub): State<Handle>) -> Answer<Switch> {
 /// Turn the machine lock on or off: programs run without the arm moving
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
 async fn put_machine_lock(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
-    let panel = Panel::MachineLock(body.on);
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::MachineLock(body.on);
+    state.action(Action::Panel(panel)).await?;
     get_machine_lock(state).await
 }
 
 /// Whether the battery of the RAM drive is low
 #[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
 async fn get_battery(State(hub): State<Handle>) -> Answer<Battery> {
-    let look = |sight: &Sight<'_>| sight.controller.state().battery_low;
+    let look = |sight: &View<'_>| sight.controller.state().battery_low;
     let low = hub.look(look).await?;
     Ok(Json(Battery { low }))
 }
@@ -244,8 +244,8 @@ async fn get_battery(State(hub): State<Handle>) -> Answer<Battery> {
 /// Make the battery low or good
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
 async fn put_battery(state: State<Handle>, Body(body): Body<Battery>) -> Answer<Battery> {
-    let panel = Panel::Battery(body.low);
-    state.deed(Deed::Panel(panel)).await?;
+    let panel = PanelAction::Battery(body.low);
+    state.action(Action::Panel(panel)).await?;
     get_battery(state).await
 }
 
@@ -258,13 +258,13 @@ async fn get_program(State(hub): State<Handle>) -> Answer<Program> {
 /// Press START: the selected program starts or goes on, whatever the control right
 #[utoipa::path(post, path = "/program/start", responses((status = 200, body = Program)))]
 async fn start(state: State<Handle>, _: NoBody) -> Answer<Program> {
-    state.deed(Deed::Panel(Panel::Start)).await?;
+    state.action(Action::Panel(PanelAction::Start)).await?;
     get_program(state).await
 }
 
 /// Press STOP: the program stops behind its present step
 #[utoipa::path(post, path = "/program/stop", responses((status = 200, body = Program)))]
 async fn stop(state: State<Handle>, _: NoBody) -> Answer<Program> {
-    state.deed(Deed::Panel(Panel::Stop)).await?;
+    state.action(Action::Panel(PanelAction::Stop)).await?;
     get_program(state).await
 }

@@ -4,12 +4,12 @@
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::port::Port;
-use ts3100_proto::parameter::SerialLine;
+use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
 use utoipa::ToSchema;
 
@@ -75,7 +75,7 @@ pub struct Serial {
 }
 
 impl Serial {
-    fn of(line: SerialLine) -> Serial {
+    fn of(line: SerialSettings) -> Serial {
         Serial {
             speed: line.speed,
             length: line.length,
@@ -91,7 +91,7 @@ fn dotted([a, b, c, d]: [u8; 4]) -> String {
 
 impl Parameters {
     /// As of the last power-on.
-    pub fn of(sight: &Sight<'_>) -> Parameters {
+    pub fn of(sight: &View<'_>) -> Parameters {
         let (ethernet, user) = (sight.controller.ethernet(), sight.controller.user());
         let channels = Port::ETHERNET.into_iter().enumerate();
         let channels = channels.map(|(index, port)| EthernetChannel {

@@ -5,13 +5,13 @@ use super::handle::Handle;
 use super::problem::Problem;
 use super::state::{Page, ether_pages};
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
-use ts3100_controller::deed::Deed;
-use ts3100_controller::input::Panel;
+use ts3100_controller::action::Action;
+use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
 
 /// Most characters typed at once: the buffer holds 256 bytes.
@@ -46,7 +46,7 @@ pub fn add(table: Table) -> Table {
 /// What the teach pendant shows
 #[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantDoc)))]
 async fn get_pendant(State(hub): State<Handle>) -> Result<Json<PendantDoc>, Problem> {
-    let look = |sight: &Sight<'_>| PendantDoc {
+    let look = |sight: &View<'_>| PendantDoc {
         text: sight.controller.pendant().to_owned(),
         ether_pages: ether_pages(sight),
     };
@@ -67,6 +67,6 @@ async fn press_keys(state: State<Handle>, Body(body): Body<Keys>) -> Result<Json
             format!("{keys:?}"),
         ));
     }
-    state.deed(Deed::Panel(Panel::Keys(keys))).await?;
+    state.action(Action::Panel(PanelAction::Keys(keys))).await?;
     get_pendant(state).await
 }

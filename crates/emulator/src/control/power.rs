@@ -4,12 +4,12 @@ use super::body::NoBody;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::{EdgeDeed, Sight};
+use crate::driver::request::{LinkAction, View};
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
-use ts3100_controller::deed::Deed;
-use ts3100_controller::input::Panel;
+use ts3100_controller::action::Action;
+use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
 
 /// The power, and the ports it keeps open.
@@ -46,7 +46,7 @@ pub fn add(table: Table) -> Table {
 /// Whether the power is on
 #[utoipa::path(get, path = "/power", responses((status = 200, body = PowerDoc)))]
 async fn get_power(State(hub): State<Handle>) -> Answer {
-    let look = |sight: &Sight<'_>| PowerDoc {
+    let look = |sight: &View<'_>| PowerDoc {
         on: sight.controller.state().powered,
         ports: sight
             .ports
@@ -63,21 +63,21 @@ async fn get_power(State(hub): State<Handle>) -> Answer {
 /// Turn the power off: every connection ends, no port is open
 #[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerDoc)))]
 async fn power_off(state: State<Handle>, _: NoBody) -> Answer {
-    state.deed(Deed::PowerOff).await?;
+    state.action(Action::PowerOff).await?;
     get_power(state).await
 }
 
 /// Turn the power on: as at power-on; the RAM drive, the posture and the selection are as they were
 #[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerDoc)))]
 async fn power_on(state: State<Handle>, _: NoBody) -> Answer {
-    state.deed(Deed::PowerOn).await?;
+    state.action(Action::PowerOn).await?;
     get_power(state).await
 }
 
 /// Turn the power off and on
 #[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerDoc)))]
 async fn power_cycle(state: State<Handle>, _: NoBody) -> Answer {
-    state.deed(Deed::Panel(Panel::PowerCycle)).await?;
+    state.action(Action::Panel(PanelAction::PowerCycle)).await?;
     get_power(state).await
 }
 
@@ -87,6 +87,6 @@ async fn power_cycle(state: State<Handle>, _: NoBody) -> Answer {
 /// and the way time passes stay. Events and counters go on.
 #[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerDoc)))]
 async fn reset(state: State<Handle>, _: NoBody) -> Answer {
-    state.edge(EdgeDeed::Reset).await?;
+    state.edge(LinkAction::Reset).await?;
     get_power(state).await
 }

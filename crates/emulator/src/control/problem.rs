@@ -6,7 +6,7 @@ use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde::Serialize;
-use ts3100_controller::deed::{Refusal, RefusalKind};
+use ts3100_controller::action::{ActionError, ActionErrorKind};
 use utoipa::ToSchema;
 
 /// Why a call had no effect.
@@ -67,12 +67,12 @@ impl Problem {
     }
 }
 
-impl From<Refusal> for Problem {
-    fn from(refusal: Refusal) -> Problem {
+impl From<ActionError> for Problem {
+    fn from(refusal: ActionError) -> Problem {
         let status = match refusal.kind {
-            RefusalKind::Missing => StatusCode::NOT_FOUND,
-            RefusalKind::Conflict => StatusCode::CONFLICT,
-            RefusalKind::Unkept => StatusCode::INSUFFICIENT_STORAGE,
+            ActionErrorKind::Missing => StatusCode::NOT_FOUND,
+            ActionErrorKind::Conflict => StatusCode::CONFLICT,
+            ActionErrorKind::Unkept => StatusCode::INSUFFICIENT_STORAGE,
         };
         Problem {
             status,

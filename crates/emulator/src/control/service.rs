@@ -1,11 +1,11 @@
 //! `/health`, `/version`, `/metrics`, `/findings`: for those who look after the emulator and its hosts.
 
-use super::event::{Happening, seconds};
+use super::event::{ApiEvent, seconds};
 use super::handle::Handle;
 use super::metrics::Gauge;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use crate::store::backing::Condition;
 use axum::Json;
 use axum::extract::State;
@@ -84,7 +84,7 @@ pub fn add(table: Table) -> Table {
 /// Whether the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
 async fn get_health(State(hub): State<Handle>) -> Result<Json<Health>, Problem> {
-    let look = |sight: &Sight<'_>| Health {
+    let look = |sight: &View<'_>| Health {
         status: "ok",
         power: sight.controller.state().powered,
         t: seconds(sight.controller.now()),
@@ -96,7 +96,7 @@ async fn get_health(State(hub): State<Handle>) -> Result<Json<Health>, Problem> 
 /// What runs here
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
 async fn get_version(State(hub): State<Handle>) -> Result<Json<Version>, Problem> {
-    let look = |sight: &Sight<'_>| Version {
+    let look = |sight: &View<'_>| Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
         controller: sight.controller.config().controller.name(),
@@ -114,7 +114,7 @@ async fn get_metrics(State(hub): State<Handle>) -> Result<impl IntoResponse, Pro
     Ok(([(CONTENT_TYPE, PROMETHEUS)], text))
 }
 
-fn gauges(sight: &Sight<'_>) -> Vec<Gauge> {
+fn gauges(sight: &View<'_>) -> Vec<Gauge> {
     let controller = sight.controller;
     let state = controller.state();
     let peers = controller.ports().into_iter();
@@ -172,8 +172,8 @@ fn drive_gauges(condition: &Condition) -> [Gauge; 3] {
 }
 
 /// What hosts did that the manual advises against or that was forgiven, the last 1024, oldest first
-#[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<Happening>)))]
-async fn get_findings(State(hub): State<Handle>) -> Result<Json<Vec<Happening>>, Problem> {
+#[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<ApiEvent>)))]
+async fn get_findings(State(hub): State<Handle>) -> Result<Json<Vec<ApiEvent>>, Problem> {
     // A look, so that what came before has been served.
     hub.look(|_| ()).await?;
     let findings = hub.journal.findings();

@@ -6,7 +6,7 @@ use super::event::seconds;
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::snapshot::desk::{DeskError, Done, Task};
+use crate::snapshot::handle::{SnapshotReply, SnapshotRequestError, SnapshotTask};
 use crate::snapshot::{self, NamedError, TextError};
 use axum::Json;
 use axum::extract::State;
@@ -54,9 +54,9 @@ pub fn add(table: Table) -> Table {
 /// The snapshots there are
 #[utoipa::path(get, path = "/snapshots", responses((status = 200, body = Snapshots)))]
 async fn get_snapshots(State(hub): State<Handle>) -> Answer {
-    let names = match hub.snapshot(Task::List).await? {
-        Done::Names(names) => names,
-        Done::Well | Done::State(_) => Vec::new(),
+    let names = match hub.snapshot(SnapshotTask::List).await? {
+        SnapshotReply::Names(names) => names,
+        SnapshotReply::Done | SnapshotReply::State(_) => Vec::new(),
     };
     let named = |(name, micros)| Named {
         name,
@@ -70,7 +70,7 @@ async fn get_snapshots(State(hub): State<Handle>) -> Answer {
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = Snapshots)))]
 async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
-    state.snapshot(Task::Keep(name)).await?;
+    state.snapshot(SnapshotTask::Keep(name)).await?;
     get_snapshots(state).await
 }
 
@@ -81,7 +81,7 @@ async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoB
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = Snapshots)))]
 async fn restore_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
-    state.snapshot(Task::Restore(name)).await?;
+    state.snapshot(SnapshotTask::Restore(name)).await?;
     get_snapshots(state).await
 }
 
@@ -89,13 +89,13 @@ async fn restore_snapshot(state: State<Handle>, InPath(name): InPath<String>, _:
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = Snapshots)))]
 async fn delete_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
-    state.snapshot(Task::Forget(name)).await?;
+    state.snapshot(SnapshotTask::Forget(name)).await?;
     get_snapshots(state).await
 }
 
 /// A state as the file of a snapshot has it.
-async fn file(hub: &Handle, task: Task) -> Result<impl IntoResponse + use<>, Problem> {
-    let Done::State(controller) = hub.snapshot(task).await? else {
+async fn file(hub: &Handle, task: SnapshotTask) -> Result<impl IntoResponse + use<>, Problem> {
+    let SnapshotReply::State(controller) = hub.snapshot(task).await? else {
         return Err(Problem::ending());
     };
     let text = snapshot::to_text(&controller);
@@ -109,13 +109,13 @@ async fn get_named(
     State(hub): State<Handle>,
     InPath(name): InPath<String>,
 ) -> Result<impl IntoResponse, Problem> {
-    file(&hub, Task::TellNamed(name)).await
+    file(&hub, SnapshotTask::GetNamed(name)).await
 }
 
 /// The present state as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
 async fn get_snapshot(State(hub): State<Handle>) -> Result<impl IntoResponse, Problem> {
-    file(&hub, Task::Tell).await
+    file(&hub, SnapshotTask::Get).await
 }
 
 /// Go on from the state of this file of a snapshot, at most 16 MiB
@@ -123,22 +123,24 @@ async fn get_snapshot(State(hub): State<Handle>) -> Result<impl IntoResponse, Pr
 /// As of `/snapshots/{name}/restore`. What no run leads to is refused.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = Snapshots)))]
 async fn load_snapshot(state: State<Handle>, SnapshotText(text): SnapshotText) -> Answer {
-    let controller = snapshot::from_text(&text).map_err(DeskError::Text)?;
-    state.snapshot(Task::PutIn(Box::new(controller))).await?;
+    let controller = snapshot::from_text(&text).map_err(SnapshotRequestError::Text)?;
+    state
+        .snapshot(SnapshotTask::Replace(Box::new(controller)))
+        .await?;
     get_snapshots(state).await
 }
 
-impl From<DeskError> for Problem {
-    fn from(error: DeskError) -> Problem {
+impl From<SnapshotRequestError> for Problem {
+    fn from(error: SnapshotRequestError) -> Problem {
         match error {
-            DeskError::Named(NamedError::Unknown { expected, found }) => {
+            SnapshotRequestError::Named(NamedError::Unknown { expected, found }) => {
                 Problem::missing("name", &expected, found)
             }
-            DeskError::Named(NamedError::Name(found)) => {
+            SnapshotRequestError::Named(NamedError::Name(found)) => {
                 Problem::missing("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
             }
-            DeskError::Busy => Problem::ending(),
-            DeskError::Text(TextError::Json(error)) => {
+            SnapshotRequestError::Busy => Problem::ending(),
+            SnapshotRequestError::Text(TextError::Json(error)) => {
                 let status = if error.is_data() {
                     StatusCode::CONFLICT
                 } else {
@@ -146,7 +148,7 @@ impl From<DeskError> for Problem {
                 };
                 Problem::at(status, "body", "the file of a snapshot", error.to_string())
             }
-            unkept @ DeskError::Drive(_) => {
+            unkept @ SnapshotRequestError::Drive(_) => {
                 Problem::new(StatusCode::INSUFFICIENT_STORAGE, unkept.to_string())
             }
             other => Problem::new(StatusCode::CONFLICT, other.to_string()),

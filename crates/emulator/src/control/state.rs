@@ -12,13 +12,13 @@ use super::problem::Problem;
 use super::table::Table;
 use super::variables::{self, VariableDoc};
 use super::words::{KeyWord, PortWord, RightWord, StatusWord};
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use ts3100_controller::deed::Side;
+use ts3100_controller::action::IoKind;
 use ts3100_controller::port::Port;
 use utoipa::ToSchema;
 
@@ -179,7 +179,7 @@ pub struct Page {
 }
 
 /// The pages [ETHER] of the teach pendant.
-pub fn ether_pages(sight: &Sight<'_>) -> Vec<Page> {
+pub fn ether_pages(sight: &View<'_>) -> Vec<Page> {
     let pages = sight.controller.ethernet_pages().into_iter();
     pages
         .map(|page| Page {
@@ -191,7 +191,7 @@ pub fn ether_pages(sight: &Sight<'_>) -> Vec<Page> {
 
 impl Everything {
     /// As it is now.
-    pub fn of(sight: &Sight<'_>, findings: BTreeMap<String, u64>) -> Everything {
+    pub fn of(sight: &View<'_>, findings: BTreeMap<String, u64>) -> Everything {
         let controller = sight.controller;
         let state = controller.state();
         let now = controller.now();
@@ -232,8 +232,8 @@ impl Everything {
             arm: arm(sight),
             hands: controller.hands().map(hand),
             alarms: controller.alarms().active().iter().map(ActiveAlarm::of).collect(),
-            inputs: LinesDoc::of(sight, Side::Input),
-            outputs: LinesDoc::of(sight, Side::Output),
+            inputs: LinesDoc::of(sight, IoKind::Input),
+            outputs: LinesDoc::of(sight, IoKind::Output),
             channels: ChannelDoc::all(sight),
             files: DriveDoc::of(sight),
             variables: variables::all(sight),
@@ -253,7 +253,7 @@ impl Everything {
     }
 }
 
-fn tasks(sight: &Sight<'_>) -> Vec<TaskDoc> {
+fn tasks(sight: &View<'_>) -> Vec<TaskDoc> {
     let tasks = sight.controller.tasks().into_iter();
     tasks
         .map(|task| TaskDoc {
@@ -265,7 +265,7 @@ fn tasks(sight: &Sight<'_>) -> Vec<TaskDoc> {
         .collect()
 }
 
-fn arm(sight: &Sight<'_>) -> ArmDoc {
+fn arm(sight: &View<'_>) -> ArmDoc {
     let arm = sight.controller.arm_view();
     ArmDoc {
         model: sight.controller.config().model.name.clone(),
@@ -293,6 +293,6 @@ pub fn add(table: Table) -> Table {
 #[utoipa::path(get, path = "/state", responses((status = 200, body = Everything)))]
 async fn get_state(State(hub): State<Handle>) -> Result<Json<Everything>, Problem> {
     let journal = Arc::clone(&hub.journal);
-    let look = move |sight: &Sight<'_>| Everything::of(sight, journal.findings_by_rule());
+    let look = move |sight: &View<'_>| Everything::of(sight, journal.findings_by_rule());
     Ok(Json(hub.look(look).await?))
 }

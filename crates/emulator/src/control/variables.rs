@@ -4,14 +4,14 @@ use super::body::{Body, InPath};
 use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
-use crate::hub::request::Sight;
+use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
-use scol_mini::Kind;
+use scol_mini::ValueKind;
 use serde::{Deserialize, Deserializer, Serialize};
-use ts3100_controller::deed::Deed;
-use ts3100_controller::look::VariableView;
+use ts3100_controller::action::Action;
+use ts3100_controller::queries::VariableView;
 use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
 use utoipa::ToSchema;
@@ -138,11 +138,11 @@ impl VariableDoc {
         VariableDoc {
             name: view.name,
             kind: view.kind.map(|kind| match kind {
-                Kind::Integer => KindWord::Integer,
-                Kind::Real => KindWord::Real,
-                Kind::Load => KindWord::Load,
-                Kind::Coordinate => KindWord::Coordinate,
-                Kind::Position => KindWord::Position,
+                ValueKind::Integer => KindWord::Integer,
+                ValueKind::Real => KindWord::Real,
+                ValueKind::Load => KindWord::Load,
+                ValueKind::Coordinate => KindWord::Coordinate,
+                ValueKind::Position => KindWord::Position,
             }),
             bounds: view.bounds,
             value: view.value.map(figures),
@@ -150,7 +150,7 @@ impl VariableDoc {
         }
     }
 
-    fn one(sight: &Sight<'_>, name: &VariableName) -> Option<VariableDoc> {
+    fn one(sight: &View<'_>, name: &VariableName) -> Option<VariableDoc> {
         let view = sight.controller.variable(&name.name, &name.subscripts)?;
         let mut document = VariableDoc::of(view);
         if let [bound] = document.bounds.as_slice() {
@@ -198,12 +198,12 @@ async fn set(
     }
     let _known = variable(hub, &name, position).await?;
     let values = body.value.into_iter().map(Number::from).collect();
-    let deed = Deed::SetVariable {
+    let action = Action::SetVariable {
         name: name.clone(),
         values,
         restore: body.restore,
     };
-    hub.deed(deed).await?;
+    hub.action(action).await?;
     variable(hub, &name, position).await
 }
 
@@ -224,7 +224,7 @@ pub fn add(table: Table) -> Table {
 }
 
 /// All of the selected file.
-pub fn all(sight: &Sight<'_>) -> Vec<VariableDoc> {
+pub fn all(sight: &View<'_>) -> Vec<VariableDoc> {
     let views = sight.controller.variables().into_iter();
     views.map(VariableDoc::of).collect()
 }
@@ -296,10 +296,10 @@ async fn teach_position(
     Body(body): Body<Teach>,
 ) -> Result<Json<VariableDoc>, Problem> {
     let _known = variable(&hub, &name, true).await?;
-    let deed = Deed::Teach {
+    let action = Action::Teach {
         name: name.clone(),
         restore: body.restore,
     };
-    hub.deed(deed).await?;
+    hub.action(action).await?;
     variable(&hub, &name, true).await
 }

@@ -9,7 +9,7 @@ use super::compare::{compare, reply};
 use super::player::{Player, Produced};
 use super::unit::{Event, Placed, Unit};
 use super::{Difference, Kind, MAX_DIFFERENCES, Report, Tolerance};
-use crate::transcript::{Ending, Line, What};
+use crate::transcript::{EndReason, PeerId, RecordKind};
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::reply::Reply;
@@ -44,8 +44,8 @@ pub(super) struct Matching<'a> {
 struct Asked {
     before: Player,
     at: Time,
-    line: Line,
-    what: What,
+    line: PeerId,
+    what: RecordKind,
 }
 
 impl Asked {
@@ -81,7 +81,7 @@ fn whole(duration: Duration) -> u64 {
 }
 
 /// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
-fn is_unheard(line: Line, produced: &Produced, end: Time) -> bool {
+fn is_unheard(line: PeerId, produced: &Produced, end: Time) -> bool {
     match produced {
         Produced::Answer(unit, _) => {
             let unasked = line.port.protocol().is_none() || reply(&unit.bytes) == Some(Reply::Sp);
@@ -147,20 +147,20 @@ impl<'a> Matching<'a> {
         self.anchor.played + at.since(self.anchor.recorded)
     }
 
-    fn input(&mut self, at: Time, what: &What) {
+    fn input(&mut self, at: Time, what: &RecordKind) {
         let due = self.due(at).max(self.player.now());
         let asked = self.asked(due, what);
         self.player.advance_to(due);
         // What has come of itself meanwhile would be lost with another moment.
         self.asked = asked.filter(|_| self.player.left().is_empty());
-        if let What::FromHost { line, .. } = what {
+        if let RecordKind::FromHost { line, .. } = what {
             self.drop_answers(*line);
         }
         self.player.play(what);
         self.report.inputs += 1;
         self.anchor = match what {
             // Times go on from another moment, on both sides.
-            What::Edge(edge) if edge.begins_at().is_some() => Anchor {
+            RecordKind::Edge(edge) if edge.begins_at().is_some() => Anchor {
                 recorded: edge.begins_at().unwrap_or(at),
                 played: self.player.now(),
             },
@@ -172,8 +172,8 @@ impl<'a> Matching<'a> {
     }
 
     /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
-    fn asked(&self, at: Time, what: &What) -> Option<Asked> {
-        let What::FromHost { line, .. } = what else {
+    fn asked(&self, at: Time, what: &RecordKind) -> Option<Asked> {
+        let RecordKind::FromHost { line, .. } = what else {
             return None;
         };
         let goes_on = self.player.deadline().is_some() && !self.tolerance.time.is_zero();
@@ -188,7 +188,7 @@ impl<'a> Matching<'a> {
 
     /// A host asks the next thing: what answered the last one and was not recorded is surplus. SP and what programs
     /// print may belong to a later moment of the recording.
-    fn drop_answers(&mut self, line: Line) {
+    fn drop_answers(&mut self, line: PeerId) {
         if line.port.protocol().is_none() {
             return;
         }
@@ -202,7 +202,7 @@ impl<'a> Matching<'a> {
         }
     }
 
-    fn answer(&mut self, line: Line, recorded: &Unit, behind: &[Placed]) {
+    fn answer(&mut self, line: PeerId, recorded: &Unit, behind: &[Placed]) {
         self.report.answers += 1;
         let due = self.due(recorded.at);
         loop {
@@ -265,7 +265,7 @@ impl<'a> Matching<'a> {
     }
 
     /// The emulator has ended the connection on which something was recorded.
-    fn ended_instead(&mut self, line: Line, recorded: &Unit, behind: &[Placed]) {
+    fn ended_instead(&mut self, line: PeerId, recorded: &Unit, behind: &[Placed]) {
         let ends_too = behind
             .iter()
             .any(|placed| matches!(&placed.event, Event::Ended(other, _) if *other == line));
@@ -277,7 +277,7 @@ impl<'a> Matching<'a> {
 
     /// Lets the emulator come up with something on this line, with as much patience as was asked for; if nothing
     /// comes, no time is lost.
-    fn wait(&mut self, line: Line, due: Time, complete: bool) {
+    fn wait(&mut self, line: PeerId, due: Time, complete: bool) {
         if self.player.first(line).is_some() {
             return;
         }
@@ -301,7 +301,7 @@ impl<'a> Matching<'a> {
         }
     }
 
-    fn judge(&self, line: Line, recorded: &Unit, emulated: &Unit, behind: &[Placed]) -> Verdict {
+    fn judge(&self, line: PeerId, recorded: &Unit, emulated: &Unit, behind: &[Placed]) -> Verdict {
         if recorded.bytes == emulated.bytes {
             return Verdict::Pair;
         }
@@ -313,7 +313,7 @@ impl<'a> Matching<'a> {
         }
         // Until the host says the next thing on this line.
         let window = behind.iter().take_while(|placed| {
-            !matches!(&placed.event, Event::Input(What::FromHost { line: other, .. }) if *other == line)
+            !matches!(&placed.event, Event::Input(RecordKind::FromHost { line: other, .. }) if *other == line)
         });
         let mut coming = window.filter_map(|placed| match &placed.event {
             Event::Answer(other, unit) if *other == line => Some(unit),
@@ -328,7 +328,7 @@ impl<'a> Matching<'a> {
         }
     }
 
-    fn pair(&mut self, line: Line, recorded: &Unit, unit: &Unit, reason: Option<String>, due: Time) {
+    fn pair(&mut self, line: PeerId, recorded: &Unit, unit: &Unit, reason: Option<String>, due: Time) {
         let question = recorded.question.clone();
         let (parts, ignored) = compare(&recorded.letters, &recorded.bytes, &unit.bytes, self.tolerance);
         self.report.ignored += ignored;
@@ -364,7 +364,7 @@ impl<'a> Matching<'a> {
         };
     }
 
-    fn ended(&mut self, at: Time, line: Line, how: Ending) {
+    fn ended(&mut self, at: Time, line: PeerId, how: EndReason) {
         self.asked = None;
         let due = self.due(at);
         self.wait(line, due, true);
@@ -389,17 +389,17 @@ impl<'a> Matching<'a> {
                 // The host has no connection any more, whatever the emulator thinks of it.
                 let due = due.max(self.player.now());
                 self.player.advance_to(due);
-                let by = crate::transcript::Party::Host;
-                self.player.play(&What::Ended { line, by, how });
+                let by = crate::transcript::Side::Host;
+                self.player.play(&RecordKind::Ended { line, by, how });
             }
         }
     }
 
-    fn end_differs(&mut self, line: Line, recorded: Option<Ending>, emulated: Option<Ending>) {
+    fn end_differs(&mut self, line: PeerId, recorded: Option<EndReason>, emulated: Option<EndReason>) {
         self.differ(line, "", Kind::Ended { recorded, emulated });
     }
 
-    fn missing(&mut self, line: Line, recorded: &Unit) {
+    fn missing(&mut self, line: PeerId, recorded: &Unit) {
         if self.tolerance.ignore.sp && reply(&recorded.bytes) == Some(Reply::Sp) {
             self.report.ignored += 1;
             return;
@@ -411,7 +411,7 @@ impl<'a> Matching<'a> {
         self.differ(line, &recorded.question, kind);
     }
 
-    fn surplus(&mut self, line: Line, produced: Produced) {
+    fn surplus(&mut self, line: PeerId, produced: Produced) {
         match produced {
             Produced::Ended(how, _) => self.end_differs(line, None, Some(how)),
             Produced::Answer(unit, _)
@@ -427,7 +427,7 @@ impl<'a> Matching<'a> {
         }
     }
 
-    fn differ(&mut self, line: Line, question: &str, kind: Kind) {
+    fn differ(&mut self, line: PeerId, question: &str, kind: Kind) {
         if self.report.differences.len() >= MAX_DIFFERENCES {
             self.report.more += 1;
             return;

@@ -12,8 +12,8 @@ pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
 
 use crate::config::Settings;
-use crate::hub::StartError;
-use crate::transcript::{Ending, Line, Recording};
+use crate::driver::StartError;
+use crate::transcript::{EndReason, PeerId, Recording};
 use matching::Matching;
 use player::Player;
 use std::time::Duration;
@@ -86,9 +86,9 @@ pub enum Kind {
     /// One of the two ends the connection, the other does not, or in another way.
     Ended {
         /// In the recording.
-        recorded: Option<Ending>,
+        recorded: Option<EndReason>,
         /// By the emulator.
-        emulated: Option<Ending>,
+        emulated: Option<EndReason>,
     },
 }
 
@@ -100,7 +100,7 @@ pub struct Difference {
     /// Time of the recording.
     pub at: Time,
     /// Where.
-    pub line: Line,
+    pub line: PeerId,
     /// The host's text before it, as far as it is worth showing; empty if there was none.
     pub question: String,
     /// How it differs.

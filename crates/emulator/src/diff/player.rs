@@ -3,15 +3,15 @@
 
 use super::unit::{Cutter, Unit};
 use crate::config::{SecondConnection, Settings};
-use crate::hub::StartError;
-use crate::link::CLOSE_GRACE;
+use crate::driver::StartError;
 use crate::loading;
 use crate::snapshot;
-use crate::transcript::{Edge, Ending, Line, Record, Recording, What};
+use crate::tcp::CLOSE_GRACE;
+use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recording};
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
-use ts3100_controller::output::{Cut, Event};
-use ts3100_controller::{Controller, Deed, Input, Output, Panel, Port, Time};
+use ts3100_controller::output::{DisconnectMode, Event};
+use ts3100_controller::{Action, Controller, Input, Output, PanelAction, Port, Time};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
@@ -24,13 +24,13 @@ pub(super) enum Produced {
     /// An answer, and why it refuses, if it does.
     Answer(Unit, Option<String>),
     /// It has ended the connection.
-    Ended(Ending, Time),
+    Ended(EndReason, Time),
 }
 
 /// A newcomer that waits for its predecessor to end.
 #[derive(Debug, Clone)]
 struct Newcomer {
-    line: Line,
+    line: PeerId,
     since: Time,
     peer: String,
     bytes: Vec<u8>,
@@ -46,10 +46,10 @@ pub(super) struct Player {
     second: SecondConnection,
     now: Time,
     /// The peer each port serves.
-    served: BTreeMap<Port, Line>,
+    served: BTreeMap<Port, PeerId>,
     newcomers: Vec<Newcomer>,
-    cutters: BTreeMap<Line, Cutter>,
-    produced: BTreeMap<Line, VecDeque<Produced>>,
+    cutters: BTreeMap<PeerId, Cutter>,
+    produced: BTreeMap<PeerId, VecDeque<Produced>>,
     /// Why the last command of a port was refused.
     refused: BTreeMap<Port, String>,
     /// What was said about the bytes a port has last received: why nothing may come of them.
@@ -64,7 +64,7 @@ impl Player {
         let mut controller = loading::power_on(settings)?.controller;
         // What starting has put out is for the disk and the log.
         while controller.poll_output().is_some() {}
-        controller.keep_outside(true);
+        controller.persist_outside(true);
         let mut player = Player {
             initial: controller.clone(),
             controller,
@@ -80,7 +80,7 @@ impl Player {
             unkept: recording.records.iter().filter_map(unkept).collect(),
         };
         if settings.servo_on {
-            player.feed(Input::Panel(Panel::Servo(true)));
+            player.feed(Input::Panel(PanelAction::Servo(true)));
         }
         Ok(player)
     }
@@ -106,17 +106,17 @@ impl Player {
     }
 
     /// The next thing the controller has done on a line.
-    pub(super) fn first(&self, line: Line) -> Option<&Produced> {
+    pub(super) fn first(&self, line: PeerId) -> Option<&Produced> {
         self.produced.get(&line)?.front()
     }
 
     /// The one behind it.
-    pub(super) fn second(&self, line: Line) -> Option<&Produced> {
+    pub(super) fn second(&self, line: PeerId) -> Option<&Produced> {
         self.produced.get(&line)?.get(1)
     }
 
     /// Takes the next thing the controller has done on a line.
-    pub(super) fn take(&mut self, line: Line) -> Option<Produced> {
+    pub(super) fn take(&mut self, line: PeerId) -> Option<Produced> {
         self.produced.get_mut(&line)?.pop_front()
     }
 
@@ -127,52 +127,52 @@ impl Player {
     }
 
     /// Lines on which something is left.
-    pub(super) fn left(&self) -> Vec<Line> {
+    pub(super) fn left(&self) -> Vec<PeerId> {
         let left = self.produced.iter().filter(|(_, produced)| !produced.is_empty());
         left.map(|(line, _)| *line).collect()
     }
 
     /// What has no end on a line is an answer as it is.
-    pub(super) fn flush(&mut self, line: Line) {
+    pub(super) fn flush(&mut self, line: PeerId) {
         if let Some(unit) = self.cutters.get_mut(&line).and_then(Cutter::flush) {
             self.answer(line, unit);
         }
     }
 
     /// Plays what the host or somebody at the panel does.
-    pub(super) fn play(&mut self, what: &What) {
-        let lines: Vec<Line> = self.cutters.keys().copied().collect();
+    pub(super) fn play(&mut self, what: &RecordKind) {
+        let lines: Vec<PeerId> = self.cutters.keys().copied().collect();
         lines.into_iter().for_each(|line| self.flush(line));
         match what {
-            What::Connected { line, peer } => self.arrive(*line, peer),
-            What::FromHost { line, bytes } => self.host_bytes(*line, bytes),
-            What::Ended { line, .. } => self.leave(*line),
-            What::Deed(Deed::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
-            What::Deed(deed) => self.feed(Input::Deed(deed.clone())),
-            What::Edge(edge) => self.edge(edge),
-            What::FromRobot { .. } | What::Remark(_) => {}
+            RecordKind::Connected { line, peer } => self.arrive(*line, peer),
+            RecordKind::FromHost { line, bytes } => self.host_bytes(*line, bytes),
+            RecordKind::Ended { line, .. } => self.leave(*line),
+            RecordKind::Action(Action::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
+            RecordKind::Action(action) => self.feed(Input::Action(action.clone())),
+            RecordKind::Edge(edge) => self.edge(edge),
+            RecordKind::FromRobot { .. } | RecordKind::Remark(_) => {}
         }
     }
 
-    fn edge(&mut self, edge: &Edge) {
+    fn edge(&mut self, edge: &LinkRecord) {
         if let Some(input) = edge.input() {
             self.feed(input);
         }
         match edge {
             // The emulator's own doing, as what ends the connection behind it.
-            Edge::Unread { port } | Edge::Dropped { port } => {
+            LinkRecord::Unread { port } | LinkRecord::Dropped { port } => {
                 if let Some(line) = self.served.remove(port) {
-                    self.end(line, Ending::Closed);
+                    self.end(line, EndReason::Closed);
                     self.feed(Input::Disconnected { port: *port });
                 }
             }
             // A recording whose snapshots cannot be read was refused before.
-            Edge::Restored { snapshot, .. } => {
+            LinkRecord::Restored { snapshot, .. } => {
                 if let Ok(next) = snapshot::from_text(snapshot) {
                     self.put_in(next);
                 }
             }
-            Edge::Reset { calendar } => {
+            LinkRecord::Reset { calendar } => {
                 let mut next = self.initial.clone();
                 if let Some(calendar) = calendar {
                     next.set_calendar(*calendar);
@@ -182,31 +182,31 @@ impl Player {
                 self.controller = next;
                 self.now = Time::ZERO;
             }
-            Edge::Settings { .. }
-            | Edge::Purged { .. }
-            | Edge::Garbled { .. }
-            | Edge::Second { .. }
-            | Edge::Unkept { .. } => {}
+            LinkRecord::Settings { .. }
+            | LinkRecord::Purged { .. }
+            | LinkRecord::Garbled { .. }
+            | LinkRecord::Second { .. }
+            | LinkRecord::Unkept { .. } => {}
         }
     }
 
     /// As the hub does it.
     fn put_in(&mut self, mut next: Controller) {
-        next.take_peers_of(&self.controller);
-        next.keep_outside(true);
+        next.adopt_peers(&self.controller);
+        next.persist_outside(true);
         self.now = next.now();
         self.controller = next;
         self.feed(Input::Tick);
     }
 
-    fn arrive(&mut self, line: Line, peer: &str) {
+    fn arrive(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
         self.cutters.insert(line, Cutter::new(line, self.text));
         let channel = port
             .ethernet_index()
             .and_then(|index| self.controller.network().channels.get(index));
         if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
-            return self.end(line, Ending::Refused);
+            return self.end(line, EndReason::Refused);
         }
         match (self.served.get(&port).copied(), self.second) {
             // The same cable, seen anew after the power came on.
@@ -221,7 +221,7 @@ impl Player {
             (Some(old), SecondConnection::Replace) => {
                 // The peer that comes under the number of one that was never seen to leave is the same line.
                 if old != line {
-                    self.end(old, Ending::Closed);
+                    self.end(old, EndReason::Closed);
                 }
                 self.feed(Input::Disconnected { port });
                 self.serve(line, peer);
@@ -229,14 +229,14 @@ impl Player {
         }
     }
 
-    fn serve(&mut self, line: Line, peer: &str) {
+    fn serve(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
         self.served.insert(port, line);
         let peer = peer.to_owned();
         self.feed(Input::Connected { port, peer });
     }
 
-    fn host_bytes(&mut self, line: Line, bytes: &[u8]) {
+    fn host_bytes(&mut self, line: PeerId, bytes: &[u8]) {
         let port = line.port;
         if let Some(newcomer) = self.newcomers.iter_mut().find(|newcomer| newcomer.line == line) {
             let room = MAX_EARLY.saturating_sub(newcomer.bytes.len());
@@ -258,7 +258,7 @@ impl Player {
         }
     }
 
-    fn leave(&mut self, line: Line) {
+    fn leave(&mut self, line: PeerId) {
         self.newcomers.retain(|newcomer| newcomer.line != line);
         let port = line.port;
         if self.served.get(&port) != Some(&line) {
@@ -289,11 +289,11 @@ impl Player {
             .partition(|newcomer: &Newcomer| newcomer.since + CLOSE_GRACE <= now);
         self.newcomers = waiting;
         for newcomer in late {
-            self.end(newcomer.line, Ending::Closed);
+            self.end(newcomer.line, EndReason::Closed);
         }
     }
 
-    fn end(&mut self, line: Line, how: Ending) {
+    fn end(&mut self, line: PeerId, how: EndReason) {
         self.flush(line);
         let now = self.now;
         self.produced
@@ -317,17 +317,17 @@ impl Player {
                                 self.served.insert(port, line);
                                 continue;
                             }
-                            self.end(line, Ending::Closed);
+                            self.end(line, EndReason::Closed);
                             inputs.push_back(Input::Disconnected { port });
                         }
                     }
-                    Output::Cut { port, how } => {
+                    Output::Disconnect { port, how } => {
                         if let Some(line) = self.served.remove(&port) {
                             self.end(
                                 line,
                                 match how {
-                                    Cut::Reset => Ending::Reset,
-                                    Cut::Close => Ending::Closed,
+                                    DisconnectMode::Reset => EndReason::Reset,
+                                    DisconnectMode::Close => EndReason::Closed,
                                 },
                             );
                         }
@@ -352,16 +352,16 @@ impl Player {
                         let remark = || format!("{bytes} bytes dropped: {reason}");
                         self.remarks.entry(port).or_insert_with(remark);
                     }
-                    Output::Keep { name, .. } => {
+                    Output::Persist { name, .. } => {
                         let answer = self.answer_of(&name);
-                        self.controller.handle(self.now, Input::Kept(answer));
+                        self.controller.handle(self.now, Input::Persisted(answer));
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
-                    Output::Deaf { .. } => {}
+                    Output::Stall { .. } => {}
                     Output::Stored { .. }
                     | Output::Erased { .. }
                     | Output::Pendant(_)
-                    | Output::Undone(_)
+                    | Output::Rejected(_)
                     | Output::Event(_) => {}
                 }
             }
@@ -393,7 +393,7 @@ impl Player {
         }
     }
 
-    fn answer(&mut self, line: Line, unit: Unit) {
+    fn answer(&mut self, line: PeerId, unit: Unit) {
         let reason = self.refused.remove(&line.port);
         self.produced
             .entry(line)
@@ -405,7 +405,9 @@ impl Player {
 /// A change that was not kept, if that is what was recorded.
 fn unkept(record: &Record) -> Option<(Time, String, String)> {
     match &record.what {
-        What::Edge(Edge::Unkept { name, reason }) => Some((record.at, name.clone(), reason.clone())),
+        RecordKind::Edge(LinkRecord::Unkept { name, reason }) => {
+            Some((record.at, name.clone(), reason.clone()))
+        }
         _ => None,
     }
 }

@@ -4,9 +4,9 @@
 mod lines;
 
 use super::*;
-use crate::transcript::{Observer, Party, Record, What};
+use crate::transcript::{Observer, Record, RecordKind, Side};
 use ts3100_controller::options::{Config, Dialect};
-use ts3100_controller::{Controller, Input, Output, Panel, Port};
+use ts3100_controller::{Controller, Input, Output, PanelAction, Port};
 
 const PICK: &str = "PROGRAM PICK\nN = 0\nASK:\nPRINT IP1, \"REQ\", CR\nINPUT IP1, N\nDELAY 2\n\
     PRINT IP1, \"DONE\", N, CR\nGOTO ASK\nEND\n";
@@ -46,9 +46,9 @@ impl Real {
         }
     }
 
-    fn note(&mut self, what: Option<What>) {
+    fn note(&mut self, what: Option<RecordKind>) {
         if let Some(what) = what {
-            if matches!(what, What::FromRobot { .. }) {
+            if matches!(what, RecordKind::FromRobot { .. }) {
                 self.late += self.delay;
             }
             let at = self.now + self.late;
@@ -57,7 +57,7 @@ impl Real {
         }
     }
 
-    fn feed(&mut self, input: Input, by: Party) {
+    fn feed(&mut self, input: Input, by: Side) {
         let what = self.observer.input(&input, by);
         self.note(what);
         self.controller.handle(self.now, input);
@@ -66,7 +66,7 @@ impl Real {
             self.note(what);
             if output == Output::PowerCycled {
                 for port in [Port::Ip0, Port::Ip1] {
-                    self.feed(Input::Disconnected { port }, Party::Robot);
+                    self.feed(Input::Disconnected { port }, Side::Robot);
                 }
             }
         }
@@ -76,19 +76,19 @@ impl Real {
         let to = self.now + duration;
         while let Some(due) = self.controller.poll_deadline().filter(|due| *due <= to) {
             self.now = due;
-            self.feed(Input::Tick, Party::Robot);
+            self.feed(Input::Tick, Side::Robot);
         }
         self.now = to;
     }
 
     fn connect(&mut self, port: Port) {
         let peer = "192.0.2.2:5000".to_owned();
-        self.feed(Input::Connected { port, peer }, Party::Host);
+        self.feed(Input::Connected { port, peer }, Side::Host);
     }
 
     fn send(&mut self, port: Port, bytes: &[u8]) {
         let bytes = bytes.to_vec();
-        self.feed(Input::Received { port, bytes }, Party::Host);
+        self.feed(Input::Received { port, bytes }, Side::Host);
         self.pass(Duration::from_millis(60));
     }
 
@@ -98,8 +98,8 @@ impl Real {
         }
     }
 
-    fn panel(&mut self, panel: Panel) {
-        self.feed(Input::Panel(panel), Party::Host);
+    fn panel(&mut self, panel: PanelAction) {
+        self.feed(Input::Panel(panel), Side::Host);
     }
 }
 
@@ -118,18 +118,18 @@ fn day(settings: &Settings, delay: Duration) -> Recording {
     }
     real.pass(SECOND);
     real.send(Port::Ip1, b"8\r\n");
-    real.panel(Panel::EmergencyStop(true));
+    real.panel(PanelAction::EmergencyStop(true));
     real.pass(SECOND);
-    real.panel(Panel::EmergencyStop(false));
+    real.panel(PanelAction::EmergencyStop(false));
     real.texts(&["EU", "OK", "UL,PICK", "OK", "DL,NEW"]);
     real.send(Port::Ip0, b"\x02FL,PROGRAM NEW\nEND\n\x1A\x03");
     real.send(Port::Ip0, b"SO\r\x03SU\r\x03");
     real.send(Port::Ip0, b"OK\r\x03");
-    real.panel(Panel::PowerCycle);
+    real.panel(PanelAction::PowerCycle);
     real.pass(SECOND);
     real.connect(Port::Ip0);
     real.texts(&["CA", "OK"]);
-    real.feed(Input::Disconnected { port: Port::Ip0 }, Party::Host);
+    real.feed(Input::Disconnected { port: Port::Ip0 }, Side::Host);
     real.recording
 }
 
@@ -154,8 +154,8 @@ fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
     let mut found = Vec::new();
     for (index, record) in recording.records.iter().enumerate() {
         match &record.what {
-            What::FromHost { bytes, .. } => asked = bytes.starts_with(&[b"\x02", command].concat()),
-            What::FromRobot { line, .. } if asked && line.port == Port::Ip0 => found.push(index),
+            RecordKind::FromHost { bytes, .. } => asked = bytes.starts_with(&[b"\x02", command].concat()),
+            RecordKind::FromRobot { line, .. } if asked && line.port == Port::Ip0 => found.push(index),
             _ => {}
         }
     }
@@ -164,7 +164,7 @@ fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
 
 fn bytes_mut(recording: &mut Recording, index: usize) -> &mut Vec<u8> {
     match &mut recording.records[index].what {
-        What::FromRobot { bytes, .. } | What::FromHost { bytes, .. } => bytes,
+        RecordKind::FromRobot { bytes, .. } | RecordKind::FromHost { bytes, .. } => bytes,
         other => panic!("{other:?}"),
     }
 }
@@ -231,7 +231,7 @@ fn doctored_bytes_are_told_with_their_meaning_and_nothing_else_is() {
     let difference = doctored("SU", "OVRD:100%", "OVRD:099%");
     assert_eq!(
         (difference.line, difference.question.as_str()),
-        (Line::first(Port::Ip0), "SU")
+        (PeerId::first(Port::Ip0), "SU")
     );
     let expected = ["su.ovrd", "`OVRD:099%`", "`OVRD:100%`"].map(str::to_owned);
     assert_eq!(only_part(&difference), expected.clone().into());
@@ -380,8 +380,8 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
     assert!(emulated.starts_with(b"\x02FL,ETHERNET.PAR"));
     let mut more = clean.clone();
     let mut sp = clean.records[at].clone();
-    sp.what = What::FromRobot {
-        line: Line::first(Port::Ip0),
+    sp.what = RecordKind::FromRobot {
+        line: PeerId::first(Port::Ip0),
         bytes: b"\x02SP\r\x03".to_vec(),
     };
     more.records.insert(at, sp);
@@ -410,8 +410,8 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     let at = answers_to(&recording, b"SO")[0];
     *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
     let mut sp = recording.records[at].clone();
-    sp.what = What::FromRobot {
-        line: Line::first(Port::Ip0),
+    sp.what = RecordKind::FromRobot {
+        line: PeerId::first(Port::Ip0),
         bytes: b"\x02SP\r\x03".to_vec(),
     };
     recording.records.insert(at, sp);

@@ -1,7 +1,7 @@
 //! What can be compared one by one: the texts of a protocol port, the records of a channel. Recordings have bytes as
 //! they were cut on the wire, and a controller sends them as it likes; both are cut anew here, by the same rules.
 
-use crate::transcript::{Ending, Line, Party, Recording, What};
+use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};
 use ts3100_controller::Time;
 use ts3100_proto::parts::text_length;
@@ -42,7 +42,7 @@ pub(super) struct Cutter {
 }
 
 impl Cutter {
-    pub(super) fn new(line: Line, options: TextOptions) -> Cutter {
+    pub(super) fn new(line: PeerId, options: TextOptions) -> Cutter {
         Cutter {
             options,
             texts: line.port.protocol().is_some(),
@@ -126,11 +126,11 @@ impl Cutter {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Event {
     /// Of the host or the panel, to be played.
-    Input(What),
+    Input(RecordKind),
     /// An answer.
-    Answer(Line, Unit),
+    Answer(PeerId, Unit),
     /// The controller ends a connection.
-    Ended(Line, Ending),
+    Ended(PeerId, EndReason),
 }
 
 /// An event with its place.
@@ -144,22 +144,22 @@ pub(super) struct Placed {
 /// The events of a recording, in order. What has no end when the host does the next thing is an answer as it is.
 pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed> {
     let mut events = Vec::new();
-    let mut cutters: BTreeMap<Line, Cutter> = BTreeMap::new();
+    let mut cutters: BTreeMap<PeerId, Cutter> = BTreeMap::new();
     let mut left_by_host = BTreeSet::new();
     for (record, &file_line) in recording.records.iter().zip(&recording.lines) {
         let at = record.at;
         let place = |event| Placed { at, file_line, event };
         match &record.what {
-            What::FromRobot { line, bytes } => {
+            RecordKind::FromRobot { line, bytes } => {
                 let cutter = cutters
                     .entry(*line)
                     .or_insert_with(|| Cutter::new(*line, options));
                 let units = cutter.robot(at, file_line, bytes);
                 events.extend(units.into_iter().map(|unit| answer(*line, unit)));
             }
-            What::Ended {
+            RecordKind::Ended {
                 line,
-                by: Party::Robot,
+                by: Side::Robot,
                 how,
             } => {
                 events.extend(
@@ -174,26 +174,29 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                     events.push(place(Event::Ended(*line, *how)));
                 }
             }
-            What::Remark(_) => {}
+            RecordKind::Remark(_) => {}
             input => {
                 for (line, cutter) in &mut cutters {
                     events.extend(cutter.flush().map(|unit| answer(*line, unit)));
                 }
                 match input {
-                    What::Connected { line, .. } => {
+                    RecordKind::Connected { line, .. } => {
                         left_by_host.remove(line);
                         cutters.insert(*line, Cutter::new(*line, options));
                     }
-                    What::FromHost { line, bytes } => {
+                    RecordKind::FromHost { line, bytes } => {
                         let cutter = cutters
                             .entry(*line)
                             .or_insert_with(|| Cutter::new(*line, options));
                         cutter.host(bytes);
                     }
-                    What::Ended { line, .. } => {
+                    RecordKind::Ended { line, .. } => {
                         left_by_host.insert(*line);
                     }
-                    What::FromRobot { .. } | What::Deed(_) | What::Edge(_) | What::Remark(_) => {}
+                    RecordKind::FromRobot { .. }
+                    | RecordKind::Action(_)
+                    | RecordKind::Edge(_)
+                    | RecordKind::Remark(_) => {}
                 }
                 events.push(place(Event::Input(input.clone())));
             }
@@ -205,7 +208,7 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
     events
 }
 
-fn answer(line: Line, unit: Unit) -> Placed {
+fn answer(line: PeerId, unit: Unit) -> Placed {
     Placed {
         at: unit.at,
         file_line: unit.file_line,

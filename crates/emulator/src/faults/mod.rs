@@ -5,12 +5,12 @@ mod file;
 mod report;
 
 pub use file::{FaultFileError, read};
-pub use report::{Bite, Bites, prepare, tell, write};
+pub use report::{AppliedFault, FaultLog, prepare, tell, write};
 
 use serde_json::{Value, json};
 use ts3100_controller::faults::{Fault, KINDS, Kind, Takes};
 use ts3100_controller::port::Port;
-use ts3100_controller::vary::VARIATIONS;
+use ts3100_controller::variation::VARIATIONS;
 
 /// A fault as JSON: what `POST /faults` takes and what reports have.
 #[must_use]
@@ -112,7 +112,7 @@ fn placeholder(takes: Takes) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::vary::Variation;
+    use ts3100_controller::variation::VariationConfig;
 
     fn page(name: &str) -> String {
         let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/");
@@ -142,7 +142,7 @@ mod tests {
         }
         for variation in VARIATIONS {
             assert!(text.contains(variation.name));
-            let Variation { name, what, source } = variation;
+            let VariationConfig { name, what, source } = variation;
             let row = format!("| `{name}` | {what} | {source} |");
             assert!(page("VARIATION.md").contains(&row), "{row}");
         }

@@ -3,7 +3,7 @@
 
 use super::fault_json;
 use crate::control::event::seconds;
-use crate::evidence::{ReportError, Reports, escape};
+use crate::reports::{ReportError, Reports, escape};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -17,7 +17,7 @@ use ts3100_controller::time::Time;
 
 /// A bite of a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Bite {
+pub struct AppliedFault {
     /// When, in virtual time.
     pub at: Time,
     /// Where.
@@ -28,9 +28,9 @@ pub struct Bite {
 
 /// What faults have done, by their numbers; of each the first [`FAULT_MOMENTS`] bites.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Bites(BTreeMap<u32, Vec<Bite>>);
+pub struct FaultLog(BTreeMap<u32, Vec<AppliedFault>>);
 
-impl Bites {
+impl FaultLog {
     /// Takes note of what the controller says of a fault.
     pub fn take(&mut self, at: Time, event: &Event) {
         let Event::Fault {
@@ -51,11 +51,11 @@ impl Bites {
         let bites = self.0.entry(*id).or_default();
         if bites.len() < FAULT_MOMENTS {
             let (port, what) = (*port, message.clone());
-            bites.push(Bite { at, port, what });
+            bites.push(AppliedFault { at, port, what });
         }
     }
 
-    fn of(&self, id: u32) -> &[Bite] {
+    fn of(&self, id: u32) -> &[AppliedFault] {
         self.0.get(&id).map_or(&[], Vec::as_slice)
     }
 }
@@ -76,10 +76,9 @@ fn occasion(fault: &Fault) -> String {
     words
 }
 
-fn report_json(report: &FaultReport, bites: &[Bite]) -> Value {
+fn report_json(report: &FaultReport, bites: &[AppliedFault]) -> Value {
     let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
-    let bite =
-        |bite: &Bite| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.what });
+    let bite = |bite: &AppliedFault| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.what });
     json!({
         "fault": fault_json(&report.fault),
         "spec": report.fault.to_string(),
@@ -95,7 +94,7 @@ fn report_json(report: &FaultReport, bites: &[Bite]) -> Value {
     })
 }
 
-fn document(faults: &Faults, bites: &Bites) -> String {
+fn document(faults: &Faults, bites: &FaultLog) -> String {
     let each = |report: &FaultReport| report_json(report, bites.of(report.fault.id));
     let report = json!({ "version": 1, "faults": {
         "armed": faults.reports().filter(|report| report.armed).count(),
@@ -107,7 +106,7 @@ fn document(faults: &Faults, bites: &Bites) -> String {
 }
 
 /// One test case a fault; one that never fired has failed, since the test that was to meet it has met nothing.
-fn junit(faults: &Faults, bites: &Bites) -> String {
+fn junit(faults: &Faults, bites: &FaultLog) -> String {
     let (all, never) = (faults.reports().count(), faults.never_fired().count());
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
     // Writing to a String cannot fail.
@@ -133,7 +132,7 @@ fn junit(faults: &Faults, bites: &Bites) -> String {
             );
         } else {
             let mut text = format!("{}\n", report.line());
-            for Bite { at, port, what } in bites.of(fault.id) {
+            for AppliedFault { at, port, what } in bites.of(fault.id) {
                 let place = port.map(|port| format!("{port} ")).unwrap_or_default();
                 let _ = writeln!(text, "{place}at {at} s: {what}");
             }
@@ -158,7 +157,7 @@ pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
 ///
 /// # Errors
 /// The first that cannot be written.
-pub fn write(files: &[PathBuf], faults: &Faults, bites: &Bites) -> Result<(), ReportError> {
+pub fn write(files: &[PathBuf], faults: &Faults, bites: &FaultLog) -> Result<(), ReportError> {
     files.iter().try_for_each(|path| {
         let text = if is_xml(path) {
             junit(faults, bites)

@@ -10,7 +10,7 @@ mod words;
 pub use play::Play;
 pub use read::{ScenarioError, TABLES};
 pub use results::{Outcome, Verdict};
-pub use words::{ACTIONS, Action, CONDITIONS, Condition};
+pub use words::{ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition};
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -43,7 +43,7 @@ pub struct Start {
     /// File to select.
     pub select: Option<String>,
     /// What is done before anything else.
-    pub actions: Vec<Action>,
+    pub actions: Vec<ScenarioAction>,
 }
 
 /// Something that happens.
@@ -56,7 +56,7 @@ pub struct Step {
     /// How often at most; 0 for as often as its condition comes.
     pub times: u32,
     /// What, in order.
-    pub actions: Vec<Action>,
+    pub actions: Vec<ScenarioAction>,
 }
 
 /// When a step happens.
@@ -65,7 +65,7 @@ pub enum Occasion {
     /// At a time after the beginning.
     At(Duration),
     /// So long after something has happened.
-    When(Condition, Duration),
+    When(ScenarioCondition, Duration),
 }
 
 /// What the hosts are to do, or not.
@@ -76,9 +76,9 @@ pub struct Expectation {
     /// Its name in the results.
     pub name: String,
     /// What.
-    pub what: Condition,
+    pub what: ScenarioCondition,
     /// From when on: from the beginning, or from something that happens.
-    pub after: Option<Condition>,
+    pub after: Option<ScenarioCondition>,
     /// What is wanted.
     pub wanted: Wanted,
 }
@@ -96,7 +96,7 @@ pub enum Wanted {
     /// It never comes, until something happens if that is given.
     Never {
         /// Until this.
-        until: Option<Condition>,
+        until: Option<ScenarioCondition>,
     },
 }
 

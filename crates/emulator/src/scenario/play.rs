@@ -3,7 +3,7 @@
 //! controller becomes another one (a snapshot, a reset), its time jumps and the scenario's goes on.
 
 use super::results::{Outcome, Result as Entry, Verdict};
-use super::words::{Action, Condition};
+use super::words::{ScenarioAction, ScenarioCondition};
 use super::{Expectation, Occasion, Scenario, Step, Wanted};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -30,13 +30,13 @@ struct Stage {
 /// A condition being watched.
 #[derive(Debug)]
 struct Watch {
-    condition: Condition,
+    condition: ScenarioCondition,
     /// Whether a state held when it was last looked at.
     held: bool,
 }
 
 impl Watch {
-    fn new(condition: Condition) -> Watch {
+    fn new(condition: ScenarioCondition) -> Watch {
         Watch {
             condition,
             held: false,
@@ -86,11 +86,11 @@ struct Expected {
 struct State {
     name: String,
     begun: Option<Time>,
-    first: Vec<Action>,
+    first: Vec<ScenarioAction>,
     stages: Vec<Stage>,
     expected: Vec<Expected>,
     /// What is to be done, and when, in order.
-    waiting: VecDeque<(Time, Action)>,
+    waiting: VecDeque<(Time, ScenarioAction)>,
     /// Actions at the last moment that had one.
     at_once: (Time, u32),
     /// When there were too many.
@@ -111,7 +111,7 @@ impl Play {
             // The condition of a step with a time is never looked at.
             let condition = match &step.on {
                 Occasion::When(condition, _) => condition.clone(),
-                Occasion::At(_) => Condition::AlarmsReset,
+                Occasion::At(_) => ScenarioCondition::AlarmsReset,
             };
             let (watch, begun) = (Watch::new(condition), 0);
             Stage { step, watch, begun }

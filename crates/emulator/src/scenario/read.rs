@@ -1,7 +1,7 @@
 //! Reading a scenario file: TOML, every key known, every message with the line it is about. What conditions and
 //! actions say is `words`'s.
 
-use super::words::{Action, Condition};
+use super::words::{ScenarioAction, ScenarioCondition};
 use super::{Expectation, MAX_BYTES, MAX_ENTRIES, Occasion, Scenario, Start, Step, Wanted};
 use crate::files;
 use std::io;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use ts3100_controller::input::{ControlRight, KeySwitch, Panel};
+use ts3100_controller::input::{ControlRight, KeySwitch, PanelAction};
 
 /// The tables and their keys; the first is the file itself.
 pub const TABLES: [(&str, &[&str]); 5] = [
@@ -144,7 +144,7 @@ fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
             "ext" => KeySwitch::Ext,
             _ => return Err(expected(value, "teaching, internal or ext")),
         };
-        actions.push(Panel::Key(key));
+        actions.push(PanelAction::Key(key));
     }
     if let Some(value) = table.get("control-right") {
         let right = match string(value)?.as_str() {
@@ -153,14 +153,14 @@ fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
             "ether" => ControlRight::Ether,
             _ => return Err(expected(value, "sig, rs232c or ether")),
         };
-        actions.push(Panel::ControlRight(right));
+        actions.push(PanelAction::ControlRight(right));
     }
     if let Some(value) = table.get("inputs") {
         for value in array(value)? {
             let line = whole(value)?;
-            let action = Action::parse(&format!("input {line} on"));
+            let action = ScenarioAction::parse(&format!("input {line} on"));
             action.map_err(|reason| Wrong(value.span(), reason))?;
-            actions.push(Panel::InputLine {
+            actions.push(PanelAction::InputLine {
                 line: u16::try_from(line).unwrap_or(0),
                 on: true,
             });
@@ -170,14 +170,14 @@ fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
         let DeValue::Boolean(on) = value.get_ref() else {
             return Err(expected(value, "true or false"));
         };
-        actions.push(Panel::Servo(*on));
+        actions.push(PanelAction::Servo(*on));
     }
     let load = table.get("load").map(array).transpose()?;
     Ok(Start {
         restore: table.get("restore").map(path).transpose()?,
         load: load.into_iter().flatten().map(path).collect::<Read<_>>()?,
         select: table.get("select").map(string).transpose()?,
-        actions: actions.iter().map(Action::at_panel).collect(),
+        actions: actions.iter().map(ScenarioAction::at_panel).collect(),
     })
 }
 
@@ -204,8 +204,9 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> Read<Step> {
     let Some(actions) = table.get("actions") else {
         return Err(Wrong(span, "expected `actions` in [[do]], found none".to_owned()));
     };
-    let one =
-        |value: &Value<'_>| Action::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason));
+    let one = |value: &Value<'_>| {
+        ScenarioAction::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
+    };
     Ok(Step {
         line: line_of(text, span.start),
         on,
@@ -335,8 +336,8 @@ fn whole(value: &Value<'_>) -> Read<u32> {
     number.ok_or_else(|| expected(value, "a whole number"))
 }
 
-fn condition(value: &Value<'_>) -> Read<Condition> {
-    Condition::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
+fn condition(value: &Value<'_>) -> Read<ScenarioCondition> {
+    ScenarioCondition::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
 }
 
 fn duration(value: &Value<'_>) -> Read<Duration> {

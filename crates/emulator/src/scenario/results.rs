@@ -1,7 +1,7 @@
 //! What came of a scenario, for people and as JUnit XML: one test case for each expectation, and one for each step that
 //! waited for a condition.
 
-use crate::evidence::escape;
+use crate::reports::escape;
 use std::fmt::Write as _;
 use std::time::Duration;
 

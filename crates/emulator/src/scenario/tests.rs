@@ -1,6 +1,6 @@
 //! Scenarios read and played against a controller without sockets.
 
-use super::{ACTIONS, Action, CONDITIONS, Condition, Play, Scenario, TABLES, Verdict};
+use super::{ACTIONS, CONDITIONS, Play, Scenario, ScenarioAction, ScenarioCondition, TABLES, Verdict};
 use std::path::Path;
 use std::time::Duration;
 use ts3100_controller::port::Port;
@@ -122,7 +122,7 @@ fn every_condition_reads_back_and_every_form_is_listed() {
         "output 264 off",
     ];
     for words in words {
-        assert_eq!(Condition::parse(words).unwrap().to_string(), words);
+        assert_eq!(ScenarioCondition::parse(words).unwrap().to_string(), words);
     }
     for form in CONDITIONS {
         let name = form.split(' ').next().unwrap();
@@ -150,7 +150,7 @@ fn every_condition_reads_back_and_every_form_is_listed() {
         let example = examples
             .into_iter()
             .find(|words| words.split(' ').next() == Some(name));
-        assert!(Action::parse(example.unwrap()).is_ok(), "{form}");
+        assert!(ScenarioAction::parse(example.unwrap()).is_ok(), "{form}");
     }
 }
 
@@ -355,7 +355,7 @@ fn a_fault_keeps_the_number_it_is_armed_with() {
 fn what_holds_in_a_snapshot_has_not_come() {
     let mut stage = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
     let mut other = stage.controller.clone();
-    let on = Input::Panel(ts3100_controller::Panel::InputLine { line: 9, on: true });
+    let on = Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
     other.handle(other.now(), on);
     while other.poll_output().is_some() {}
     stage.controller = other;

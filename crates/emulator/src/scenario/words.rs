@@ -1,12 +1,12 @@
 //! The words of a scenario: what may happen (conditions) and what can be done (actions). The actions at the panel are
 //! those of a transcript.
 
-use crate::transcript::{deed, notation, panel};
+use crate::transcript::{action, notation, panel};
 use std::fmt;
-use ts3100_controller::input::{Input, Panel};
+use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_controller::{Controller, Deed, alarm};
+use ts3100_controller::{Action, Controller, alarm};
 
 /// Every form of a condition.
 pub const CONDITIONS: [&str; 18] = [
@@ -67,7 +67,7 @@ pub enum Place {
 
 /// Something that may happen.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Condition {
+pub enum ScenarioCondition {
     /// A host sends a text that begins so.
     Command(Vec<u8>),
     /// A text of the robot begins so.
@@ -106,19 +106,19 @@ pub enum Condition {
 
 /// Something that is done.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Action {
+pub struct ScenarioAction {
     /// As it was written.
     pub words: String,
     /// What.
     pub input: Input,
 }
 
-impl Action {
+impl ScenarioAction {
     /// Reads one.
     ///
     /// # Errors
     /// What was expected and found.
-    pub fn parse(words: &str) -> Result<Action, String> {
+    pub fn parse(words: &str) -> Result<ScenarioAction, String> {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let input = match name {
             "channel" => {
@@ -128,47 +128,47 @@ impl Action {
                     bytes: some_bytes(text)?,
                 }
             }
-            _ => match deed(words)? {
-                Deed::Panel(panel) => Input::Panel(panel),
-                deed => Input::Deed(deed),
+            _ => match action(words)? {
+                Action::Panel(panel) => Input::Panel(panel),
+                action => Input::Action(action),
             },
         };
         let words = words.to_owned();
-        Ok(Action { words, input })
+        Ok(ScenarioAction { words, input })
     }
 
     /// One at the panel, in its words.
-    pub(super) fn at_panel(panel: &Panel) -> Action {
-        Action {
+    pub(super) fn at_panel(panel: &PanelAction) -> ScenarioAction {
+        ScenarioAction {
             words: panel::write(panel),
             input: Input::Panel(panel.clone()),
         }
     }
 }
 
-fn deed(words: &str) -> Result<Deed, String> {
-    let found = deed::read(words).map_err(|reason| {
+fn action(words: &str) -> Result<Action, String> {
+    let found = action::read(words).map_err(|reason| {
         let others = ACTIONS.join(", ");
         format!("expected an action ({others}; {PANEL_ACTIONS}), found `{words}`: {reason}")
     })?;
     match &found {
-        Deed::Panel(Panel::InputLine { line, .. })
-        | Deed::Pulse { line, .. }
-        | Deed::SetOutput { line, .. }
-        | Deed::Force { line, .. }
-        | Deed::Release { line, .. } => known_line(*line)?,
-        Deed::RaiseAlarm { number, .. } => drop(alarm_number(number)?),
+        Action::Panel(PanelAction::InputLine { line, .. })
+        | Action::Pulse { line, .. }
+        | Action::SetOutput { line, .. }
+        | Action::Force { line, .. }
+        | Action::Release { line, .. } => known_line(*line)?,
+        Action::RaiseAlarm { number, .. } => drop(alarm_number(number)?),
         _ => {}
     }
     Ok(found)
 }
 
-impl Condition {
+impl ScenarioCondition {
     /// Reads one.
     ///
     /// # Errors
     /// What was expected and found.
-    pub fn parse(words: &str) -> Result<Condition, String> {
+    pub fn parse(words: &str) -> Result<ScenarioCondition, String> {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let whole = || {
             if rest.is_empty() {
@@ -178,9 +178,9 @@ impl Condition {
             }
         };
         Ok(match name {
-            "command" => Condition::Command(some_bytes(rest)?),
-            "answer" => Condition::Answer(some_bytes(rest)?),
-            "refused" => Condition::Refused(whole()?),
+            "command" => ScenarioCondition::Command(some_bytes(rest)?),
+            "answer" => ScenarioCondition::Answer(some_bytes(rest)?),
+            "refused" => ScenarioCondition::Refused(whole()?),
             "printed" => {
                 let (place, text) = rest.split_once(' ').unwrap_or((rest, ""));
                 let place = if place == "TP" {
@@ -188,29 +188,29 @@ impl Condition {
                 } else {
                     Place::Port(scol_port(place)?)
                 };
-                Condition::Printed(place, some_bytes(text)?)
+                ScenarioCondition::Printed(place, some_bytes(text)?)
             }
             "received" => {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
-                Condition::Received(scol_port(port)?, some_bytes(text)?)
+                ScenarioCondition::Received(scol_port(port)?, some_bytes(text)?)
             }
-            "connected" => Condition::Connected(any_port(rest)?),
-            "disconnected" => Condition::Disconnected(any_port(rest)?),
-            "alarm" if rest.is_empty() => Condition::Alarm(None),
-            "alarm" => Condition::Alarm(Some(alarm_number(rest)?)),
-            "alarms-reset" if rest.is_empty() => Condition::AlarmsReset,
-            "status" => Condition::Status(status(rest)?),
-            "servo" => Condition::Servo(switch(rest)?),
-            "selected" => Condition::Selected(if rest == "none" {
+            "connected" => ScenarioCondition::Connected(any_port(rest)?),
+            "disconnected" => ScenarioCondition::Disconnected(any_port(rest)?),
+            "alarm" if rest.is_empty() => ScenarioCondition::Alarm(None),
+            "alarm" => ScenarioCondition::Alarm(Some(alarm_number(rest)?)),
+            "alarms-reset" if rest.is_empty() => ScenarioCondition::AlarmsReset,
+            "status" => ScenarioCondition::Status(status(rest)?),
+            "servo" => ScenarioCondition::Servo(switch(rest)?),
+            "selected" => ScenarioCondition::Selected(if rest == "none" {
                 String::new()
             } else {
                 whole()?.to_uppercase()
             }),
-            "stored" => Condition::Stored(whole()?.to_uppercase()),
-            "erased" => Condition::Erased(whole()?.to_uppercase()),
-            "finding" => Condition::Finding(rule(rest)?),
-            "input" => line(rest).map(|(line, on)| Condition::Input(line, on))?,
-            "output" => line(rest).map(|(line, on)| Condition::Output(line, on))?,
+            "stored" => ScenarioCondition::Stored(whole()?.to_uppercase()),
+            "erased" => ScenarioCondition::Erased(whole()?.to_uppercase()),
+            "finding" => ScenarioCondition::Finding(rule(rest)?),
+            "input" => line(rest).map(|(line, on)| ScenarioCondition::Input(line, on))?,
+            "output" => line(rest).map(|(line, on)| ScenarioCondition::Output(line, on))?,
             _ => {
                 let known = CONDITIONS.join(", ");
                 return Err(format!("expected a condition ({known}), found `{words}`"));
@@ -221,9 +221,9 @@ impl Condition {
     /// Whether this input is it.
     pub(super) fn is_input(&self, input: &Input) -> bool {
         match (self, input) {
-            (Condition::Connected(wanted), Input::Connected { port, .. })
-            | (Condition::Disconnected(wanted), Input::Disconnected { port }) => wanted == port,
-            (Condition::Received(wanted, text), Input::Received { port, bytes }) => {
+            (ScenarioCondition::Connected(wanted), Input::Connected { port, .. })
+            | (ScenarioCondition::Disconnected(wanted), Input::Disconnected { port }) => wanted == port,
+            (ScenarioCondition::Received(wanted, text), Input::Received { port, bytes }) => {
                 wanted == port && contains(bytes, text)
             }
             _ => false,
@@ -233,14 +233,14 @@ impl Condition {
     /// Whether this output is it.
     pub(super) fn is_output(&self, output: &Output) -> bool {
         match (self, output) {
-            (Condition::Printed(Place::Port(wanted), text), Output::Send { port, bytes }) => {
+            (ScenarioCondition::Printed(Place::Port(wanted), text), Output::Send { port, bytes }) => {
                 wanted == port && contains(bytes, text)
             }
-            (Condition::Printed(Place::Pendant, text), Output::Pendant(shown)) => {
+            (ScenarioCondition::Printed(Place::Pendant, text), Output::Pendant(shown)) => {
                 contains(shown.as_bytes(), text)
             }
-            (Condition::Stored(wanted), Output::Stored { name, .. })
-            | (Condition::Erased(wanted), Output::Erased { name }) => wanted == name,
+            (ScenarioCondition::Stored(wanted), Output::Stored { name, .. })
+            | (ScenarioCondition::Erased(wanted), Output::Erased { name }) => wanted == name,
             (_, Output::Event(event)) => self.is_event(event),
             _ => false,
         }
@@ -248,19 +248,19 @@ impl Condition {
 
     fn is_event(&self, event: &Event) -> bool {
         match (self, event) {
-            (Condition::Command(text), Event::TextIn { data, .. })
-            | (Condition::Answer(text), Event::TextOut { data, .. }) => data.starts_with(text),
-            (Condition::Refused(letters), Event::Refused { command, .. }) => letters == command,
-            (Condition::Alarm(wanted), Event::Alarm { number, .. }) => {
+            (ScenarioCondition::Command(text), Event::TextIn { data, .. })
+            | (ScenarioCondition::Answer(text), Event::TextOut { data, .. }) => data.starts_with(text),
+            (ScenarioCondition::Refused(letters), Event::Refused { command, .. }) => letters == command,
+            (ScenarioCondition::Alarm(wanted), Event::Alarm { number, .. }) => {
                 wanted.as_ref().is_none_or(|wanted| wanted == number)
             }
-            (Condition::AlarmsReset, Event::AlarmsReset) => true,
-            (Condition::Status(word), Event::Status { status, .. }) => *word == squeezed(status),
-            (Condition::Servo(wanted), Event::Servo(on)) => wanted == on,
-            (Condition::Selected(wanted), Event::Selected(file)) => {
+            (ScenarioCondition::AlarmsReset, Event::AlarmsReset) => true,
+            (ScenarioCondition::Status(word), Event::Status { status, .. }) => *word == squeezed(status),
+            (ScenarioCondition::Servo(wanted), Event::Servo(on)) => wanted == on,
+            (ScenarioCondition::Selected(wanted), Event::Selected(file)) => {
                 wanted == file.as_deref().unwrap_or_default()
             }
-            (Condition::Finding(wanted), Event::Finding { rule, .. }) => wanted == rule,
+            (ScenarioCondition::Finding(wanted), Event::Finding { rule, .. }) => wanted == rule,
             _ => false,
         }
     }
@@ -268,39 +268,41 @@ impl Condition {
     /// Whether it is a state that holds now; `None` for what happens and is over.
     pub(super) fn holds(&self, controller: &Controller) -> Option<bool> {
         match self {
-            Condition::Input(line, on) => Some(controller.is_input_on(*line) == *on),
-            Condition::Output(line, on) => Some(controller.is_output_on(*line) == *on),
+            ScenarioCondition::Input(line, on) => Some(controller.is_input_on(*line) == *on),
+            ScenarioCondition::Output(line, on) => Some(controller.is_output_on(*line) == *on),
             _ => None,
         }
     }
 }
 
-impl fmt::Display for Condition {
+impl fmt::Display for ScenarioCondition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let state = |on: &bool| if *on { "on" } else { "off" };
         match self {
-            Condition::Command(text) => write!(f, "command {}", notation::write(text)),
-            Condition::Answer(text) => write!(f, "answer {}", notation::write(text)),
-            Condition::Refused(letters) => write!(f, "refused {letters}"),
-            Condition::Printed(Place::Port(port), text) => {
+            ScenarioCondition::Command(text) => write!(f, "command {}", notation::write(text)),
+            ScenarioCondition::Answer(text) => write!(f, "answer {}", notation::write(text)),
+            ScenarioCondition::Refused(letters) => write!(f, "refused {letters}"),
+            ScenarioCondition::Printed(Place::Port(port), text) => {
                 write!(f, "printed {port} {}", notation::write(text))
             }
-            Condition::Printed(Place::Pendant, text) => write!(f, "printed TP {}", notation::write(text)),
-            Condition::Received(port, text) => write!(f, "received {port} {}", notation::write(text)),
-            Condition::Connected(port) => write!(f, "connected {port}"),
-            Condition::Disconnected(port) => write!(f, "disconnected {port}"),
-            Condition::Alarm(None) => f.write_str("alarm"),
-            Condition::Alarm(Some(number)) => write!(f, "alarm {number}"),
-            Condition::AlarmsReset => f.write_str("alarms-reset"),
-            Condition::Status(word) => write!(f, "status {word}"),
-            Condition::Servo(on) => write!(f, "servo {}", state(on)),
-            Condition::Selected(name) if name.is_empty() => f.write_str("selected none"),
-            Condition::Selected(name) => write!(f, "selected {name}"),
-            Condition::Stored(name) => write!(f, "stored {name}"),
-            Condition::Erased(name) => write!(f, "erased {name}"),
-            Condition::Finding(rule) => write!(f, "finding {rule}"),
-            Condition::Input(line, on) => write!(f, "input {line} {}", state(on)),
-            Condition::Output(line, on) => write!(f, "output {line} {}", state(on)),
+            ScenarioCondition::Printed(Place::Pendant, text) => {
+                write!(f, "printed TP {}", notation::write(text))
+            }
+            ScenarioCondition::Received(port, text) => write!(f, "received {port} {}", notation::write(text)),
+            ScenarioCondition::Connected(port) => write!(f, "connected {port}"),
+            ScenarioCondition::Disconnected(port) => write!(f, "disconnected {port}"),
+            ScenarioCondition::Alarm(None) => f.write_str("alarm"),
+            ScenarioCondition::Alarm(Some(number)) => write!(f, "alarm {number}"),
+            ScenarioCondition::AlarmsReset => f.write_str("alarms-reset"),
+            ScenarioCondition::Status(word) => write!(f, "status {word}"),
+            ScenarioCondition::Servo(on) => write!(f, "servo {}", state(on)),
+            ScenarioCondition::Selected(name) if name.is_empty() => f.write_str("selected none"),
+            ScenarioCondition::Selected(name) => write!(f, "selected {name}"),
+            ScenarioCondition::Stored(name) => write!(f, "stored {name}"),
+            ScenarioCondition::Erased(name) => write!(f, "erased {name}"),
+            ScenarioCondition::Finding(rule) => write!(f, "finding {rule}"),
+            ScenarioCondition::Input(line, on) => write!(f, "input {line} {}", state(on)),
+            ScenarioCondition::Output(line, on) => write!(f, "output {line} {}", state(on)),
         }
     }
 }

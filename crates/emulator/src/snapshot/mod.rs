@@ -2,7 +2,7 @@
 //! restored as fast as a value is copied. What is in them is the controller's matter; putting one in the place of the
 //! running controller is the hub's (`hub::snapshots`).
 
-pub mod desk;
+pub mod handle;
 
 use crate::files;
 use std::collections::BTreeMap;
@@ -147,9 +147,9 @@ pub enum NamedError {
 
 /// Snapshots under their names.
 #[derive(Debug, Clone, Default)]
-pub struct Shelf(BTreeMap<String, Controller>);
+pub struct SnapshotStore(BTreeMap<String, Controller>);
 
-impl Shelf {
+impl SnapshotStore {
     /// Keeps one, in place of one of the same name.
     ///
     /// # Errors
@@ -219,7 +219,7 @@ mod tests {
 
     #[test]
     fn the_shelf_is_bounded_and_says_what_it_has() {
-        let mut shelf = Shelf::default();
+        let mut shelf = SnapshotStore::default();
         assert!(shelf.get("a").unwrap_err().to_string().contains("there is none"));
         for number in 0..MAX_NAMED {
             shelf.keep(&format!("n{number}"), fresh()).unwrap();

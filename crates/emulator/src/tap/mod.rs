@@ -5,10 +5,10 @@
 mod relay;
 
 use crate::clock::calendar_now;
-use crate::link::{LinkError, bind};
 use crate::log::Readable;
+use crate::tcp::{LinkError, bind};
 use crate::transcript::{
-    Ending, Header, Line, MAX_PEERS, Party, Record, Recorder, RecorderError, TranscriptFile, What,
+    EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
     without_port,
 };
 use std::collections::{BTreeMap, BTreeSet};
@@ -162,14 +162,14 @@ async fn accept(route: Route, listener: TcpListener, notes: Notes, connect_timeo
 /// One host from its coming to its end.
 async fn carry(
     route: Route,
-    line: Line,
+    line: PeerId,
     (host, peer): (TcpStream, SocketAddr),
     notes: Notes,
     limit: Duration,
 ) {
     let real = route.real;
     info!(event = "tap-connect", %line, "{line}: {peer} connected, dialling {real}");
-    notes.note(What::Connected {
+    notes.note(RecordKind::Connected {
         line,
         peer: without_port(&peer.to_string()),
     });
@@ -181,10 +181,10 @@ async fn carry(
                 _ => format!("no answer within {limit:?}"),
             };
             warn!(event = "tap-refused", %line, "{line}: {real} was not reached: {reason}; {peer} is reset");
-            notes.note(What::Ended {
+            notes.note(RecordKind::Ended {
                 line,
-                by: Party::Robot,
-                how: Ending::Refused,
+                by: Side::Robot,
+                how: EndReason::Refused,
             });
             relay::reset(&host);
         }
@@ -201,7 +201,7 @@ struct Book {
     started: Instant,
     /// Time of the last record: times never run back.
     last: Time,
-    present: BTreeSet<Line>,
+    present: BTreeSet<PeerId>,
 }
 
 impl Notes {
@@ -211,26 +211,33 @@ impl Notes {
     }
 
     /// The lowest number that no host of the channel has.
-    fn come(&self, port: Port) -> Option<Line> {
+    fn come(&self, port: Port) -> Option<PeerId> {
         let mut book = self.book();
         let line = (1..=MAX_PEERS)
-            .map(|peer| Line { port, peer })
+            .map(|peer| PeerId { port, peer })
             .find(|line| !book.present.contains(line))?;
         book.present.insert(line);
         Some(line)
     }
 
-    fn leave(&self, line: Line) {
+    fn leave(&self, line: PeerId) {
         self.book().present.remove(&line);
     }
 
     /// Writes it down, in the file when this returns.
-    fn note(&self, what: What) {
+    fn note(&self, what: RecordKind) {
         match &what {
-            What::FromHost { line, bytes } => debug!(event = "tap", %line, "{line} < {}", Readable(bytes)),
-            What::FromRobot { line, bytes } => debug!(event = "tap", %line, "{line} > {}", Readable(bytes)),
-            What::Connected { .. } | What::Ended { .. } | What::Deed(_) | What::Edge(_) | What::Remark(_) => {
+            RecordKind::FromHost { line, bytes } => {
+                debug!(event = "tap", %line, "{line} < {}", Readable(bytes))
             }
+            RecordKind::FromRobot { line, bytes } => {
+                debug!(event = "tap", %line, "{line} > {}", Readable(bytes))
+            }
+            RecordKind::Connected { .. }
+            | RecordKind::Ended { .. }
+            | RecordKind::Action(_)
+            | RecordKind::Edge(_)
+            | RecordKind::Remark(_) => {}
         }
         let mut book = self.book();
         let micros = u64::try_from(book.started.elapsed().as_micros()).unwrap_or(u64::MAX);

@@ -3,7 +3,7 @@
 
 use super::Notes;
 use crate::socket;
-use crate::transcript::{Ending, Line, Party, What};
+use crate::transcript::{EndReason, PeerId, RecordKind, Side};
 use socket2::SockRef;
 use std::io;
 use std::net::Shutdown;
@@ -17,10 +17,10 @@ use tracing::{debug, info};
 const READ_BUFFER: usize = 4_096;
 
 /// Who has reset the connection.
-struct Broken(Party);
+struct Broken(Side);
 
 /// Carries both directions until both sides have ended, or one has reset the connection.
-pub(super) async fn relay(line: Line, host: &TcpStream, robot: &TcpStream, notes: &Notes) {
+pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, notes: &Notes) {
     for stream in [host, robot] {
         // A text that waits for the next one would change the times.
         if let Err(error) = stream.set_nodelay(true) {
@@ -30,43 +30,43 @@ pub(super) async fn relay(line: Line, host: &TcpStream, robot: &TcpStream, notes
     if let Err(Broken(by)) = carry(line, host, robot, notes).await {
         let word = name(by);
         info!(event = "tap-reset", %line, "{line}: the {word} has reset the connection");
-        notes.note(What::Ended {
+        notes.note(RecordKind::Ended {
             line,
             by,
-            how: Ending::Reset,
+            how: EndReason::Reset,
         });
         reset(host);
         reset(robot);
     }
 }
 
-async fn carry(line: Line, host: &TcpStream, robot: &TcpStream, notes: &Notes) -> Result<(), Broken> {
-    let mut to_robot = pin!(pass(line, Party::Host, host, robot, notes));
-    let mut to_host = pin!(pass(line, Party::Robot, robot, host, notes));
+async fn carry(line: PeerId, host: &TcpStream, robot: &TcpStream, notes: &Notes) -> Result<(), Broken> {
+    let mut to_robot = pin!(pass(line, Side::Host, host, robot, notes));
+    let mut to_host = pin!(pass(line, Side::Robot, robot, host, notes));
     let first = tokio::select! {
-        done = &mut to_robot => done.map(|()| Party::Host)?,
-        done = &mut to_host => done.map(|()| Party::Robot)?,
+        done = &mut to_robot => done.map(|()| Side::Host)?,
+        done = &mut to_host => done.map(|()| Side::Robot)?,
     };
     // Nobody reads from a side that has closed its half; that it resets the rest has to be seen otherwise.
     match first {
-        Party::Host => tokio::select! {
+        Side::Host => tokio::select! {
             biased;
             done = &mut to_host => done,
-            () = failed(host) => Err(Broken(Party::Host)),
+            () = failed(host) => Err(Broken(Side::Host)),
         },
-        Party::Robot => tokio::select! {
+        Side::Robot => tokio::select! {
             biased;
             done = &mut to_robot => done,
-            () = failed(robot) => Err(Broken(Party::Robot)),
+            () = failed(robot) => Err(Broken(Side::Robot)),
         },
     }
 }
 
 /// One direction until its sender has closed it.
-async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &Notes) -> Result<(), Broken> {
+async fn pass(line: PeerId, by: Side, from: &TcpStream, to: &TcpStream, notes: &Notes) -> Result<(), Broken> {
     let other = match by {
-        Party::Host => Party::Robot,
-        Party::Robot => Party::Host,
+        Side::Host => Side::Robot,
+        Side::Robot => Side::Host,
     };
     let mut buffer = [0; READ_BUFFER];
     loop {
@@ -77,8 +77,8 @@ async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &N
                 let bytes = buffer.get(..length).unwrap_or_default();
                 let sent = bytes.to_vec();
                 notes.note(match by {
-                    Party::Host => What::FromHost { line, bytes: sent },
-                    Party::Robot => What::FromRobot { line, bytes: sent },
+                    Side::Host => RecordKind::FromHost { line, bytes: sent },
+                    Side::Robot => RecordKind::FromRobot { line, bytes: sent },
                 });
                 socket::write_all(to, bytes).await.map_err(|_| Broken(other))?;
             }
@@ -87,10 +87,10 @@ async fn pass(line: Line, by: Party, from: &TcpStream, to: &TcpStream, notes: &N
         }
     }
     info!(event = "tap-closed", %line, "{line}: the {} has closed", name(by));
-    notes.note(What::Ended {
+    notes.note(RecordKind::Ended {
         line,
         by,
-        how: Ending::Closed,
+        how: EndReason::Closed,
     });
     // Fails when the other side was faster; its own end is seen by the other direction.
     let _ = SockRef::from(to).shutdown(Shutdown::Write);
@@ -109,9 +109,9 @@ pub(super) fn reset(stream: &TcpStream) {
     let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));
 }
 
-const fn name(party: Party) -> &'static str {
+const fn name(party: Side) -> &'static str {
     match party {
-        Party::Host => "host",
-        Party::Robot => "controller",
+        Side::Host => "host",
+        Side::Robot => "controller",
     }
 }

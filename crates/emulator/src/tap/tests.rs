@@ -65,13 +65,13 @@ impl Tapped {
         stream
     }
 
-    fn whats(&self) -> Vec<What> {
+    fn whats(&self) -> Vec<RecordKind> {
         let recording = Recording::read(&self.path).unwrap();
         recording.records.into_iter().map(|record| record.what).collect()
     }
 
     /// Waits until so many things are written down.
-    fn noted(&self, count: usize) -> Vec<What> {
+    fn noted(&self, count: usize) -> Vec<RecordKind> {
         eventually("so many records", || {
             Some(self.whats()).filter(|whats| whats.len() >= count)
         })
@@ -115,15 +115,15 @@ fn is_reset(stream: &mut Stream) -> bool {
     matches!(stream.read(&mut [0; 8]), Err(error) if error.kind() == ErrorKind::ConnectionReset)
 }
 
-const LINE: Line = Line::first(Port::Ip0);
+const LINE: PeerId = PeerId::first(Port::Ip0);
 
-fn ended(by: Party, how: Ending) -> What {
-    What::Ended { line: LINE, by, how }
+fn ended(by: Side, how: EndReason) -> RecordKind {
+    RecordKind::Ended { line: LINE, by, how }
 }
 
-fn connected(peer: u16) -> What {
-    What::Connected {
-        line: Line { peer, ..LINE },
+fn connected(peer: u16) -> RecordKind {
+    RecordKind::Connected {
+        line: PeerId { peer, ..LINE },
         peer: "127.0.0.1".to_owned(),
     }
 }
@@ -149,11 +149,11 @@ fn bytes_pass_unchanged_and_a_half_close_stays_one() {
     assert_eq!(read(&mut host, 4), b"late", "what comes behind it is passed on");
     drop(robot);
     assert_eq!(host.read(&mut [0; 8]).unwrap(), 0);
-    let host_bytes = What::FromHost {
+    let host_bytes = RecordKind::FromHost {
         line: LINE,
         bytes: every.clone(),
     };
-    let robot_bytes = |bytes: &[u8]| What::FromRobot {
+    let robot_bytes = |bytes: &[u8]| RecordKind::FromRobot {
         line: LINE,
         bytes: bytes.to_vec(),
     };
@@ -163,9 +163,9 @@ fn bytes_pass_unchanged_and_a_half_close_stays_one() {
             connected(1),
             host_bytes,
             robot_bytes(&every),
-            ended(Party::Host, Ending::Closed),
+            ended(Side::Host, EndReason::Closed),
             robot_bytes(b"late"),
-            ended(Party::Robot, Ending::Closed),
+            ended(Side::Robot, EndReason::Closed),
         ]
     );
 }
@@ -240,11 +240,11 @@ fn a_reset_of_either_side_arrives_as_a_reset() {
     let (host, mut robot) = meet();
     cut(host);
     assert!(is_reset(&mut robot));
-    assert_eq!(tap.noted(3)[2], ended(Party::Host, Ending::Reset));
+    assert_eq!(tap.noted(3)[2], ended(Side::Host, EndReason::Reset));
     let (mut host, robot) = meet();
     cut(robot);
     assert!(is_reset(&mut host));
-    assert_eq!(tap.noted(6)[5], ended(Party::Robot, Ending::Reset));
+    assert_eq!(tap.noted(6)[5], ended(Side::Robot, EndReason::Reset));
 }
 
 #[test]
@@ -260,8 +260,8 @@ fn a_host_that_closes_its_half_and_then_resets_the_rest_is_seen() {
     assert_eq!(
         whats[1..],
         [
-            ended(Party::Host, Ending::Closed),
-            ended(Party::Host, Ending::Reset)
+            ended(Side::Host, EndReason::Closed),
+            ended(Side::Host, EndReason::Reset)
         ]
     );
 }
@@ -273,7 +273,10 @@ fn a_controller_that_is_not_there_is_said_and_the_next_host_is_carried() {
     let tap = Tapped::before(address);
     let mut host = tap.dial();
     assert!(is_reset(&mut host));
-    assert_eq!(tap.noted(2), [connected(1), ended(Party::Robot, Ending::Refused)]);
+    assert_eq!(
+        tap.noted(2),
+        [connected(1), ended(Side::Robot, EndReason::Refused)]
+    );
     let listener = Listener::bind(address).unwrap();
     let mut host = tap.dial();
     let mut robot = accept(&listener);
@@ -292,13 +295,13 @@ fn hosts_at_once_are_told_apart_and_the_controller_decides_who_stays() {
     assert_eq!(second.read(&mut [0; 8]).unwrap(), 0);
     let whats = tap.noted(3);
     assert_eq!(whats[..2], [connected(1), connected(2)]);
-    let line = Line { peer: 2, ..LINE };
+    let line = PeerId { peer: 2, ..LINE };
     assert_eq!(
         whats[2],
-        What::Ended {
+        RecordKind::Ended {
             line,
-            by: Party::Robot,
-            how: Ending::Closed
+            by: Side::Robot,
+            how: EndReason::Closed
         }
     );
 }

@@ -2,9 +2,11 @@
 //! the same for people; times are `t_us`, microseconds since the start.
 
 use super::text::{date, hexadecimal, read_date};
-use super::{Edge, Ending, Header, Line, Party, Record, Recording, What, deed, edge, notation, panel};
+use super::{
+    EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recording, Side, action, link, notation, panel,
+};
 use serde_json::{Map, Value, json};
-use ts3100_controller::{Deed, Time};
+use ts3100_controller::{Action, Time};
 
 /// What stands in `format` of the first line.
 const FORMAT: &str = "ts3100 transcript";
@@ -33,38 +35,38 @@ pub fn write_header(header: &Header, out: &mut Vec<u8>) {
 /// The line of a record.
 pub fn write_record(record: &Record, out: &mut Vec<u8>) {
     let t = record.at.as_micros();
-    let line = |event: &str, line: Line| json!({"t_us": t, "event": event, "line": line.to_string()});
-    let bytes = |event: &str, at: Line, bytes: &[u8]| {
+    let line = |event: &str, line: PeerId| json!({"t_us": t, "event": event, "line": line.to_string()});
+    let bytes = |event: &str, at: PeerId, bytes: &[u8]| {
         let mut object = line(event, at);
         object["hex"] = Value::from(hex(bytes));
         object["text"] = Value::from(notation::write(bytes));
         object
     };
     let object = match &record.what {
-        What::Connected { line: at, peer } => {
+        RecordKind::Connected { line: at, peer } => {
             let mut object = line("connected", *at);
             object["peer"] = Value::from(peer.as_str());
             object
         }
-        What::FromHost { line, bytes: sent } => bytes("from-host", *line, sent),
-        What::FromRobot { line, bytes: sent } => bytes("from-robot", *line, sent),
-        What::Ended { line: at, by, how } => {
+        RecordKind::FromHost { line, bytes: sent } => bytes("from-host", *line, sent),
+        RecordKind::FromRobot { line, bytes: sent } => bytes("from-robot", *line, sent),
+        RecordKind::Ended { line: at, by, how } => {
             let mut object = line("ended", *at);
             object["by"] = Value::from(party(*by));
             object["how"] = Value::from(ending(*how));
             object
         }
-        What::Deed(Deed::Panel(action)) => {
+        RecordKind::Action(Action::Panel(action)) => {
             json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
         }
-        What::Deed(deed) => json!({"t_us": t, "event": "deed", "deed": deed::write(deed)}),
-        What::Edge(Edge::Restored { at, snapshot }) => {
+        RecordKind::Action(action) => json!({"t_us": t, "event": "deed", "deed": action::write(action)}),
+        RecordKind::Edge(LinkRecord::Restored { at, snapshot }) => {
             // One that is no JSON is nobody's: it is written as it is.
             let snapshot = serde_json::from_str(snapshot).unwrap_or_else(|_| Value::from(snapshot.as_str()));
             json!({"t_us": t, "event": "restored", "to_us": at.as_micros(), "snapshot": snapshot})
         }
-        What::Edge(edge) => json!({"t_us": t, "event": "edge", "edge": edge::write(edge)}),
-        What::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
+        RecordKind::Edge(edge) => json!({"t_us": t, "event": "edge", "edge": link::write(edge)}),
+        RecordKind::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
     };
     out.extend_from_slice(format!("{object}\n").as_bytes());
 }
@@ -74,18 +76,18 @@ fn hex(bytes: &[u8]) -> String {
     pairs.join(" ")
 }
 
-const fn party(party: Party) -> &'static str {
+const fn party(party: Side) -> &'static str {
     match party {
-        Party::Host => "host",
-        Party::Robot => "robot",
+        Side::Host => "host",
+        Side::Robot => "robot",
     }
 }
 
-const fn ending(how: Ending) -> &'static str {
+const fn ending(how: EndReason) -> &'static str {
     match how {
-        Ending::Closed => "closed",
-        Ending::Reset => "reset",
-        Ending::Refused => "refused",
+        EndReason::Closed => "closed",
+        EndReason::Reset => "reset",
+        EndReason::Refused => "refused",
     }
 }
 
@@ -114,7 +116,7 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
             )));
         }
         last = match &record.what {
-            What::Edge(edge) => edge.begins_at().unwrap_or(record.at),
+            RecordKind::Edge(edge) => edge.begins_at().unwrap_or(record.at),
             _ => record.at,
         };
         recording.records.push(record);
@@ -184,32 +186,32 @@ fn read_record(object: &Object) -> Result<Record, String> {
     let at = micros
         .map(Time::from_micros)
         .ok_or("microseconds expected at \"t_us\"")?;
-    let line = || Line::parse(text(object, "line")?);
+    let line = || PeerId::parse(text(object, "line")?);
     let bytes = || hexadecimal(text(object, "hex")?);
     let what = match text(object, "event")? {
-        "connected" => What::Connected {
+        "connected" => RecordKind::Connected {
             line: line()?,
             peer: optional(object, "peer")?.unwrap_or_default().to_owned(),
         },
-        "from-host" => What::FromHost {
+        "from-host" => RecordKind::FromHost {
             line: line()?,
             bytes: bytes()?,
         },
-        "from-robot" => What::FromRobot {
+        "from-robot" => RecordKind::FromRobot {
             line: line()?,
             bytes: bytes()?,
         },
-        "ended" => What::Ended {
+        "ended" => RecordKind::Ended {
             line: line()?,
             by: match text(object, "by")? {
-                "host" => Party::Host,
-                "robot" => Party::Robot,
+                "host" => Side::Host,
+                "robot" => Side::Robot,
                 other => return Err(format!("host or robot expected at \"by\", {other:?} found")),
             },
             how: match text(object, "how")? {
-                "closed" => Ending::Closed,
-                "reset" => Ending::Reset,
-                "refused" => Ending::Refused,
+                "closed" => EndReason::Closed,
+                "reset" => EndReason::Reset,
+                "refused" => EndReason::Refused,
                 other => {
                     return Err(format!(
                         "closed, reset or refused expected at \"how\", {other:?} found"
@@ -217,9 +219,9 @@ fn read_record(object: &Object) -> Result<Record, String> {
                 }
             },
         },
-        "panel" => What::Deed(Deed::Panel(panel::read(text(object, "panel")?)?)),
-        "deed" => What::Deed(deed::read(text(object, "deed")?)?),
-        "restored" => What::Edge(Edge::Restored {
+        "panel" => RecordKind::Action(Action::Panel(panel::read(text(object, "panel")?)?)),
+        "deed" => RecordKind::Action(action::read(text(object, "deed")?)?),
+        "restored" => RecordKind::Edge(LinkRecord::Restored {
             at: object
                 .get("to_us")
                 .and_then(Value::as_u64)
@@ -233,9 +235,9 @@ fn read_record(object: &Object) -> Result<Record, String> {
         }),
         "edge" => {
             let words = text(object, "edge")?;
-            What::Edge(edge::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
+            RecordKind::Edge(link::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
         }
-        "remark" => What::Remark(text(object, "remark")?.to_owned()),
+        "remark" => RecordKind::Remark(text(object, "remark")?.to_owned()),
         other => return Err(format!("{other:?} is no event of a transcript")),
     };
     Ok(Record { at, what })

@@ -2,27 +2,27 @@
 //! it is kept in: text to be read and replayed, JSON lines for programs, pcapng for Wireshark. Who was listening
 //! (the hub of a running emulator, a tap in front of a real controller) is not known here.
 
-pub mod deed;
-pub mod edge;
+pub mod action;
+mod buffer;
 pub mod json;
-mod kept;
+pub mod link;
 pub mod notation;
 pub mod panel;
 pub mod pcapng;
 mod recorder;
-mod tape;
+mod sink;
 pub mod text;
 
 use crate::files;
-pub use edge::Edge;
-pub use kept::{KEPT_BYTES, KEPT_RECORDS, Kept};
+pub use buffer::{KEPT_BYTES, KEPT_RECORDS, TranscriptBuffer};
+pub use link::LinkRecord;
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
-pub use tape::{Observer, Tape};
+pub use sink::{Observer, TranscriptSink};
 
 use core::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::{Deed, Port, Time};
+use ts3100_controller::{Action, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Largest transcript that is read, in bytes.
@@ -32,25 +32,25 @@ pub const MAX_PEERS: u16 = 999;
 
 /// A peer of a port: the first, or one that came while others were there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Line {
+pub struct PeerId {
     /// The port.
     pub port: Port,
     /// From 1, at most [`MAX_PEERS`].
     pub peer: u16,
 }
 
-impl Line {
+impl PeerId {
     /// The first peer of a port.
     #[must_use]
-    pub const fn first(port: Port) -> Line {
-        Line { port, peer: 1 }
+    pub const fn first(port: Port) -> PeerId {
+        PeerId { port, peer: 1 }
     }
 
     /// `IP0`, or `IP0#2` for the second of two that are there at once.
     ///
     /// # Errors
     /// What is no port or no number of a peer.
-    pub fn parse(word: &str) -> Result<Line, String> {
+    pub fn parse(word: &str) -> Result<PeerId, String> {
         let (name, peer) = match word.split_once('#') {
             Some((name, number)) => {
                 let peer = number
@@ -66,11 +66,11 @@ impl Line {
         };
         let port = Port::ALL.into_iter().find(|port| port.name() == name);
         let port = port.ok_or_else(|| format!("a port expected, for example IP0, found {name}"))?;
-        Ok(Line { port, peer })
+        Ok(PeerId { port, peer })
     }
 }
 
-impl fmt::Display for Line {
+impl fmt::Display for PeerId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.peer {
             1 => self.port.fmt(f),
@@ -81,7 +81,7 @@ impl fmt::Display for Line {
 
 /// One of the two ends of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Party {
+pub enum Side {
     /// The host.
     Host,
     /// The controller.
@@ -90,7 +90,7 @@ pub enum Party {
 
 /// How a connection ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Ending {
+pub enum EndReason {
     /// By a close in order.
     Closed,
     /// By a reset.
@@ -101,41 +101,41 @@ pub enum Ending {
 
 /// What happened.
 #[derive(Debug, Clone, PartialEq)]
-pub enum What {
+pub enum RecordKind {
     /// A peer came.
     Connected {
         /// Where.
-        line: Line,
+        line: PeerId,
         /// Its address without the port number, which is another one each time.
         peer: String,
     },
     /// Bytes of the host, as they were cut.
     FromHost {
         /// Where.
-        line: Line,
+        line: PeerId,
         /// The bytes.
         bytes: Vec<u8>,
     },
     /// Bytes of the controller, as they were cut.
     FromRobot {
         /// Where.
-        line: Line,
+        line: PeerId,
         /// The bytes.
         bytes: Vec<u8>,
     },
     /// One of the two ended a connection, or its half of one.
     Ended {
         /// Where.
-        line: Line,
+        line: PeerId,
         /// Which of them.
-        by: Party,
+        by: Side,
         /// How.
-        how: Ending,
+        how: EndReason,
     },
     /// Something was done at the controller itself, or to it.
-    Deed(Deed),
+    Action(Action),
     /// Something else that has reached it.
-    Edge(Edge),
+    Edge(LinkRecord),
     /// Something worth knowing that nobody plays again: a fault has bitten. One line.
     Remark(String),
 }
@@ -144,10 +144,10 @@ pub enum What {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// Since the start of the recording; virtual time where it is an emulator's. It goes on from another moment
-    /// behind what says so ([`Edge::begins_at`]).
+    /// behind what says so ([`LinkRecord::begins_at`]).
     pub at: Time,
     /// What.
-    pub what: What,
+    pub what: RecordKind,
 }
 
 /// What there was before the first record.
@@ -288,7 +288,7 @@ impl Recording {
     /// Itself, if every snapshot in it can be restored; otherwise the line of the first that cannot, and why.
     fn checked(self) -> Result<Recording, (usize, String)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
-            if let What::Edge(Edge::Restored { snapshot, .. }) = &record.what {
+            if let RecordKind::Edge(LinkRecord::Restored { snapshot, .. }) = &record.what {
                 crate::snapshot::from_text(snapshot).map_err(|error| (*line, error.to_string()))?;
             }
         }

@@ -2,31 +2,31 @@
 //! JSON line.
 
 use super::notation;
-use ts3100_controller::{ControlRight, KeySwitch, Panel};
+use ts3100_controller::{ControlRight, KeySwitch, PanelAction};
 
 /// The words of an action.
 #[must_use]
-pub fn write(panel: &Panel) -> String {
+pub fn write(panel: &PanelAction) -> String {
     let switch = |word: &str, on: bool| format!("{word} {}", if on { "on" } else { "off" });
     match panel {
-        Panel::Key(KeySwitch::Teaching) => "key teaching".to_owned(),
-        Panel::Key(KeySwitch::Internal) => "key internal".to_owned(),
-        Panel::Key(KeySwitch::Ext) => "key ext".to_owned(),
-        Panel::ControlRight(ControlRight::Sig) => "control-right sig".to_owned(),
-        Panel::ControlRight(ControlRight::Rs232c) => "control-right rs232c".to_owned(),
-        Panel::ControlRight(ControlRight::Ether) => "control-right ether".to_owned(),
-        Panel::EmergencyStop(on) => switch("emergency-stop", *on),
-        Panel::SafetySwitch(open) => switch("safety-switch", *open),
-        Panel::Servo(on) => switch("servo", *on),
-        Panel::Start => "start".to_owned(),
-        Panel::Stop => "stop".to_owned(),
-        Panel::FeedHold => "feed-hold".to_owned(),
-        Panel::AlarmReset => "alarm-reset".to_owned(),
-        Panel::MachineLock(on) => switch("machine-lock", *on),
-        Panel::InputLine { line, on } => switch(&format!("input {line}"), *on),
-        Panel::Battery(low) => switch("battery-low", *low),
-        Panel::Keys(keys) => format!("keys {}", notation::write(keys.as_bytes())),
-        Panel::PowerCycle => "power-cycle".to_owned(),
+        PanelAction::Key(KeySwitch::Teaching) => "key teaching".to_owned(),
+        PanelAction::Key(KeySwitch::Internal) => "key internal".to_owned(),
+        PanelAction::Key(KeySwitch::Ext) => "key ext".to_owned(),
+        PanelAction::ControlRight(ControlRight::Sig) => "control-right sig".to_owned(),
+        PanelAction::ControlRight(ControlRight::Rs232c) => "control-right rs232c".to_owned(),
+        PanelAction::ControlRight(ControlRight::Ether) => "control-right ether".to_owned(),
+        PanelAction::EmergencyStop(on) => switch("emergency-stop", *on),
+        PanelAction::SafetySwitch(open) => switch("safety-switch", *open),
+        PanelAction::Servo(on) => switch("servo", *on),
+        PanelAction::Start => "start".to_owned(),
+        PanelAction::Stop => "stop".to_owned(),
+        PanelAction::FeedHold => "feed-hold".to_owned(),
+        PanelAction::AlarmReset => "alarm-reset".to_owned(),
+        PanelAction::MachineLock(on) => switch("machine-lock", *on),
+        PanelAction::InputLine { line, on } => switch(&format!("input {line}"), *on),
+        PanelAction::Battery(low) => switch("battery-low", *low),
+        PanelAction::Keys(keys) => format!("keys {}", notation::write(keys.as_bytes())),
+        PanelAction::PowerCycle => "power-cycle".to_owned(),
     }
 }
 
@@ -34,36 +34,36 @@ pub fn write(panel: &Panel) -> String {
 ///
 /// # Errors
 /// What is no action, or no `on` or `off`.
-pub fn read(words: &str) -> Result<Panel, String> {
+pub fn read(words: &str) -> Result<PanelAction, String> {
     let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
     Ok(match (name, rest) {
-        ("key", "teaching") => Panel::Key(KeySwitch::Teaching),
-        ("key", "internal") => Panel::Key(KeySwitch::Internal),
-        ("key", "ext") => Panel::Key(KeySwitch::Ext),
-        ("control-right", "sig") => Panel::ControlRight(ControlRight::Sig),
-        ("control-right", "rs232c") => Panel::ControlRight(ControlRight::Rs232c),
-        ("control-right", "ether") => Panel::ControlRight(ControlRight::Ether),
-        ("emergency-stop", state) => Panel::EmergencyStop(on(state)?),
-        ("safety-switch", state) => Panel::SafetySwitch(on(state)?),
-        ("servo", state) => Panel::Servo(on(state)?),
-        ("start", "") => Panel::Start,
-        ("stop", "") => Panel::Stop,
-        ("feed-hold", "") => Panel::FeedHold,
-        ("alarm-reset", "") => Panel::AlarmReset,
-        ("machine-lock", state) => Panel::MachineLock(on(state)?),
+        ("key", "teaching") => PanelAction::Key(KeySwitch::Teaching),
+        ("key", "internal") => PanelAction::Key(KeySwitch::Internal),
+        ("key", "ext") => PanelAction::Key(KeySwitch::Ext),
+        ("control-right", "sig") => PanelAction::ControlRight(ControlRight::Sig),
+        ("control-right", "rs232c") => PanelAction::ControlRight(ControlRight::Rs232c),
+        ("control-right", "ether") => PanelAction::ControlRight(ControlRight::Ether),
+        ("emergency-stop", state) => PanelAction::EmergencyStop(on(state)?),
+        ("safety-switch", state) => PanelAction::SafetySwitch(on(state)?),
+        ("servo", state) => PanelAction::Servo(on(state)?),
+        ("start", "") => PanelAction::Start,
+        ("stop", "") => PanelAction::Stop,
+        ("feed-hold", "") => PanelAction::FeedHold,
+        ("alarm-reset", "") => PanelAction::AlarmReset,
+        ("machine-lock", state) => PanelAction::MachineLock(on(state)?),
         ("input", rest) => {
             let (line, state) = rest.split_once(' ').unwrap_or((rest, ""));
             let line = line
                 .parse()
                 .map_err(|_| format!("a line number expected, {line:?} found"))?;
-            Panel::InputLine { line, on: on(state)? }
+            PanelAction::InputLine { line, on: on(state)? }
         }
-        ("battery-low", state) => Panel::Battery(on(state)?),
+        ("battery-low", state) => PanelAction::Battery(on(state)?),
         ("keys", keys) => {
             let keys = String::from_utf8(notation::bytes(keys)?);
-            Panel::Keys(keys.map_err(|error| format!("keys of the pendant expected: {error}"))?)
+            PanelAction::Keys(keys.map_err(|error| format!("keys of the pendant expected: {error}"))?)
         }
-        ("power-cycle", "") => Panel::PowerCycle,
+        ("power-cycle", "") => PanelAction::PowerCycle,
         _ => return Err(format!("{words:?} is no action at the controller")),
     })
 }
@@ -83,27 +83,27 @@ mod tests {
     #[test]
     fn every_action_reads_back() {
         let switches = [
-            Panel::EmergencyStop,
-            Panel::SafetySwitch,
-            Panel::Servo,
-            Panel::MachineLock,
-            Panel::Battery,
+            PanelAction::EmergencyStop,
+            PanelAction::SafetySwitch,
+            PanelAction::Servo,
+            PanelAction::MachineLock,
+            PanelAction::Battery,
         ];
-        let mut all: Vec<Panel> = switches
+        let mut all: Vec<PanelAction> = switches
             .into_iter()
             .flat_map(|make| [make(true), make(false)])
             .collect();
-        all.extend([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext].map(Panel::Key));
+        all.extend([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext].map(PanelAction::Key));
         let rights = [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
-        all.extend(rights.map(Panel::ControlRight));
+        all.extend(rights.map(PanelAction::ControlRight));
         all.extend([
-            Panel::Start,
-            Panel::Stop,
-            Panel::FeedHold,
-            Panel::AlarmReset,
-            Panel::PowerCycle,
-            Panel::InputLine { line: 264, on: true },
-            Panel::Keys("1,2<\r".to_owned()),
+            PanelAction::Start,
+            PanelAction::Stop,
+            PanelAction::FeedHold,
+            PanelAction::AlarmReset,
+            PanelAction::PowerCycle,
+            PanelAction::InputLine { line: 264, on: true },
+            PanelAction::Keys("1,2<\r".to_owned()),
         ]);
         for panel in all {
             assert_eq!(read(&write(&panel)), Ok(panel));

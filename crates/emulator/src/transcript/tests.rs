@@ -1,7 +1,7 @@
 //! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
 
 use super::*;
-use ts3100_controller::{Input, Output, Panel};
+use ts3100_controller::{Input, Output, PanelAction};
 use ts3100_proto::calendar::CalendarTime;
 
 fn sample_header() -> Header {
@@ -28,25 +28,25 @@ fn sample_header() -> Header {
 
 /// A recording with everything a transcript can hold.
 pub(super) fn sample() -> (Header, Vec<Record>) {
-    let ip0 = Line::first(Port::Ip0);
-    let second = Line {
+    let ip0 = PeerId::first(Port::Ip0);
+    let second = PeerId {
         port: Port::Ip0,
         peer: 2,
     };
-    let ip1 = Line::first(Port::Ip1);
+    let ip1 = PeerId::first(Port::Ip1);
     let every: Vec<u8> = (0..=255).collect();
-    let host = |line, bytes: &[u8]| What::FromHost {
+    let host = |line, bytes: &[u8]| RecordKind::FromHost {
         line,
         bytes: bytes.to_vec(),
     };
-    let robot = |line, bytes: &[u8]| What::FromRobot {
+    let robot = |line, bytes: &[u8]| RecordKind::FromRobot {
         line,
         bytes: bytes.to_vec(),
     };
-    let ended = |line, by, how| What::Ended { line, by, how };
+    let ended = |line, by, how| RecordKind::Ended { line, by, how };
     let whats = [
-        What::Deed(Deed::Panel(Panel::Servo(true))),
-        What::Connected {
+        RecordKind::Action(Action::Panel(PanelAction::Servo(true))),
+        RecordKind::Connected {
             line: ip0,
             peer: "192.0.2.7".to_owned(),
         },
@@ -57,7 +57,7 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
         host(ip0, b"\x02"),
         robot(ip0, b"\x02FL,\x02\x03\x00\xFF\x1A\x03"),
         host(ip0, &every),
-        What::Connected {
+        RecordKind::Connected {
             line: ip1,
             peer: String::new(),
         },
@@ -65,14 +65,14 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
         robot(ip1, b"REQ \r"),
         robot(ip1, b"blank "),
         host(ip1, b"7,<8>\r\n"),
-        What::Connected {
+        RecordKind::Connected {
             line: second,
             peer: "::1".to_owned(),
         },
-        ended(second, Party::Robot, Ending::Refused),
-        ended(ip1, Party::Host, Ending::Reset),
-        ended(ip0, Party::Host, Ending::Closed),
-        ended(ip0, Party::Robot, Ending::Closed),
+        ended(second, Side::Robot, EndReason::Refused),
+        ended(ip1, Side::Host, EndReason::Reset),
+        ended(ip0, Side::Host, EndReason::Closed),
+        ended(ip0, Side::Robot, EndReason::Closed),
     ];
     let mut at = Time::ZERO;
     let pauses = [0_u64, 1, 999, 1_000, 1_000_000, 250_000, 1_234_567];
@@ -261,11 +261,11 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
     };
     assert_eq!(observer.output(&print), None);
     let peer = "127.0.0.1:5000".to_owned();
-    observer.input(&Input::Connected { port, peer }, Party::Host);
+    observer.input(&Input::Connected { port, peer }, Side::Host);
     assert!(observer.output(&print).is_some());
     assert_eq!(observer.output(&Output::PowerCycled), None);
-    let gone = observer.input(&Input::Disconnected { port }, Party::Robot);
-    assert!(matches!(gone, Some(What::Ended { by: Party::Robot, .. })));
+    let gone = observer.input(&Input::Disconnected { port }, Side::Robot);
+    assert!(matches!(gone, Some(RecordKind::Ended { by: Side::Robot, .. })));
     assert_eq!(observer.output(&print), None);
 }
 
@@ -273,19 +273,19 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
 fn moved() -> Vec<Record> {
     let at = Time::from_millis;
     let record = |at, what| Record { at, what };
-    let servo = |on| What::Deed(Deed::Panel(Panel::Servo(on)));
+    let servo = |on| RecordKind::Action(Action::Panel(PanelAction::Servo(on)));
     vec![
         record(at(5_000), servo(true)),
         record(
             at(6_000),
-            What::Edge(Edge::Restored {
+            RecordKind::Edge(LinkRecord::Restored {
                 at: at(40),
                 snapshot: "{\"state\":[1,18446744073709551615,0.1]}".to_owned(),
             }),
         ),
         record(at(40), servo(false)),
-        record(at(41), What::Edge(Edge::Unread { port: Port::Ip1 })),
-        record(at(50), What::Edge(Edge::Reset { calendar: None })),
+        record(at(41), RecordKind::Edge(LinkRecord::Unread { port: Port::Ip1 })),
+        record(at(50), RecordKind::Edge(LinkRecord::Reset { calendar: None })),
         record(at(0), servo(true)),
         record(at(7), servo(false)),
     ]
@@ -304,7 +304,7 @@ fn times_go_on_from_where_a_snapshot_or_a_reset_says() {
     // Without the word for it a time that goes back is none.
     let without: Vec<Record> = records
         .into_iter()
-        .filter(|record| !matches!(record.what, What::Edge(Edge::Restored { .. })))
+        .filter(|record| !matches!(record.what, RecordKind::Edge(LinkRecord::Restored { .. })))
         .collect();
     assert!(json::read(&as_json(&header, &without)).is_err());
 }

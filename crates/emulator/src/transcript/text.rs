@@ -23,7 +23,7 @@
 //! # remark
 //! ```
 
-use super::{Ending, Header, Line, Party, Record, Recording, What, deed, edge, notation};
+use super::{EndReason, Header, PeerId, Record, RecordKind, Recording, Side, action, link, notation};
 use std::time::Duration;
 use ts3100_controller::Time;
 use ts3100_proto::calendar::CalendarTime;
@@ -80,28 +80,28 @@ impl Writer {
             micros => format!("@+{micros}us\n"),
         };
         text += &match &record.what {
-            What::Connected { line, peer } if peer.is_empty() => format!("! connect {line}"),
-            What::Connected { line, peer } => format!("! connect {line} {peer}"),
-            What::FromHost { line, bytes } => sent('>', *line, bytes),
-            What::FromRobot { line, bytes } => sent('<', *line, bytes),
-            What::Ended { line, by, how } => {
+            RecordKind::Connected { line, peer } if peer.is_empty() => format!("! connect {line}"),
+            RecordKind::Connected { line, peer } => format!("! connect {line} {peer}"),
+            RecordKind::FromHost { line, bytes } => sent('>', *line, bytes),
+            RecordKind::FromRobot { line, bytes } => sent('<', *line, bytes),
+            RecordKind::Ended { line, by, how } => {
                 let word = match by {
-                    Party::Host => "disconnect",
-                    Party::Robot => "closed",
+                    Side::Host => "disconnect",
+                    Side::Robot => "closed",
                 };
                 let how = match how {
-                    Ending::Closed => "",
-                    Ending::Reset => " reset",
-                    Ending::Refused => " refused",
+                    EndReason::Closed => "",
+                    EndReason::Reset => " reset",
+                    EndReason::Refused => " refused",
                 };
                 format!("! {word} {line}{how}")
             }
-            What::Deed(deed) => format!("! {}", deed::write(deed)),
-            What::Edge(edge) => {
+            RecordKind::Action(action) => format!("! {}", action::write(action)),
+            RecordKind::Edge(edge) => {
                 self.last = edge.begins_at().unwrap_or(self.last);
-                format!("! {}", edge::write(edge))
+                format!("! {}", link::write(edge))
             }
-            What::Remark(words) => format!("# {words}"),
+            RecordKind::Remark(words) => format!("# {words}"),
         };
         text.push('\n');
         out.extend_from_slice(text.as_bytes());
@@ -109,7 +109,7 @@ impl Writer {
 }
 
 /// A line for bytes: as a text where it is one and nothing else, as bytes otherwise.
-fn sent(direction: char, line: Line, bytes: &[u8]) -> String {
+fn sent(direction: char, line: PeerId, bytes: &[u8]) -> String {
     let inside = match bytes {
         [STX, inside @ .., ETX] if line.port.protocol().is_some() => Some(inside),
         _ if line.port.protocol().is_some() || bytes == b"nothing" => None,
@@ -143,7 +143,7 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
         let what = read_line(&mut recording.header, &mut now, line).map_err(|reason| (number, reason))?;
         if let Some(what) = what {
             let at = now;
-            if let What::Edge(edge) = &what {
+            if let RecordKind::Edge(edge) = &what {
                 now = edge.begins_at().unwrap_or(now);
             }
             recording.records.push(Record { at, what });
@@ -156,7 +156,7 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
     Ok(recording)
 }
 
-fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<What>, String> {
+fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<RecordKind>, String> {
     if let Some(content) = line.strip_prefix('|') {
         return file_line(header, content).map(|()| None);
     }
@@ -179,7 +179,7 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<W
         ">" | ">:" | "<" | "<:" => return bytes(word, rest).map(Some),
         ">>" | "<<" => {
             let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
-            return Ok(Some(sent_by(word, Line::parse(line)?, hexadecimal(data)?)));
+            return Ok(Some(sent_by(word, PeerId::parse(line)?, hexadecimal(data)?)));
         }
         word => match word.strip_prefix("@+") {
             Some(pause) => *now = *now + duration(pause)?,
@@ -208,9 +208,9 @@ fn file_line(header: &mut Header, line: &str) -> Result<(), String> {
 }
 
 /// Behind `>`, `>:`, `<` and `<:`.
-fn bytes(word: &str, rest: &str) -> Result<What, String> {
+fn bytes(word: &str, rest: &str) -> Result<RecordKind, String> {
     let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
-    let line = Line::parse(line)?;
+    let line = PeerId::parse(line)?;
     if word == "<" && data == "nothing" {
         return Err("bytes expected: a recording has no line for what did not come".to_owned());
     }
@@ -222,40 +222,40 @@ fn bytes(word: &str, rest: &str) -> Result<What, String> {
     Ok(sent_by(word, line, bytes))
 }
 
-fn sent_by(word: &str, line: Line, bytes: Vec<u8>) -> What {
+fn sent_by(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
     if word.starts_with('>') {
-        What::FromHost { line, bytes }
+        RecordKind::FromHost { line, bytes }
     } else {
-        What::FromRobot { line, bytes }
+        RecordKind::FromRobot { line, bytes }
     }
 }
 
-fn action(words: &str) -> Result<What, String> {
+fn action(words: &str) -> Result<RecordKind, String> {
     let all: Vec<&str> = words.split(' ').collect();
     let how = |word: &str| match word {
-        "reset" => Ok(Ending::Reset),
-        "refused" => Ok(Ending::Refused),
+        "reset" => Ok(EndReason::Reset),
+        "refused" => Ok(EndReason::Refused),
         _ => Err(format!("reset or refused expected, {word:?} found")),
     };
     let ended = |line: &str, by, how| {
-        Ok(What::Ended {
-            line: Line::parse(line)?,
+        Ok(RecordKind::Ended {
+            line: PeerId::parse(line)?,
             by,
             how,
         })
     };
     match all.as_slice() {
-        ["connect", line, peer @ ..] => Ok(What::Connected {
-            line: Line::parse(line)?,
+        ["connect", line, peer @ ..] => Ok(RecordKind::Connected {
+            line: PeerId::parse(line)?,
             peer: peer.join(" "),
         }),
-        ["disconnect", line] => ended(line, Party::Host, Ending::Closed),
-        ["disconnect", line, word] => ended(line, Party::Host, how(word)?),
-        ["closed", line] => ended(line, Party::Robot, Ending::Closed),
-        ["closed", line, word] => ended(line, Party::Robot, how(word)?),
-        _ => Ok(match edge::read(words)? {
-            Some(edge) => What::Edge(edge),
-            None => What::Deed(deed::read(words)?),
+        ["disconnect", line] => ended(line, Side::Host, EndReason::Closed),
+        ["disconnect", line, word] => ended(line, Side::Host, how(word)?),
+        ["closed", line] => ended(line, Side::Robot, EndReason::Closed),
+        ["closed", line, word] => ended(line, Side::Robot, how(word)?),
+        _ => Ok(match link::read(words)? {
+            Some(edge) => RecordKind::Edge(edge),
+            None => RecordKind::Action(action::read(words)?),
         }),
     }
 }

@@ -15,7 +15,7 @@ const AXES: RangeInclusive<u8> = 1..=8;
 
 /// Where JG guides an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Jog {
+pub enum JogDirection {
     /// `+`: up.
     Plus,
     /// `-`: down.
@@ -24,38 +24,38 @@ pub enum Jog {
     Stop,
 }
 
-impl Jog {
+impl JogDirection {
     /// All.
-    pub const ALL: [Jog; 3] = [Jog::Plus, Jog::Minus, Jog::Stop];
+    pub const ALL: [JogDirection; 3] = [JogDirection::Plus, JogDirection::Minus, JogDirection::Stop];
 
     /// The sign.
     #[must_use]
     pub const fn sign(self) -> char {
         match self {
-            Jog::Plus => '+',
-            Jog::Minus => '-',
-            Jog::Stop => '!',
+            JogDirection::Plus => '+',
+            JogDirection::Minus => '-',
+            JogDirection::Stop => '!',
         }
     }
 
     /// The motion with this sign.
     #[must_use]
-    pub fn from_sign(sign: char) -> Option<Jog> {
-        Jog::ALL.into_iter().find(|motion| motion.sign() == sign)
+    pub fn from_sign(sign: char) -> Option<JogDirection> {
+        JogDirection::ALL.into_iter().find(|motion| motion.sign() == sign)
     }
 }
 
 /// `axis sign`.
 pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
     const AXIS: &str = "an axis from 1 to 8";
-    let motion = context("+, - or !", map_opt(anychar, Jog::from_sign));
+    let motion = context("+, - or !", map_opt(anychar, JogDirection::from_sign));
     operands
         .read(AXIS, (whole(AXIS, AXES), separator, motion))
         .map(|(axis, (), motion)| Command::Jg { axis, motion })
 }
 
 /// The operands in canonical form.
-pub(super) fn encode(axis: u8, motion: Jog) -> String {
+pub(super) fn encode(axis: u8, motion: JogDirection) -> String {
     format!("{axis} {}", motion.sign())
 }
 
@@ -66,14 +66,14 @@ mod tests {
     #[test]
     fn every_axis_and_sign() {
         for axis in AXES {
-            for motion in Jog::ALL {
+            for motion in JogDirection::ALL {
                 let message = format!("JG,{axis} {}", motion.sign());
                 let command = Command::Jg { axis, motion };
                 assert_eq!(Command::parse(message.as_bytes()).as_ref(), Ok(&command));
                 assert_eq!(command.encode(), format!("{message}\r").into_bytes());
             }
         }
-        assert_eq!(Jog::from_sign('!'), Some(Jog::Stop));
+        assert_eq!(JogDirection::from_sign('!'), Some(JogDirection::Stop));
     }
 
     #[test]

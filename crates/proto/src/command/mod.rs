@@ -21,7 +21,7 @@ mod watchdog;
 pub use extensions::{EXTENSIONS, SCARA_MANUAL};
 pub use frame::ZsFrame;
 pub use internal::{Internal, RunMode};
-pub use jog::Jog;
+pub use jog::JogDirection;
 pub use line_value::{MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use lines::{LineWrite, MAX_LINES};
 pub use number::Number;
@@ -145,7 +145,7 @@ pub enum Command {
         /// Axis, 1 to 8.
         axis: u8,
         /// Where to.
-        motion: Jog,
+        motion: JogDirection,
     },
 }
 

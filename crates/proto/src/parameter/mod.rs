@@ -9,7 +9,7 @@ mod user;
 pub use ethernet::{EthernetParameters, OpenMode};
 pub use reader::{Assignment, MAX_ASSIGNMENTS, MAX_SECTIONS, ParameterFile, Section};
 pub use rewrite::{RewriteError, rewrite};
-pub use user::{Edition, Parity, SerialLine, UserParameters};
+pub use user::{Edition, Parity, SerialSettings, UserParameters};
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;

@@ -42,7 +42,7 @@ impl Edition {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct SerialLine {
+pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
     #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::speed"))]
     pub speed: u32,
@@ -100,16 +100,16 @@ mod on_paper {
 )]
 pub struct UserParameters {
     /// `{COM1}`.
-    pub com1: SerialLine,
+    pub com1: SerialSettings,
     /// `{HOST}`.
-    pub host: SerialLine,
+    pub host: SerialSettings,
 }
 
 impl UserParameters {
     /// The values the manual lists: 9600 8 0 1 for both (PAR-U06-02).
     #[must_use]
     pub fn factory() -> UserParameters {
-        let line = SerialLine {
+        let line = SerialSettings {
             speed: 9600,
             length: 8,
             parity: Parity::None,
@@ -130,7 +130,7 @@ impl UserParameters {
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
     pub fn text(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
-        let values = |key: &str, line: SerialLine| {
+        let values = |key: &str, line: SerialSettings| {
             format!(
                 "{{{key}}} = {} {} {} {}",
                 line.speed,
@@ -216,9 +216,9 @@ fn one_of(speeds: &[u32]) -> String {
     }
 }
 
-fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialLine> {
+fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {
     let [speed, length, parity, stop] = words(value)?;
-    Some(SerialLine {
+    Some(SerialSettings {
         speed: number(speed).filter(|speed| speeds.contains(speed))?,
         length: number(length).filter(|length| matches!(length, 7 | 8))?,
         parity: match number::<u8>(parity)? {
@@ -251,7 +251,7 @@ mod tests {
             assert!(text.starts_with("[U06]"));
             assert!(text.contains("{COM1} = 9600 8 0 1") && text.contains("{HOST} = 9600 8 0 1"));
             assert_eq!(bytes.last(), Some(&line_end.byte()));
-            let other = SerialLine {
+            let other = SerialSettings {
                 speed: 1_200,
                 length: 7,
                 parity: Parity::Even,
@@ -283,7 +283,7 @@ mod tests {
         let line = |value| read("9600 8 0 1", value).0.host;
         assert_eq!(
             line("19200 7 1 2"),
-            SerialLine {
+            SerialSettings {
                 speed: 19_200,
                 length: 7,
                 parity: Parity::Odd,

@@ -107,7 +107,7 @@ impl Lowering<'_> {
             .map(|handed| match handed {
                 Handed::Variable { slot, cell } => {
                     let slot = self.symbols.slots.get(*slot as usize)?;
-                    let number = slot.kind.is_none_or(crate::Kind::is_number);
+                    let number = slot.kind.is_none_or(crate::ValueKind::is_number);
                     (number && slot.bounds.is_none()).then_some(*cell)
                 }
                 Handed::Value(_) => {

@@ -14,7 +14,7 @@ use crate::points::TaughtPoint;
 use crate::program::{Owner, Slot, Symbols, flat_length};
 use crate::sink::Sink;
 use crate::tree::Name;
-use crate::value::{Kind, Payload, Position, Trans, Value};
+use crate::value::{Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
 /// Makes the variables of GLOBAL. One that cannot be made is doubtful from then on: nothing is said about its uses.
@@ -109,7 +109,7 @@ fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Re
 }
 
 /// The value as the kind of its variable; numbers convert, reals toward zero.
-fn converted(value: Value, kind: Kind) -> Option<Value> {
+fn converted(value: Value, kind: ValueKind) -> Option<Value> {
     crate::machine::convert(value, kind).ok()
 }
 
@@ -158,8 +158,10 @@ pub(super) fn data(
     symbols: &mut Symbols,
     sink: &mut Sink,
 ) {
-    let (frames, others): (Vec<&Datum>, Vec<&Datum>) =
-        file.data.iter().partition(|datum| datum.kind == Kind::Coordinate);
+    let (frames, others): (Vec<&Datum>, Vec<&Datum>) = file
+        .data
+        .iter()
+        .partition(|datum| datum.kind == ValueKind::Coordinate);
     let taught: BTreeSet<&str> = points.iter().map(|point| point.name.as_str()).collect();
     let (first, last): (Vec<&Datum>, Vec<&Datum>) = others
         .into_iter()
@@ -174,7 +176,7 @@ pub(super) fn data(
             .peekable();
         if own.peek().is_none() && !symbols.shared.contains_key(&point.name) {
             symbols.share(Slot {
-                kind: Some(Kind::Position),
+                kind: Some(ValueKind::Position),
                 initial: Vec::from([(0, Value::Position(point.position.clone()))]),
                 ..Slot::plain(&point.name, Owner::Data)
             });
@@ -204,7 +206,7 @@ fn add_datum(datum: &Datum, options: &LanguageOptions, symbols: &mut Symbols, si
 
 fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOptions) -> Value {
     match datum.kind {
-        Kind::Position => {
+        ValueKind::Position => {
             let mut position = Position {
                 config: datum.config,
                 work,
@@ -215,8 +217,10 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
             }
             Value::Position(position)
         }
-        Kind::Coordinate => Value::Coordinate(Trans::from_leading(options.arm, &datum.numbers)),
-        Kind::Load | Kind::Integer | Kind::Real => Value::Load(Payload::from_leading(&datum.numbers)),
+        ValueKind::Coordinate => Value::Coordinate(Trans::from_leading(options.arm, &datum.numbers)),
+        ValueKind::Load | ValueKind::Integer | ValueKind::Real => {
+            Value::Load(Payload::from_leading(&datum.numbers))
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use super::copy::Copy;
 use super::lower::narrow;
-use crate::code::{Code, Copied, Instruction, Join, Near, Quick, Register, TEMPORARIES, Target};
+use crate::code::{AccumOp, Code, Copied, ElementRef, Instruction, Quick, Register, TEMPORARIES, Target};
 use crate::program::Step;
 use crate::request::Number;
 
@@ -222,9 +222,9 @@ impl Row<'_> {
             return None;
         };
         match self.joined(product, second)? {
-            (Join::Add, to, c) => Some(Quick::MultiplyAdd { to, a, b, c }),
-            (Join::From, to, c) => Some(Quick::MultiplyFrom { to, a, b, c }),
-            (Join::Less | Join::Multiply, ..) => None,
+            (AccumOp::Add, to, c) => Some(Quick::MultiplyAdd { to, a, b, c }),
+            (AccumOp::From, to, c) => Some(Quick::MultiplyFrom { to, a, b, c }),
+            (AccumOp::Less | AccumOp::Multiply, ..) => None,
         }
     }
 
@@ -235,7 +235,9 @@ impl Row<'_> {
         };
         let (join, to, with) = self.joined(to, second)?;
         let scaled = match (join, third.and_then(|third| self.joined(to, third))) {
-            (Join::Multiply, Some((join, to, sum))) if join != Join::Multiply => Some((join, to, with, sum)),
+            (AccumOp::Multiply, Some((join, to, sum))) if join != AccumOp::Multiply => {
+                Some((join, to, with, sum))
+            }
             _ => None,
         };
         Some(match (first, scaled) {
@@ -272,14 +274,14 @@ impl Row<'_> {
     }
 
     /// How an instruction joins the number in a temporary to another.
-    fn joined(&self, temporary: Register, operation: Quick) -> Option<(Join, Register, Register)> {
+    fn joined(&self, temporary: Register, operation: Quick) -> Option<(AccumOp, Register, Register)> {
         let (join, to, with) = match operation {
-            Quick::Add { to, a, b } if b == temporary => (Join::Add, to, a),
-            Quick::Add { to, a, b } if a == temporary => (Join::Add, to, b),
-            Quick::Multiply { to, a, b } if b == temporary => (Join::Multiply, to, a),
-            Quick::Multiply { to, a, b } if a == temporary => (Join::Multiply, to, b),
-            Quick::Subtract { to, a, b } if b == temporary => (Join::From, to, a),
-            Quick::Subtract { to, a, b } if a == temporary => (Join::Less, to, b),
+            Quick::Add { to, a, b } if b == temporary => (AccumOp::Add, to, a),
+            Quick::Add { to, a, b } if a == temporary => (AccumOp::Add, to, b),
+            Quick::Multiply { to, a, b } if b == temporary => (AccumOp::Multiply, to, a),
+            Quick::Multiply { to, a, b } if a == temporary => (AccumOp::Multiply, to, b),
+            Quick::Subtract { to, a, b } if b == temporary => (AccumOp::From, to, a),
+            Quick::Subtract { to, a, b } if a == temporary => (AccumOp::Less, to, b),
             _ => return None,
         };
         self.is_temporary(temporary).then_some((join, to, with))
@@ -304,19 +306,19 @@ impl Row<'_> {
             Some((temporary, near, offset)) => (temporary == index).then_some((near, offset))?,
             None => (index, 0),
         };
-        let element = Near { array, index, offset };
+        let element = ElementRef { array, index, offset };
         let joined = after
             .next()
             .flatten()
             .and_then(|operation| self.joined(to, operation));
         let (fused, covers) = match (joined, after.next().flatten()) {
-            (Some((Join::Add, sum, with)), Some(Quick::Store { array, index, a }))
+            (Some((AccumOp::Add, sum, with)), Some(Quick::Store { array, index, a }))
                 if array == element.array && a == sum && self.is_temporary(sum) =>
             {
                 let update = Quick::UpdateAdd { index, element, with };
                 (update, 2)
             }
-            (Some((Join::Add, to, with)), _) => (Quick::LoadAdd { to, element, with }, 1),
+            (Some((AccumOp::Add, to, with)), _) => (Quick::LoadAdd { to, element, with }, 1),
             (Some((join, to, with)), _) => {
                 let joined = Quick::LoadJoin {
                     join,

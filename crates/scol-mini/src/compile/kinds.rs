@@ -9,15 +9,15 @@ use crate::parser::Block;
 use crate::program::Symbols;
 use crate::sink::Sink;
 use crate::tree::{
-    Binary, Condition, Course, Expression, Item, Node, Reference, Simple, Statement, Unary, Variable,
+    Binary, Condition, Expression, Item, MotionKind, Node, Reference, Simple, Statement, Unary, Variable,
 };
-use crate::value::Kind;
+use crate::value::ValueKind;
 
 /// What a statement takes.
 #[derive(Clone, Copy)]
 enum Wanted {
     Number,
-    Exactly(Kind),
+    Exactly(ValueKind),
 }
 
 /// Checks the statements of a block.
@@ -63,7 +63,7 @@ pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &m
 }
 
 fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
-    let position = Wanted::Exactly(Kind::Position);
+    let position = Wanted::Exactly(ValueKind::Position);
     match simple {
         Simple::Assign {
             target,
@@ -72,9 +72,9 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
         } => {
             let found = known(value, symbols, sink);
             let kind = variable_kind(target, symbols);
-            let number = component.is_some() || kind.is_some_and(Kind::is_number);
+            let number = component.is_some() || kind.is_some_and(ValueKind::is_number);
             if let Some(found) = found
-                && let Some(kind) = kind.or(component.map(|_| Kind::Real))
+                && let Some(kind) = kind.or(component.map(|_| ValueKind::Real))
                 && (if number { !found.is_number() } else { found != kind })
             {
                 let wanted = if number { "a number" } else { kind.word() };
@@ -85,16 +85,16 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
         Simple::Set(condition, value) => expect(value, condition_kind(*condition), symbols, sink),
         Simple::Move { course, with } => {
             match course {
-                Course::Ptp(a) | Course::Line(a) => expect(a, position, symbols, sink),
-                Course::Arc(a, b) | Course::Arch(a, b) => {
+                MotionKind::Ptp(a) | MotionKind::Line(a) => expect(a, position, symbols, sink),
+                MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
                     expect(a, position, symbols, sink);
                     expect(b, position, symbols, sink);
                 }
-                Course::Axis(a, b) | Course::AxisBy(a, b) => {
+                MotionKind::Axis(a, b) | MotionKind::AxisBy(a, b) => {
                     expect(a, Wanted::Number, symbols, sink);
                     expect(b, Wanted::Number, symbols, sink);
                 }
-                Course::Ready => {}
+                MotionKind::Ready => {}
             }
             for (condition, value) in with {
                 expect(value, condition_kind(*condition), symbols, sink);
@@ -148,8 +148,8 @@ fn condition_kind(condition: Condition) -> Wanted {
         | Condition::Config
         | Condition::Pass
         | Condition::Accur => Wanted::Number,
-        Condition::Payload => Wanted::Exactly(Kind::Load),
-        Condition::Work | Condition::Tool | Condition::Base => Wanted::Exactly(Kind::Coordinate),
+        Condition::Payload => Wanted::Exactly(ValueKind::Load),
+        Condition::Work | Condition::Tool | Condition::Base => Wanted::Exactly(ValueKind::Coordinate),
     }
 }
 
@@ -170,7 +170,7 @@ fn expect(expression: &Expression, wanted: Wanted, symbols: &Symbols, sink: &mut
     }
 }
 
-fn variable_kind(variable: &Variable, symbols: &Symbols) -> Option<Kind> {
+fn variable_kind(variable: &Variable, symbols: &Symbols) -> Option<ValueKind> {
     match variable.reference {
         Reference::Slot(at) => symbols.slots.get(at)?.kind,
         Reference::Parameter(_) | Reference::Unresolved => None,
@@ -178,7 +178,7 @@ fn variable_kind(variable: &Variable, symbols: &Symbols) -> Option<Kind> {
 }
 
 /// The kind of an expression where it is certain; reports operands that cannot go together.
-fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<Kind> {
+fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<ValueKind> {
     match &expression.node {
         Node::Literal(value) => Some(value.kind()),
         Node::Variable(variable) => {
@@ -189,14 +189,14 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
         }
         Node::Component(of, _) => {
             let kind = known(of, symbols, sink);
-            if let Some(kind @ (Kind::Integer | Kind::Real | Kind::Load)) = kind {
+            if let Some(kind @ (ValueKind::Integer | ValueKind::Real | ValueKind::Load)) = kind {
                 let message = format!(
                     "expected positional or coordinate data before the dot, found {}",
                     kind.word()
                 );
                 sink.error(Problem::new("E0207", of.span, message));
             }
-            Some(Kind::Real)
+            Some(ValueKind::Real)
         }
         Node::Unary(Unary::Value, of) => known(of, symbols, sink),
         Node::Unary(_, of) => {
@@ -209,25 +209,27 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
                 expect(argument, Wanted::Number, symbols, sink);
             }
             match builtin {
-                Builtin::Point => Some(Kind::Position),
-                Builtin::Trans => Some(Kind::Coordinate),
-                Builtin::Payload => Some(Kind::Load),
+                Builtin::Point => Some(ValueKind::Position),
+                Builtin::Trans => Some(ValueKind::Coordinate),
+                Builtin::Payload => Some(ValueKind::Load),
                 Builtin::Int | Builtin::Sgn | Builtin::Din | Builtin::Dout | Builtin::Bcdin => {
-                    Some(Kind::Integer)
+                    Some(ValueKind::Integer)
                 }
-                Builtin::Gain | Builtin::Torque => Some(Kind::Real),
+                Builtin::Gain | Builtin::Torque => Some(ValueKind::Real),
                 _ => None,
             }
         }
         Node::System(system) => Some(match system {
             System::Motion | System::Timer | System::MotionTime | System::Remain | System::RemainTime => {
-                Kind::Real
+                ValueKind::Real
             }
-            System::Here | System::Dest => Kind::Position,
-            System::Mode | System::TaskId | System::MaxTask => Kind::Integer,
+            System::Here | System::Dest => ValueKind::Position,
+            System::Mode | System::TaskId | System::MaxTask => ValueKind::Integer,
             System::Condition(condition) => match condition_kind(*condition) {
-                Wanted::Number if matches!(condition, Condition::Config | Condition::Accur) => Kind::Integer,
-                Wanted::Number => Kind::Real,
+                Wanted::Number if matches!(condition, Condition::Config | Condition::Accur) => {
+                    ValueKind::Integer
+                }
+                Wanted::Number => ValueKind::Real,
                 Wanted::Exactly(kind) => kind,
             },
         }),
@@ -240,11 +242,13 @@ fn binary(
     right: &Expression,
     symbols: &Symbols,
     sink: &mut Sink,
-) -> Option<Kind> {
+) -> Option<ValueKind> {
     if operator == Binary::Multiply {
         let (first, second) = (known(left, symbols, sink), known(right, symbols, sink));
         return match (first, second) {
-            (Some(kind @ (Kind::Position | Kind::Coordinate)), Some(Kind::Coordinate)) => Some(kind),
+            (Some(kind @ (ValueKind::Position | ValueKind::Coordinate)), Some(ValueKind::Coordinate)) => {
+                Some(kind)
+            }
             (Some(a), Some(b)) if !a.is_number() || !b.is_number() => {
                 let message = format!("{} and {} cannot be multiplied", a.word(), b.word());
                 sink.error(Problem::new("E0207", left.span.to(right.span), message));
@@ -257,7 +261,11 @@ fn binary(
         expect(left, Wanted::Number, symbols, sink);
         expect(right, Wanted::Number, symbols, sink);
         let arithmetic = matches!(operator, Binary::Divide | Binary::Modulo | Binary::Power);
-        return if arithmetic { None } else { Some(Kind::Integer) };
+        return if arithmetic {
+            None
+        } else {
+            Some(ValueKind::Integer)
+        };
     }
     let (left_kind, right_kind) = (known(left, symbols, sink), known(right, symbols, sink));
     let (Some(a), Some(b)) = (left_kind, right_kind) else {
@@ -265,9 +273,9 @@ fn binary(
         return left_kind.or(right_kind).filter(|kind| !kind.is_number());
     };
     if a.is_number() && b.is_number() {
-        return Some(if a == b { a } else { Kind::Real });
+        return Some(if a == b { a } else { ValueKind::Real });
     }
-    if a != b || a == Kind::Load {
+    if a != b || a == ValueKind::Load {
         let message = format!("{} and {} cannot be added or subtracted", a.word(), b.word());
         sink.error(Problem::new("E0207", left.span.to(right.span), message));
     }

@@ -357,7 +357,7 @@ impl Lowering<'_> {
     /// A plain variable that can hold a number.
     pub(super) fn plain(&self, variable: &Variable) -> Option<Register> {
         let slot = self.slot(variable)?;
-        let fits = slot.kind.is_none_or(crate::Kind::is_number);
+        let fits = slot.kind.is_none_or(crate::ValueKind::is_number);
         narrow(slot.base).filter(|_| fits && variable.subscripts.is_empty() && slot.bounds.is_none())
     }
 

@@ -3,12 +3,12 @@
 
 use alloc::format;
 
-use super::Trouble;
+use super::RuntimeError;
 use crate::code::Relation;
 use crate::options::{IntDivision, LanguageOptions};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Unary};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 
 pub(super) fn as_number(value: &Value) -> Option<Number> {
     match value {
@@ -48,44 +48,44 @@ pub(super) fn truth(number: Number) -> bool {
 }
 
 /// A real cut toward zero, if it fits 32 bits.
-pub(super) fn truncated(value: f32) -> Result<i32, Trouble> {
+pub(super) fn truncated(value: f32) -> Result<i32, RuntimeError> {
     let whole = libm::trunc(f64::from(value));
     if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
         return Ok(whole as i32);
     }
-    Err(Trouble::new(
+    Err(RuntimeError::new(
         FaultKind::Overflow,
         format!("{value} does not fit an integer of 32 bits"),
     ))
 }
 
 /// A value as another kind: numbers convert, everything else must be of that kind already.
-pub(crate) fn convert(value: Value, kind: Kind) -> Result<Value, Trouble> {
+pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value, RuntimeError> {
     match (value, kind) {
-        (Value::Integer(value), Kind::Real) => Ok(Value::Real(value as f32)),
-        (Value::Real(value), Kind::Integer) => truncated(value).map(Value::Integer),
+        (Value::Integer(value), ValueKind::Real) => Ok(Value::Real(value as f32)),
+        (Value::Real(value), ValueKind::Integer) => truncated(value).map(Value::Integer),
         (value, kind) if value.kind() == kind => Ok(value),
         (value, kind) => {
             let message = format!("expected {}, found {}", kind.word(), value.kind().word());
-            Err(Trouble::new(FaultKind::Type, message))
+            Err(RuntimeError::new(FaultKind::Type, message))
         }
     }
 }
 
 /// A finite real.
-pub(super) fn real(value: f32) -> Result<Number, Trouble> {
+pub(super) fn real(value: f32) -> Result<Number, RuntimeError> {
     if value.is_finite() {
         return Ok(Number::Real(value));
     }
-    Err(Trouble::new(
+    Err(RuntimeError::new(
         FaultKind::Overflow,
         "the result does not fit a real",
     ))
 }
 
-fn integer(value: Option<i32>) -> Result<Number, Trouble> {
+fn integer(value: Option<i32>) -> Result<Number, RuntimeError> {
     let overflow = || {
-        Trouble::new(
+        RuntimeError::new(
             FaultKind::Overflow,
             "the result does not fit an integer of 32 bits",
         )
@@ -93,7 +93,7 @@ fn integer(value: Option<i32>) -> Result<Number, Trouble> {
     value.map(Number::Integer).ok_or_else(overflow)
 }
 
-pub(super) fn unary(operator: Unary, of: Number) -> Result<Number, Trouble> {
+pub(super) fn unary(operator: Unary, of: Number) -> Result<Number, RuntimeError> {
     match (operator, of) {
         (Unary::Not, of) => Ok(Number::Integer(i32::from(!truth(of)))),
         (Unary::Minus, Number::Integer(value)) => integer(value.checked_neg()),
@@ -108,13 +108,13 @@ pub(super) fn binary(
     left: Number,
     right: Number,
     options: &LanguageOptions,
-) -> Result<Number, Trouble> {
+) -> Result<Number, RuntimeError> {
     let truth_value = |value: bool| Ok(Number::Integer(i32::from(value)));
     match operator {
         Binary::Or => return truth_value(truth(left) || truth(right)),
         Binary::And => return truth_value(truth(left) && truth(right)),
         Binary::Divide | Binary::Modulo if !truth(right) => {
-            return Err(Trouble::new(FaultKind::DivisionByZero, "division by zero"));
+            return Err(RuntimeError::new(FaultKind::DivisionByZero, "division by zero"));
         }
         _ => {}
     }
@@ -132,7 +132,7 @@ pub(super) fn binary(
     }
 }
 
-fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Number, Trouble> {
+fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Number, RuntimeError> {
     match operator {
         Binary::Add => integer(left.checked_add(right)),
         Binary::Subtract => integer(left.checked_sub(right)),
@@ -149,7 +149,7 @@ fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> R
     }
 }
 
-fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, Trouble> {
+fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, RuntimeError> {
     match operator {
         Binary::Add => real(left + right),
         Binary::Subtract => real(left - right),
@@ -160,7 +160,7 @@ fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, Trouble> {
             let power = libm::powf(left, right);
             if power.is_nan() {
                 let message = format!("{left} cannot be raised to {right}");
-                return Err(Trouble::new(FaultKind::Domain, message));
+                return Err(RuntimeError::new(FaultKind::Domain, message));
             }
             real(power)
         }

@@ -5,7 +5,7 @@ use alloc::format;
 
 use super::arithmetic::{as_number, as_value, binary, double, truncated, truth, unary};
 use super::place::Argument;
-use super::{Trouble, compose};
+use super::{RuntimeError, compose};
 use crate::MAX_TASKS;
 use crate::builtin::System;
 use crate::conditions::Accuracy;
@@ -14,7 +14,7 @@ use crate::options::Arm;
 use crate::program::Program;
 use crate::request::{FaultKind, Inputs, Number};
 use crate::tree::{Binary, Condition, Expression, Node, Unary};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 
 /// Everything an expression can look at.
 pub(super) struct Context<'a> {
@@ -30,7 +30,7 @@ pub(super) struct Context<'a> {
 }
 
 impl Context<'_> {
-    pub fn evaluate(&self, expression: &Expression) -> Result<Value, Trouble> {
+    pub fn evaluate(&self, expression: &Expression) -> Result<Value, RuntimeError> {
         match &expression.node {
             Node::Literal(value) => Ok(value.clone()),
             Node::Variable(variable) => self.fetch(variable),
@@ -100,7 +100,7 @@ impl Context<'_> {
     }
 
     /// Numbers, positions or coordinates, component by component; the left one gives posture and work.
-    fn sum(&self, operator: Binary, left: Value, right: Value) -> Result<Value, Trouble> {
+    fn sum(&self, operator: Binary, left: Value, right: Value) -> Result<Value, RuntimeError> {
         let sign = if operator == Binary::Add { 1.0 } else { -1.0 };
         match (left, right) {
             (Value::Position(mut left), Value::Position(right)) => {
@@ -120,14 +120,14 @@ impl Context<'_> {
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be added or subtracted");
-                    Err(Trouble::new(FaultKind::Type, message))
+                    Err(RuntimeError::new(FaultKind::Type, message))
                 }
             },
         }
     }
 
     /// Numbers, or a position or coordinate in front of a coordinate: the second one stands in the first.
-    fn product(&self, left: Value, right: Value) -> Result<Value, Trouble> {
+    fn product(&self, left: Value, right: Value) -> Result<Value, RuntimeError> {
         let arm = self.program.options.arm;
         match (left, right) {
             (Value::Position(left), Value::Coordinate(right)) => {
@@ -141,17 +141,17 @@ impl Context<'_> {
                 _ => {
                     let (left, right) = (left.kind().word(), right.kind().word());
                     let message = format!("{left} and {right} cannot be multiplied");
-                    Err(Trouble::new(FaultKind::Type, message))
+                    Err(RuntimeError::new(FaultKind::Type, message))
                 }
             },
         }
     }
 
     /// The expression as a number.
-    pub fn number(&self, expression: &Expression) -> Result<Number, Trouble> {
+    pub fn number(&self, expression: &Expression) -> Result<Number, RuntimeError> {
         let value = self.evaluate(expression)?;
         as_number(&value).ok_or_else(|| {
-            Trouble::new(
+            RuntimeError::new(
                 FaultKind::Type,
                 format!("expected a number, found {}", value.kind().word()),
             )
@@ -159,12 +159,12 @@ impl Context<'_> {
     }
 
     /// The expression as a double.
-    pub fn double(&self, expression: &Expression) -> Result<f64, Trouble> {
+    pub fn double(&self, expression: &Expression) -> Result<f64, RuntimeError> {
         self.number(expression).map(double)
     }
 
     /// The expression as an integer; a real is cut toward zero.
-    pub fn integer(&self, expression: &Expression) -> Result<i32, Trouble> {
+    pub fn integer(&self, expression: &Expression) -> Result<i32, RuntimeError> {
         match self.number(expression)? {
             Number::Integer(value) => Ok(value),
             Number::Real(value) => truncated(value),
@@ -172,19 +172,19 @@ impl Context<'_> {
     }
 
     /// The expression as a truth value: everything but 0 is true.
-    pub fn truth(&self, expression: &Expression) -> Result<bool, Trouble> {
+    pub fn truth(&self, expression: &Expression) -> Result<bool, RuntimeError> {
         self.number(expression).map(truth)
     }
 }
 
 /// Where in `coords` the coordinate of this letter is.
-pub(super) fn component_index(arm: Arm, kind: Kind, letter: u8) -> Option<usize> {
+pub(super) fn component_index(arm: Arm, kind: ValueKind, letter: u8) -> Option<usize> {
     let letters: &[u8] = match (kind, arm) {
-        (Kind::Position, Arm::SixAxis) => b"XYZABCUV",
-        (Kind::Position, Arm::Scara) => b"XYZCT",
-        (Kind::Coordinate, Arm::SixAxis) => b"XYZABC",
+        (ValueKind::Position, Arm::SixAxis) => b"XYZABCUV",
+        (ValueKind::Position, Arm::Scara) => b"XYZCT",
+        (ValueKind::Coordinate, Arm::SixAxis) => b"XYZABC",
         // The two rotations a SCARA does not have are never named.
-        (Kind::Coordinate, Arm::Scara) => b"XYZ--C",
+        (ValueKind::Coordinate, Arm::Scara) => b"XYZ--C",
         _ => return None,
     };
     letters.iter().position(|known| *known == letter)
@@ -199,7 +199,7 @@ fn component(arm: Arm, value: &Value, letter: u8) -> Option<f64> {
     }
 }
 
-pub(super) fn no_component(value: &Value, letter: u8) -> Trouble {
+pub(super) fn no_component(value: &Value, letter: u8) -> RuntimeError {
     let message = format!("{} has no coordinate {}", value.kind().word(), char::from(letter));
-    Trouble::new(FaultKind::Type, message)
+    RuntimeError::new(FaultKind::Type, message)
 }

@@ -7,7 +7,7 @@ use alloc::vec::Vec;
 use super::arithmetic::as_value;
 use super::evaluate::{Context, component_index, no_component};
 use super::place::Argument;
-use super::{Frame, Loop, Machine, Pending, State, Trouble};
+use super::{Frame, Loop, Machine, Pending, RuntimeError, State};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
 use crate::memory::Memory;
@@ -24,7 +24,7 @@ impl Machine {
         operation: &Operation,
         memory: &mut Memory,
         inputs: &dyn Inputs,
-    ) -> Result<bool, Trouble> {
+    ) -> Result<bool, RuntimeError> {
         let context = self.context(program, memory, inputs);
         let mut next = self.at + 1;
         match operation {
@@ -96,11 +96,11 @@ impl Machine {
         Ok(true)
     }
 
-    fn call(&mut self, return_to: usize, arguments: Vec<Argument>) -> Result<(), Trouble> {
+    fn call(&mut self, return_to: usize, arguments: Vec<Argument>) -> Result<(), RuntimeError> {
         // The main program is a frame too.
         if self.frames.len() > MAX_CALL_NESTING {
             let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
-            return Err(Trouble::new(FaultKind::Nesting, message));
+            return Err(RuntimeError::new(FaultKind::Nesting, message));
         }
         self.frames.push(Frame {
             return_to,
@@ -127,7 +127,7 @@ impl Machine {
         simple: &Simple,
         memory: &mut Memory,
         inputs: &dyn Inputs,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), RuntimeError> {
         let context = self.context(program, memory, inputs);
         let mut targets = Vec::new();
         let request = match simple {
@@ -232,7 +232,7 @@ impl Machine {
         target: &Variable,
         component: Option<u8>,
         value: &Expression,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), RuntimeError> {
         let context = self.context(program, memory, inputs);
         let value = context.evaluate(value)?;
         let place = context.place(target)?;
@@ -246,7 +246,7 @@ impl Machine {
 
 impl Context<'_> {
     /// The target of a computed GOTO, counted from 1; `None` outside the list.
-    fn choice(&self, selector: &Expression, targets: &[usize]) -> Result<Option<usize>, Trouble> {
+    fn choice(&self, selector: &Expression, targets: &[usize]) -> Result<Option<usize>, RuntimeError> {
         let number = self.integer(selector)?;
         Ok(usize::try_from(number)
             .ok()
@@ -262,13 +262,13 @@ fn with_component(
     target: &Variable,
     letter: u8,
     to: &Value,
-) -> Result<Value, Trouble> {
+) -> Result<Value, RuntimeError> {
     let number = match to {
         Value::Integer(value) => f64::from(*value),
         Value::Real(value) => f64::from(*value),
         other => {
             let message = format!("a coordinate is a number, found {}", other.kind().word());
-            return Err(Trouble::new(FaultKind::Type, message));
+            return Err(RuntimeError::new(FaultKind::Type, message));
         }
     };
     let mut value = context.fetch(target)?;

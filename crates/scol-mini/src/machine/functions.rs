@@ -4,7 +4,7 @@
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::Trouble;
+use super::RuntimeError;
 use super::arithmetic::{as_value, binary, double, real, truncated};
 use super::evaluate::Context;
 use crate::MAX_BCD_DIGITS;
@@ -17,7 +17,7 @@ use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
 impl Context<'_> {
-    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
+    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, RuntimeError> {
         match builtin {
             Builtin::Din => self.signals(arguments, |line| self.input(line)),
             Builtin::Dout => self.signals(arguments, |line| Ok(self.inputs.dout(line))),
@@ -39,8 +39,8 @@ impl Context<'_> {
     fn signals(
         &self,
         arguments: &[Expression],
-        state: impl Fn(u16) -> Result<bool, Trouble>,
-    ) -> Result<Value, Trouble> {
+        state: impl Fn(u16) -> Result<bool, RuntimeError>,
+    ) -> Result<Value, RuntimeError> {
         let mut all = true;
         for argument in arguments {
             let (line, on) = self.signal(argument)?;
@@ -49,27 +49,27 @@ impl Context<'_> {
         Ok(Value::Integer(i32::from(all)))
     }
 
-    fn input(&self, line: u16) -> Result<bool, Trouble> {
+    fn input(&self, line: u16) -> Result<bool, RuntimeError> {
         if self.inputs.has_input(line) {
             return Ok(self.inputs.din(line));
         }
-        Err(Trouble::new(
+        Err(RuntimeError::new(
             FaultKind::Range,
             format!("there is no input {line}"),
         ))
     }
 
     /// The value of one axis, counted from 1.
-    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value, Trouble> {
+    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value, RuntimeError> {
         let axis = arguments.first().map_or(Ok(1), |axis| self.axis(axis))?;
         let value = values.get(usize::from(axis).saturating_sub(1));
         Ok(Value::Real(value.copied().unwrap_or_default() as f32))
     }
 
     /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
-    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value, Trouble> {
+    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value, RuntimeError> {
         let [first, digits] = arguments else {
-            return Err(Trouble::new(FaultKind::Type, "BCDIN takes 2 arguments"));
+            return Err(RuntimeError::new(FaultKind::Type, "BCDIN takes 2 arguments"));
         };
         let (first, digits) = self.bcd_field(first, digits)?;
         let mut value = 0_i32;
@@ -81,7 +81,7 @@ impl Context<'_> {
             }
             if figure > 9 {
                 let message = format!("the inputs from {line} show {figure}, which is no decimal digit");
-                return Err(Trouble::new(FaultKind::Range, message));
+                return Err(RuntimeError::new(FaultKind::Range, message));
             }
             value = value * 10 + figure;
         }
@@ -94,7 +94,7 @@ impl Context<'_> {
         first: &Expression,
         digits: &Expression,
         value: &Expression,
-    ) -> Result<Vec<(u16, bool)>, Trouble> {
+    ) -> Result<Vec<(u16, bool)>, RuntimeError> {
         let (first, digits) = self.bcd_field(first, digits)?;
         let value = self.integer(value)?;
         let mut rest = value;
@@ -106,13 +106,13 @@ impl Context<'_> {
         }
         if value < 0 || rest > 0 {
             let message = format!("BCDOUT has {digits} digits, found {value}");
-            return Err(Trouble::new(FaultKind::Range, message));
+            return Err(RuntimeError::new(FaultKind::Range, message));
         }
         Ok(lines)
     }
 
     /// First signal and count of digits; the last signal has a number too.
-    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16), Trouble> {
+    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16), RuntimeError> {
         let (first, digits) = (self.signal(first)?, self.integer(digits)?);
         let most = MAX_BCD_DIGITS as u16;
         match (first, u16::try_from(digits)) {
@@ -122,24 +122,24 @@ impl Context<'_> {
             _ => {
                 let message =
                     format!("expected a first signal and 1 to {most} digits, found {digits} digits");
-                Err(Trouble::new(FaultKind::Range, message))
+                Err(RuntimeError::new(FaultKind::Range, message))
             }
         }
     }
 
     /// A signal and the state its sign names.
-    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool), Trouble> {
+    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool), RuntimeError> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
-            _ => Err(Trouble::new(
+            _ => Err(RuntimeError::new(
                 FaultKind::Range,
                 format!("there is no signal {number}"),
             )),
         }
     }
 
-    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, Trouble> {
+    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, RuntimeError> {
         let arm = self.program.options.arm;
         let numbers: Vec<f64> = arguments
             .iter()
@@ -167,13 +167,13 @@ impl Context<'_> {
 }
 
 /// The configuration of a number.
-pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Trouble> {
+pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, RuntimeError> {
     Configuration::listed(arm, number as i64).ok_or_else(|| {
         let wanted = match arm {
             Arm::SixAxis => "five digits 0 to 2",
             Arm::Scara => "0, 1 or 2",
         };
-        Trouble::new(
+        RuntimeError::new(
             FaultKind::Range,
             format!("a configuration is {wanted}, found {number}"),
         )
@@ -185,7 +185,7 @@ pub(super) fn numeric(
     builtin: Builtin,
     numbers: &[Number],
     options: &LanguageOptions,
-) -> Result<Number, Trouble> {
+) -> Result<Number, RuntimeError> {
     let first = numbers.first().copied().unwrap_or(Number::Integer(0));
     let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
     match (builtin, first) {
@@ -195,7 +195,7 @@ pub(super) fn numeric(
         (Builtin::Int, Number::Integer(value)) => Ok(Number::Integer(value)),
         (Builtin::Int, Number::Real(value)) => truncated(value).map(Number::Integer),
         (Builtin::Abs, Number::Integer(value)) => value.checked_abs().map(Number::Integer).ok_or_else(|| {
-            Trouble::new(
+            RuntimeError::new(
                 FaultKind::Overflow,
                 "the result does not fit an integer of 32 bits",
             )
@@ -210,7 +210,7 @@ pub(super) fn numeric(
             if result.is_nan() {
                 #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
                 let message = format!("{} is not defined for {}", builtin.word(), double(first) as f32);
-                return Err(Trouble::new(FaultKind::Domain, message));
+                return Err(RuntimeError::new(FaultKind::Domain, message));
             }
             real(result as f32)
         }

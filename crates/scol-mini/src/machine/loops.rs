@@ -3,7 +3,7 @@
 use alloc::format;
 
 use super::arithmetic::{as_value, binary, double};
-use super::{Loop, Machine, Trouble};
+use super::{Loop, Machine, RuntimeError};
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
 use crate::request::{FaultKind, Inputs, Number};
@@ -20,9 +20,12 @@ impl Machine {
         variable: &Variable,
         from: Value,
         opened: Loop,
-    ) -> Result<usize, Trouble> {
+    ) -> Result<usize, RuntimeError> {
         if double(opened.numbers().1) == 0.0 {
-            return Err(Trouble::new(FaultKind::Range, "the STEP of a FOR cannot be 0"));
+            return Err(RuntimeError::new(
+                FaultKind::Range,
+                "the STEP of a FOR cannot be 0",
+            ));
         }
         let place = self.context(program, memory, inputs).place(variable)?;
         self.write(program, memory, place, from)?;
@@ -63,7 +66,7 @@ impl Machine {
         memory: &mut Memory,
         inputs: &dyn Inputs,
         opener: usize,
-    ) -> Result<usize, Trouble> {
+    ) -> Result<usize, RuntimeError> {
         let first = self.frames.last().map_or(0, |frame| frame.loops);
         let mine = self.loops.get(first..).unwrap_or_default();
         let found = mine.iter().position(|open| open.opener == opener).and_then(|at| {
@@ -72,7 +75,7 @@ impl Machine {
         });
         let operation = program.steps.get(opener).map(|step| &step.operation);
         let (Some(open), Some(Operation::For { variable, .. })) = (found, operation) else {
-            return Err(Trouble::new(
+            return Err(RuntimeError::new(
                 FaultKind::NextWithoutFor,
                 "NEXT is reached without its FOR",
             ));
@@ -96,7 +99,7 @@ impl Machine {
         memory: &Memory,
         inputs: &dyn Inputs,
         variable: &Variable,
-    ) -> Result<Number, Trouble> {
+    ) -> Result<Number, RuntimeError> {
         match self.context(program, memory, inputs).fetch(variable)? {
             Value::Integer(value) => Ok(Number::Integer(value)),
             Value::Real(value) => Ok(Number::Real(value)),
@@ -106,7 +109,7 @@ impl Machine {
                     variable.name.text,
                     other.kind().word()
                 );
-                Err(Trouble::new(FaultKind::Type, message))
+                Err(RuntimeError::new(FaultKind::Type, message))
             }
         }
     }

@@ -3,7 +3,6 @@
 //! holds only its place in the program; values are in `Memory`, which several machines may share.
 
 mod arithmetic;
-mod ask;
 mod circle;
 mod compose;
 mod evaluate;
@@ -13,13 +12,14 @@ mod loops;
 mod monitor;
 mod place;
 mod print;
-mod quick;
 mod registers;
+mod request_values;
 #[cfg(feature = "serde")]
 pub(crate) mod snapshot;
 mod sprint;
 #[cfg(test)]
 mod tests;
+mod vm;
 
 use alloc::format;
 use alloc::string::String;
@@ -46,12 +46,12 @@ const MAX_JUMPS_AHEAD: usize = 4;
 
 /// A fault before its line is known.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Trouble {
+pub(crate) struct RuntimeError {
     pub kind: FaultKind,
     pub message: String,
 }
 
-impl Trouble {
+impl RuntimeError {
     pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
         Self {
             kind,
@@ -158,7 +158,7 @@ impl Machine {
         Self {
             program,
             at: 0,
-            frames: Self::bottom(),
+            frames: Self::base_frame(),
             arguments: Vec::new(),
             loops: Vec::new(),
             state: State::Ready,
@@ -195,7 +195,7 @@ impl Machine {
         }
     }
 
-    fn bottom() -> Vec<Frame> {
+    fn base_frame() -> Vec<Frame> {
         Vec::from([Frame {
             return_to: 0,
             arguments: 0,
@@ -256,7 +256,7 @@ impl Machine {
     /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
     pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
         let State::Asked(pending) = &self.state else {
-            return Err(self.fault(Trouble::new(FaultKind::Type, "no request is pending")));
+            return Err(self.fault(RuntimeError::new(FaultKind::Type, "no request is pending")));
         };
         let pending = pending.clone();
         let numbers = numbers(&pending.request, answer).map_err(|trouble| self.fault(trouble))?;
@@ -289,7 +289,7 @@ impl Machine {
 
     fn go_to(&mut self, step: usize) {
         self.at = step;
-        self.frames = Self::bottom();
+        self.frames = Self::base_frame();
         self.arguments.clear();
         self.loops.clear();
         self.state = State::Ready;
@@ -402,7 +402,7 @@ impl Machine {
         }
     }
 
-    fn fault(&self, trouble: Trouble) -> Fault {
+    fn fault(&self, trouble: RuntimeError) -> Fault {
         Fault {
             kind: trouble.kind,
             line: self.line(),
@@ -412,7 +412,7 @@ impl Machine {
 }
 
 /// The numbers an answer holds, filled up with zeros after a cancellation (INP-10).
-fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
+fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, RuntimeError> {
     match (request, answer) {
         (Request::Input { wanted, .. }, Answer::Values(numbers)) if numbers.len() == *wanted => Ok(numbers),
         (Request::Input { wanted, .. }, Answer::Cancelled(mut numbers)) if numbers.len() <= *wanted => {
@@ -421,15 +421,18 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, Trouble> {
         }
         (Request::Input { wanted, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
             let message = format!("INPUT wants {wanted} numbers, found {}", numbers.len());
-            Err(Trouble::new(FaultKind::Range, message))
+            Err(RuntimeError::new(FaultKind::Range, message))
         }
-        (Request::Input { .. }, Answer::Done) => Err(Trouble::new(FaultKind::Type, "INPUT wants numbers")),
+        (Request::Input { .. }, Answer::Done) => {
+            Err(RuntimeError::new(FaultKind::Type, "INPUT wants numbers"))
+        }
         (Request::Task { .. }, Answer::Values(numbers)) if numbers.len() == 1 => Ok(numbers),
-        (Request::Task { .. }, _) => Err(Trouble::new(FaultKind::Type, "TASK wants one task ID")),
+        (Request::Task { .. }, _) => Err(RuntimeError::new(FaultKind::Type, "TASK wants one task ID")),
         (_, Answer::Done) => Ok(Vec::new()),
-        (_, Answer::Values(_) | Answer::Cancelled(_)) => {
-            Err(Trouble::new(FaultKind::Type, "only INPUT and TASK take numbers"))
-        }
+        (_, Answer::Values(_) | Answer::Cancelled(_)) => Err(RuntimeError::new(
+            FaultKind::Type,
+            "only INPUT and TASK take numbers",
+        )),
     }
 }
 
@@ -440,7 +443,10 @@ pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions
 }
 
 /// The value of an expression that is constant.
-pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value, Trouble> {
+pub(crate) fn constant_value(
+    expression: &Expression,
+    options: &LanguageOptions,
+) -> Result<Value, RuntimeError> {
     let program = Program::empty(options);
     let memory = Memory::new(&program);
     evaluate::Context {

@@ -6,7 +6,7 @@ use alloc::format;
 use alloc::sync::Arc;
 
 use super::evaluate::Context;
-use super::{Machine, State, Trouble};
+use super::{Machine, RuntimeError, State};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
 use crate::program::Operation;
@@ -40,12 +40,12 @@ pub struct Jump(Monitor);
 impl Machine {
     /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
     /// false first.
-    pub(super) fn watch(&mut self, was: bool) -> Result<(), Trouble> {
+    pub(super) fn watch(&mut self, was: bool) -> Result<(), RuntimeError> {
         let on = self.at;
         self.monitors.retain(|monitor| monitor.on != on);
         if self.monitors.len() >= MAX_MONITORS {
             let message = format!("a task has at most {MAX_MONITORS} monitors");
-            return Err(Trouble::new(FaultKind::Range, message));
+            return Err(RuntimeError::new(FaultKind::Range, message));
         }
         let depth = self.frames.len();
         self.monitors.push(Monitor { on, depth, was });

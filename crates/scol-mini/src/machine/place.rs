@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use super::arithmetic::{as_number, as_value, convert};
 use super::evaluate::Context;
-use super::{Machine, Trouble};
+use super::{Machine, RuntimeError};
 use crate::memory::Memory;
 use crate::program::Program;
 use crate::request::{FaultKind, Number};
@@ -39,7 +39,7 @@ pub(super) enum Argument {
 
 impl Context<'_> {
     /// The place of a variable; its subscripts are evaluated.
-    pub fn place(&self, variable: &Variable) -> Result<Place, Trouble> {
+    pub fn place(&self, variable: &Variable) -> Result<Place, RuntimeError> {
         let name = &variable.name.text;
         match variable.reference {
             Reference::Slot(slot) => {
@@ -60,7 +60,7 @@ impl Context<'_> {
                         .map(|s| format!("{s}"))
                         .collect::<Vec<_>>()
                         .join(",");
-                    Trouble::new(
+                    RuntimeError::new(
                         FaultKind::Subscript,
                         format!("{name}({list}) is outside the array"),
                     )
@@ -72,12 +72,15 @@ impl Context<'_> {
                 Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
                     Ok(Place::Argument(self.base + index))
                 }
-                None => Err(Trouble::new(
+                None => Err(RuntimeError::new(
                     FaultKind::Undefined,
                     format!("{name} was not handed over"),
                 )),
             },
-            Reference::Unresolved => Err(Trouble::new(FaultKind::Undefined, format!("{name} has no value"))),
+            Reference::Unresolved => Err(RuntimeError::new(
+                FaultKind::Undefined,
+                format!("{name} has no value"),
+            )),
         }
     }
 
@@ -93,16 +96,16 @@ impl Context<'_> {
     }
 
     /// The value of a variable.
-    pub fn fetch(&self, variable: &Variable) -> Result<Value, Trouble> {
+    pub fn fetch(&self, variable: &Variable) -> Result<Value, RuntimeError> {
         let place = self.place(variable)?;
         self.read(place).ok_or_else(|| {
             let message = format!("{} is read before it has a value", variable.name.text);
-            Trouble::new(FaultKind::Undefined, message)
+            RuntimeError::new(FaultKind::Undefined, message)
         })
     }
 
     /// What is handed over for a parameter: a variable by reference, everything else by value.
-    pub fn argument(&self, expression: &Expression) -> Result<Argument, Trouble> {
+    pub fn argument(&self, expression: &Expression) -> Result<Argument, RuntimeError> {
         match &expression.node {
             Node::Variable(variable) => self.place(variable).map(Argument::Place),
             _ => self.evaluate(expression).map(Argument::of),
@@ -128,7 +131,7 @@ impl Machine {
         memory: &mut Memory,
         place: Place,
         value: Value,
-    ) -> Result<(), Trouble> {
+    ) -> Result<(), RuntimeError> {
         match place {
             Place::Cell { slot, cell } => {
                 let kind = memory.kind(slot).unwrap_or_else(|| value.kind());
@@ -136,10 +139,10 @@ impl Machine {
             }
             Place::Argument(at) => match self.arguments.get_mut(at) {
                 Some(held @ Argument::Number(Number::Integer(_))) => {
-                    *held = Argument::of(convert(value, crate::Kind::Integer)?);
+                    *held = Argument::of(convert(value, crate::ValueKind::Integer)?);
                 }
                 Some(held @ Argument::Number(Number::Real(_))) => {
-                    *held = Argument::of(convert(value, crate::Kind::Real)?);
+                    *held = Argument::of(convert(value, crate::ValueKind::Real)?);
                 }
                 Some(held @ Argument::Unset) => *held = Argument::of(value),
                 Some(Argument::Vector(held)) => **held = convert(value, held.kind())?,

@@ -2,7 +2,7 @@
 //! nothing is special. `None` means that something is, and that nothing has happened; `quick` knows what to do then.
 
 use crate::cell::Cell;
-use crate::code::{Join, Near, Register, Relation, TEMPORARIES};
+use crate::code::{AccumOp, ElementRef, Register, Relation, TEMPORARIES};
 use crate::program::Program;
 
 /// The cells a program works on.
@@ -114,7 +114,7 @@ impl Registers<'_> {
 
     /// An element; what is outside the array is nowhere.
     #[inline(always)]
-    pub fn element(&self, near: Near) -> Option<Register> {
+    pub fn element(&self, near: ElementRef) -> Option<Register> {
         let index = self.read(near.index)?.as_integer()?;
         // One that wraps around is far beyond any array.
         let index = index.wrapping_add(i32::from(near.offset)) as u32;
@@ -141,7 +141,7 @@ impl Registers<'_> {
 
     /// The number in an element.
     #[inline(always)]
-    pub fn loaded(&self, near: Near) -> Option<Cell> {
+    pub fn loaded(&self, near: ElementRef) -> Option<Cell> {
         self.read(self.element(near)?)
     }
 
@@ -169,7 +169,7 @@ impl Registers<'_> {
         function: impl Fn(f32) -> Option<f32>,
         a: Register,
         to: Register,
-        join: Join,
+        join: AccumOp,
         with: Register,
     ) -> Option<()> {
         let it = function(self.read_real(a)?)?;
@@ -184,7 +184,7 @@ impl Registers<'_> {
         function: impl Fn(f32) -> Option<f32>,
         (a, by): (Register, Register),
         to: Register,
-        join: Join,
+        join: AccumOp,
         with: Register,
     ) -> Option<()> {
         // As in `multiplied`; a scaled number is not multiplied again.
@@ -232,24 +232,24 @@ pub(super) fn root(of: f32) -> Option<f32> {
     finite(libm::sqrtf(of))
 }
 
-impl Join {
+impl AccumOp {
     #[inline(always)]
     pub fn integers(self, with: i32, it: i32) -> Option<i32> {
         match self {
-            Join::Add => with.checked_add(it),
-            Join::From => with.checked_sub(it),
-            Join::Less => it.checked_sub(with),
-            Join::Multiply => with.checked_mul(it),
+            AccumOp::Add => with.checked_add(it),
+            AccumOp::From => with.checked_sub(it),
+            AccumOp::Less => it.checked_sub(with),
+            AccumOp::Multiply => with.checked_mul(it),
         }
     }
 
     #[inline(always)]
     pub fn reals(self, with: f32, it: f32) -> f32 {
         match self {
-            Join::Add => with + it,
-            Join::From => with - it,
-            Join::Less => it - with,
-            Join::Multiply => with * it,
+            AccumOp::Add => with + it,
+            AccumOp::From => with - it,
+            AccumOp::Less => it - with,
+            AccumOp::Multiply => with * it,
         }
     }
 }

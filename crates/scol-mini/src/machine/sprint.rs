@@ -4,11 +4,11 @@
 
 use super::Machine;
 use super::circle;
-use super::quick::Outcome;
 use super::registers::{Registers, Rules, root};
+use super::vm::StepOutcome;
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
-use crate::code::{Code, Instruction, Near, Quick, Register, Target};
+use crate::code::{Code, ElementRef, Instruction, Quick, Register, Target};
 use crate::memory::Memory;
 use crate::program::Program;
 
@@ -17,7 +17,7 @@ const FORESEEN: usize = 8;
 
 /// What instructions ask of the machine.
 #[derive(Clone, Copy)]
-struct Around {
+struct LoopContext {
     /// The step of the innermost loop of this program, and its numbers; `usize::MAX` when none is open.
     opener: usize,
     limit: Cell,
@@ -45,7 +45,7 @@ impl Machine {
             let charge = u32::from(*charge);
             if left < charge {
                 let empty;
-                (empty, at, left) = self.crawl(program, Registers::new(cells, of), at, left);
+                (empty, at, left) = self.single_step(program, Registers::new(cells, of), at, left);
                 break empty;
             }
             left -= charge;
@@ -55,38 +55,38 @@ impl Machine {
                 };
                 // Anew for each instruction: what lives longer would be kept in memory.
                 let registers = Registers::new(cells, of);
-                match swift(registers, code, operation, &around) {
-                    Some(Stride::On(by)) => {
+                match run_fast(registers, code, operation, &around) {
+                    Some(Next::On(by)) => {
                         at += by;
                         continue;
                     }
-                    Some(Stride::To(target)) => {
+                    Some(Next::To(target)) => {
                         at = usize::from(target);
                         continue 'block;
                     }
-                    Some(Stride::Past) => {
+                    Some(Next::Past) => {
                         at += 1;
                         continue 'block;
                     }
                     None => {}
                 }
                 match self.quick(program, operation, &mut Registers::new(cells, of)) {
-                    Outcome::On if operation.ends() => {
+                    StepOutcome::On if operation.ends() => {
                         at += 1;
                         around = self.around();
                         continue 'block;
                     }
-                    Outcome::On => {
-                        left += undone(code, at);
+                    StepOutcome::On => {
+                        left += refund(code, at);
                         at += 1;
                     }
-                    Outcome::To(target) => {
+                    StepOutcome::To(target) => {
                         at = usize::from(target);
                         around = self.around();
                         continue 'block;
                     }
-                    Outcome::Left => {
-                        left += ahead(code, at) + paid(code, at);
+                    StepOutcome::Left => {
+                        left += remaining_charge(code, at) + step_cost(code, at);
                         break 'block false;
                     }
                 }
@@ -106,7 +106,7 @@ impl Machine {
     /// Runs the last statements for which there is fuel, one by one, until it is used up (`true`) or one has to be done
     /// by its step (`false`); returns also where that is, and the fuel that is left.
     #[cold]
-    fn crawl(
+    fn single_step(
         &mut self,
         program: &Program,
         mut registers: Registers<'_>,
@@ -123,17 +123,17 @@ impl Machine {
             };
             left = rest;
             match self.quick(program, &instruction.operation, &mut registers) {
-                Outcome::On => at += 1,
-                Outcome::To(target) => at = usize::from(target),
-                Outcome::Left => return (false, at, left + paid(code, at)),
+                StepOutcome::On => at += 1,
+                StepOutcome::To(target) => at = usize::from(target),
+                StepOutcome::Left => return (false, at, left + step_cost(code, at)),
             }
         }
     }
 
-    fn around(&self) -> Around {
+    fn around(&self) -> LoopContext {
         let first = self.frames.last().map_or(0, |frame| frame.loops);
         let open = self.loops.get(first..).and_then(<[super::Loop]>::last);
-        Around {
+        LoopContext {
             opener: open.map_or(usize::MAX, |open| open.opener),
             limit: open.map_or(Cell::EMPTY, |open| open.limit),
             step: open.map_or(Cell::EMPTY, |open| open.step),
@@ -143,7 +143,7 @@ impl Machine {
 }
 
 /// What the step of an instruction has cost: it begins anew, and pays anew.
-fn paid(code: &Code, at: usize) -> u32 {
+fn step_cost(code: &Code, at: usize) -> u32 {
     let step = code.steps.get(at).map_or(0, |step| *step as usize);
     let first = code.entries.get(step);
     let cost = first.and_then(|first| code.costs.get(usize::from(*first)));
@@ -151,7 +151,7 @@ fn paid(code: &Code, at: usize) -> u32 {
 }
 
 /// What has been charged for the instructions behind this one, in its block.
-fn ahead(code: &Code, at: usize) -> u32 {
+fn remaining_charge(code: &Code, at: usize) -> u32 {
     let charge = code
         .instructions
         .get(at)
@@ -161,16 +161,16 @@ fn ahead(code: &Code, at: usize) -> u32 {
 }
 
 /// What has been charged too much when an instruction did nothing, and the next one does its work.
-fn undone(code: &Code, at: usize) -> u32 {
+fn refund(code: &Code, at: usize) -> u32 {
     let next = code
         .instructions
         .get(at + 1)
         .map_or(0, |next| u32::from(next.charge));
-    ahead(code, at).saturating_sub(next)
+    remaining_charge(code, at).saturating_sub(next)
 }
 
 /// Where an instruction leads.
-enum Stride {
+enum Next {
     /// So many instructions on, in the same block.
     On(usize),
     To(Target),
@@ -181,7 +181,7 @@ enum Stride {
 impl Registers<'_> {
     /// The counter of a loop one step on, unless that ends it.
     #[inline(always)]
-    fn count_on(&mut self, variable: Register, around: &Around) -> Option<()> {
+    fn count_on(&mut self, variable: Register, around: &LoopContext) -> Option<()> {
         let now = self.read(variable)?;
         let [now, step, limit] = Cell::integers([now, around.step, around.limit])?;
         let now = now.checked_add(step)?;
@@ -198,7 +198,7 @@ impl Registers<'_> {
 /// not go on before the numbers are compared, while it foresees most jumps.
 #[cold]
 #[inline]
-fn foreseen() {}
+fn likely() {}
 
 /// The target of a computed GOTO, counted from 1.
 #[inline(always)]
@@ -217,50 +217,55 @@ fn chosen(targets: &[Target], number: i32) -> Option<Target> {
 
 /// Beyond the instructions that an element without an offset replaces, and one more with an offset, if it was done.
 #[inline(always)]
-fn beyond(done: Option<()>, element: Near, by: usize) -> Stride {
+fn beyond(done: Option<()>, element: ElementRef, by: usize) -> Next {
     if done.is_none() {
-        return Stride::On(1);
+        return Next::On(1);
     }
     if element.offset == 0 {
-        return Stride::On(by);
+        return Next::On(by);
     }
-    foreseen();
-    Stride::On(by + 1)
+    likely();
+    Next::On(by + 1)
 }
 
 /// Does an instruction as long as nothing is special; returns the one that follows. `None`: nothing has happened, and
 /// `quick` has to do it.
 #[inline(always)]
 #[expect(clippy::too_many_lines, reason = "a flat match, one arm an instruction")]
-fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &Around) -> Option<Stride> {
+fn run_fast(
+    mut registers: Registers<'_>,
+    code: &Code,
+    operation: &Quick,
+    around: &LoopContext,
+) -> Option<Next> {
     match *operation {
-        Quick::Jump(target) => Some(Stride::To(target)),
+        Quick::Jump(target) => Some(Next::To(target)),
         Quick::Copy { to, a } => {
             let value = registers.read(a)?;
             registers.put(to, value)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Add { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_add, |a, b| a + b)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Subtract { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_sub, |a, b| a - b)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Multiply { to, a, b } => {
             registers.arithmetic((to, a, b), i32::checked_mul, |a, b| a * b)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Divide { to, a, b } => {
             // Nothing is divided by 0: that is not finite.
             registers.arithmetic((to, a, b), i32::checked_div, |a, b| a / b)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Modulo { to, a, b } => {
             let [a, b] = Cell::integers([registers.read(a)?, registers.read(b)?])?;
             registers.put_integer(to, a.checked_rem(b)?)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Branch {
             relation,
@@ -277,46 +282,46 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             otherwise,
         } => {
             if registers.holds(relation, a, b)? {
-                return Some(Stride::To(then));
+                return Some(Next::To(then));
             }
-            foreseen();
-            Some(Stride::To(otherwise))
+            likely();
+            Some(Next::To(otherwise))
         }
         Quick::Root { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, root(a)?)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Sine { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, circle::sine(a)?)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Cosine { to, a } => {
             let a = registers.read_real(a)?;
             registers.put_real(to, circle::cosine(a)?)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Load { to, array, index } => {
-            let value = registers.loaded(Near {
+            let value = registers.loaded(ElementRef {
                 array,
                 index,
                 offset: 0,
             })?;
             registers.put(to, value)?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Store { array, index, a } => {
             let value = registers.read(a)?;
             registers.put(
-                registers.element(Near {
+                registers.element(ElementRef {
                     array,
                     index,
                     offset: 0,
                 })?,
                 value,
             )?;
-            Some(Stride::On(1))
+            Some(Next::On(1))
         }
         Quick::Next {
             variable,
@@ -327,30 +332,30 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
                 return None;
             }
             registers.count_on(variable, around)?;
-            Some(Stride::To(body))
+            Some(Next::To(body))
         }
-        Quick::Enter(target) => around.room.then_some(Stride::To(target)),
+        Quick::Enter(target) => around.room.then_some(Next::To(target)),
         Quick::Choose { a, first, count } => {
             let number = registers.read(a)?.as_integer()?;
             let targets = code
                 .choices
                 .get(usize::from(first)..)?
                 .get(..usize::from(count))?;
-            Some(chosen(targets, number).map_or(Stride::Past, Stride::To))
+            Some(chosen(targets, number).map_or(Next::Past, Next::To))
         }
         Quick::MultiplyAdd { to, a, b, c } => {
             let done = registers.multiplied(to, [a, b, c], i32::checked_add, |c, it| c + it);
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::MultiplyFrom { to, a, b, c } => {
             let done = registers.multiplied(to, [a, b, c], i32::checked_sub, |c, it| c - it);
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::LoadNear { to, element } => {
             let done = registers
                 .loaded(element)
                 .and_then(|value| registers.put(to, value));
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::LoadAdd { to, element, with } => {
             let done = registers
@@ -375,7 +380,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             Some(beyond(done, element, 3))
         }
         Quick::UpdateAdd { index, element, with } => {
-            let place = Near {
+            let place = ElementRef {
                 index,
                 offset: 0,
                 ..element
@@ -388,15 +393,15 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
         }
         Quick::RootJoin { join, to, a, with } => {
             let done = registers.joined(root, a, to, join, with);
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::SineJoin { join, to, a, with } => {
             let done = registers.joined(circle::sine, a, to, join, with);
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::CosineJoin { join, to, a, with } => {
             let done = registers.joined(circle::cosine, a, to, join, with);
-            Some(Stride::On(if done.is_some() { 3 } else { 1 }))
+            Some(Next::On(if done.is_some() { 3 } else { 1 }))
         }
         Quick::RootScaled {
             join,
@@ -406,7 +411,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             with,
         } => {
             let done = registers.scaled(root, (a, by), to, join, with);
-            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
+            Some(Next::On(if done.is_some() { 4 } else { 1 }))
         }
         Quick::SineScaled {
             join,
@@ -416,7 +421,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             with,
         } => {
             let done = registers.scaled(circle::sine, (a, by), to, join, with);
-            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
+            Some(Next::On(if done.is_some() { 4 } else { 1 }))
         }
         Quick::CosineScaled {
             join,
@@ -426,7 +431,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             with,
         } => {
             let done = registers.scaled(circle::cosine, (a, by), to, join, with);
-            Some(Stride::On(if done.is_some() { 4 } else { 1 }))
+            Some(Next::On(if done.is_some() { 4 } else { 1 }))
         }
         Quick::GuardedAdd {
             relation,
@@ -436,7 +441,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             by,
         } => {
             registers.guarded((relation, a, b), (to, by), i32::checked_add, |c, by| c + by)?;
-            Some(Stride::On(3))
+            Some(Next::On(3))
         }
         Quick::GuardedSubtract {
             relation,
@@ -446,7 +451,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             by,
         } => {
             registers.guarded((relation, a, b), (to, by), i32::checked_sub, |c, by| c - by)?;
-            Some(Stride::On(3))
+            Some(Next::On(3))
         }
         Quick::GuardedCopy {
             relation,
@@ -456,7 +461,7 @@ fn swift(mut registers: Registers<'_>, code: &Code, operation: &Quick, around: &
             by,
         } => {
             registers.guarded((relation, a, b), (to, by), |_, by| Some(by), |_, by| by)?;
-            Some(Stride::On(3))
+            Some(Next::On(3))
         }
         // All by name: then the processor looks up where to go without asking whether it is in the list.
         Quick::Leave

@@ -8,7 +8,7 @@ use super::Memory;
 use crate::cell::{Cell, Held};
 use crate::machine::MAIN_TASK;
 use crate::program::{Owner, Program, Slot};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 
 /// Task ID of a statement that is executed directly: it sees no variables of programs.
 const DIRECT: u16 = 0;
@@ -18,7 +18,7 @@ const DIRECT: u16 = 0;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Locals {
     pub(super) cells: Vec<Cell>,
-    pub(super) kinds: Vec<Option<Kind>>,
+    pub(super) kinds: Vec<Option<ValueKind>>,
 }
 
 /// Slots and cells of the variables of the programs.

@@ -10,7 +10,7 @@ use crate::cell::{Cell, Held};
 use crate::conditions::Conditions;
 use crate::program::{Program, Slot};
 use crate::snapshot::{self, RestoreError, STATE_VERSION, expect};
-use crate::value::{Kind, Value};
+use crate::value::{Value, ValueKind};
 
 /// What a [`Memory`] holds, to be written down.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -19,7 +19,7 @@ pub struct MemoryState {
     version: u32,
     source: u64,
     cells: Vec<Cell>,
-    kinds: Vec<Option<Kind>>,
+    kinds: Vec<Option<ValueKind>>,
     vectors: Vec<Value>,
     free: Vec<u32>,
     task: u16,
@@ -103,7 +103,7 @@ impl Places<'_> {
         &mut self,
         slots: &[Slot],
         cells: &[Cell],
-        kinds: &[Option<Kind>],
+        kinds: &[Option<ValueKind>],
         base: usize,
     ) -> Result<(), RestoreError> {
         let wanted: usize = slots.iter().map(Slot::length).sum();
@@ -132,13 +132,13 @@ impl Places<'_> {
         Ok(())
     }
 
-    fn kind(&mut self, cell: Cell) -> Result<Option<Kind>, RestoreError> {
+    fn kind(&mut self, cell: Cell) -> Result<Option<ValueKind>, RestoreError> {
         Ok(match cell.held() {
             Held::Nothing => None,
-            Held::Integer(_) => Some(Kind::Integer),
+            Held::Integer(_) => Some(ValueKind::Integer),
             Held::Real(value) => {
                 expect(value.is_finite(), "reals that are finite")?;
-                Some(Kind::Real)
+                Some(ValueKind::Real)
             }
             Held::Vector(at) => {
                 expect(self.left.remove(&(at as usize)), "every place to be held once")?;

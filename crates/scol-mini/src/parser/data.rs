@@ -10,7 +10,7 @@ use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Sign, Token};
 use crate::options::Arm;
 use crate::tree::Name;
-use crate::value::{Configuration, Kind, Payload, Trans, coordinates};
+use crate::value::{Configuration, Payload, Trans, ValueKind, coordinates};
 
 /// What a line of DATA says.
 pub(super) enum DataLine {
@@ -25,11 +25,11 @@ impl Cursor<'_> {
         // Tools of the maker leave the word POINT out (scol.md 13.15).
         let bare = self.peek_at(1) == Some(&Token::Sign(Sign::Assign));
         let kind = match self.peek() {
-            Some(Token::Word(word)) if bare && !builtin::is_reserved(word, self.arm) => Kind::Position,
+            Some(Token::Word(word)) if bare && !builtin::is_reserved(word, self.arm) => ValueKind::Position,
             Some(Token::Word(word)) => match word.as_str() {
-                "POINT" => Kind::Position,
-                "TRANS" => Kind::Coordinate,
-                "PAYLOAD" => Kind::Load,
+                "POINT" => ValueKind::Position,
+                "TRANS" => ValueKind::Coordinate,
+                "PAYLOAD" => ValueKind::Load,
                 "WORK" => {
                     self.advance();
                     let name = self.name("the name of coordinate data")?;
@@ -53,12 +53,12 @@ impl Cursor<'_> {
         }
         self.expect_sign(Sign::Assign, "=")?;
         let start = self.span();
-        let braced = kind == Kind::Load && self.sign(Sign::OpenBrace);
+        let braced = kind == ValueKind::Load && self.sign(Sign::OpenBrace);
         let numbers = self.numbers(self.width(kind), kind)?;
         if braced {
             self.expect_sign(Sign::CloseBrace, "}")?;
         }
-        let config = if kind == Kind::Position {
+        let config = if kind == ValueKind::Position {
             self.posture()?
         } else {
             Configuration::default()
@@ -75,17 +75,17 @@ impl Cursor<'_> {
         }))
     }
 
-    fn width(&self, kind: Kind) -> usize {
+    fn width(&self, kind: ValueKind) -> usize {
         match kind {
-            Kind::Position => coordinates(self.arm),
-            Kind::Coordinate => Trans::order(self.arm).len(),
-            Kind::Load => Payload::width(self.arm),
-            Kind::Integer | Kind::Real => 1,
+            ValueKind::Position => coordinates(self.arm),
+            ValueKind::Coordinate => Trans::order(self.arm).len(),
+            ValueKind::Load => Payload::width(self.arm),
+            ValueKind::Integer | ValueKind::Real => 1,
         }
     }
 
     /// Numbers separated by commas, each of which may be left out and then is 0 (DATA-03).
-    fn numbers(&mut self, most: usize, kind: Kind) -> Result<Vec<f64>, Problem> {
+    fn numbers(&mut self, most: usize, kind: ValueKind) -> Result<Vec<f64>, Problem> {
         let start = self.span();
         let mut numbers = Vec::new();
         loop {

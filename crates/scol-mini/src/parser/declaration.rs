@@ -7,7 +7,7 @@ use super::{Cursor, Declaration};
 use crate::MAX_SUBSCRIPTS;
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
-use crate::value::Kind;
+use crate::value::ValueKind;
 
 impl Cursor<'_> {
     /// A line of GLOBAL: `DIM`, `name = value` or a bare name.
@@ -101,14 +101,14 @@ impl Cursor<'_> {
         Ok(list)
     }
 
-    fn kind(&mut self) -> Result<Kind, Problem> {
+    fn kind(&mut self) -> Result<ValueKind, Problem> {
         let kind = match self.peek() {
             Some(Token::Word(word)) => match word.as_str() {
-                "INTEGER" => Some(Kind::Integer),
-                "REAL" => Some(Kind::Real),
-                "PAYLOAD" => Some(Kind::Load),
-                "TRANS" => Some(Kind::Coordinate),
-                "POINT" => Some(Kind::Position),
+                "INTEGER" => Some(ValueKind::Integer),
+                "REAL" => Some(ValueKind::Real),
+                "PAYLOAD" => Some(ValueKind::Load),
+                "TRANS" => Some(ValueKind::Coordinate),
+                "POINT" => Some(ValueKind::Position),
                 _ => None,
             },
             _ => None,

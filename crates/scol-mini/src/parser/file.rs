@@ -283,7 +283,7 @@ impl Parser<'_> {
                 self.work = Some(name);
             }
             DataLine::Datum(mut datum) => {
-                if datum.kind == crate::value::Kind::Position {
+                if datum.kind == crate::value::ValueKind::Position {
                     datum.work = if self.options.sticky_work {
                         self.work.clone()
                     } else {

@@ -21,7 +21,7 @@ use crate::diagnostic::{Problem, Span};
 use crate::lexer::{Lexeme, Sign, Token};
 use crate::options::Arm;
 use crate::tree::{Name, Statement};
-use crate::value::{Configuration, Kind};
+use crate::value::{Configuration, ValueKind};
 
 pub(crate) use file::{parse_direct, parse_file};
 
@@ -71,7 +71,7 @@ pub(crate) struct Declaration {
     /// Upper bounds of a `DIM`, or the subscripts of an element that gets an initial value.
     pub subscripts: Vec<u32>,
     pub dim: bool,
-    pub kind: Option<Kind>,
+    pub kind: Option<ValueKind>,
     pub value: Option<crate::tree::Expression>,
     /// The whole line without a comment.
     pub line: Span,
@@ -81,7 +81,7 @@ pub(crate) struct Declaration {
 #[derive(Debug)]
 pub(crate) struct Datum {
     pub name: Name,
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// As many as written, in order.
     pub numbers: Vec<f64>,
     pub config: Configuration,

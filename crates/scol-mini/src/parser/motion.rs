@@ -7,33 +7,33 @@ use super::Cursor;
 use crate::builtin::{self, Builtin};
 use crate::diagnostic::Problem;
 use crate::lexer::{Sign, Token};
-use crate::tree::{Condition, Course, Expression, Simple, Statement};
+use crate::tree::{Condition, Expression, MotionKind, Simple, Statement};
 
 impl Cursor<'_> {
     pub(super) fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
         self.advance();
         let course = match word {
-            "READY" => Course::Ready,
-            "MOVE" => Course::Ptp(self.position()?),
-            "MOVES" => Course::Line(self.position()?),
+            "READY" => MotionKind::Ready,
+            "MOVE" => MotionKind::Ptp(self.position()?),
+            "MOVES" => MotionKind::Line(self.position()?),
             "MOVEC" => {
                 let via = self.position()?;
                 self.sign(Sign::Comma);
-                Course::Arc(via, self.position()?)
+                MotionKind::Arc(via, self.position()?)
             }
             "MOVEJ" => {
                 let end = self.position()?;
                 self.sign(Sign::Comma);
-                Course::Arch(end, self.position()?)
+                MotionKind::Arch(end, self.position()?)
             }
             _ => {
                 let axis = self.expression()?;
                 self.expect_sign(Sign::Comma, ",")?;
                 let value = self.expression()?;
                 if word == "MOVEA" {
-                    Course::Axis(axis, value)
+                    MotionKind::Axis(axis, value)
                 } else {
-                    Course::AxisBy(axis, value)
+                    MotionKind::AxisBy(axis, value)
                 }
             }
         };

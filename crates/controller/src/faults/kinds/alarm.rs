@@ -1,7 +1,7 @@
 //! Alarm N: the controller raises one of its alarms.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Takes};
-use super::super::strike::Strike;
+use super::super::kind::{Applied, Effect, Kind, Parameter, Takes};
+use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
 use crate::alarm::ALARMS;
 
@@ -24,9 +24,9 @@ pub const KIND: Kind = Kind {
     act: |controller, values, prey| {
         let number = values.word("number");
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
-            controller.strike(values.millis("delay"), Strike::Alarm(*code));
+            controller.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
-        Bitten::new(
+        Applied::new(
             Effect::Pass,
             alloc::format!("alarm {number} follows {}", prey.words()),
         )

@@ -1,6 +1,6 @@
 //! RAM drive full: a download finds no room.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Point, Takes};
+use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
 use super::super::{FaultError, On};
 use crate::limits::MAX_FILE;
 
@@ -34,7 +34,7 @@ pub const KIND: Kind = Kind {
         let free = values.bytes("free").unwrap_or(0);
         controller.faults.free = Some(free);
         let words = alloc::format!("{} finds {free} bytes free on the RAM drive", prey.words());
-        Bitten::new(Effect::Pass, words)
+        Applied::new(Effect::Pass, words)
     },
 };
 

@@ -1,6 +1,6 @@
 //! Duplicate text: the same text twice.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parcel};
+use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
 use super::{OUT, millis};
 
 /// The kind.
@@ -11,10 +11,10 @@ pub const KIND: Kind = Kind {
     parameters: &[millis("pause", "10", "between the two")],
     points: OUT,
     act: |_, values, prey| {
-        let again = Parcel::after(values.millis("pause"), Leaving::Bytes(prey.bytes.to_vec()));
+        let again = Segment::after(values.millis("pause"), Departure::Bytes(prey.bytes.to_vec()));
         let words = alloc::format!("{} leaves twice", prey.words());
-        Bitten::new(
-            Effect::Sent([Parcel::bytes(prey.bytes.to_vec()), again].into()),
+        Applied::new(
+            Effect::Sent([Segment::bytes(prey.bytes.to_vec()), again].into()),
             words,
         )
     },

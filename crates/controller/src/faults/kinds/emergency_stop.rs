@@ -1,9 +1,9 @@
 //! Emergency stop: somebody presses the button.
 
-use super::super::kind::{Bitten, Effect, Kind};
-use super::super::strike::Strike;
+use super::super::kind::{Applied, Effect, Kind};
+use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE, millis};
-use crate::input::Panel;
+use crate::input::PanelAction;
 
 /// The kind.
 pub const KIND: Kind = Kind {
@@ -21,11 +21,14 @@ pub const KIND: Kind = Kind {
     points: MACHINE,
     act: |controller, values, prey| {
         let (delay, release) = (values.millis("delay"), values.millis("release"));
-        controller.strike(delay, Strike::Panel(Panel::EmergencyStop(true)));
+        controller.schedule(delay, ScheduledAction::Panel(PanelAction::EmergencyStop(true)));
         if !release.is_zero() {
-            controller.strike(delay + release, Strike::Panel(Panel::EmergencyStop(false)));
+            controller.schedule(
+                delay + release,
+                ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
+            );
         }
-        Bitten::new(
+        Applied::new(
             Effect::Pass,
             alloc::format!("the emergency stop follows {}", prey.words()),
         )

@@ -1,7 +1,7 @@
 //! Flipped bit: one bit of what is on the line is the other way round.
 
 use super::super::Values;
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Parcel, Point, Takes};
+use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Segment, Takes};
 use crate::Controller;
 
 /// Towards the host.
@@ -52,7 +52,7 @@ pub const KIND: Kind = Kind {
         let (byte, bit) = place(controller, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
             let words = alloc::format!("{} has no byte {byte}", prey.words());
-            return Bitten::new(Effect::Pass, words);
+            return Applied::new(Effect::Pass, words);
         };
         let before = *found;
         *found ^= 1 << bit;
@@ -63,9 +63,9 @@ pub const KIND: Kind = Kind {
         );
         let effect = match prey.point {
             Point::Bytes => Effect::Came(bytes),
-            _ => Effect::Sent([Parcel::bytes(bytes)].into()),
+            _ => Effect::Sent([Segment::bytes(bytes)].into()),
         };
-        Bitten::new(effect, words)
+        Applied::new(effect, words)
     },
     ..Kind::PLAIN
 };

@@ -1,8 +1,8 @@
 //! Half-open: the other side is gone and the connection does not know.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parcel};
+use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
 use super::{OUT, millis};
-use crate::output::Cut;
+use crate::output::DisconnectMode;
 use core::time::Duration;
 
 /// The kind.
@@ -24,9 +24,9 @@ pub const KIND: Kind = Kind {
             prey.words(),
             lasts.as_millis()
         );
-        let deaf = Parcel::after(Duration::ZERO, Leaving::Deaf);
-        let cut = Parcel::after(lasts, Leaving::Cut(Cut::Reset));
-        Bitten::new(Effect::Sent([deaf, cut].into()), words)
+        let deaf = Segment::after(Duration::ZERO, Departure::Deaf);
+        let cut = Segment::after(lasts, Departure::Cut(DisconnectMode::Reset));
+        Applied::new(Effect::Sent([deaf, cut].into()), words)
     },
     ..Kind::PLAIN
 };

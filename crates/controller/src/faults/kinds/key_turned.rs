@@ -1,9 +1,9 @@
 //! Key turned mid-cycle: somebody takes the robot out of external operation.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Takes};
-use super::super::strike::Strike;
+use super::super::kind::{Applied, Effect, Kind, Parameter, Takes};
+use super::super::scheduled::ScheduledAction;
 use super::{MACHINE, millis};
-use crate::input::{KeySwitch, Panel};
+use crate::input::{KeySwitch, PanelAction};
 
 /// The positions.
 const POSITIONS: [(&str, KeySwitch); 3] = [
@@ -39,16 +39,19 @@ pub const KIND: Kind = Kind {
         let (delay, back) = (values.millis("delay"), values.millis("back"));
         let position = POSITIONS.iter().find(|(name, _)| *name == word);
         let position = position.map_or(KeySwitch::Teaching, |(_, position)| *position);
-        controller.strike(delay, Strike::Panel(Panel::Key(position)));
+        controller.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
         if !back.is_zero() {
-            controller.strike(delay + back, Strike::Panel(Panel::Key(KeySwitch::Ext)));
+            controller.schedule(
+                delay + back,
+                ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
+            );
         }
         let words = alloc::format!(
             "the key is turned to {word} {} ms behind {}",
             delay.as_millis(),
             prey.words()
         );
-        Bitten::new(Effect::Pass, words)
+        Applied::new(Effect::Pass, words)
     },
     ..Kind::PLAIN
 };

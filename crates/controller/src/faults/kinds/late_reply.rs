@@ -1,6 +1,6 @@
 //! Late reply: the answer comes, but later than a host may wait.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parcel};
+use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
 use super::{OUT, millis};
 
 /// The kind.
@@ -12,9 +12,9 @@ pub const KIND: Kind = Kind {
     points: OUT,
     act: |_, values, prey| {
         let delay = values.millis("delay");
-        let parcel = Parcel::after(delay, Leaving::Bytes(prey.bytes.to_vec()));
+        let parcel = Segment::after(delay, Departure::Bytes(prey.bytes.to_vec()));
         let words = alloc::format!("{} leaves {} ms late", prey.words(), delay.as_millis());
-        Bitten::new(Effect::Sent([parcel].into()), words)
+        Applied::new(Effect::Sent([parcel].into()), words)
     },
     ..Kind::PLAIN
 };

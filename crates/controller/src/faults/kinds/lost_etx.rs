@@ -1,6 +1,6 @@
 //! Lost ETX: the end of a text does not come.
 
-use super::super::kind::{Bitten, Effect, Kind, Parcel, Point};
+use super::super::kind::{Applied, Effect, Kind, Point, Segment};
 use ts3100_proto::text::ETX;
 
 /// The kind.
@@ -16,7 +16,7 @@ pub const KIND: Kind = Kind {
             bytes.remove(end);
         }
         let words = alloc::format!("{} leaves without ETX", prey.words());
-        Bitten::new(Effect::Sent([Parcel::bytes(bytes)].into()), words)
+        Applied::new(Effect::Sent([Segment::bytes(bytes)].into()), words)
     },
     ..Kind::PLAIN
 };

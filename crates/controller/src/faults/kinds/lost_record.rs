@@ -1,6 +1,6 @@
 //! Lost INPUT record: what a peer sent to the program does not reach it.
 
-use super::super::kind::{Bitten, Effect, Kind, Point};
+use super::super::kind::{Applied, Effect, Kind, Point};
 
 /// The kind.
 pub const KIND: Kind = Kind {
@@ -9,7 +9,7 @@ pub const KIND: Kind = Kind {
     remedy: "Let the program answer each record by PRINT; when no answer comes in time send the record again.",
     points: &[Point::Record],
     act: |_, _, prey| {
-        Bitten::new(
+        Applied::new(
             Effect::Lost,
             alloc::format!("a record for INPUT on {} is lost", prey.port),
         )

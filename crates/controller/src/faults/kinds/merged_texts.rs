@@ -1,6 +1,6 @@
 //! Merged texts: two texts in one segment.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parcel};
+use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
 use super::{OUT, millis};
 
 /// The kind.
@@ -11,9 +11,9 @@ pub const KIND: Kind = Kind {
     parameters: &[millis("hold", "1000", "how long it waits at most")],
     points: OUT,
     act: |_, values, prey| {
-        let held = Parcel::after(values.millis("hold"), Leaving::Held(prey.bytes.to_vec()));
+        let held = Segment::after(values.millis("hold"), Departure::Held(prey.bytes.to_vec()));
         let words = alloc::format!("{} waits for what is sent next", prey.words());
-        Bitten::new(Effect::Sent([held].into()), words)
+        Applied::new(Effect::Sent([held].into()), words)
     },
     ..Kind::PLAIN
 };

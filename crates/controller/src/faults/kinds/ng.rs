@@ -1,6 +1,6 @@
 //! NG: a command that could be obeyed is refused.
 
-use super::super::kind::{Bitten, Effect, Kind, Point};
+use super::super::kind::{Applied, Effect, Kind, Point};
 
 /// The kind.
 pub const KIND: Kind = Kind {
@@ -10,7 +10,7 @@ pub const KIND: Kind = Kind {
     points: &[Point::Command],
     act: |_, _, prey| {
         let words = alloc::format!("{} is refused", prey.words());
-        Bitten::new(Effect::Refused("a fault on purpose (ng)".into()), words)
+        Applied::new(Effect::Refused("a fault on purpose (ng)".into()), words)
     },
     ..Kind::PLAIN
 };

@@ -1,6 +1,6 @@
 //! No reply: a command is obeyed and the host never hears of it, or it never reached the robot.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Point, Takes};
+use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
 
 /// Which of the two is lost.
 const REPLY: &str = "reply";
@@ -26,7 +26,7 @@ pub const KIND: Kind = Kind {
             Point::Command => alloc::format!("{} is lost before the robot sees it", prey.words()),
             _ => alloc::format!("{} is not sent", prey.words()),
         };
-        Bitten::new(Effect::Lost, words)
+        Applied::new(Effect::Lost, words)
     },
     ..Kind::PLAIN
 };

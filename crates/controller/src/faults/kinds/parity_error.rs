@@ -1,6 +1,6 @@
 //! Parity error: a character on a serial line arrives with the wrong number of ones.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Point, Takes};
+use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
 
 /// Farthest character that can be named.
 const FARTHEST: u64 = 15;
@@ -29,7 +29,7 @@ pub const KIND: Kind = Kind {
         let place = place.unwrap_or_else(|| controller.faults.dice.place(prey.bytes.len()));
         let byte = prey.bytes.get(place).copied().unwrap_or_default();
         let words = alloc::format!("a character on {} ({byte:02X}) has a parity error", prey.port);
-        Bitten::new(Effect::Garbled(place), words)
+        Applied::new(Effect::Garbled(place), words)
     },
     ..Kind::PLAIN
 };

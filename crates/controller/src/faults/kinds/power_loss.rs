@@ -1,9 +1,9 @@
 //! Power loss, during a download or any other command.
 
-use super::super::kind::{Bitten, Effect, Kind};
-use super::super::strike::Strike;
+use super::super::kind::{Applied, Effect, Kind};
+use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
-use crate::input::Panel;
+use crate::input::PanelAction;
 
 /// The kind.
 pub const KIND: Kind = Kind {
@@ -19,13 +19,13 @@ pub const KIND: Kind = Kind {
     act: |controller, values, prey| {
         let delay = values.millis("delay");
         let words = alloc::format!("the power goes at {}", prey.words());
-        controller.strike(delay, Strike::Panel(Panel::PowerCycle));
+        controller.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
         let effect = if delay.is_zero() {
             Effect::Lost
         } else {
             Effect::Pass
         };
-        Bitten::new(effect, words)
+        Applied::new(effect, words)
     },
     ..Kind::PLAIN
 };

@@ -1,9 +1,9 @@
 //! Reset mid-text: the connection breaks while a text is on its way.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parameter, Parcel, Takes};
+use super::super::kind::{Applied, Departure, Effect, Kind, Parameter, Segment, Takes};
 use super::OUT;
 use crate::limits::MAX_SEND;
-use crate::output::Cut;
+use crate::output::DisconnectMode;
 use core::time::Duration;
 
 /// Time for the bytes sent last to reach the host before the reset overtakes them.
@@ -38,16 +38,16 @@ pub const KIND: Kind = Kind {
         let count = values.bytes("bytes").unwrap_or(half).min(prey.bytes.len());
         let part = prey.bytes.get(..count).unwrap_or_default().to_vec();
         let how = match values.word("how") {
-            "close" => Cut::Close,
-            _ => Cut::Reset,
+            "close" => DisconnectMode::Close,
+            _ => DisconnectMode::Reset,
         };
         let what = match prey.port.ethernet_index() {
             Some(_) => "the connection ends",
             None => "the rest is lost",
         };
         let words = alloc::format!("{what} behind {count} bytes of {}", prey.words());
-        let cut = Parcel::after(BEFORE_THE_CUT, Leaving::Cut(how));
-        Bitten::new(Effect::Sent([Parcel::bytes(part), cut].into()), words)
+        let cut = Segment::after(BEFORE_THE_CUT, Departure::Cut(how));
+        Applied::new(Effect::Sent([Segment::bytes(part), cut].into()), words)
     },
     ..Kind::PLAIN
 };

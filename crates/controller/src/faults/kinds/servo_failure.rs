@@ -1,7 +1,7 @@
 //! Servo failure: the servo drops out.
 
-use super::super::kind::{Bitten, Effect, Kind};
-use super::super::strike::Strike;
+use super::super::kind::{Applied, Effect, Kind};
+use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
 use crate::alarm::SERVO_FAILURE;
 
@@ -13,8 +13,8 @@ pub const KIND: Kind = Kind {
     parameters: &[DELAY],
     points: MACHINE,
     act: |controller, values, prey| {
-        controller.strike(values.millis("delay"), Strike::Alarm(SERVO_FAILURE));
-        Bitten::new(
+        controller.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
+        Applied::new(
             Effect::Pass,
             alloc::format!("the servo drops out behind {}", prey.words()),
         )

@@ -1,6 +1,6 @@
 //! Slow line: a text at the pace of an old modem.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parameter, Parcel, Takes};
+use super::super::kind::{Applied, Departure, Effect, Kind, Parameter, Segment, Takes};
 use super::OUT;
 use core::time::Duration;
 
@@ -28,9 +28,9 @@ pub const KIND: Kind = Kind {
         let speed = values.number("speed").unwrap_or(1).max(1);
         let pace = Duration::from_micros(BITS * 1_000_000 / speed);
         let bytes = prey.bytes.iter();
-        let parcels = bytes.map(|byte| Parcel::after(pace, Leaving::Bytes([*byte].into())));
+        let parcels = bytes.map(|byte| Segment::after(pace, Departure::Bytes([*byte].into())));
         let words = alloc::format!("{} leaves at {speed} bit/s", prey.words());
-        Bitten::new(Effect::Sent(parcels.collect()), words)
+        Applied::new(Effect::Sent(parcels.collect()), words)
     },
     ..Kind::PLAIN
 };

@@ -1,6 +1,6 @@
 //! Split bytes: a text in small portions, with pauses.
 
-use super::super::kind::{Bitten, Effect, Kind, Leaving, Parameter, Parcel, Takes};
+use super::super::kind::{Applied, Departure, Effect, Kind, Parameter, Segment, Takes};
 use super::{OUT, millis};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
@@ -29,10 +29,10 @@ pub const KIND: Kind = Kind {
         let pause = values.millis("pause");
         let parcels = prey.bytes.chunks(size).enumerate().map(|(place, portion)| {
             let after = if place == 0 { Duration::ZERO } else { pause };
-            Parcel::after(after, Leaving::Bytes(portion.to_vec()))
+            Segment::after(after, Departure::Bytes(portion.to_vec()))
         });
         let words = alloc::format!("{} leaves in portions of {size} bytes", prey.words());
-        Bitten::new(Effect::Sent(parcels.collect()), words)
+        Applied::new(Effect::Sent(parcels.collect()), words)
     },
     ..Kind::PLAIN
 };

@@ -1,6 +1,6 @@
 //! Wrong reply: a whole, well-formed text that is not the answer to what was asked.
 
-use super::super::kind::{Bitten, Effect, Kind, Parameter, Parcel, Point, Takes};
+use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Segment, Takes};
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
 
@@ -29,8 +29,8 @@ pub const KIND: Kind = Kind {
         };
         let data = values.text("text").unwrap_or(usual);
         let words = alloc::format!("in place of {} leaves \"{}\"", prey.words(), data.escape_ascii());
-        Bitten::new(
-            Effect::Sent([Parcel::bytes(reframed(prey.bytes, prey.data, data))].into()),
+        Applied::new(
+            Effect::Sent([Segment::bytes(reframed(prey.bytes, prey.data, data))].into()),
             words,
         )
     },

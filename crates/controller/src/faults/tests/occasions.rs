@@ -81,7 +81,7 @@ impl Day {
         } else {
             ControlRight::Ether
         };
-        for panel in [Panel::Key(KeySwitch::Ext), Panel::ControlRight(right)] {
+        for panel in [PanelAction::Key(KeySwitch::Ext), PanelAction::ControlRight(right)] {
             self.robot.feed(self.robot.now(), Input::Panel(panel));
         }
         for row in COMMANDS.iter().chain(EXTENSIONS) {

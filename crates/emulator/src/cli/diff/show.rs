@@ -3,7 +3,7 @@
 use super::suggest::Suggestion;
 use crate::diff::{Difference, Kind, PartDifference, Report};
 use crate::log::Readable;
-use crate::transcript::Ending;
+use crate::transcript::EndReason;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
@@ -144,11 +144,11 @@ fn described(difference: &Difference) -> String {
             )
         }
         Kind::Ended { recorded, emulated } => {
-            let how = |ending: &Option<Ending>| match ending {
+            let how = |ending: &Option<EndReason>| match ending {
                 None => "keeps the connection",
-                Some(Ending::Closed) => "closes the connection",
-                Some(Ending::Reset) => "resets the connection",
-                Some(Ending::Refused) => "refuses the connection",
+                Some(EndReason::Closed) => "closes the connection",
+                Some(EndReason::Reset) => "resets the connection",
+                Some(EndReason::Refused) => "refuses the connection",
             };
             format!(
                 "{place}: the controller recorded {}, the emulator {}",
@@ -256,11 +256,11 @@ fn difference(difference: &Difference) -> Value {
             json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
         }
         Kind::Ended { recorded, emulated } => {
-            let how = |ending: &Option<Ending>| {
+            let how = |ending: &Option<EndReason>| {
                 ending.map(|ending| match ending {
-                    Ending::Closed => "closed",
-                    Ending::Reset => "reset",
-                    Ending::Refused => "refused",
+                    EndReason::Closed => "closed",
+                    EndReason::Reset => "reset",
+                    EndReason::Refused => "refused",
                 })
             };
             json!({"kind": "ended", "recorded": how(recorded), "emulated": how(emulated)})

@@ -179,7 +179,7 @@ pub(super) enum Show {
 
 /// What an exchange consists of.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Action {
+pub(super) enum HostAction {
     /// OK or NG.
     Plain,
     /// OK, then the controller's SP, within the limit if one is given.
@@ -210,20 +210,20 @@ impl Word {
     }
 
     /// What is to be done with it.
-    pub(super) fn action(&self) -> Action {
+    pub(super) fn action(&self) -> HostAction {
         match self {
-            Word::Su => Action::Status(Show::Status),
-            Word::Sf => Action::SystemStatus,
-            Word::Ca => Action::Status(Show::Directory),
-            Word::Vr => Action::Status(Show::Version),
-            Word::Eu => Action::Status(Show::History),
-            Word::Mr { .. } => Action::Status(Show::Values),
-            Word::Ul { output, .. } => Action::Upload {
+            Word::Su => HostAction::Status(Show::Status),
+            Word::Sf => HostAction::SystemStatus,
+            Word::Ca => HostAction::Status(Show::Directory),
+            Word::Vr => HostAction::Status(Show::Version),
+            Word::Eu => HostAction::Status(Show::History),
+            Word::Mr { .. } => HostAction::Status(Show::Values),
+            Word::Ul { output, .. } => HostAction::Upload {
                 output: output.clone(),
             },
-            Word::Dl { file, .. } => Action::Download { file: file.clone() },
+            Word::Dl { file, .. } => HostAction::Download { file: file.clone() },
             Word::Extension(extension) => extension.action(),
-            Word::Rn { wait: Some(limit) } => Action::RunAndWait(*limit),
+            Word::Rn { wait: Some(limit) } => HostAction::RunAndWait(*limit),
             Word::Rn { wait: None }
             | Word::Er { .. }
             | Word::Sl { .. }
@@ -235,7 +235,7 @@ impl Word {
             | Word::Iw { .. }
             | Word::Do { .. }
             | Word::Ec { .. }
-            | Word::Fd => Action::Plain,
+            | Word::Fd => HostAction::Plain,
         }
     }
 

@@ -1,7 +1,7 @@
 //! The words of `ts3100 host` for the commands that real hosts send beyond the manual. A controller in the
 //! manual's dialect answers them with NG.
 
-use super::args::{Action, Show};
+use super::args::{HostAction, Show};
 use clap::{Subcommand, ValueEnum};
 use ts3100_proto::command::ZsFrame;
 
@@ -136,21 +136,21 @@ impl Extension {
     }
 
     /// What is to be done with it.
-    pub(super) fn action(&self) -> Action {
+    pub(super) fn action(&self) -> HostAction {
         match self {
-            Extension::Sm => Action::Status(Show::QuickStatus),
-            Extension::Ac | Extension::Ah => Action::Status(Show::Alarms),
-            Extension::Hi { .. } => Action::Status(Show::Values),
-            Extension::Pr { .. } | Extension::Vl { .. } => Action::Status(Show::Position),
-            Extension::Mn => Action::Status(Show::Maintenance),
-            Extension::Io => Action::Lines,
+            Extension::Sm => HostAction::Status(Show::QuickStatus),
+            Extension::Ac | Extension::Ah => HostAction::Status(Show::Alarms),
+            Extension::Hi { .. } => HostAction::Status(Show::Values),
+            Extension::Pr { .. } | Extension::Vl { .. } => HostAction::Status(Show::Position),
+            Extension::Mn => HostAction::Status(Show::Maintenance),
+            Extension::Io => HostAction::Lines,
             Extension::Wd { .. }
             | Extension::Ho { .. }
             | Extension::Zs { .. }
             | Extension::Md { .. }
             | Extension::Rt { .. }
             | Extension::Sc { .. }
-            | Extension::Jg { .. } => Action::Plain,
+            | Extension::Jg { .. } => HostAction::Plain,
         }
     }
 }

@@ -12,7 +12,7 @@ mod transfer;
 pub(super) use args::{HostArgs, seconds};
 
 use crate::visible::{shown, visible_lines};
-use args::{Action, Show};
+use args::{HostAction, Show};
 use serde_json::Value;
 use session::{HostError, Session};
 use std::io::{self, Write};
@@ -52,19 +52,19 @@ fn exchange(args: &HostArgs) -> Result<Answer, HostError> {
     let command = args.command.parse()?;
     let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
     match args.command.action() {
-        Action::Plain => plain(&mut session, &command),
-        Action::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
-        Action::Download { file } => transfer::download(&mut session, &command, &file),
-        Action::Upload { output } => transfer::upload(&mut session, &command, output.as_deref()),
-        Action::Status(show) => show_status(&mut session, &command, show, args.json),
-        Action::SystemStatus => {
+        HostAction::Plain => plain(&mut session, &command),
+        HostAction::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
+        HostAction::Download { file } => transfer::download(&mut session, &command, &file),
+        HostAction::Upload { output } => transfer::upload(&mut session, &command, output.as_deref()),
+        HostAction::Status(show) => show_status(&mut session, &command, show, args.json),
+        HostAction::SystemStatus => {
             let Some(status) = session.system_status(&command)? else {
                 return Ok(Answer::Negative);
             };
             print(&render::system_status(&status), args.json)?;
             Ok(Answer::Positive)
         }
-        Action::Lines => {
+        HostAction::Lines => {
             let Some(lines) = session.lines(&command)? else {
                 return Ok(Answer::Negative);
             };

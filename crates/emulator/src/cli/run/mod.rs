@@ -6,10 +6,10 @@ mod show;
 use super::check::CheckedFile;
 use crate::clock::TimeMode;
 use crate::config::{ServeArgs, Settings};
-use crate::evidence::lcov;
 use crate::files;
-use crate::headless::{self, Ending, Job};
+use crate::headless::{self, Job, RunEnd};
 use crate::loading::{drive_content, drive_name};
+use crate::reports::lcov;
 use crate::visible::shown;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
@@ -127,9 +127,9 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
     }
     Ok(ExitCode::from(match report.ending {
-        Ending::End | Ending::Stopped { .. } | Ending::OutOfInput { .. } => 0,
-        Ending::Alarm { .. } | Ending::Stuck { .. } | Ending::TimeUp { .. } => 1,
-        Ending::NoInput { .. } => 2,
+        RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } => 0,
+        RunEnd::Alarm { .. } | RunEnd::Stuck { .. } | RunEnd::TimeUp { .. } => 1,
+        RunEnd::NoInput { .. } => 2,
     }))
 }
 

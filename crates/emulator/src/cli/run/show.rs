@@ -1,7 +1,7 @@
 //! What a run looks like: PRINT in lines on stdout, statements and the end on stderr, or all of it in one JSON
 //! document.
 
-use crate::headless::{Ending, Happening, Report};
+use crate::headless::{Report, RunEnd, RunEvent};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -65,10 +65,10 @@ impl Screen {
     }
 
     /// Shows one thing.
-    pub(super) fn show(&mut self, at: Duration, happening: Happening<'_>) {
+    pub(super) fn show(&mut self, at: Duration, happening: RunEvent<'_>) {
         match happening {
-            Happening::Printed { channel, bytes } => self.printed(at, channel, bytes),
-            Happening::Statement { line, task } => self.statement(at, line, task),
+            RunEvent::Printed { channel, bytes } => self.printed(at, channel, bytes),
+            RunEvent::Statement { line, task } => self.statement(at, line, task),
         }
     }
 
@@ -185,7 +185,7 @@ impl Screen {
         put("version", json!(1));
         put("ending", json!(word));
         put("message", json!(words));
-        if let Ending::Alarm { number, text } = &report.ending {
+        if let RunEnd::Alarm { number, text } = &report.ending {
             put("alarm", json!({ "number": number, "text": text }));
         }
         put("seconds", seconds(report.duration));
@@ -226,25 +226,25 @@ fn configuration(report: &Report) -> String {
 }
 
 /// A word for programs and a sentence for people.
-fn ending(ending: &Ending) -> (&'static str, String) {
+fn ending(ending: &RunEnd) -> (&'static str, String) {
     match ending {
-        Ending::End => ("end", "ended".to_owned()),
-        Ending::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
-        Ending::OutOfInput { channel, line } => (
+        RunEnd::End => ("end", "ended".to_owned()),
+        RunEnd::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
+        RunEnd::OutOfInput { channel, line } => (
             "out-of-input",
             format!("the records of {channel} are used up, INPUT at line {line} waits"),
         ),
-        Ending::NoInput { channel, line } => {
+        RunEnd::NoInput { channel, line } => {
             let flag = channel.to_ascii_lowercase();
             let words =
                 format!("INPUT {channel} at line {line} waits; give it records by --input {flag}=FILE");
             ("no-input", words)
         }
-        Ending::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
-        Ending::Stuck { line } => (
+        RunEnd::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
+        RunEnd::Stuck { line } => (
             "stuck",
             format!("line {line} waits for what cannot happen any more"),
         ),
-        Ending::TimeUp { line } => ("time-up", format!("--max-time is over at line {line}")),
+        RunEnd::TimeUp { line } => ("time-up", format!("--max-time is over at line {line}")),
     }
 }

@@ -11,9 +11,9 @@ fn how_the_wire_cut_the_answers_does_not_matter() {
     let mut split = Recording::default();
     for (record, line) in clean.records.iter().zip(&clean.lines) {
         match &record.what {
-            What::FromRobot { line: on, bytes } => {
+            RecordKind::FromRobot { line: on, bytes } => {
                 for piece in bytes.chunks(3) {
-                    let what = What::FromRobot {
+                    let what = RecordKind::FromRobot {
                         line: *on,
                         bytes: piece.to_vec(),
                     };
@@ -33,29 +33,29 @@ fn how_the_wire_cut_the_answers_does_not_matter() {
 #[test]
 fn a_second_host_is_compared_too() {
     let settings = with(PICK);
-    let first = Line::first(Port::Ip0);
-    let second = Line {
+    let first = PeerId::first(Port::Ip0);
+    let second = PeerId {
         port: Port::Ip0,
         peer: 2,
     };
-    let come = |line| What::Connected {
+    let come = |line| RecordKind::Connected {
         line,
         peer: String::new(),
     };
-    let ended = |line, by| What::Ended {
+    let ended = |line, by| RecordKind::Ended {
         line,
         by,
-        how: Ending::Closed,
+        how: EndReason::Closed,
     };
-    let host = |line, bytes: &[u8]| What::FromHost {
+    let host = |line, bytes: &[u8]| RecordKind::FromHost {
         line,
         bytes: bytes.to_vec(),
     };
-    let robot = |line, bytes: &[u8]| What::FromRobot {
+    let robot = |line, bytes: &[u8]| RecordKind::FromRobot {
         line,
         bytes: bytes.to_vec(),
     };
-    let recording = |whats: Vec<What>| {
+    let recording = |whats: Vec<RecordKind>| {
         let lines = (1..=whats.len()).collect();
         let records = (1..).zip(whats).map(|(at, what)| Record {
             at: Time::from_millis(at),
@@ -71,7 +71,7 @@ fn a_second_host_is_compared_too() {
         come(first),
         come(second),
         host(second, b"\x02SO\r\x03"),
-        ended(second, Party::Robot),
+        ended(second, Side::Robot),
         host(first, b"\x02SO\r\x03"),
         robot(first, b"\x02OK\r\x03"),
     ]);
@@ -79,7 +79,7 @@ fn a_second_host_is_compared_too() {
     let replaced = recording(vec![
         come(first),
         come(second),
-        ended(first, Party::Robot),
+        ended(first, Side::Robot),
         host(second, b"\x02SO\r\x03"),
         robot(second, b"\x02OK\r\x03"),
     ]);
@@ -97,7 +97,7 @@ fn a_second_host_is_compared_too() {
         come(first),
         come(second),
         host(second, b"\x02SO\r\x03"),
-        ended(first, Party::Host),
+        ended(first, Side::Host),
         robot(second, b"\x02OK\r\x03"),
     ]);
     none(&compared(&handed_over, &settings, &Tolerance::default()));
@@ -112,21 +112,19 @@ fn the_cable_of_a_serial_port_stays_in_when_the_power_is_cycled() {
     real.send(Port::Host, b"\x02SU\r\x03");
     real.pass(SECOND);
     real.send(Port::Host, b"\x02OK\r\x03");
-    real.panel(Panel::PowerCycle);
+    real.panel(PanelAction::PowerCycle);
     let (port, peer) = (Port::Host, "serial".to_owned());
-    real.feed(Input::Connected { port, peer }, Party::Robot);
+    real.feed(Input::Connected { port, peer }, Side::Robot);
     real.send(Port::Host, b"\x02SU\r\x03");
     real.pass(SECOND);
-    let answers = real
-        .recording
-        .records
-        .iter()
-        .filter(|record| matches!(&record.what, What::FromRobot { line, .. } if line.port == Port::Host));
+    let answers = real.recording.records.iter().filter(
+        |record| matches!(&record.what, RecordKind::FromRobot { line, .. } if line.port == Port::Host),
+    );
     assert!(answers.count() >= 2);
     // The recorder of these tests ends IP1 as well, which was not there.
     real.recording
         .records
-        .retain(|record| !matches!(&record.what, What::Ended { line, .. } if line.port == Port::Ip1));
+        .retain(|record| !matches!(&record.what, RecordKind::Ended { line, .. } if line.port == Port::Ip1));
     real.recording.lines.truncate(real.recording.records.len());
     none(&compared(&real.recording, &settings, &Tolerance::default()));
 }

@@ -2,7 +2,7 @@
 //! capture has them. The addresses are those set aside for documentation, the ports of the controller the
 //! manual's.
 
-use super::super::Party;
+use super::super::Side;
 use ts3100_controller::Port;
 
 /// TCP flags.
@@ -58,22 +58,22 @@ impl Flow {
     }
 
     /// The next frame of one side. `data` has at most [`MSS`] bytes.
-    pub(super) fn frame(&mut self, by: Party, flags: u8, data: &[u8], identification: u16) -> Vec<u8> {
+    pub(super) fn frame(&mut self, by: Side, flags: u8, data: &[u8], identification: u16) -> Vec<u8> {
         let length = u32::try_from(data.len()).unwrap_or(0);
         let advance = length + u32::from(flags & (SYN | FIN) != 0);
         let (sequence, acknowledged) = match by {
-            Party::Host => (self.host, self.robot),
-            Party::Robot => (self.robot, self.host),
+            Side::Host => (self.host, self.robot),
+            Side::Robot => (self.robot, self.host),
         };
         let acknowledged = if flags & ACK == 0 { 0 } else { acknowledged };
         let segment = self.segment(by, flags, sequence, acknowledged, data);
         match by {
-            Party::Host => self.host = self.host.wrapping_add(advance),
-            Party::Robot => self.robot = self.robot.wrapping_add(advance),
+            Side::Host => self.host = self.host.wrapping_add(advance),
+            Side::Robot => self.robot = self.robot.wrapping_add(advance),
         }
         let (to, from) = match by {
-            Party::Host => (ROBOT_MAC, HOST_MAC),
-            Party::Robot => (HOST_MAC, ROBOT_MAC),
+            Side::Host => (ROBOT_MAC, HOST_MAC),
+            Side::Robot => (HOST_MAC, ROBOT_MAC),
         };
         let mut frame = Vec::with_capacity(14 + IP_HEADER + segment.len());
         frame.extend(to);
@@ -84,10 +84,10 @@ impl Flow {
         frame
     }
 
-    fn segment(&self, by: Party, flags: u8, sequence: u32, acknowledged: u32, data: &[u8]) -> Vec<u8> {
+    fn segment(&self, by: Side, flags: u8, sequence: u32, acknowledged: u32, data: &[u8]) -> Vec<u8> {
         let (from, to) = match by {
-            Party::Host => (self.host_port, self.robot_port),
-            Party::Robot => (self.robot_port, self.host_port),
+            Side::Host => (self.host_port, self.robot_port),
+            Side::Robot => (self.robot_port, self.host_port),
         };
         let mut segment = Vec::with_capacity(TCP_HEADER + data.len());
         segment.extend(from.to_be_bytes());
@@ -114,14 +114,14 @@ impl Flow {
     }
 }
 
-fn addresses(by: Party) -> ([u8; 4], [u8; 4]) {
+fn addresses(by: Side) -> ([u8; 4], [u8; 4]) {
     match by {
-        Party::Host => (HOST, ROBOT),
-        Party::Robot => (ROBOT, HOST),
+        Side::Host => (HOST, ROBOT),
+        Side::Robot => (ROBOT, HOST),
     }
 }
 
-fn packet_header(by: Party, length: usize, identification: u16) -> Vec<u8> {
+fn packet_header(by: Side, length: usize, identification: u16) -> Vec<u8> {
     let total = u16::try_from(IP_HEADER + length).unwrap_or(u16::MAX);
     let (source, destination) = addresses(by);
     let mut header = vec![0x45, 0];

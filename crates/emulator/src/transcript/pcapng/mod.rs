@@ -6,7 +6,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{Edge, Ending, Header, Line, Party, Record, What, deed, edge};
+use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side, action, link};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -56,11 +56,11 @@ enum Direction {
     Outbound = 2,
 }
 
-impl From<Party> for Direction {
-    fn from(sender: Party) -> Direction {
+impl From<Side> for Direction {
+    fn from(sender: Side) -> Direction {
         match sender {
-            Party::Host => Direction::Inbound,
-            Party::Robot => Direction::Outbound,
+            Side::Host => Direction::Inbound,
+            Side::Robot => Direction::Outbound,
         }
     }
 }
@@ -70,7 +70,7 @@ impl From<Party> for Direction {
 pub struct Writer {
     /// Added to all times.
     base: Duration,
-    flows: BTreeMap<Line, Flow>,
+    flows: BTreeMap<PeerId, Flow>,
     /// Connections so far.
     connections: u16,
     /// Frames so far, for the identification of IP.
@@ -122,19 +122,19 @@ impl Writer {
     pub fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let at = self.base + Duration::from_micros(record.at.as_micros());
         match &record.what {
-            What::Connected { line, peer } => self.connect(at, *line, peer, out),
-            What::FromHost { line, bytes } => self.send(at, *line, Party::Host, bytes, out),
-            What::FromRobot { line, bytes } => self.send(at, *line, Party::Robot, bytes, out),
-            What::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
-            What::Deed(deed) => {
-                let words = deed::write(deed);
+            RecordKind::Connected { line, peer } => self.connect(at, *line, peer, out),
+            RecordKind::FromHost { line, bytes } => self.send(at, *line, Side::Host, bytes, out),
+            RecordKind::FromRobot { line, bytes } => self.send(at, *line, Side::Robot, bytes, out),
+            RecordKind::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
+            RecordKind::Action(action) => {
+                let words = action::write(action);
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
-            What::Edge(edge) => {
+            RecordKind::Edge(edge) => {
                 let words = match edge {
                     // A capture is for reading; the state itself is in the other forms.
-                    Edge::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
-                    edge => edge::write(edge),
+                    LinkRecord::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
+                    edge => link::write(edge),
                 };
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
                 if let Some(begins) = edge.begins_at() {
@@ -145,7 +145,7 @@ impl Writer {
                         .saturating_sub(Duration::from_micros(begins.as_micros()));
                 }
             }
-            What::Remark(words) => {
+            RecordKind::Remark(words) => {
                 let words = format!("# {words}");
                 packet(out, PANEL, at, words.as_bytes(), Direction::Outbound, "");
             }
@@ -153,7 +153,7 @@ impl Writer {
     }
 
     /// The three steps of a connection.
-    fn connect(&mut self, at: Duration, line: Line, peer: &str, out: &mut Vec<u8>) {
+    fn connect(&mut self, at: Duration, line: PeerId, peer: &str, out: &mut Vec<u8>) {
         if line.port.ethernet_index().is_none() {
             return;
         }
@@ -164,12 +164,12 @@ impl Writer {
         } else {
             format!("{line}: {peer}")
         };
-        self.frame(at, line, Party::Host, SYN, &[], &comment, out);
-        self.frame(at, line, Party::Robot, SYN | ACK, &[], "", out);
-        self.frame(at, line, Party::Host, ACK, &[], "", out);
+        self.frame(at, line, Side::Host, SYN, &[], &comment, out);
+        self.frame(at, line, Side::Robot, SYN | ACK, &[], "", out);
+        self.frame(at, line, Side::Host, ACK, &[], "", out);
     }
 
-    fn send(&mut self, at: Duration, line: Line, by: Party, bytes: &[u8], out: &mut Vec<u8>) {
+    fn send(&mut self, at: Duration, line: PeerId, by: Side, bytes: &[u8], out: &mut Vec<u8>) {
         let interface = match line.port {
             Port::Host => HOST,
             Port::Com1 => COM1,
@@ -189,21 +189,25 @@ impl Writer {
         }
     }
 
-    fn end(&mut self, at: Duration, line: Line, by: Party, how: Ending, out: &mut Vec<u8>) {
+    fn end(&mut self, at: Duration, line: PeerId, by: Side, how: EndReason, out: &mut Vec<u8>) {
         if !self.flows.contains_key(&line) {
             return;
         }
         let other = match by {
-            Party::Host => Party::Robot,
-            Party::Robot => Party::Host,
+            Side::Host => Side::Robot,
+            Side::Robot => Side::Host,
         };
         match how {
-            Ending::Closed => {
+            EndReason::Closed => {
                 self.frame(at, line, by, FIN | ACK, &[], "", out);
                 self.frame(at, line, other, ACK, &[], "", out);
             }
-            Ending::Reset | Ending::Refused => {
-                let comment = if how == Ending::Refused { "not reached" } else { "" };
+            EndReason::Reset | EndReason::Refused => {
+                let comment = if how == EndReason::Refused {
+                    "not reached"
+                } else {
+                    ""
+                };
                 self.frame(at, line, by, RST | ACK, &[], comment, out);
                 self.flows.remove(&line);
             }
@@ -214,8 +218,8 @@ impl Writer {
     fn frame(
         &mut self,
         at: Duration,
-        line: Line,
-        by: Party,
+        line: PeerId,
+        by: Side,
         flags: u8,
         data: &[u8],
         comment: &str,

@@ -3,7 +3,7 @@
 use super::super::tests::sample;
 use super::*;
 use frame::checksum;
-use ts3100_controller::{Deed, Panel, Time};
+use ts3100_controller::{Action, PanelAction, Time};
 
 struct Packet {
     interface: u32,
@@ -71,23 +71,23 @@ fn packets(records: &[Record]) -> Vec<Packet> {
     all.iter().skip(5).map(|(_, body)| packet(body)).collect()
 }
 
-fn at(millis: u64, what: What) -> Record {
+fn at(millis: u64, what: RecordKind) -> Record {
     Record {
         at: Time::from_millis(millis),
         what,
     }
 }
 
-fn from_host(port: Port, bytes: &[u8]) -> What {
-    What::FromHost {
-        line: Line::first(port),
+fn from_host(port: Port, bytes: &[u8]) -> RecordKind {
+    RecordKind::FromHost {
+        line: PeerId::first(port),
         bytes: bytes.to_vec(),
     }
 }
 
-fn from_robot(port: Port, bytes: &[u8]) -> What {
-    What::FromRobot {
-        line: Line::first(port),
+fn from_robot(port: Port, bytes: &[u8]) -> RecordKind {
+    RecordKind::FromRobot {
+        line: PeerId::first(port),
         bytes: bytes.to_vec(),
     }
 }
@@ -143,11 +143,11 @@ fn segment(packet: &Packet) -> (u8, bool, u32, u32, usize) {
 
 #[test]
 fn a_connection_is_tcp_with_right_numbers_and_checksums() {
-    let line = Line::first(Port::Ip1);
+    let line = PeerId::first(Port::Ip1);
     let records = [
         at(
             1,
-            What::Connected {
+            RecordKind::Connected {
                 line,
                 peer: "10.0.0.9".to_owned(),
             },
@@ -156,18 +156,18 @@ fn a_connection_is_tcp_with_right_numbers_and_checksums() {
         at(3, from_robot(Port::Ip1, &[b'A'; MSS + 5])),
         at(
             4,
-            What::Ended {
+            RecordKind::Ended {
                 line,
-                by: Party::Host,
-                how: Ending::Closed,
+                by: Side::Host,
+                how: EndReason::Closed,
             },
         ),
         at(
             5,
-            What::Ended {
+            RecordKind::Ended {
                 line,
-                by: Party::Robot,
-                how: Ending::Closed,
+                by: Side::Robot,
+                how: EndReason::Closed,
             },
         ),
     ];
@@ -199,7 +199,10 @@ fn serial_ports_and_the_panel_have_interfaces_of_their_own() {
     let all = packets(&[
         at(1, from_host(Port::Host, b"\x02SO\r\x03")),
         at(2, from_robot(Port::Com1, b"REQ\r")),
-        at(3, What::Deed(Deed::Panel(Panel::EmergencyStop(true)))),
+        at(
+            3,
+            RecordKind::Action(Action::Panel(PanelAction::EmergencyStop(true))),
+        ),
     ]);
     let seen: Vec<_> = all
         .iter()
@@ -225,15 +228,15 @@ fn times_begin_at_the_base_and_use_both_halves() {
 
 #[test]
 fn a_reset_ends_a_connection_and_the_next_has_a_port_of_its_own() {
-    let line = Line::first(Port::Ip0);
-    let come = || What::Connected {
+    let line = PeerId::first(Port::Ip0);
+    let come = || RecordKind::Connected {
         line,
         peer: String::new(),
     };
-    let reset = What::Ended {
+    let reset = RecordKind::Ended {
         line,
-        by: Party::Host,
-        how: Ending::Reset,
+        by: Side::Host,
+        how: EndReason::Reset,
     };
     let all = packets(&[
         at(1, come()),
@@ -257,11 +260,11 @@ fn everything_a_transcript_can_hold_makes_whole_blocks() {
 
 #[test]
 fn packets_stay_in_order_when_a_snapshot_moves_time_back() {
-    let restored = What::Edge(Edge::Restored {
+    let restored = RecordKind::Edge(LinkRecord::Restored {
         at: Time::from_millis(3),
         snapshot: "{}".to_owned(),
     });
-    let reset = What::Edge(Edge::Reset { calendar: None });
+    let reset = RecordKind::Edge(LinkRecord::Reset { calendar: None });
     let all = packets(&[
         at(10, from_host(Port::Host, b"a")),
         at(20, restored),

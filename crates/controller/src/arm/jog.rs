@@ -1,0 +1,197 @@
+//! The arm guided by hand: along and about the axes of a coordinate system, or axis by axis, by a step or as far
+//! as it goes. Who may guide it, and how long, is decided in `ops`.
+
+use super::{Active, Arm, Frames, MotionSettings, Pace, axis_index, torque};
+use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
+use crate::model::Joints;
+use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
+use crate::time::Time;
+use scol_mini::Conditions;
+use thiserror::Error;
+
+/// In which coordinate system the arm is guided by hand (SF-14).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JogFrame {
+    /// Single axes.
+    Joint,
+    /// Along and about the axes of the tool.
+    Tool,
+    /// Of the work coordinate system.
+    Work,
+    /// Of the world.
+    World,
+}
+
+impl JogFrame {
+    /// As SC and SF number it.
+    #[must_use]
+    pub fn of(number: u16) -> JogFrame {
+        match number {
+            0 => JogFrame::Joint,
+            1 => JogFrame::Tool,
+            2 => JogFrame::Work,
+            _ => JogFrame::World,
+        }
+    }
+}
+
+/// A motion guided by hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Jog {
+    /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
+    pub axis: u8,
+    /// +1 or -1.
+    pub sign: f64,
+    /// Inching: so far in mm or degrees; otherwise as far as it goes.
+    pub step: Option<f64>,
+    /// Percent of full speed.
+    pub speed: f64,
+    /// The coordinate system.
+    pub frame: JogFrame,
+}
+
+/// Why the arm cannot be guided.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub enum JogError {
+    /// The axis stands at its limit.
+    #[error("axis {axis} is at its limit in that direction")]
+    AtLimit {
+        /// The axis.
+        axis: u8,
+    },
+    /// There is no way in that direction.
+    #[error(transparent)]
+    Motion(#[from] MotionError),
+}
+
+/// Place of C among X Y Z A B C.
+const TURN_ABOUT_Z: usize = 5;
+/// Shortest way a guided motion may have, in mm or degrees.
+const SMALLEST_WAY: f64 = 1e-6;
+
+impl Arm {
+    /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
+    ///
+    /// # Errors
+    /// There is no way to go in that direction.
+    pub fn jog(
+        &mut self,
+        now: Time,
+        guidance: &Jog,
+        conditions: &Conditions,
+        pace: Pace,
+        locked: bool,
+    ) -> Result<(), JogError> {
+        let asked = MotionSettings {
+            speed: guidance.speed,
+            accel: 100.0,
+            decel: 100.0,
+            torque: torque(conditions),
+            load_part: NO_LOAD,
+        };
+        let limits = asked.limits(pace);
+        let frames = Frames::of(conditions);
+        let (start, from) = self.next_start(now);
+        let way = guidance.step.unwrap_or(self.farthest(guidance, &from));
+        if way < SMALLEST_WAY {
+            return Err(JogError::AtLimit { axis: guidance.axis });
+        }
+        let mut planned = self.plan_guided(guidance, way, &frames, &from, &limits);
+        if planned.is_err() && guidance.step.is_none() {
+            // What can be gone is a beginning of what cannot: the end of the reach lies between the two.
+            let (mut near, mut far) = (0.0, way);
+            for _ in 0..GUIDE_HALVINGS {
+                let middle = 0.5 * (near + far);
+                match self.plan_guided(guidance, middle, &frames, &from, &limits) {
+                    Ok(shorter) => {
+                        near = middle;
+                        planned = Ok(shorter);
+                    }
+                    Err(_) => far = middle,
+                }
+            }
+        }
+        let planned = planned?;
+        self.account(start);
+        self.active = Some(Active {
+            motion: planned,
+            start,
+            asked,
+            locked,
+            frames: None,
+        });
+        self.rest = from;
+        self.forget_interrupted();
+        Ok(())
+    }
+
+    fn farthest(&self, guidance: &Jog, from: &Joints) -> f64 {
+        let index = axis_index(guidance.axis);
+        match (guidance.frame, self.model.axes.get(index), from.get(index)) {
+            (JogFrame::Joint, Some(axis), Some(present)) if guidance.sign > 0.0 => axis.max - present,
+            (JogFrame::Joint, Some(axis), Some(present)) => present - axis.min,
+            _ if index < 3 => GUIDE_REACH,
+            _ => GUIDE_TURN,
+        }
+    }
+
+    fn plan_guided(
+        &self,
+        guidance: &Jog,
+        way: f64,
+        frames: &Frames,
+        from: &Joints,
+        limits: &Limits,
+    ) -> Result<Motion, MotionError> {
+        let index = self.guided_index(guidance);
+        if guidance.frame == JogFrame::Joint {
+            let present = from.get(index).copied().unwrap_or_default();
+            let target = Target::Axis {
+                axis: index,
+                value: present + guidance.sign * way,
+            };
+            return plan(&self.model, from, &target, &frames.tool, limits);
+        }
+        let (flange, digits) = self.model.forward(from);
+        let here = flange.transform().compose(&frames.tool);
+        let mut step = [0.0; 6];
+        *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
+            axis: usize::from(guidance.axis),
+            axes: 6,
+        })? = guidance.sign * way;
+        let step = Transform::from_coords(step);
+        let system = match guidance.frame {
+            JogFrame::Tool => here,
+            JogFrame::Work => frames.base.compose(&frames.work),
+            JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
+        };
+        // Along the axes of the system, about the tool point.
+        let turn = Transform {
+            origin: [0.0; 3],
+            ..system
+        };
+        let centre = Transform {
+            origin: here.origin,
+            ..Transform::IDENTITY
+        };
+        let moved = turn.compose(&step).compose(&turn.inverse());
+        let there = centre.compose(&moved).compose(&centre.inverse()).compose(&here);
+        plan(
+            &self.model,
+            from,
+            &Target::Line(Pose::from_transform(&there, flange.uv), digits),
+            &frames.tool,
+            limits,
+        )
+    }
+
+    /// Place of a guided axis: in a coordinate system the fourth of a SCARA is C, a turn about Z.
+    fn guided_index(&self, guidance: &Jog) -> usize {
+        match (self.kind(), guidance.frame, guidance.axis) {
+            (_, JogFrame::Joint, axis) | (scol_mini::Arm::SixAxis, _, axis) => axis_index(axis),
+            (scol_mini::Arm::Scara, _, axis @ 1..=3) => axis_index(axis),
+            (scol_mini::Arm::Scara, _, 4) => TURN_ABOUT_Z,
+            (scol_mini::Arm::Scara, _, _) => usize::MAX,
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! How fast a motion is asked for, and what the load leaves of it. What the arm makes of it is `motion`'s.
+
+use super::Pace;
+use crate::model::Joints;
+use crate::motion::Limits;
+
+/// The speeds a motion asks for, in percent, and the part of its torque each axis may use.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub(super) struct MotionSettings {
+    pub speed: f64,
+    pub accel: f64,
+    pub decel: f64,
+    pub torque: Joints,
+    /// Part of their acceleration that the load leaves the axes.
+    #[cfg_attr(feature = "serde", serde(default = "MotionSettings::no_load"))]
+    pub load_part: f64,
+}
+
+/// Part of the acceleration that the heaviest load takes away (ours: the real curve is not known).
+const LOAD_EFFECT: f64 = 0.5;
+
+impl MotionSettings {
+    /// A load slows acceleration and deceleration, in proportion to its part of the heaviest one.
+    pub fn with_load(self, mass: f64, heaviest: f64) -> MotionSettings {
+        let part = 1.0 - LOAD_EFFECT * (mass / heaviest).clamp(0.0, 1.0);
+        MotionSettings {
+            accel: self.accel * part,
+            decel: self.decel * part,
+            load_part: part,
+            ..self
+        }
+    }
+
+    #[cfg(feature = "serde")]
+    fn no_load() -> f64 {
+        crate::motion::NO_LOAD
+    }
+
+    pub fn limits(self, pace: Pace) -> Limits {
+        Limits {
+            speed: self.speed / 100.0,
+            override_part: f64::from(pace.override_percent) / 100.0,
+            accel: self.accel / 100.0,
+            decel: self.decel / 100.0,
+            tool_speed_cap: pace.tool_speed_cap,
+            torque: self.torque,
+        }
+    }
+}

@@ -1,0 +1,544 @@
+//! The conversation on the ports: bytes in, texts cut, exchanges carried on, answers out. What a command
+//! does is decided in `ops`.
+
+use crate::Controller;
+use crate::faults::Point;
+use crate::faults::kind::{Effect, FaultSite};
+use crate::findings::rules;
+use crate::limits::HOST_DELAY;
+use crate::output::Event;
+use crate::persistence::PendingChange;
+use crate::port::Port;
+use crate::serial_line::{Leaving, SerialLine};
+use crate::session::{Exchange, Outcome};
+use crate::time::Time;
+use alloc::borrow::Cow;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use ts3100_proto::command::{Command, CommandError};
+use ts3100_proto::file::Received;
+use ts3100_proto::message::Joined;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault};
+
+impl Controller {
+    pub(crate) fn connected(&mut self, port: Port, peer: String) {
+        if let Some(leaving) = self.lines.get_mut(&port).and_then(|line| line.leaving.as_mut()) {
+            leaving.next = Some(peer);
+            return;
+        }
+        self.send_queue.clear(port);
+        self.faults.forget_peer(port);
+        let body = self.status_body();
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.reset(self.config.options.text, Some(peer));
+            session.last_status = Some(body);
+        } else if let Some(channel) = self.channels.get_mut(&port) {
+            channel.meet_peer(peer);
+        }
+    }
+
+    /// The peer is gone: at once, or behind what it has put on a serial line.
+    pub(crate) fn peer_left(&mut self, port: Port) {
+        match self.lines.get_mut(&port) {
+            Some(line) if line.inbound.queued() > 0 => {
+                line.outbound.cut();
+                line.sending = None;
+                line.leaving = Some(Leaving {
+                    left: line.inbound.queued(),
+                    next: None,
+                });
+            }
+            _ => self.disconnected(port),
+        }
+    }
+
+    pub(crate) fn disconnected(&mut self, port: Port) {
+        self.check_departure(port);
+        if let Some(line) = self.lines.get_mut(&port) {
+            let inbound = core::mem::take(&mut line.inbound);
+            *line = SerialLine {
+                inbound,
+                ..SerialLine::default()
+            };
+        }
+        self.send_queue.clear(port);
+        self.faults.forget_peer(port);
+        if self.jogging == Some(port) {
+            self.stop_jog();
+        }
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.reset(self.config.options.text, None);
+        } else if let Some(channel) = self.channels.get_mut(&port) {
+            channel.lose_peer();
+        }
+        let level = port
+            .ethernet_index()
+            .and_then(|index| self.ethernet.alarm_level[index]);
+        if let Some(level) = level.filter(|_| self.executor.program_runs()) {
+            self.raise(crate::alarm::ethernet(level), format!("{port}: the peer left"));
+        }
+    }
+
+    /// A second peer came to a port that has one.
+    pub(crate) fn second_peer(&mut self, port: Port, peer: &str, kept: bool) {
+        let what = if kept {
+            "it takes the place of the first"
+        } else {
+            "it is turned away"
+        };
+        let message = format!("{peer} came while {port} had a peer; {what} (channel.second)");
+        self.report(&rules::SECOND_CONNECTION, port, &[], message);
+    }
+
+    /// The peer does not read.
+    pub(crate) fn unread(&mut self, port: Port) {
+        let message = format!("the peer of {port} has left so much unread that its connection is closed");
+        self.report(&rules::ANSWERS_UNREAD, port, &[], message);
+    }
+
+    /// The protocol ports that have a peer.
+    pub(crate) fn protocol_peers(&self) -> Vec<Port> {
+        let with_peer = self.sessions.values().filter(|session| session.peer.is_some());
+        with_peer.map(|session| session.port).collect()
+    }
+
+    /// Bytes have come through, the last of them at `at`.
+    pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
+        if self.faults.is_stalled(port) {
+            return;
+        }
+        let prey = FaultSite {
+            point: Point::Bytes,
+            port,
+            command: "",
+            block: 0,
+            bytes,
+            data: &[],
+        };
+        let came = match self.apply_fault(&prey) {
+            Effect::Came(came) => Cow::Owned(came),
+            _ => Cow::Borrowed(bytes),
+        };
+        if self.sessions.contains_key(&port) {
+            self.received_protocol(port, at, &came);
+        } else if port == Port::Ip3 {
+            let message = format!("{} bytes for {port} are discarded", bytes.len());
+            self.report(&rules::DATA_TO_IP3, port, bytes, message);
+        } else {
+            let kept = self.surviving(port, &came);
+            self.received_data(port, &kept);
+        }
+    }
+
+    /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
+    fn received_data(&mut self, port: Port, bytes: &[u8]) {
+        let mut rest = bytes;
+        if bytes.is_empty() {
+            return;
+        }
+        self.check_data(port, bytes);
+        while !rest.is_empty() {
+            let Some(channel) = self.channels.get_mut(&port) else {
+                return;
+            };
+            let taken = channel.push(rest);
+            rest = rest.get(taken..).unwrap_or_default();
+            let before = channel.len();
+            self.settle();
+            let drained = self
+                .channels
+                .get(&port)
+                .is_some_and(|channel| channel.len() < before);
+            if !rest.is_empty() && !drained {
+                let message = format!(
+                    "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
+                    rest.len()
+                );
+                self.report(&rules::INPUT_OVERFLOW, port, rest, message);
+                return;
+            }
+        }
+    }
+
+    fn received_protocol(&mut self, port: Port, at: Time, bytes: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.push(at, bytes);
+        }
+        self.read_texts(port, true);
+    }
+
+    /// Serves the texts that are there; `first`: none of their segment was served before.
+    pub(crate) fn read_texts(&mut self, port: Port, mut first: bool) {
+        while !self.persistence.is_pending()
+            && let Some(session) = self.sessions.get_mut(&port)
+            && let Some(decoded) = session.decoder.next()
+        {
+            if !core::mem::take(&mut first) {
+                self.release_overdue_sp(port);
+            }
+            match decoded {
+                Decoded::Skipped { bytes } => {
+                    self.event(Event::Dropped {
+                        port,
+                        bytes,
+                        reason: "outside a text",
+                    });
+                    let message = format!("{bytes} bytes that belong to no text are skipped");
+                    self.report(&rules::BYTES_OUTSIDE, port, &[], message);
+                }
+                Decoded::Text(text) => self.text(port, text),
+            }
+            // What the text started runs before the next text of the same segment is looked at.
+            self.settle();
+        }
+    }
+
+    /// Ports on which the host was silent for too long return to waiting for a command (SER-06, SER-08).
+    pub(crate) fn expire_sessions(&mut self) {
+        for port in [Port::Host, Port::Ip0] {
+            let now = self.now;
+            let Some(session) = self.sessions.get_mut(&port) else {
+                continue;
+            };
+            if session.deadline().is_some_and(|deadline| deadline <= now) {
+                let download = matches!(session.exchange, Exchange::Receiving { .. });
+                let begun = session.is_partial();
+                let bytes = session.give_up();
+                session.history.file_refused = download;
+                let (rule, reason) = if begun {
+                    (
+                        &rules::TEXT_UNFINISHED,
+                        "a text was begun and not finished within 10 s",
+                    )
+                } else if download {
+                    (
+                        &rules::DOWNLOAD_ABANDONED,
+                        "the host owed the rest of a file for 10 s; the exchange is given up",
+                    )
+                } else {
+                    (
+                        &rules::ANSWER_MISSING,
+                        "the host owed an answer for 10 s; the exchange is given up",
+                    )
+                };
+                self.event(Event::Dropped { port, bytes, reason });
+                self.report(rule, port, &[], reason);
+            }
+        }
+    }
+
+    fn text(&mut self, port: Port, text: Text) {
+        let Text { framing, data, fault } = text;
+        self.event(Event::TextIn {
+            port,
+            framing,
+            data: data.clone(),
+        });
+        let now = self.now;
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        session.framing = framing;
+        if let Some(watchdog) = &mut self.state.watchdog {
+            watchdog.fed_at = now;
+        }
+        let surprised = session.history.surprised;
+        // What has not left yet was not heard by anyone.
+        let early = session
+            .sent_at
+            .filter(|sent| *sent <= now)
+            .map(|sent| now.since(sent));
+        if framing == Framing::Bare {
+            self.disable_unsolicited_sp(port);
+            let message = "a text without STX; it is answered without STX";
+            self.report(&rules::NO_STX, port, &data, message);
+        }
+        if let Some(since) = early.filter(|since| *since < HOST_DELAY) {
+            if !surprised {
+                self.check_pace(port, since, &data);
+            }
+            if self.config.options.strict_50ms {
+                self.event(Event::Dropped {
+                    port,
+                    bytes: data.len(),
+                    reason: "strict_50ms",
+                });
+                return;
+            }
+        }
+        if fault.is_some() {
+            self.no_command(port);
+        }
+        match fault {
+            Some(TextFault::OverLong { length }) => {
+                let message = format!("at most 253 data bytes expected, {length} found (5.2)");
+                self.report(&rules::TEXT_OVER_LONG, port, &data, message);
+                self.refuse_text(port, "text", "over-long text");
+            }
+            Some(TextFault::BadSum { expected, found }) => {
+                let reason = format!("checksum {expected:02X} expected, {found:02X} found");
+                self.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
+                self.refuse_text(port, "text", &reason);
+            }
+            Some(TextFault::NoEtx { .. }) => {
+                self.refuse_text(port, "text", "no ETX where the length says it stands");
+            }
+            None => self.whole_text(port, &data),
+        }
+    }
+
+    fn whole_text(&mut self, port: Port, data: &[u8]) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        if let Exchange::Receiving { begun, .. } = &session.exchange {
+            let begun = *begun;
+            if self.is_block(port, data, begun) {
+                if !begun {
+                    self.check_file_begin(port, data);
+                }
+                return self.block(port, data);
+            }
+        }
+        if self.is_stray_file(port, data) {
+            return self.stray_file(port, data);
+        }
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        session.history.file_refused = false;
+        match session.joiner.push(data) {
+            Joined::Partial => {}
+            Joined::Whole(message) => self.message(port, &message),
+            Joined::NoCr(message) if self.config.options.require_cr => {
+                self.report(&rules::NO_CR, port, &message, "CR is missing before ETX (5.2.2)");
+                let letters = String::from_utf8_lossy(message.get(..2).unwrap_or(&message)).into_owned();
+                self.refuse_text(port, &letters, "no CR before ETX");
+            }
+            Joined::NoCr(message) => {
+                let text = "CR is missing before ETX (5.2.2); taken all the same";
+                self.report(&rules::NO_CR, port, &message, text);
+                self.message(port, &message);
+            }
+            Joined::TooLong => {
+                let reason = "a message of more than 1024 bytes";
+                self.report(&rules::MESSAGE_TOO_LONG, port, data, reason);
+                self.refuse_text(port, "message", reason);
+            }
+        }
+    }
+
+    /// Whether a text that comes while a download is open is part of the file. The first text begins with
+    /// `FL,`; of the others one that is a command and nothing else means that the host has given up.
+    fn is_block(&mut self, port: Port, data: &[u8], begun: bool) -> bool {
+        let command = match data.split_last() {
+            Some((&CR, message)) => Some(Command::parse(message)),
+            // Where the file has not begun yet, a command may lack its CR.
+            _ if !begun && !self.config.options.require_cr => {
+                Some(Command::parse(data)).filter(Result::is_ok)
+            }
+            _ => None,
+        };
+        match command {
+            Some(Ok(Command::Fl(_))) | None => true,
+            Some(Ok(Command::Ng)) => false,
+            Some(Ok(command)) if !self.config.serves(&command) => true,
+            Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
+            Some(Ok(command)) => {
+                let message = format!(
+                    "{} came while a download was open; the download is given up",
+                    command.letters()
+                );
+                self.report(&rules::COMMAND_IN_EXCHANGE, port, data, message);
+                false
+            }
+            Some(Err(_)) => begun || data.starts_with(b"FL,"),
+        }
+    }
+
+    fn block(&mut self, port: Port, data: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.block = session.block.saturating_add(1);
+        }
+        match self.apply_pending_fault(port) {
+            Effect::Lost => return,
+            Effect::Refused(reason) => return self.refuse_block(port, data, &reason),
+            _ => {}
+        }
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let Exchange::Receiving {
+            receiver,
+            begun,
+            name,
+        } = &mut session.exchange
+        else {
+            return;
+        };
+        *begun = true;
+        match receiver.push(data) {
+            Received::More => self.send_text(port, &Reply::Ok.encode()),
+            Received::Complete(content) => {
+                let name = name.clone();
+                session.exchange = Exchange::Idle;
+                self.end_download(port, name, content, data);
+            }
+            Received::Refused(fault) => {
+                self.check_file(port, &fault, data);
+                self.refuse_block(port, data, &fault.to_string());
+            }
+        }
+    }
+
+    pub(crate) fn message(&mut self, port: Port, message: &[u8]) {
+        let command = Command::parse(message);
+        if let Ok(command) = &command {
+            self.check_form(port, message, command);
+        }
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let open = core::mem::replace(&mut session.exchange, Exchange::Idle);
+        match (command, open) {
+            (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
+                if let Some(text) = sender.next_text() {
+                    session.block = session.block.saturating_add(1);
+                    session.exchange = Exchange::Sending { sender };
+                    self.send_text(port, &text);
+                }
+            }
+            (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}
+            (Ok(Command::Ok | Command::Ng), _) => {
+                let text = "OK or NG came, but nothing was asked";
+                self.report(&rules::UNEXPECTED_ANSWER, port, message, text);
+            }
+            (Ok(command), open) => {
+                if matches!(open, Exchange::Sending { .. }) {
+                    let text = format!(
+                        "{} came where OK or NG was awaited; that exchange is over",
+                        command.letters()
+                    );
+                    self.report(&rules::COMMAND_IN_EXCHANGE, port, message, text);
+                }
+                self.check_command(port, message, &command);
+                self.serve_command(port, message, command);
+            }
+            (Err(error), _) => {
+                self.no_command(port);
+                let (rule, letters) = match &error {
+                    CommandError::Unknown { letters } => (&rules::UNKNOWN_COMMAND, letters.clone()),
+                    CommandError::Malformed { letters, .. } => {
+                        (&rules::MALFORMED_COMMAND, (*letters).to_string())
+                    }
+                };
+                self.report(rule, port, message, error.to_string());
+                self.check_repeat(port, message, true);
+                self.refuse_text(port, &letters, &error.to_string());
+            }
+        }
+    }
+
+    fn serve_command(&mut self, port: Port, message: &[u8], command: Command) {
+        let letters = command.letters();
+        if let Some(session) = self.sessions.get_mut(&port) {
+            (session.asked, session.block) = (letters, 0);
+        }
+        self.faults.free = None;
+        match self.apply_pending_fault(port) {
+            Effect::Lost => return,
+            Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
+            _ => {}
+        }
+        self.answer_command(port, message, command);
+    }
+
+    pub(crate) fn answer_command(&mut self, port: Port, message: &[u8], command: Command) {
+        let letters = command.letters();
+        let risk = self.risk_of(&command);
+        let again = self.persistence.is_enabled().then(|| command.clone());
+        let outcome = self.command(port, command);
+        if let (Outcome::Held, Some(command)) = (&outcome, again) {
+            let message = message.to_vec();
+            return self.persistence.hold(PendingChange::Command {
+                port,
+                message,
+                command,
+            });
+        }
+        self.faults.free = None;
+        if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
+            self.report(rule, port, message, text);
+        }
+        self.check_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
+        match outcome {
+            Outcome::Held => {}
+            Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
+            Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
+            Outcome::File(mut sender) => {
+                if let (Some(vary), Some(length)) = (&mut self.variation, sender.to_be_cut()) {
+                    sender.cut(vary.cuts(length));
+                }
+                let Some(text) = sender.next_text() else { return };
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.block = 1;
+                    session.exchange = Exchange::Sending { sender };
+                }
+                self.send_text(port, &text);
+            }
+            Outcome::Receive(name, receiver) => {
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.exchange = Exchange::Receiving {
+                        name,
+                        receiver,
+                        begun: false,
+                    };
+                }
+                self.send_text(port, &Reply::Ok.encode());
+            }
+        }
+    }
+
+    /// What has come is no command: its NG answers none.
+    pub(crate) fn no_command(&mut self, port: Port) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            (session.asked, session.block) = ("", 0);
+        }
+    }
+
+    /// What the faults make of the command that has come, or of the text of a download.
+    fn apply_pending_fault(&mut self, port: Port) -> Effect {
+        let Some((asked, block)) = self
+            .sessions
+            .get(&port)
+            .map(|session| (session.asked, session.block))
+        else {
+            return Effect::Pass;
+        };
+        let prey = FaultSite {
+            point: Point::Command,
+            port,
+            command: asked,
+            block,
+            bytes: &[],
+            data: &[],
+        };
+        self.apply_fault(&prey)
+    }
+
+    /// NG: whatever exchange was open is over.
+    pub(crate) fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.exchange = Exchange::Idle;
+            session.joiner.reset();
+        }
+        self.event(Event::Refused {
+            port,
+            command: command.to_string(),
+            reason: reason.to_string(),
+        });
+        self.send_text(port, &Reply::Ng.encode());
+    }
+}

@@ -1,0 +1,581 @@
+//! The selected file and what runs of it: automatic operation, and the one statement of DO. How it is
+//! carried forward is `run`'s; who may start and stop it is `ops`'.
+//!
+//! Automatic operation (SU STATUS, SF-06):
+//! ```text
+//!            RN                     END (cycle mode), RS,PRG, RS,STP, SL
+//!   Reset ---------> Running ------------------------------------------> Reset
+//!                     ^   |
+//!                  RN |   | SP, STOP, step and segment mode, alarm of level 2: the step ends  -> Continue
+//!                     +---+ BREAK, servo off, emergency stop, alarm of level 4 or 8: at once  -> Retry
+//! ```
+
+use crate::limits::STATEMENTS_PER_SCAN;
+use crate::port::Port;
+use crate::time::Time;
+use alloc::boxed::Box;
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+use alloc::sync::Arc;
+use alloc::vec::Vec;
+use core::time::Duration;
+use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program, compile_direct};
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::status::sm::MAX_ENDED;
+
+/// ID of the main program (M-58762 p.2-27).
+pub const MAIN_TASK: u16 = 1;
+
+/// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum StopCause {
+    /// A command of the host.
+    Host,
+    /// Anything else: panel, signal, alarm, end of the cycle.
+    Other,
+}
+
+/// Automatic operation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum RunState {
+    /// At step 1.
+    Reset,
+    /// Runs; with a wish, until the present step has ended.
+    Running {
+        /// Who wants it to stop, if anyone.
+        stop: Option<StopCause>,
+    },
+    /// Stopped inside a step, which is done again.
+    Retry,
+    /// Stopped between steps.
+    Continue,
+}
+
+/// What a task is doing.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum TaskState {
+    /// Nothing: the next statement may run.
+    Ready,
+    /// The statements of this scan are used up.
+    Pausing {
+        /// The next scan.
+        until: Time,
+    },
+    /// A motion statement waits for the feed hold to end before it begins.
+    Holding,
+    /// A motion is under way.
+    Moving {
+        /// How long before its end the statement is over.
+        lead: Duration,
+    },
+    /// A motion has been put behind the one under way (PASS); the statement becomes `Moving` when it begins.
+    Queued {
+        /// As of `Moving`.
+        lead: Duration,
+        /// The motion behind it is read when it begins.
+        passing: bool,
+    },
+    /// The statement waits for the arm to rest before it begins.
+    Resting,
+    /// DELAY.
+    Delaying {
+        /// Its end.
+        until: Time,
+    },
+    /// INPUT waits for values.
+    Reading {
+        /// Where from.
+        channel: Channel,
+        /// How many values it takes.
+        wanted: usize,
+        /// Those it has.
+        got: Vec<Number>,
+    },
+    /// WAIT: its condition was false.
+    Watching {
+        /// When to look again; `None` when only something from outside can change it.
+        again: Option<Time>,
+    },
+}
+
+impl TaskState {
+    /// Whether the statement waits for its motion.
+    #[must_use]
+    pub fn is_motion(&self) -> bool {
+        matches!(self, TaskState::Moving { .. } | TaskState::Queued { .. })
+    }
+}
+
+/// A machine and what it is doing.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Task {
+    /// The interpreter.
+    pub machine: Machine,
+    /// What it is doing.
+    pub doing: TaskState,
+    /// Statements left in the present scan.
+    pub budget: u32,
+    /// When the present scan began.
+    pub scan_at: Time,
+    /// What a monitor has begun; the task goes on behind it.
+    pub handler: Option<Box<Task>>,
+    /// When the monitors are to be looked at again, if time alone can change them.
+    pub look_at: Option<Time>,
+}
+
+impl Task {
+    /// A task that stands at its first statement.
+    #[must_use]
+    pub fn new(machine: Machine, now: Time) -> Task {
+        Task {
+            machine,
+            doing: TaskState::Ready,
+            budget: STATEMENTS_PER_SCAN,
+            scan_at: now,
+            handler: None,
+            look_at: None,
+        }
+    }
+
+    /// ID of the task: 1 the main program, 0 the statement of DO.
+    #[must_use]
+    pub fn id(&self) -> u16 {
+        self.machine.task_id()
+    }
+
+    /// The handler while it has something to do, otherwise the task itself.
+    #[must_use]
+    pub fn acting(&self) -> &Task {
+        match self.handler.as_deref() {
+            Some(handler) if handler.doing != TaskState::Ready => handler,
+            _ => self,
+        }
+    }
+
+    /// The task, and the handler in front of it.
+    pub fn parts(&self) -> impl Iterator<Item = &Task> {
+        core::iter::once(self).chain(self.handler.as_deref())
+    }
+
+    /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
+    /// beside it.
+    #[must_use]
+    pub fn sleeps(&self, now: Time) -> bool {
+        let watched = self.look_at.is_some() || self.machine.has_monitors();
+        self.handler.is_none()
+            && !watched
+            && matches!(self.doing, TaskState::Pausing { until } if until > now)
+    }
+
+    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
+    #[must_use]
+    pub fn deadline(&self, stopping: bool) -> Option<Time> {
+        let own = match &self.acting().doing {
+            TaskState::Pausing { until } | TaskState::Delaying { until } => Some(*until),
+            TaskState::Watching { again } => *again,
+            TaskState::Ready
+            | TaskState::Holding
+            | TaskState::Moving { .. }
+            | TaskState::Queued { .. }
+            | TaskState::Resting
+            | TaskState::Reading { .. } => None,
+        };
+        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
+        own.into_iter().chain(look_at).min()
+    }
+}
+
+/// The running timer of TIMER.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Stopwatch {
+    /// When it was set.
+    pub set_at: Time,
+    /// To how many seconds.
+    pub seconds: f64,
+}
+
+impl Stopwatch {
+    /// Seconds at `now`.
+    #[must_use]
+    pub fn read(&self, now: Time) -> f64 {
+        self.seconds + now.since(self.set_at).as_secs_f64()
+    }
+}
+
+/// The selected file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selected {
+    /// Its name.
+    pub name: String,
+    /// Its text.
+    pub source: String,
+    /// Its program.
+    pub program: Arc<Program>,
+    /// Its data.
+    pub memory: Memory,
+    /// The file was downloaded anew; the next start takes it (CMD-DL-07).
+    pub stale: bool,
+}
+
+/// The statement of a DO command.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Direct {
+    /// Its text.
+    pub statement: String,
+    /// Its machine.
+    pub task: Task,
+    /// When it was accepted.
+    pub since: Time,
+    /// It has begun something that takes time.
+    pub begun: bool,
+    /// It has moved the arm.
+    pub moved: bool,
+    /// It counts as under way until then, and the next DO is refused; set once the statement is over.
+    pub shown_until: Option<Time>,
+}
+
+/// Everything that runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Executor {
+    /// The selected file.
+    pub selected: Option<Selected>,
+    /// Its main program; there is one exactly while a file is selected.
+    pub main: Option<Task>,
+    /// The tasks it has started, by their IDs.
+    pub tasks: BTreeMap<u16, Task>,
+    /// Whose turn it is to execute statements.
+    pub turn: u16,
+    /// ID of the next task.
+    pub next_task: u16,
+    /// The task that moves the arm: the first that did.
+    pub arm_owner: Option<u16>,
+    /// Line of the last motion statement that began.
+    pub motion_line: u32,
+    /// PASS of that motion, in percent; 0 where the arm is to rest at its end.
+    pub pass: f64,
+    /// The motion is held by PAUSE.
+    pub paused: bool,
+    /// TIMER.
+    pub timer: Stopwatch,
+    /// Automatic operation.
+    pub course: RunState,
+    /// The statement of DO, while it runs.
+    pub direct: Option<Direct>,
+    /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
+    pub direct_ended: u8,
+    /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
+    /// refused for it.
+    pub run_shown_until: Option<Time>,
+    /// The program of DO while no file is selected.
+    spare_program: Arc<Program>,
+    /// Its data.
+    spare_memory: Memory,
+}
+
+impl Executor {
+    /// No file selected.
+    #[must_use]
+    pub fn new(language: &LanguageOptions) -> Executor {
+        let spare_program = Program::empty(language);
+        let spare_memory = Memory::new(&spare_program);
+        Executor {
+            selected: None,
+            main: None,
+            tasks: BTreeMap::new(),
+            turn: MAIN_TASK,
+            next_task: MAIN_TASK + 1,
+            arm_owner: None,
+            motion_line: 0,
+            pass: 0.0,
+            paused: false,
+            timer: Stopwatch::default(),
+            course: RunState::Reset,
+            direct: None,
+            direct_ended: 0,
+            run_shown_until: None,
+            spare_program,
+            spare_memory,
+        }
+    }
+
+    /// Whether a program runs in automatic operation.
+    #[must_use]
+    pub fn program_runs(&self) -> bool {
+        matches!(self.course, RunState::Running { .. })
+    }
+
+    /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
+    #[must_use]
+    pub fn shown_status(&self) -> ExecutionStatus {
+        match self.run_shown_until {
+            Some(_) => ExecutionStatus::Running,
+            None => self.status(),
+        }
+    }
+
+    /// The status that decides what is permitted: a DO under way is RUN too (D7).
+    #[must_use]
+    pub fn status(&self) -> ExecutionStatus {
+        match self.course {
+            _ if self.direct.is_some() => ExecutionStatus::Running,
+            RunState::Running { .. } => ExecutionStatus::Running,
+            RunState::Reset => ExecutionStatus::Reset,
+            RunState::Retry => ExecutionStatus::Retry,
+            RunState::Continue => ExecutionStatus::Continue,
+        }
+    }
+
+    /// What the data of DO is while no file is selected.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn spare_state(&self) -> scol_mini::MemoryState {
+        self.spare_memory.state(&self.spare_program)
+    }
+
+    /// The data of DO while no file is selected becomes this.
+    ///
+    /// # Errors
+    /// It does not fit the program without anything.
+    #[cfg(feature = "serde")]
+    pub fn restore_spare(&mut self, state: scol_mini::MemoryState) -> Result<(), scol_mini::RestoreError> {
+        self.spare_memory = Memory::restore(&self.spare_program, state)?;
+        Ok(())
+    }
+
+    /// The program whose names a DO statement sees.
+    #[must_use]
+    pub fn program(&self) -> &Arc<Program> {
+        self.selected
+            .as_ref()
+            .map_or(&self.spare_program, |selected| &selected.program)
+    }
+
+    /// The data of that program.
+    #[must_use]
+    pub fn memory(&self) -> &Memory {
+        self.selected
+            .as_ref()
+            .map_or(&self.spare_memory, |selected| &selected.memory)
+    }
+
+    /// The data of that program, to be changed.
+    pub fn memory_mut(&mut self) -> &mut Memory {
+        match &mut self.selected {
+            Some(selected) => &mut selected.memory,
+            None => &mut self.spare_memory,
+        }
+    }
+
+    /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
+    /// its lines are those of the file (SF-24).
+    pub fn replace_program(&mut self, program: Arc<Program>) {
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        for task in tasks {
+            task.machine.relocate(&program);
+            if let Some(handler) = &mut task.handler {
+                handler.machine.relocate(&program);
+            }
+            if self.arm_owner == Some(task.id()) && matches!(task.acting().doing, TaskState::Moving { .. }) {
+                self.motion_line = task.acting().machine.line();
+            }
+        }
+        if let Some(direct) = &mut self.direct
+            && let Ok(program) = compile_direct(&direct.statement, &program)
+        {
+            direct.task.machine.relocate(&program);
+        }
+        if let Some(selected) = &mut self.selected {
+            selected.program = program;
+        }
+    }
+
+    /// Name of the selected file, empty if none.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        self.selected
+            .as_ref()
+            .map_or("", |selected| selected.name.as_str())
+    }
+
+    /// File line at which the program stands; 0 when no file is selected (SF-24).
+    #[must_use]
+    pub fn line(&self) -> u32 {
+        self.main.as_ref().map_or(0, |task| task.machine.line())
+    }
+
+    /// The main program and the tasks it has started.
+    pub fn program_tasks(&self) -> impl Iterator<Item = &Task> {
+        self.main.iter().chain(self.tasks.values())
+    }
+
+    /// The IDs of all tasks, that whose turn it is first.
+    pub fn order(&self) -> impl Iterator<Item = u16> + use<> {
+        let mut ids = [0; MAX_TASKS];
+        let (mut count, mut first) = (0, 0);
+        for (place, task) in ids.iter_mut().zip(self.program_tasks()) {
+            *place = task.id();
+            count += 1;
+            first += usize::from(*place < self.turn);
+        }
+        (first..count)
+            .chain(0..first)
+            .filter_map(move |at| ids.get(at).copied())
+    }
+
+    /// A task by its ID.
+    #[must_use]
+    pub fn task(&self, id: u16) -> Option<&Task> {
+        if id == MAIN_TASK {
+            self.main.as_ref()
+        } else {
+            self.tasks.get(&id)
+        }
+    }
+
+    /// Takes a task out, to work with it.
+    pub fn take_task(&mut self, id: u16) -> Option<Task> {
+        if id == MAIN_TASK {
+            self.main.take()
+        } else {
+            self.tasks.remove(&id)
+        }
+    }
+
+    /// Puts a task back.
+    pub fn put_task(&mut self, task: Task) {
+        match task.id() {
+            MAIN_TASK => self.main = Some(task),
+            id => {
+                self.tasks.insert(id, task);
+            }
+        }
+    }
+
+    /// The tasks end, the main program apart; it counts them from the beginning again.
+    pub fn drop_tasks(&mut self) {
+        self.tasks.clear();
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget_tasks(&selected.program);
+        }
+        self.turn = MAIN_TASK;
+        self.next_task = MAIN_TASK + 1;
+        self.arm_owner = None;
+    }
+
+    /// What waits for a motion that is no more is to begin anew.
+    pub fn redo_motions(&mut self) {
+        let again = |doing: &mut TaskState| {
+            if doing.is_motion() {
+                *doing = TaskState::Ready;
+            }
+        };
+        for task in self.main.iter_mut().chain(self.tasks.values_mut()) {
+            again(&mut task.doing);
+            if let Some(handler) = &mut task.handler {
+                again(&mut handler.doing);
+            }
+        }
+    }
+
+    /// A task other than the main program has ended.
+    pub fn drop_task(&mut self, id: u16) {
+        self.tasks.remove(&id);
+        if let Some(selected) = &mut self.selected {
+            selected.memory.forget(&selected.program, id);
+        }
+    }
+
+    /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
+    #[must_use]
+    pub fn executed(&self, moving: bool) -> (u32, u16) {
+        match self.arm_owner {
+            Some(owner) if moving && self.program_runs() => (self.motion_line, owner),
+            _ => (self.line(), if self.main.is_some() { MAIN_TASK } else { 0 }),
+        }
+    }
+
+    /// Line and task of the statement that is analysed: a MOVE behind a MOVE is read before its time (SF-24).
+    #[must_use]
+    pub fn analysed(&self) -> (u32, u16) {
+        let turn = self.tasks.get(&self.turn).or(self.main.as_ref());
+        turn.map_or((0, 0), |task| {
+            let line = task.machine.line();
+            let ahead = match task.doing {
+                TaskState::Moving { .. } if self.program_runs() => task.machine.motion_ahead(),
+                _ => None,
+            };
+            (ahead.unwrap_or(line), task.id())
+        })
+    }
+
+    /// Whether an INPUT waits for values from this port.
+    #[must_use]
+    pub fn reads_from(&self, port: Port) -> bool {
+        self.reading()
+            .any(|channel| Port::of_channel(channel) == Some(port))
+    }
+
+    /// The channels from which an INPUT waits for values.
+    pub fn reading(&self) -> impl Iterator<Item = Channel> {
+        let tasks = self
+            .program_tasks()
+            .chain(self.direct.as_ref().map(|direct| &direct.task));
+        tasks.flat_map(Task::parts).filter_map(|task| match &task.doing {
+            TaskState::Reading { channel, .. } => Some(*channel),
+            _ => None,
+        })
+    }
+
+    /// When something that runs can go on by itself.
+    #[must_use]
+    pub fn deadline(&self) -> Option<Time> {
+        let runs = self.program_runs();
+        let stopping = matches!(self.course, RunState::Running { stop: Some(_) });
+        let program = self
+            .program_tasks()
+            .filter(|_| runs)
+            .filter_map(|task| task.deadline(stopping))
+            .min();
+        let direct = self
+            .direct
+            .as_ref()
+            .and_then(|direct| direct.shown_until.or(direct.task.deadline(false)));
+        program
+            .into_iter()
+            .chain(direct)
+            .chain(self.run_shown_until)
+            .min()
+    }
+
+    /// A DO statement that was under way has ended: a host that waits for it sees the count change (hosts 8.1).
+    pub fn count_direct(&mut self) {
+        self.direct_ended = (self.direct_ended + 1) % (MAX_ENDED + 1);
+    }
+
+    /// Step 1 with the data as the file gives it (RS,PRG).
+    pub fn initialise(&mut self, now: Time) {
+        if let Some(selected) = &mut self.selected {
+            selected.memory.start_anew(&selected.program);
+        }
+        self.rewind(now);
+    }
+
+    /// Step 1, data kept (RS,STP, end of a cycle).
+    pub fn rewind(&mut self, now: Time) {
+        self.course = RunState::Reset;
+        self.run_shown_until = None;
+        self.drop_tasks();
+        self.main = self
+            .selected
+            .as_ref()
+            .map(|selected| Task::new(Machine::main(Arc::clone(&selected.program)), now));
+    }
+}

@@ -1,0 +1,406 @@
+//! What a host's texts, files and manners are held against. Nothing here changes an answer; the conversation
+//! itself is `talk`'s.
+
+use super::rules;
+use super::{MAX_BYTES, MAX_MESSAGE, Rule};
+use crate::Controller;
+use crate::drive::DriveError;
+use crate::limits::HOST_DELAY;
+use crate::output::{Event, Output};
+use crate::panel::SERVO_IS_OFF;
+use crate::port::Port;
+use crate::session::Exchange;
+use crate::time::Time;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use core::time::Duration;
+use ts3100_proto::command::{Command, Internal};
+use ts3100_proto::file::FileFault;
+use ts3100_proto::name::FileName;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
+
+/// Shortest time between two requests for the same status: a request, 50 ms, OK, 50 ms.
+const POLL_PACE: Duration = HOST_DELAY.saturating_mul(2);
+/// A command refused this often in a row is repeated without thought.
+const REPEATS: u32 = 3;
+/// Symbols of 5.2.2, and blank, colon and underscore, which its list has lost (FRM-12).
+const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
+
+/// What is remembered of a host from text to text.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct HostHistory {
+    /// The last request for each status, told apart by its letters, and when it came.
+    polls: Vec<(Vec<u8>, Time)>,
+    /// The message refused last, and how often in a row.
+    refused: Option<(Vec<u8>, u32)>,
+    /// The controller's last text was an SP nobody asked for: the host could not wait for what it did not expect.
+    pub surprised: bool,
+    /// A text of a file was refused and the file was not at its end: a host that does not look at the answer goes on
+    /// sending it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub file_refused: bool,
+}
+
+impl HostHistory {
+    /// A request for a status has come; how long after the same one, if that was the last with its letters.
+    fn asks(&mut self, message: &[u8], now: Time) -> Option<Duration> {
+        let same_letters = |(asked, _): &(Vec<u8>, Time)| match (asked.get(..2), message.get(..2)) {
+            (Some(asked), Some(letters)) => asked.eq_ignore_ascii_case(letters),
+            _ => false,
+        };
+        let asked = self.polls.iter_mut().find(|asked| same_letters(asked));
+        let Some((last, at)) = asked else {
+            self.polls.push((message.to_vec(), now));
+            return None;
+        };
+        let since = (last == message).then(|| now.since(*at));
+        (*last, *at) = (message.to_vec(), now);
+        since
+    }
+}
+
+impl Controller {
+    /// A rule was broken.
+    pub(crate) fn report(
+        &mut self,
+        rule: &'static Rule,
+        port: impl Into<Option<Port>>,
+        bytes: &[u8],
+        message: impl Into<String>,
+    ) {
+        let message: String = message.into();
+        self.event(Event::Finding {
+            rule: rule.id,
+            port: port.into(),
+            at: self.now,
+            bytes: bytes.get(..MAX_BYTES).unwrap_or(bytes).to_vec(),
+            message: match message.char_indices().nth(MAX_MESSAGE) {
+                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()),
+                None => message,
+            },
+        });
+    }
+
+    /// A text has come so long after the controller's last one.
+    pub(crate) fn check_pace(&mut self, port: Port, since: Duration, data: &[u8]) {
+        let millis = since.as_micros() as f64 / 1e3;
+        let (rule, what) = match Reply::parse(data) {
+            Ok(Reply::Ok | Reply::Ng) => (&rules::ANSWER_EARLY, "an answer"),
+            _ if since.is_zero() => (&rules::COMMAND_BEFORE_ANSWER, "a text"),
+            _ => (&rules::COMMAND_EARLY, "a text"),
+        };
+        let message = format!("{what} {millis} ms after the controller's text; 50 ms expected (5.1)");
+        self.report(rule, port, data, message);
+    }
+
+    /// How the first text of a file begins.
+    pub(crate) fn check_file_begin(&mut self, port: Port, data: &[u8]) {
+        if begins_file(data) && data.iter().take(2).any(u8::is_ascii_lowercase) {
+            let text = "FL in lower case is taken as FL";
+            self.report(&rules::LOWER_CASE, port, data, text);
+        }
+    }
+
+    /// Whether a text is part of a file although no download is open. Such texts have no CR by design (FL-01).
+    pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
+        let Some(session) = self
+            .sessions
+            .get(&port)
+            .filter(|session| !session.joiner.is_partial())
+        else {
+            return false;
+        };
+        let message = data.strip_suffix(&[CR]).unwrap_or(data);
+        begins_file(data) || session.history.file_refused && Command::parse(message).is_err()
+    }
+
+    /// A text of a file was refused.
+    pub(crate) fn check_refused_file(&mut self, port: Port, data: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.history.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
+        }
+    }
+
+    /// How a message is written that is a command all the same.
+    pub(crate) fn check_form(&mut self, port: Port, message: &[u8], command: &Command) {
+        if let Command::Fl(_) = command {
+            return;
+        }
+        let letters = command.letters();
+        let checks = [
+            (
+                &rules::LOWER_CASE,
+                message.iter().take(2).any(u8::is_ascii_lowercase),
+            ),
+            (&rules::BLANK_AFTER_COMMA, message.get(2..4) == Some(b", ")),
+            (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
+            (
+                &rules::COMMA_FOR_BLANK,
+                has_blanks(letters) && outer_commas(message) > 1,
+            ),
+            (
+                &rules::ODD_CHARACTER,
+                message.iter().any(|byte| !is_allowed(*byte)),
+            ),
+            (&rules::ABBREVIATED, is_abbreviated(message, command)),
+        ];
+        for (rule, _) in checks.into_iter().filter(|(_, broken)| *broken) {
+            let text = message.escape_ascii();
+            self.report(rule, port, message, format!("\"{text}\" is taken as {letters}"));
+        }
+    }
+
+    /// What a command means in the present state.
+    pub(crate) fn check_command(&mut self, port: Port, message: &[u8], command: &Command) {
+        let letters = command.letters();
+        if command.is_extension() {
+            let answer = if self.config.serves(command) {
+                "served"
+            } else {
+                "NG"
+            };
+            let row = command.permission_row();
+            let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
+            self.report(&rules::EXTENSION_COMMAND, port, message, text);
+        }
+        let now = self.now;
+        let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
+            return;
+        };
+        let since = session
+            .history
+            .asks(message, now)
+            .filter(|since| *since < POLL_PACE);
+        if let Some(since) = since {
+            let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
+            self.report(&rules::POLL_FAST, port, message, text);
+        }
+    }
+
+    /// What a command that is obeyed now risks. One that is refused does no such thing.
+    pub(crate) fn risk_of(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
+        match command {
+            Command::Br if self.executor.status() == ExecutionStatus::Running => Some((
+                &rules::SERVO_OFF_RUNNING,
+                "BR while the robot runs; the motion is broken off (CMD-BR-02)",
+            )),
+            Command::Mw(_) if self.executor.program_runs() => Some((
+                &rules::WRITE_WHILE_RUNNING,
+                "MW while the program runs; it acts at once (CMD-MW-06)",
+            )),
+            Command::Dl(name) if !name.fits_editor() => Some((
+                &rules::LONG_FILE_NAME,
+                "the file is taken; file names have at most 8 characters and an extension of at most 3",
+            )),
+            _ => None,
+        }
+    }
+
+    /// A command that is valid now was refused, and nothing that has been found since `outputs` were waiting says why.
+    pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
+        if self.found_since(outputs) {
+            return;
+        }
+        let rule = match command {
+            Command::Rn if reason == SERVO_IS_OFF => &rules::START_SERVO_OFF,
+            Command::Fl(_) => &rules::FILE_WITHOUT_DOWNLOAD,
+            _ => &rules::REFUSED_BY_STATE,
+        };
+        self.report(
+            rule,
+            port,
+            &command.encode(),
+            format!("{}: {reason}", command.letters()),
+        );
+    }
+
+    /// Whether a host repeats what was refused already.
+    pub(crate) fn check_repeat(&mut self, port: Port, message: &[u8], refused: bool) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let before = session.history.refused.take().filter(|_| refused);
+        let before = before
+            .filter(|(text, _)| text == message)
+            .map_or(0, |(_, times)| times);
+        if refused {
+            session.history.refused = Some((message.to_vec(), before.saturating_add(1)));
+        }
+        if before + 1 >= REPEATS && refused {
+            let text = format!("the same command was refused {} times in a row", before + 1);
+            self.report(&rules::REPEATED_REFUSAL, port, message, text);
+        }
+    }
+
+    /// A text of a file that is refused.
+    pub(crate) fn check_file(&mut self, port: Port, fault: &FileFault, data: &[u8]) {
+        let rule = match fault {
+            FileFault::NoPrefix | FileFault::DataAfterEnd => &rules::FILE_MALFORMED,
+            FileFault::TooLarge { .. } => &rules::FILE_TOO_LARGE,
+            FileFault::Character { .. } | FileFault::LongLine { .. } => &rules::FILE_BAD_LINE,
+        };
+        self.report(rule, port, data, fault.to_string());
+    }
+
+    /// A file that has come whole is not stored.
+    pub(crate) fn check_store(&mut self, port: Port, error: &DriveError) {
+        let rule = match error {
+            DriveError::Content { .. } => &rules::FILE_BAD_LINE,
+            DriveError::TooLarge { .. } | DriveError::Full { .. } => &rules::FILE_TOO_LARGE,
+            // Nothing of the host's doing.
+            DriveError::Unkept { .. } => return,
+            DriveError::TooMany { .. } | DriveError::Name(_) => &rules::REFUSED_BY_STATE,
+        };
+        self.report(rule, port, &[], error.to_string());
+    }
+
+    /// A file was downloaded; `last` is the data of its last text.
+    pub(crate) fn check_download(&mut self, port: Port, name: &FileName, content: &[u8], last: &[u8]) {
+        let label = name.as_str();
+        if last.ends_with(&[EOF, CR]) {
+            let text = format!("{label}: CR behind EOF; taken all the same");
+            self.report(&rules::CR_AFTER_EOF, port, last, text);
+        }
+        if name.is_parameter() {
+            let text = format!("{label} is stored and acts after the power was off (5.2.3)");
+            self.report(&rules::PARAMETER_PENDING, port, last, text);
+            for problem in self.problems(label, content) {
+                self.report(&rules::PARAMETER_BROKEN, port, &[], format!("{label}: {problem}"));
+            }
+            return;
+        }
+        if let Some(at) = content.iter().position(|byte| *byte == LF) {
+            let line = content
+                .get(at.saturating_sub(MAX_BYTES / 2)..=at)
+                .unwrap_or_default();
+            let text = format!("{label}: lines end with LF; taken all the same (5.4.1)");
+            self.report(&rules::FILE_LINE_ENDS, port, line, text);
+        }
+        if self.executor.file() == label {
+            let text = format!("{label} is selected; the next RN takes the new one");
+            self.report(&rules::SELECTED_OVERWRITTEN, port, &[], text);
+        }
+    }
+
+    /// The host of a port is gone.
+    pub(crate) fn check_departure(&mut self, port: Port) {
+        if self.jogging == Some(port) && self.is_jogging() {
+            let text = "the connection ended while JG guided the arm; it stops";
+            self.report(&rules::LEFT_JOGGING, port, &[], text);
+        }
+        if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
+            let what = match &session.exchange {
+                Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
+                Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
+                Exchange::Idle if session.is_partial() => "in the middle of a text",
+                Exchange::Idle => return,
+            };
+            self.report(
+                &rules::LEFT_IN_EXCHANGE,
+                port,
+                &[],
+                format!("the connection ended {what}"),
+            );
+        } else if let Some(channel) = self.channels.get(&port).filter(|channel| channel.peer.is_some()) {
+            let half = channel.half_value();
+            if !half.is_empty() {
+                let text = "the peer left behind a value without comma or CR; it is dropped";
+                self.report(&rules::HALF_VALUE, port, &half, text);
+            }
+            if self.executor.program_runs() {
+                let line = self.executor.line();
+                let text = format!("the peer left while the program runs, at line {line}");
+                self.report(&rules::PEER_LEFT, port, &[], text);
+            }
+        }
+    }
+
+    /// Bytes have come on a SCOL channel.
+    pub(crate) fn check_data(&mut self, port: Port, bytes: &[u8]) {
+        if bytes.contains(&STX) || bytes.contains(&ETX) {
+            let text = format!("STX or ETX came on {port}, which carries data for INPUT only (4)");
+            self.report(&rules::PROTOCOL_ON_CHANNEL, port, bytes, text);
+        }
+        if bytes.contains(&LF) {
+            self.report(
+                &rules::INPUT_LINE_FEED,
+                port,
+                bytes,
+                "LF in a record; it is left out",
+            );
+        }
+        if !self.executor.reads_from(port) {
+            let text = format!(
+                "data came on {port} while no INPUT waited; the manual says it may be ignored (4.1.2)"
+            );
+            self.report(&rules::DATA_BEFORE_INPUT, port, bytes, text);
+        }
+    }
+
+    /// Whether something was found since so many outputs were waiting.
+    fn found_since(&self, outputs: usize) -> bool {
+        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+        self.waiting().skip(outputs).any(finding)
+    }
+}
+
+fn begins_file(data: &[u8]) -> bool {
+    data.get(..3)
+        .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"))
+}
+
+/// Commands that ask and change nothing.
+fn is_status(letters: &str) -> bool {
+    matches!(
+        letters,
+        "SU" | "SF" | "CA" | "EU" | "VR" | "MR" | "SM" | "AC" | "AH" | "IO" | "HI" | "PR" | "VL"
+    )
+}
+
+/// Commands whose operands stand behind a blank each, but for the first (5.3.3).
+fn has_blanks(letters: &str) -> bool {
+    matches!(
+        letters,
+        "IW" | "MW" | "MR" | "EC" | "WD" | "HI" | "HO" | "ZS" | "JG"
+    )
+}
+
+/// Commas outside the subscripts of an array element.
+fn outer_commas(message: &[u8]) -> usize {
+    let mut depth = 0_u32;
+    let mut commas = 0;
+    for byte in message {
+        match byte {
+            b'(' => depth = depth.saturating_add(1),
+            b')' => depth = depth.saturating_sub(1),
+            b',' if depth == 0 => commas += 1,
+            _ => {}
+        }
+    }
+    commas
+}
+
+fn is_allowed(byte: u8) -> bool {
+    byte.is_ascii_alphanumeric() || SYMBOLS.contains(&byte)
+}
+
+/// `EC,MODE CYC`; CONT is what the maker's library sends.
+fn is_abbreviated(message: &[u8], command: &Command) -> bool {
+    let Command::Ec(Internal::Mode(mode)) = command else {
+        return false;
+    };
+    let text = message.trim_ascii_end();
+    let ends_with = |word: &[u8]| {
+        text.get(text.len().saturating_sub(word.len())..)
+            .is_some_and(|end| end.eq_ignore_ascii_case(word))
+    };
+    !ends_with(mode.word().as_bytes()) && !ends_with(b"CONT")
+}

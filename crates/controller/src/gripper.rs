@@ -1,0 +1,81 @@
+//! Hands, pulses, and the statements that change the course of a motion: BREAK, PAUSE, RESUME.
+
+use crate::Controller;
+use crate::alarm;
+use crate::executor::{Task, TaskState};
+use crate::limits::LONGEST_DELAY;
+use crate::scheduler::Step;
+use crate::signals::Signals;
+use crate::time::program_seconds;
+use alloc::format;
+use scol_mini::Answer;
+
+/// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
+pub(crate) const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
+
+impl Controller {
+    /// OPEN, CLOSE: when the arm rests, or at once.
+    pub(crate) fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
+        if !at_once && self.arm.is_moving() {
+            task.doing = TaskState::Resting;
+            return Step::Blocked;
+        }
+        let index = usize::from(hand).saturating_sub(1);
+        if let Some(&(opens, closes)) = HANDS.get(index) {
+            self.signals.switch(opens, open);
+            self.signals.switch(closes, !open);
+        }
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// PULOUT: the output goes on now and off later; the program does not wait.
+    pub(crate) fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
+        if !Signals::is_user_output(output) {
+            let line = task.machine.line();
+            task.machine.skip();
+            let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
+            return Step::Trouble(alarm::OUT_OF_RANGE, detail);
+        }
+        let pulse = program_seconds(seconds, LONGEST_DELAY);
+        self.signals.pulse(output, self.now + pulse);
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
+    pub(crate) fn break_motion(&mut self, task: &mut Task) -> Step {
+        self.arm.stop(self.now);
+        self.end_pause();
+        let step = self.answer(task, Answer::Done, false);
+        if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
+            task.doing = TaskState::Resting;
+        }
+        step
+    }
+
+    /// PAUSE: the motion slows along its path; one that has not begun does not begin.
+    pub(crate) fn pause_motion(&mut self, task: &mut Task) -> Step {
+        if self.executor.program_runs() && !self.executor.paused {
+            self.executor.paused = true;
+            self.arm.hold(self.now);
+        }
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// RESUME.
+    pub(crate) fn resume_motion(&mut self, task: &mut Task) -> Step {
+        self.end_pause();
+        self.answer(task, Answer::Done, false)
+    }
+
+    /// What PAUSE held goes on, unless feed hold holds it too.
+    pub(crate) fn end_pause(&mut self) {
+        if core::mem::take(&mut self.executor.paused) && !self.state.feed_hold {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Whether no motion may go on or begin.
+    pub(crate) fn is_held(&self) -> bool {
+        self.state.feed_hold || self.executor.paused
+    }
+}

@@ -1,0 +1,182 @@
+//! The maintenance information (MN, S29): how long the controller was in which state, and what the axes have done, as
+//! numbers on the wire; and the current position file (S28). What the axes have done is counted by `arm`. All of it survives a power cycle.
+
+use crate::Controller;
+use crate::model::{ArmKind, Joints};
+use crate::motion::Effort;
+use crate::time::Time;
+use core::time::Duration;
+use libm::{round, sqrt};
+use ts3100_proto::status::mn::{MN_AXES, Maintenance};
+use ts3100_proto::status::position::{CurrentPosition, POSITION_AXES};
+
+/// Degrees of a revolution.
+const REVOLUTION: f64 = 360.0;
+/// Seconds of a minute: times are in minutes, as those of SF (assumed).
+const MINUTE: f64 = 60.0;
+/// Place of the axis of a SCARA arm that slides.
+const SLIDING: usize = 2;
+
+/// How long something has been so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+struct Meter {
+    before: Duration,
+    since: Option<Time>,
+}
+
+impl Meter {
+    fn set(&mut self, now: Time, on: bool) {
+        match self.since {
+            Some(since) if !on => {
+                self.before = self.before.saturating_add(now.since(since));
+                self.since = None;
+            }
+            None if on => self.since = Some(now),
+            _ => {}
+        }
+    }
+
+    fn minutes(&self, now: Time) -> f64 {
+        let present = self.since.map_or(Duration::ZERO, |since| now.since(since));
+        self.before.saturating_add(present).as_secs_f64() / MINUTE
+    }
+}
+
+/// What is counted besides the motions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub(crate) struct MaintenanceCounters {
+    energised: Meter,
+    off: Meter,
+    fault: Meter,
+    servo: Meter,
+    servo_offs: u32,
+}
+
+impl MaintenanceCounters {
+    /// The longest of its durations, for a check of one that was read.
+    #[cfg(feature = "serde")]
+    pub(crate) fn longest(&self) -> Duration {
+        let meters = [self.energised, self.off, self.fault, self.servo];
+        meters.iter().map(|meter| meter.before).max().unwrap_or_default()
+    }
+}
+
+impl Controller {
+    /// Takes note of the state that holds from now on.
+    pub(crate) fn update_maintenance(&mut self) {
+        let (now, state) = (self.now, &self.state);
+        let was_on = self.maintenance.servo.since.is_some();
+        self.maintenance.energised.set(now, state.powered);
+        self.maintenance.off.set(now, !state.powered);
+        self.maintenance.servo.set(now, state.servo);
+        self.maintenance.fault.set(now, self.alarms.blocks_start());
+        if was_on && !state.servo {
+            self.maintenance.servo_offs = self.maintenance.servo_offs.saturating_add(1);
+        }
+    }
+
+    /// What the current position file of the SCARA edition holds now (S28); no command is known that asks for it.
+    #[must_use]
+    pub fn current_position(&self) -> CurrentPosition {
+        let joints = whole(&self.arm.joints(self.now));
+        let (line, _) = self.steps();
+        CurrentPosition {
+            status: self.status(),
+            line: u16::try_from(line).unwrap_or(u16::MAX),
+            joints,
+            // The servo follows exactly.
+            measured: joints,
+            torques: whole(&self.arm.torques(self.now).map(round)),
+        }
+    }
+
+    /// The maintenance information now. Which item is which value is assumed, but for the order of items 10 to 16.
+    pub(crate) fn maintenance(&self) -> Maintenance {
+        let (now, wear, upkeep) = (self.now, self.arm.wear(self.now), &self.maintenance);
+        let slides = matches!(self.arm.model().kind, ArmKind::Scara(_));
+        let [total, present] = [&wear.total, &wear.since_power_on].map(|effort| per_axis(effort, slides));
+        let [rotation, movement, torque, peak, load] = total;
+        let [new_rotation, new_movement, new_torque, new_peak, new_load] = present;
+        let energised = upkeep.energised.minutes(now);
+        let off = upkeep.off.minutes(now);
+        Maintenance {
+            axes: [
+                rotation,
+                movement,
+                torque,
+                peak,
+                load,
+                new_rotation,
+                new_movement,
+                new_torque,
+                new_peak,
+                new_load,
+            ],
+            information: [
+                energised + off,
+                energised,
+                off,
+                wear.total.seconds / MINUTE,
+                upkeep.fault.minutes(now),
+                f64::from(upkeep.servo_offs),
+                upkeep.servo.minutes(now),
+            ],
+        }
+    }
+}
+
+/// The integer parts of the first axes.
+fn whole(joints: &Joints) -> [i32; POSITION_AXES] {
+    let mut parts = [0; POSITION_AXES];
+    for (part, joint) in parts.iter_mut().zip(joints) {
+        #[expect(
+            clippy::cast_possible_truncation,
+            reason = "the cast saturates; what is behind the point is left out"
+        )]
+        let whole = *joint as i32;
+        *part = whole;
+    }
+    parts
+}
+
+type PerAxis = [f64; MN_AXES];
+
+/// Rotation, movement, torque integral, peak torque, load factor.
+fn per_axis(effort: &Effort, slides: bool) -> [PerAxis; 5] {
+    let first = |joints: &Joints| {
+        let mut values = PerAxis::default();
+        for (value, joint) in values.iter_mut().zip(joints) {
+            *value = *joint;
+        }
+        values
+    };
+    let movement = first(&effort.way);
+    let mut rotation = movement.map(|way| way / REVOLUTION);
+    if slides && let Some(axis) = rotation.get_mut(SLIDING) {
+        *axis = 0.0;
+    }
+    let load = first(&effort.square).map(|square| {
+        if effort.seconds > 0.0 {
+            sqrt(square / effort.seconds)
+        } else {
+            0.0
+        }
+    });
+    [
+        rotation,
+        movement,
+        first(&effort.torque),
+        first(&effort.peak),
+        load,
+    ]
+}

@@ -1,0 +1,329 @@
+//! What someone who holds the controller may look at: everything, and nothing is changed by looking. Making a
+//! document of it is the edge's.
+
+use crate::Controller;
+use crate::alarm::Alarms;
+use crate::arm::Frames;
+use crate::drive::Drive;
+use crate::executor::{Task, TaskState};
+use crate::gripper::HANDS;
+use crate::motion::Pose;
+use crate::ops::numbers;
+use crate::options::Config;
+use crate::port::Port;
+use crate::session::Exchange;
+use crate::signals::Signals;
+use crate::state::State;
+use alloc::string::String;
+use alloc::vec::Vec;
+use scol_mini::{Arm, Channel, Configuration, Position, ValueKind};
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::command::Number;
+use ts3100_proto::parameter::{EthernetParameters, UserParameters};
+use ts3100_proto::status::ExecutionStatus;
+
+/// Elements of one array that are shown at most.
+pub const MAX_ELEMENTS: usize = 1_000;
+
+/// The arm at a moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ArmView {
+    /// Joint values: degrees, of the SCARA's third axis mm.
+    pub joints: Vec<f64>,
+    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
+    pub world: Vec<f64>,
+    /// The tool point in the work coordinate system, in the same order.
+    pub work: Vec<f64>,
+    /// Name of that coordinate system; empty when it has none.
+    pub work_name: String,
+    /// The configuration as a program writes it.
+    pub configuration: i64,
+    /// A motion is under way or held.
+    pub moving: bool,
+    /// Percentage of it completed; 100 when none is under way.
+    pub percent: f64,
+}
+
+/// A task at a moment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TaskView {
+    /// 1 the main program, 0 the statement of DO.
+    pub id: u16,
+    /// File line at which it stands.
+    pub line: u32,
+    /// What it is doing.
+    pub doing: &'static str,
+    /// The channel from which it waits for values.
+    pub reads: Option<Channel>,
+}
+
+/// A communication port at a moment.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PortView {
+    /// Which.
+    pub port: Port,
+    /// The peer, while there is one.
+    pub peer: Option<String>,
+    /// `idle`, `sending`, `receiving`: the exchange of a protocol port.
+    pub exchange: Option<&'static str>,
+    /// A text has begun and is not complete.
+    pub partial: bool,
+    /// Bytes in the ring buffer of a SCOL channel, oldest first.
+    pub buffer: Vec<u8>,
+}
+
+/// A variable of GLOBAL or DATA at a moment.
+#[derive(Debug, Clone, PartialEq)]
+pub struct VariableView {
+    /// Its name.
+    pub name: String,
+    /// Its kind; `None` when the first assignment will fix it.
+    pub kind: Option<ValueKind>,
+    /// Upper bounds of its subscripts; empty for a plain variable.
+    pub bounds: Vec<u32>,
+    /// Its value, in the order of MR; `None` when it has none, or when it is an array.
+    pub value: Option<Vec<Number>>,
+}
+
+impl Controller {
+    /// Modes, key, buttons, and how long everything runs.
+    #[must_use]
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// The digital lines.
+    #[must_use]
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// Active alarms and the history.
+    #[must_use]
+    pub fn alarms(&self) -> &Alarms {
+        &self.alarms
+    }
+
+    /// The RAM drive.
+    #[must_use]
+    pub fn drive(&self) -> &Drive {
+        &self.drive
+    }
+
+    /// What it was made of.
+    #[must_use]
+    pub fn config(&self) -> &Config {
+        &self.config
+    }
+
+    /// The Ethernet parameters in effect.
+    #[must_use]
+    pub fn ethernet(&self) -> &EthernetParameters {
+        &self.ethernet
+    }
+
+    /// The user parameters in effect.
+    #[must_use]
+    pub fn user(&self) -> &UserParameters {
+        &self.user
+    }
+
+    /// What PRINT has shown on the teach pendant.
+    #[must_use]
+    pub fn pendant(&self) -> &str {
+        &self.pendant
+    }
+
+    /// Name of the selected file; empty when none is.
+    #[must_use]
+    pub fn selected(&self) -> &str {
+        self.executor.file()
+    }
+
+    /// Execution status, as SU and SF show it.
+    #[must_use]
+    pub fn status(&self) -> ExecutionStatus {
+        self.executor.shown_status()
+    }
+
+    /// Nothing runs, nothing moves, and no host is owed or owes anything.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.executor.shown_status() != ExecutionStatus::Running
+            && !self.arm.is_moving()
+            && self.sessions.values().all(|session| !session.awaits_host())
+    }
+
+    /// The main program, its tasks, and the statement of DO.
+    #[must_use]
+    pub fn tasks(&self) -> Vec<TaskView> {
+        let direct = self.executor.direct.as_ref().map(|direct| &direct.task);
+        let tasks = self.executor.program_tasks().chain(direct);
+        let runs = self.executor.program_runs();
+        tasks
+            .map(|task| task_view(task, runs || task.id() == 0))
+            .collect()
+    }
+
+    /// Lines of the selected file that are executed and analysed (SF-24).
+    #[must_use]
+    pub fn steps(&self) -> (u32, u32) {
+        let (executed, _) = self.executor.executed(self.arm.is_moving());
+        let (analysed, _) = self.executor.analysed();
+        (executed, analysed)
+    }
+
+    /// Hand 1 and hand 2: open, closed, or, when neither of its outputs is on or both are, neither.
+    #[must_use]
+    pub fn hands(&self) -> [Option<bool>; 2] {
+        HANDS.map(|(opens, closes)| {
+            let (open, closed) = (self.signals.output(opens), self.signals.output(closes));
+            (open != closed).then_some(open)
+        })
+    }
+
+    /// The arm now.
+    #[must_use]
+    pub fn arm_view(&self) -> ArmView {
+        let conditions = self.executor.memory().conditions();
+        let shown = self.arm.shown(self.now, conditions);
+        let kind = self.arm.kind();
+        let axes = match kind {
+            Arm::SixAxis => 6,
+            Arm::Scara => 4,
+        };
+        let digits = self.arm.configuration(self.now);
+        ArmView {
+            joints: shown.joint.iter().take(axes).copied().collect(),
+            world: listed(kind, &shown.world),
+            work: listed(kind, &shown.work),
+            work_name: String::from(self.arm.work_name(&self.arm.systems(conditions))),
+            configuration: Configuration { digits }.number_on(kind),
+            moving: self.arm.is_moving(),
+            percent: self.arm.percent(self.now),
+        }
+    }
+
+    /// The present position in the frames that are set: what teaching writes down.
+    #[must_use]
+    pub fn present_position(&self) -> Position {
+        let frames = Frames::of(self.executor.memory().conditions());
+        self.arm.here(self.now, &frames)
+    }
+
+    /// The six communication ports.
+    #[must_use]
+    pub fn ports(&self) -> Vec<PortView> {
+        let view = |port: Port| {
+            let session = self.sessions.get(&port);
+            let channel = self.channels.get(&port);
+            PortView {
+                port,
+                peer: self.peer_of(port),
+                exchange: session.map(|session| match session.exchange {
+                    Exchange::Idle => "idle",
+                    Exchange::Sending { .. } => "sending",
+                    Exchange::Receiving { .. } => "receiving",
+                }),
+                partial: session.is_some_and(crate::session::Session::is_partial),
+                buffer: channel.map(crate::channel::Channel::held).unwrap_or_default(),
+            }
+        };
+        Port::ALL.into_iter().map(view).collect()
+    }
+
+    /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
+    #[must_use]
+    pub fn variables(&self) -> Vec<VariableView> {
+        let variables = self.executor.program().variables();
+        let view = |(name, info, bounds): (&str, scol_mini::VariableInfo, &[u32])| VariableView {
+            name: String::from(name),
+            kind: info.kind,
+            bounds: bounds.to_vec(),
+            value: self.value_of(name, &[]),
+        };
+        variables.map(view).collect()
+    }
+
+    /// One variable, or the element its subscripts name; `None` when there is no such.
+    #[must_use]
+    pub fn variable(&self, name: &str, subscripts: &[i32]) -> Option<VariableView> {
+        let mut view = self
+            .variables()
+            .into_iter()
+            .find(|view| view.name.eq_ignore_ascii_case(name))?;
+        if !subscripts.is_empty() {
+            let fits = view.bounds.len() == subscripts.len()
+                && view
+                    .bounds
+                    .iter()
+                    .zip(subscripts)
+                    .all(|(bound, at)| u32::try_from(*at).is_ok_and(|at| at <= *bound));
+            if !fits {
+                return None;
+            }
+            view.value = self.value_of(name, subscripts);
+            view.bounds.clear();
+        }
+        Some(view)
+    }
+
+    /// The values of an array of one subscript, in order, at most [`MAX_ELEMENTS`].
+    #[must_use]
+    pub fn elements(&self, name: &str, bound: u32) -> Vec<Option<Vec<Number>>> {
+        let subscripts = 0..=i32::try_from(bound).unwrap_or(i32::MAX);
+        subscripts
+            .take(MAX_ELEMENTS)
+            .map(|subscript| self.value_of(name, &[subscript]))
+            .collect()
+    }
+
+    fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
+        let memory = self.executor.memory();
+        let value = memory.global(self.executor.program(), name, subscripts).ok()?;
+        Some(numbers(&value, self.arm.kind()))
+    }
+}
+
+fn listed(kind: Arm, pose: &Pose) -> Vec<f64> {
+    let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
+    match kind {
+        Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
+        Arm::Scara => Vec::from([x, y, z, c, u]),
+    }
+}
+
+fn task_view(task: &Task, runs: bool) -> TaskView {
+    let acting = task.acting();
+    let (doing, reads) = match &acting.doing {
+        _ if !runs => ("stopped", None),
+        TaskState::Ready => ("ready", None),
+        TaskState::Pausing { .. } => ("running", None),
+        TaskState::Holding => ("held", None),
+        TaskState::Moving { .. } => ("moving", None),
+        TaskState::Queued { .. } => ("queued", None),
+        TaskState::Resting => ("resting", None),
+        TaskState::Delaying { .. } => ("delay", None),
+        TaskState::Reading { channel, .. } => ("input", Some(*channel)),
+        TaskState::Watching { .. } => ("wait", None),
+    };
+    TaskView {
+        id: task.id(),
+        line: acting.machine.line(),
+        doing,
+        reads,
+    }
+}
+
+impl Controller {
+    /// Date and time now, as the error history writes it.
+    #[must_use]
+    pub fn calendar_now(&self) -> CalendarTime {
+        self.calendar()
+    }
+
+    /// Sets the date and time at [`Time::ZERO`](crate::time::Time::ZERO).
+    pub fn set_calendar(&mut self, calendar: CalendarTime) {
+        self.config.calendar = calendar;
+    }
+}

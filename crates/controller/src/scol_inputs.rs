@@ -1,0 +1,90 @@
+//! What a running program may look at: signals, the course of the motion, the present position.
+
+use crate::arm::{Arm, Trio};
+use crate::signals::Signals;
+use crate::time::Time;
+use core::cell::Cell;
+use scol_mini::{Inputs, Position};
+use ts3100_proto::command::RunMode;
+
+/// The world as the program sees it at one instant.
+pub struct ScolInputs<'a> {
+    /// The lines.
+    pub signals: &'a Signals,
+    /// The arm.
+    pub arm: &'a Arm,
+    /// Base, work and tool when the machine began to run.
+    pub frames: Trio,
+    /// Operation mode.
+    pub run_mode: RunMode,
+    /// The instant.
+    pub now: Time,
+    /// TIMER, in seconds.
+    pub timer: f64,
+    /// Inputs that do not exist are off, and not refused.
+    pub unknown_inputs: bool,
+    /// Something was looked at that changes by time alone, so a WAIT must look again.
+    pub changing: Cell<bool>,
+}
+
+impl ScolInputs<'_> {
+    fn looked_at_motion(&self) {
+        if self.arm.is_moving() {
+            self.changing.set(true);
+        }
+    }
+}
+
+impl Inputs for ScolInputs<'_> {
+    fn din(&self, line: u16) -> bool {
+        self.signals.input(line)
+    }
+
+    fn has_input(&self, line: u16) -> bool {
+        self.unknown_inputs || Signals::exists(line)
+    }
+
+    fn dout(&self, line: u16) -> bool {
+        self.signals.output(line)
+    }
+
+    fn motion_percent(&self) -> f64 {
+        self.looked_at_motion();
+        self.arm.percent(self.now)
+    }
+
+    fn here(&self) -> Position {
+        self.looked_at_motion();
+        self.arm.here(self.now, &self.frames.frames())
+    }
+
+    fn timer(&self) -> f64 {
+        self.changing.set(true);
+        self.timer
+    }
+
+    fn motion_seconds(&self) -> f64 {
+        self.looked_at_motion();
+        self.arm.elapsed(self.now).as_secs_f64()
+    }
+
+    fn remaining_seconds(&self) -> f64 {
+        self.looked_at_motion();
+        self.arm.remaining(self.now).as_secs_f64()
+    }
+
+    fn destination(&self) -> Position {
+        self.looked_at_motion();
+        self.arm.destination(self.now, &self.frames.frames())
+    }
+
+    /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.
+    fn mode(&self) -> i32 {
+        match self.run_mode {
+            RunMode::Continuous => 0,
+            RunMode::Cycle => 1,
+            RunMode::Step => 2,
+            RunMode::Segment => 3,
+        }
+    }
+}

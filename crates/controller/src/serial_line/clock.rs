@@ -1,0 +1,63 @@
+//! The clock of one direction of a line: a whole number of bits behind the moment the line began to be busy, so
+//! that nothing adds up over ten thousand characters.
+
+use super::uart::frame_bits;
+use crate::time::Time;
+use core::time::Duration;
+use ts3100_proto::parameter::SerialSettings;
+
+/// When the characters so far have passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Clock {
+    since: Time,
+    /// In bit/s; 0 before the first character.
+    speed: u32,
+    bits: u64,
+}
+
+impl Clock {
+    /// The line begins to be busy.
+    #[must_use]
+    pub fn start(now: Time, speed: u32) -> Clock {
+        Clock {
+            since: now,
+            speed,
+            bits: 0,
+        }
+    }
+
+    /// When the characters counted have passed; with a fraction of a microsecond, the end of that microsecond.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.since + bit_time(self.bits, self.speed)
+    }
+
+    /// So many characters of this sender pass.
+    pub fn pass(&mut self, sender: SerialSettings, count: usize) {
+        if count == 0 {
+            return;
+        }
+        if sender.speed != self.speed {
+            *self = Clock::start(self.now(), sender.speed);
+        }
+        let count = u64::try_from(count).unwrap_or(u64::MAX);
+        let bits = count.saturating_mul(u64::from(frame_bits(sender)));
+        self.bits = self.bits.saturating_add(bits);
+    }
+}
+
+/// How long a character takes on this line.
+#[must_use]
+pub fn frame_time(line: SerialSettings) -> Duration {
+    bit_time(u64::from(frame_bits(line)), line.speed)
+}
+
+fn bit_time(bits: u64, speed: u32) -> Duration {
+    let micros = (u128::from(bits) * 1_000_000).div_ceil(u128::from(speed.max(1)));
+    Duration::from_micros(u64::try_from(micros).unwrap_or(u64::MAX))
+}

@@ -1,0 +1,235 @@
+//! One direction of a serial line in time: bytes handed to the sender, and when its characters have passed.
+//! What a character means, and what happens to one that is garbled, is known elsewhere.
+
+use super::clock::{Clock, frame_time};
+use super::uart::{Character, Fault, Receiver};
+use crate::limits::LINE_PORTION;
+use crate::time::Time;
+use alloc::collections::VecDeque;
+use alloc::vec::Vec;
+use ts3100_proto::parameter::SerialSettings;
+use ts3100_proto::text::{CR, ETX, LF};
+
+/// Bytes that were handed over with the same settings.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+struct Burst {
+    sender: SerialSettings,
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
+    bytes: VecDeque<u8>,
+}
+
+/// A character that has passed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arrival {
+    /// The data bits as read.
+    pub byte: u8,
+    /// What is wrong with it.
+    pub fault: Option<Fault>,
+    /// When its sender began it.
+    pub begin: Time,
+    /// When its sender ended it.
+    pub end: Time,
+}
+
+/// One direction.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Direction {
+    bursts: VecDeque<Burst>,
+    queued: usize,
+    clock: Clock,
+    /// Microseconds the line was idle before the first byte queued.
+    idle: u64,
+    receiver: Option<Receiver>,
+    /// The byte that passed last.
+    last: u8,
+}
+
+impl Direction {
+    /// Bytes that have not passed.
+    #[must_use]
+    pub fn queued(&self) -> usize {
+        self.queued
+    }
+
+    /// Whether a character is under way, or one is still being read.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        self.queued > 0 || self.receiver.as_ref().is_some_and(Receiver::is_busy)
+    }
+
+    /// Hands bytes to the sender; they follow what is queued. Returns when the first begins and the last ends.
+    pub fn push(&mut self, now: Time, bytes: &[u8], sender: SerialSettings) -> (Time, Time) {
+        if self.bursts.is_empty() && self.clock.now() < now {
+            let idle = now.since(self.clock.now());
+            self.idle = u64::try_from(idle.as_micros()).unwrap_or(u64::MAX);
+            self.clock = Clock::start(now, sender.speed);
+        }
+        let begin = self.ends_at();
+        if bytes.is_empty() {
+            return (begin, begin);
+        }
+        self.queued += bytes.len();
+        match self.bursts.back_mut() {
+            Some(burst) if burst.sender == sender => burst.bytes.extend(bytes),
+            _ => self.bursts.push_back(Burst {
+                sender,
+                bytes: bytes.iter().copied().collect(),
+            }),
+        }
+        (begin, self.ends_at())
+    }
+
+    /// When everything that is queued will have passed.
+    fn ends_at(&self) -> Time {
+        let mut clock = self.clock;
+        for burst in &self.bursts {
+            clock.pass(burst.sender, burst.bytes.len());
+        }
+        clock.now()
+    }
+
+    /// When no more than `most` bytes will be left.
+    #[must_use]
+    pub fn down_to_at(&self, most: usize) -> Time {
+        let mut surplus = self.queued.saturating_sub(most);
+        let mut clock = self.clock;
+        for burst in &self.bursts {
+            let count = burst.bytes.len().min(surplus);
+            clock.pass(burst.sender, count);
+            surplus -= count;
+        }
+        clock.now()
+    }
+
+    /// When something is worth handing over: the end of a text or of a value, the byte behind an ETX (a
+    /// checksum), the last character, or [`LINE_PORTION`] characters. On a line whose ends do not match it is
+    /// every character, since what it becomes is not known before.
+    #[must_use]
+    pub fn deadline(&self, own: SerialSettings) -> Option<Time> {
+        let mut clock = self.clock;
+        let Some(burst) = self.bursts.front() else {
+            let receiver = self.receiver.as_ref().filter(|receiver| receiver.is_busy())?;
+            return Some(clock.now() + frame_time(receiver.own()));
+        };
+        let most = if burst.sender == own && self.last != ETX {
+            burst.bytes.len().min(LINE_PORTION)
+        } else {
+            1
+        };
+        let end = burst
+            .bytes
+            .iter()
+            .take(most)
+            .position(|&byte| ends_something(byte));
+        clock.pass(burst.sender, end.map_or(most, |end| end + 1));
+        Some(clock.now())
+    }
+
+    /// What has passed by `now`, as a receiver of these settings reads it.
+    pub fn take(&mut self, now: Time, own: SerialSettings) -> Vec<Arrival> {
+        self.take_first(usize::MAX, now, own)
+    }
+
+    /// The same of the first so many bytes queued.
+    pub fn take_first(&mut self, most: usize, now: Time, own: SerialSettings) -> Vec<Arrival> {
+        let mut arrivals = Vec::new();
+        let mut read = Vec::new();
+        let mut left = most;
+        while let Some(burst) = self.bursts.front_mut() {
+            if left == 0 {
+                return arrivals;
+            }
+            left -= 1;
+            let sender = burst.sender;
+            let begin = self.clock.now();
+            let mut clock = self.clock;
+            clock.pass(sender, 1);
+            let end = clock.now();
+            if end > now {
+                return arrivals;
+            }
+            let byte = burst.bytes.pop_front();
+            if burst.bytes.is_empty() {
+                self.bursts.pop_front();
+            }
+            let Some(byte) = byte else { continue };
+            (self.clock, self.last) = (clock, byte);
+            self.queued = self.queued.saturating_sub(1);
+            let receiver = self.receiver.get_or_insert_with(|| Receiver::new(sender, own));
+            receiver.set(sender, own);
+            receiver.rest(core::mem::take(&mut self.idle), &mut read);
+            receiver.hear(byte, &mut read);
+            arrivals.extend(read.drain(..).map(|character| arrival(character, begin, end)));
+        }
+        let ended = self.clock.now();
+        if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
+            && ended + frame_time(receiver.own()) <= now
+        {
+            receiver.finish(&mut read);
+            let end = ended + frame_time(receiver.own());
+            arrivals.extend(read.drain(..).map(|character| arrival(character, ended, end)));
+        }
+        arrivals
+    }
+
+    /// Whether as many bytes are queued as are counted, and the receiver is within a character.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let bursts = &self.bursts;
+        bursts.iter().all(|burst| !burst.bytes.is_empty())
+            && self.queued == bursts.iter().map(|burst| burst.bytes.len()).sum::<usize>()
+            && self.receiver.as_ref().is_none_or(Receiver::is_sound)
+    }
+
+    /// Bytes of which no character has begun are forgotten.
+    pub fn purge(&mut self, now: Time) {
+        let Some(first) = self.bursts.front_mut() else {
+            return;
+        };
+        let begun = usize::from(self.clock.now() < now);
+        first.bytes.truncate(begun);
+        self.queued = begun;
+        self.bursts.truncate(begun);
+    }
+
+    /// What was queued never passes.
+    pub fn cut(&mut self) {
+        *self = Direction::default();
+    }
+}
+
+/// Bytes through a line on which nothing takes time.
+#[must_use]
+pub fn at_once(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
+    let mut receiver = Receiver::new(sender, own);
+    let mut read = Vec::new();
+    for &byte in bytes {
+        receiver.hear(byte, &mut read);
+    }
+    receiver.finish(&mut read);
+    read
+}
+
+fn arrival(character: Character, begin: Time, end: Time) -> Arrival {
+    Arrival {
+        byte: character.byte,
+        fault: character.fault,
+        begin,
+        end,
+    }
+}
+
+fn ends_something(byte: u8) -> bool {
+    matches!(byte, ETX | CR | LF | b',')
+}

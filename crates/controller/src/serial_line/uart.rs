@@ -1,0 +1,241 @@
+//! A UART at bit level: a character as the levels its sender puts on the line, and a receiver that samples
+//! them in the middle of the bits it expects. Which line it is, and when, is [`super::direction`]'s.
+//!
+//! ```text
+//!   idle ----+     +-----+           +-----------+ stop, idle
+//!      high  |start| b0  | b1  ...   |  parity   |
+//!            +-----+     +-----------+             low
+//!               ^     ^     ^   samples of a receiver at the same speed
+//! ```
+
+use alloc::vec::Vec;
+use ts3100_proto::parameter::{Parity, SerialSettings};
+
+/// What is wrong with a character as received.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// The number of ones is not what the parity asks for.
+    Parity,
+    /// The line was low where the stop bit was expected.
+    Framing,
+}
+
+impl Fault {
+    /// In words, for the log.
+    #[must_use]
+    pub const fn words(self) -> &'static str {
+        match self {
+            Fault::Parity => "parity error",
+            Fault::Framing => "framing error",
+        }
+    }
+}
+
+/// A character as its receiver read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Character {
+    /// The data bits; those beyond the character length are 0.
+    pub byte: u8,
+    /// What is wrong with it.
+    pub fault: Option<Fault>,
+}
+
+/// Bits one character takes on the line: start, data, parity, stop.
+#[must_use]
+pub fn frame_bits(line: SerialSettings) -> u32 {
+    1 + u32::from(line.length) + u32::from(has_parity(line)) + u32::from(line.stop)
+}
+
+/// What remains of a byte on a line of so many data bits.
+#[must_use]
+pub fn mask(line: SerialSettings) -> u8 {
+    u8::MAX
+        .checked_shr(8_u32.saturating_sub(u32::from(line.length)))
+        .unwrap_or(0)
+}
+
+fn has_parity(line: SerialSettings) -> bool {
+    line.parity != Parity::None
+}
+
+fn parity_bit(parity: Parity, data: u8) -> bool {
+    let odd_ones = data.count_ones() % 2 == 1;
+    match parity {
+        Parity::Odd => !odd_ones,
+        Parity::Even | Parity::None => odd_ones,
+    }
+}
+
+/// The levels of a character, one a bit, in the order in which they stand on the line.
+fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
+    let data = byte & mask(line);
+    let parity = has_parity(line).then(|| parity_bit(line.parity, data));
+    core::iter::once(false)
+        .chain((0..line.length).map(move |bit| data.checked_shr(u32::from(bit)).unwrap_or(0) & 1 == 1))
+        .chain(parity)
+        .chain(core::iter::repeat_n(true, usize::from(line.stop)))
+}
+
+/// Where a receiver stands. Lengths of time are in units of 1/(2 x sender's speed x receiver's speed) seconds,
+/// in which the bits of both, and half a bit, are whole numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+enum State {
+    /// It waits for the line to fall.
+    #[default]
+    Idle,
+    /// It is inside a character.
+    Frame {
+        /// Units to the next sample.
+        left: u64,
+        /// Samples taken.
+        taken: u8,
+        /// Them, the start bit lowest.
+        bits: u16,
+    },
+    /// There was no stop bit: it waits for the line to rise.
+    Low,
+}
+
+/// A receiver and the line it listens to: the sender's settings, and its own.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Receiver {
+    sender: SerialSettings,
+    own: SerialSettings,
+    state: State,
+}
+
+impl Receiver {
+    /// On an idle line.
+    #[must_use]
+    pub fn new(sender: SerialSettings, own: SerialSettings) -> Receiver {
+        Receiver {
+            sender,
+            own,
+            state: State::Idle,
+        }
+    }
+
+    /// These settings hold from now on. A character that others have begun is given up.
+    pub fn set(&mut self, sender: SerialSettings, own: SerialSettings) {
+        if (self.sender, self.own) != (sender, own) {
+            *self = Receiver::new(sender, own);
+        }
+    }
+
+    /// Its own settings.
+    #[must_use]
+    pub fn own(&self) -> SerialSettings {
+        self.own
+    }
+
+    /// Whether every byte arrives as it was sent, but for the bits the length takes away.
+    #[must_use]
+    pub fn is_matched(&self) -> bool {
+        self.sender == self.own
+    }
+
+    /// Whether no more bits have been taken than a character has.
+    #[cfg(feature = "serde")]
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        let samples = 2 + self.own.length + u8::from(has_parity(self.own));
+        match self.state {
+            State::Idle | State::Low => true,
+            State::Frame { taken, .. } => taken < samples,
+        }
+    }
+
+    /// Whether it is inside a character.
+    #[must_use]
+    pub fn is_busy(&self) -> bool {
+        matches!(self.state, State::Frame { .. })
+    }
+
+    /// The next byte of the sender, without a pause; what the receiver has read by its end is added to `read`.
+    pub fn hear(&mut self, byte: u8, read: &mut Vec<Character>) {
+        if self.is_matched() && self.state == State::Idle {
+            read.push(Character {
+                byte: byte & mask(self.own),
+                fault: None,
+            });
+            return;
+        }
+        let bit = 2 * u64::from(self.own.speed);
+        for level in levels(self.sender, byte) {
+            self.listen(level, bit, read);
+        }
+    }
+
+    /// The line is idle for so many microseconds.
+    pub fn rest(&mut self, micros: u64, read: &mut Vec<Character>) {
+        let units =
+            2 * u128::from(self.sender.speed) * u128::from(self.own.speed) * u128::from(micros) / 1_000_000;
+        self.listen(true, u64::try_from(units).unwrap_or(u64::MAX), read);
+    }
+
+    /// The line is idle for longer than a character takes.
+    pub fn finish(&mut self, read: &mut Vec<Character>) {
+        self.listen(true, u64::MAX, read);
+    }
+
+    /// The line has this level for so many units.
+    fn listen(&mut self, level: bool, units: u64, read: &mut Vec<Character>) {
+        let mut rest = units;
+        loop {
+            self.state = match self.state {
+                State::Idle if !level => State::Frame {
+                    left: u64::from(self.sender.speed),
+                    taken: 0,
+                    bits: 0,
+                },
+                State::Low if level => State::Idle,
+                State::Idle | State::Low => return,
+                State::Frame { left, taken, bits } if left >= rest => {
+                    let left = left - rest;
+                    self.state = State::Frame { left, taken, bits };
+                    return;
+                }
+                State::Frame { left, taken, bits } => {
+                    rest -= left;
+                    let bits = bits | u16::from(level).checked_shl(u32::from(taken)).unwrap_or(0);
+                    self.sample(level, taken + 1, bits, read)
+                }
+            };
+        }
+    }
+
+    /// A sample has been taken; the last one is that of the first stop bit, as in every UART.
+    fn sample(&self, level: bool, taken: u8, bits: u16, read: &mut Vec<Character>) -> State {
+        let samples = 2 + self.own.length + u8::from(has_parity(self.own));
+        if taken == 1 && level {
+            // The line fell for less than half a bit: no start bit.
+            return State::Idle;
+        }
+        if taken < samples {
+            let left = 2 * u64::from(self.sender.speed);
+            return State::Frame { left, taken, bits };
+        }
+        let [low, high] = (bits >> 1).to_le_bytes();
+        let byte = low & mask(self.own);
+        let above = u16::from_le_bytes([low, high]).checked_shr(u32::from(self.own.length));
+        let parity = above.unwrap_or(0) & 1 == 1;
+        let fault = if !level {
+            Some(Fault::Framing)
+        } else if has_parity(self.own) && parity != parity_bit(self.own.parity, byte) {
+            Some(Fault::Parity)
+        } else {
+            None
+        };
+        read.push(Character { byte, fault });
+        if level { State::Idle } else { State::Low }
+    }
+}
+
+#[cfg(test)]
+mod tests;

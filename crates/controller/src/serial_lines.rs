@@ -1,0 +1,371 @@
+//! The serial lines HOST and COM1 as [U06] sets them (SER-01, SER-02): bytes of the edge go onto the line and come
+//! off it when their characters have passed, garbled where the two ends do not agree. The line itself is
+//! `line`'s, what the bytes mean is `talk`'s.
+
+use crate::Controller;
+use crate::faults::Point;
+use crate::faults::kind::{Effect, FaultSite};
+use crate::findings::rules;
+use crate::limits::{LINE_QUEUE, LINE_SENDING};
+use crate::options::{BadCharacter, WhileSending};
+use crate::output::{Event, Output};
+use crate::port::Port;
+use crate::serial_line::direction::{Arrival, at_once};
+use crate::serial_line::uart::Fault;
+use crate::serial_line::{HostLine, SerialLine};
+use crate::time::Time;
+use alloc::format;
+use alloc::vec::Vec;
+use ts3100_proto::parameter::SerialSettings;
+
+/// What becomes of the characters that come in.
+#[derive(Default)]
+struct Passed {
+    bytes: Vec<u8>,
+    /// When the last of them had passed.
+    at: Option<Time>,
+    /// Garbled characters dropped, by what is wrong with them.
+    bad: Vec<&'static str>,
+    /// Characters lost because the robot was sending.
+    lost: usize,
+}
+
+impl Controller {
+    /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
+    #[must_use]
+    pub fn serial_line(&self, port: Port) -> Option<SerialSettings> {
+        match port {
+            Port::Host => Some(self.user.host),
+            Port::Com1 => Some(self.user.com1),
+            Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
+        }
+    }
+
+    /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
+    /// host loses nothing. `None` for the Ethernet channels.
+    #[must_use]
+    pub fn line_room(&self, port: Port) -> Option<usize> {
+        let line = self.lines.get(&port)?;
+        Some(LINE_QUEUE.saturating_sub(line.inbound.queued()))
+    }
+
+    /// What is known of the far end of a serial line.
+    pub(crate) fn line_opened(&mut self, port: Port, host: HostLine) {
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.host = host;
+        }
+    }
+
+    /// When the lines have something to hand over.
+    pub(crate) fn line_deadline(&self) -> Option<Time> {
+        let due = |(port, line): (&Port, &SerialLine)| line.deadline(self.serial_line(*port)?);
+        self.lines.iter().filter_map(due).min()
+    }
+
+    /// Whether characters are on the line of this port.
+    pub(crate) fn line_is_busy(&self, port: Port) -> bool {
+        self.lines.get(&port).is_some_and(SerialLine::is_busy)
+    }
+
+    /// Whether the robot has to keep silent because a character of the host is under way.
+    pub(crate) fn line_is_taken(&self, port: Port) -> bool {
+        self.is_half_duplex(port) && self.lines.get(&port).is_some_and(|line| line.inbound.is_busy())
+    }
+
+    fn is_half_duplex(&self, port: Port) -> bool {
+        port == Port::Host && self.config.options.while_sending == WhileSending::Lost
+    }
+
+    /// Bytes of the peer: on a serial line they have a way to go, elsewhere they are there.
+    pub(crate) fn received(&mut self, port: Port, bytes: &[u8]) {
+        let now = self.now;
+        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            return self.arrived(port, now, bytes);
+        };
+        let Some(far) = line.far_end(robot) else {
+            return self.received_from_device(port, bytes);
+        };
+        self.compare_settings(port, robot);
+        if self.config.options.serial_pacing {
+            self.push_inbound(port, bytes, far);
+            return;
+        }
+        let arrivals = at_once(bytes, far, robot).into_iter().map(|character| Arrival {
+            byte: character.byte,
+            fault: character.fault,
+            begin: now,
+            end: now,
+        });
+        self.received_characters(port, arrivals.collect());
+    }
+
+    fn push_inbound(&mut self, port: Port, bytes: &[u8], far: SerialSettings) {
+        let now = self.now;
+        let room = self.line_room(port).unwrap_or(0);
+        let (taken, rest) = bytes.split_at(room.min(bytes.len()));
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.inbound.push(now, taken, far);
+        }
+        if !rest.is_empty() {
+            let message = format!(
+                "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
+                rest.len()
+            );
+            self.report(&rules::LINE_OVERFLOW, port, &[], message);
+        }
+    }
+
+    /// What has passed by now, in both directions.
+    pub(crate) fn serve_lines(&mut self) {
+        self.receive_from_lines();
+        let now = self.now;
+        for port in [Port::Host, Port::Com1] {
+            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+                continue;
+            };
+            let far = line.far_end(robot).unwrap_or(robot);
+            let arrivals = line.outbound.take(now, far);
+            let bytes: Vec<u8> = arrivals.into_iter().map(|arrival| arrival.byte).collect();
+            self.push_send(port, bytes);
+        }
+    }
+
+    /// What has passed by now from the hosts.
+    pub(crate) fn receive_from_lines(&mut self) {
+        let now = self.now;
+        for port in [Port::Host, Port::Com1] {
+            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+                continue;
+            };
+            let Some(leaving) = &mut line.leaving else {
+                let arrivals = line.inbound.take(now, robot);
+                self.received_characters(port, arrivals);
+                continue;
+            };
+            let before = line.inbound.queued();
+            let arrivals = line.inbound.take_first(leaving.left, now, robot);
+            leaving.left -= before - line.inbound.queued();
+            // Purged bytes never pass.
+            let gone = leaving.left == 0 || line.inbound.queued() == 0;
+            self.received_characters(port, arrivals);
+            // A change that its last text has asked for comes first.
+            if gone && !self.persistence.is_pending() {
+                self.replace_peer(port);
+            }
+        }
+    }
+
+    /// All that a former peer sent has passed: it is gone, and the next one is there.
+    fn replace_peer(&mut self, port: Port) {
+        let Some(line) = self.lines.get_mut(&port) else {
+            return;
+        };
+        let before = line.clone();
+        line.leaving = None;
+        self.disconnected(port);
+        let Some(next) = before.leaving.and_then(|leaving| leaving.next) else {
+            return;
+        };
+        self.connected(port, next);
+        if let Some(line) = self.lines.get_mut(&port) {
+            // What a program has printed meanwhile is the next one's.
+            *line = SerialLine {
+                leaving: None,
+                told: None,
+                ..before
+            };
+        }
+        self.receive_from_lines();
+    }
+
+    fn received_characters(&mut self, port: Port, arrivals: Vec<Arrival>) {
+        if arrivals.is_empty() {
+            return;
+        }
+        let half_duplex = self.is_half_duplex(port);
+        let keeps = self.config.options.bad_character == BadCharacter::Keep;
+        let mut heard = Passed::default();
+        let arrivals = self.apply_character_fault(port, arrivals);
+        for arrival in arrivals {
+            let overlaps = |line: &SerialLine| line.was_sending(arrival.begin, arrival.end);
+            if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
+                heard.lost += 1;
+                continue;
+            }
+            match arrival.fault {
+                Some(fault) if !keeps => heard.bad.push(fault.words()),
+                _ => {
+                    heard.bytes.push(arrival.byte);
+                    heard.at = Some(arrival.end);
+                }
+            }
+        }
+        for reason in ["parity error", "framing error"] {
+            let bytes = heard.bad.iter().filter(|found| **found == reason).count();
+            if bytes > 0 {
+                self.event(Event::Dropped { port, bytes, reason });
+            }
+        }
+        if heard.lost > 0 {
+            self.lost_while_sending(port, heard.lost);
+        }
+        if let Some(at) = heard.at {
+            self.arrived(port, at, &heard.bytes);
+        }
+    }
+
+    /// The arrivals, one of them with a parity error where a fault is armed.
+    fn apply_character_fault(&mut self, port: Port, mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
+        if self.faults.is_empty() {
+            return arrivals;
+        }
+        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
+        if let Effect::Garbled(place) = self.apply_fault(&characters(port, &bytes))
+            && let Some(arrival) = arrivals.get_mut(place)
+        {
+            arrival.fault = Some(Fault::Parity);
+        }
+        arrivals
+    }
+
+    /// Bytes off a real line, whose port has found no fault; where one is armed, a character is dropped all the same.
+    fn received_from_device(&mut self, port: Port, bytes: &[u8]) {
+        let now = self.now;
+        let mut bytes = bytes.to_vec();
+        if let Effect::Garbled(place) = self.apply_fault(&characters(port, &bytes)) {
+            let keeps = self.config.options.bad_character == BadCharacter::Keep;
+            if place < bytes.len() && !keeps {
+                bytes.remove(place);
+                let reason = Fault::Parity.words();
+                self.event(Event::Dropped {
+                    port,
+                    bytes: 1,
+                    reason,
+                });
+            }
+        }
+        self.arrived(port, now, &bytes);
+    }
+
+    fn lost_while_sending(&mut self, port: Port, bytes: usize) {
+        self.event(Event::Dropped {
+            port,
+            bytes,
+            reason: "the robot was sending",
+        });
+        let message = format!(
+            "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
+             ETX first"
+        );
+        self.report(&rules::HALF_DUPLEX, port, &[], message);
+    }
+
+    /// The host's port forgets what it has not put on the line.
+    pub(crate) fn purge_line(&mut self, port: Port) {
+        let now = self.now;
+        if let Some(line) = self.lines.get_mut(&port) {
+            line.inbound.purge(now);
+        }
+    }
+
+    /// Characters came with a parity or framing error that the line itself brought.
+    pub(crate) fn line_faults(&mut self, port: Port, bytes: &[u8]) {
+        let Some(robot) = self.serial_line(port) else {
+            return;
+        };
+        let message = format!(
+            "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
+             cable is disturbed",
+            crate::serial_line::Words(robot)
+        );
+        self.report(&rules::LINE_GARBLED, port, bytes, message);
+        match self.config.options.bad_character {
+            BadCharacter::Keep => self.arrived(port, self.now, bytes),
+            BadCharacter::Drop => self.event(Event::Dropped {
+                port,
+                bytes: bytes.len(),
+                reason: "parity or framing error",
+            }),
+        }
+    }
+
+    /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
+    /// Returns when the last of them is out. Faults and variation come before this.
+    pub(crate) fn put_on_line(&mut self, port: Port, bytes: Vec<u8>) -> Time {
+        let now = self.now;
+        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            self.push_output(Output::Send { port, bytes });
+            return now;
+        };
+        let Some(far) = line.far_end(robot) else {
+            self.push_output(Output::Send { port, bytes });
+            return now;
+        };
+        if line.leaving.is_some() && self.sessions.contains_key(&port) {
+            // Whoever asked is not there any more, and the next one did not.
+            return now;
+        }
+        self.compare_settings(port, robot);
+        if !self.config.options.serial_pacing {
+            let read = at_once(&bytes, robot, far);
+            self.push_send(port, read.into_iter().map(|character| character.byte).collect());
+            return now;
+        }
+        let Some(line) = self.lines.get_mut(&port) else {
+            return now;
+        };
+        if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > LINE_SENDING {
+            self.event(Event::Dropped {
+                port,
+                bytes: bytes.len(),
+                reason: "the robot has more to send than its buffer holds",
+            });
+            return now;
+        }
+        let (begin, end) = line.outbound.push(now, &bytes, robot);
+        line.sends(begin, end);
+        end
+    }
+
+    fn push_send(&mut self, port: Port, bytes: Vec<u8>) {
+        if !bytes.is_empty() {
+            self.push_output(Output::Send { port, bytes });
+        }
+    }
+
+    /// When the robot's buffer of a line will have room for this many bytes more; `None` if it has.
+    pub(crate) fn line_free_at(&self, port: Port, bytes: usize) -> Option<Time> {
+        let outbound = &self.lines.get(&port)?.outbound;
+        let most = LINE_SENDING.saturating_sub(bytes);
+        (outbound.queued() > most && outbound.queued() > 0).then(|| outbound.down_to_at(most))
+    }
+
+    /// Says so once when bytes go over a line whose two ends do not agree.
+    fn compare_settings(&mut self, port: Port, robot: SerialSettings) {
+        let Some(line) = self.lines.get_mut(&port) else {
+            return;
+        };
+        let HostLine::Modelled(host) = line.host else {
+            return;
+        };
+        if line.told == Some(host) {
+            return;
+        }
+        if let Some(message) = host.difference(port.name(), robot) {
+            line.told = Some(host);
+            self.report(&rules::LINE_SETTINGS, port, &[], message);
+        }
+    }
+}
+
+/// Characters off a line as a fault sees them.
+fn characters(port: Port, bytes: &[u8]) -> FaultSite<'_> {
+    FaultSite {
+        point: Point::Character,
+        port,
+        command: "",
+        block: 0,
+        bytes,
+        data: &[],
+    }
+}

@@ -1,0 +1,211 @@
+//! External operation by signals: the system inputs Din249-261 and the system outputs Dout249-262. The
+//! manual gives their names only (SF-31, SF-38); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
+//! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/PROTOCOL.md.
+
+use crate::Controller;
+use crate::executor::StopCause;
+use crate::findings::rules;
+use crate::input::{ControlRight, KeySwitch};
+use crate::limits::PULSE;
+use crate::options::Strobe;
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use ts3100_proto::command::{Reset, RunMode};
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
+
+/// Numbers of the system inputs (SF-31).
+pub(crate) mod din {
+    pub const STROBE: u16 = 249;
+    pub const PRG_RST: u16 = 250;
+    pub const STEP_RST: u16 = 251;
+    pub const CYC_RST: u16 = 252;
+    pub const DO_RST: u16 = 253;
+    pub const ALM_RST: u16 = 254;
+    pub const RUN: u16 = 255;
+    pub const EX_SVON: u16 = 256;
+    pub const STOP: u16 = 257;
+    pub const CYCLE: u16 = 258;
+    pub const LOW_SPD: u16 = 259;
+    pub const BREAK: u16 = 260;
+    pub const SVOFF: u16 = 261;
+}
+
+/// Numbers of the system outputs (SF-38).
+pub(crate) mod dout {
+    pub const EMG_ST: u16 = 249;
+    pub const SV_RDY: u16 = 250;
+    pub const ACK: u16 = 251;
+    pub const TEACH: u16 = 252;
+    pub const INT: u16 = 253;
+    pub const EXTSIG: u16 = 254;
+    pub const EXTHOST: u16 = 255;
+    pub const SYS_RDY: u16 = 256;
+    pub const AUTORUN: u16 = 257;
+    pub const CYC_END: u16 = 258;
+    pub const LOW_ST: u16 = 259;
+    pub const CYC_ST: u16 = 260;
+    pub const BT_ALM: u16 = 261;
+    pub const ALARM: u16 = 262;
+}
+
+/// Inputs that ACK answers when they are processed, in every master mode; of several at once the first alone is
+/// processed (S40).
+const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST];
+
+/// Inputs that ACK does not answer; they act in EXT (SIG) only (PRM-LEG-08, S40, S41). EX_SVON before RUN: with
+/// `sig.strobe = required` one STROBE can do both.
+const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
+
+impl Controller {
+    /// An input line is driven from outside.
+    pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
+        let was = self.signals.input(line);
+        if !self.signals.drive(line, on) {
+            let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
+            self.report(&rules::NO_SUCH_LINE, None, &[], message);
+            return;
+        }
+        self.input_is_now(line, was);
+    }
+
+    /// An input that showed `was` may show something else now.
+    pub(crate) fn input_is_now(&mut self, line: u16, was: bool) {
+        let on = self.signals.input(line);
+        if was == on || !self.state.powered {
+            return;
+        }
+        match line {
+            din::LOW_SPD => self.arm.set_pace(self.now, self.pace()),
+            din::CYCLE if self.by_signals() => {
+                self.state.run_mode = if on { RunMode::Cycle } else { RunMode::Continuous };
+            }
+            din::STOP if on => self.stop_after_step(StopCause::Other),
+            din::BREAK if on => self.interrupt(StopCause::Other),
+            din::SVOFF if on => self.servo_off(StopCause::Other),
+            din::STROBE if on => self.strobe(),
+            _ if on && self.config.options.strobe == Strobe::Free => self.signal(line),
+            _ => {}
+        }
+    }
+
+    fn by_signals(&self) -> bool {
+        self.state.key == KeySwitch::Ext && self.state.control_right == ControlRight::Sig
+    }
+
+    /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count. It is acknowledged,
+    /// unless a reset beside it was refused.
+    fn strobe(&mut self) {
+        let required = self.config.options.strobe == Strobe::Required;
+        let is_on = |line: &u16| required && self.signals.input(*line);
+        let resets: Vec<u16> = RESETS.into_iter().filter(is_on).collect();
+        let others: Vec<u16> = UNANSWERED.into_iter().filter(is_on).collect();
+        if resets.is_empty() {
+            let result = self.first_at_once();
+            self.answer_signal(din::STROBE, result);
+        }
+        for line in resets.into_iter().chain(others) {
+            self.signal(line);
+        }
+    }
+
+    /// A command input that counts now; any other input says nothing.
+    fn signal(&mut self, line: u16) {
+        if UNANSWERED.contains(&line) && !self.by_signals() {
+            return;
+        }
+        let result = match line {
+            din::RUN => self.start(),
+            din::EX_SVON if self.state.servo => Err("servo power is on already (SV_RDY)".to_string()),
+            din::EX_SVON => self.servo_on(),
+            din::ALM_RST => {
+                self.reset_alarms();
+                Ok(())
+            }
+            din::PRG_RST => self.reset_by_signal(Reset::Program),
+            din::STEP_RST => self.reset_by_signal(Reset::Step),
+            din::CYC_RST => self.reset_by_signal(Reset::Cycle),
+            din::DO_RST => self.reset_by_signal(Reset::Signal),
+            _ => return,
+        };
+        self.answer_signal(line, result);
+    }
+
+    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), String> {
+        self.first_at_once()?;
+        if self.executor.status() == ExecutionStatus::Running {
+            return Err("a reset is accepted only in stop mode".to_string());
+        }
+        self.reset_program(reset)
+    }
+
+    /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
+    /// at it.
+    ///
+    /// # Errors
+    /// Another was the first.
+    fn first_at_once(&self) -> Result<(), String> {
+        if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
+            return Err("of several inputs at once only the first is processed".to_string());
+        }
+        Ok(())
+    }
+
+    fn answer_signal(&mut self, line: u16, result: Result<(), String>) {
+        match result {
+            Ok(()) if UNANSWERED.contains(&line) => {}
+            Ok(()) => {
+                self.signals.pulse(dout::ACK, self.now + PULSE);
+            }
+            Err(reason) => {
+                let message = format!("Din{line} had no effect: {reason}");
+                self.report(&rules::SIGNAL_REFUSED, None, &[], message);
+            }
+        }
+    }
+
+    /// CYC_END: on from END until the next start; in continuous operation a pulse.
+    pub(crate) fn show_cycle_end(&mut self) {
+        if self.executor.program_runs() {
+            self.signals.pulse(dout::CYC_END, self.now + PULSE);
+        } else {
+            self.signals.switch(dout::CYC_END, true);
+        }
+    }
+
+    /// Whether LOW_SPD holds the speed down.
+    pub(crate) fn is_slow(&self) -> bool {
+        self.signals.input(din::LOW_SPD) && self.state.key == KeySwitch::Ext
+    }
+
+    /// Lets the system outputs show the present state (SF-39).
+    pub(crate) fn show_state(&mut self) {
+        let mode = self.state.master_mode();
+        let alarm = !self.alarms.active().is_empty();
+        let shown = [
+            (dout::EMG_ST, self.state.emergency_stop),
+            (dout::SV_RDY, self.state.servo),
+            (dout::TEACH, mode == MasterMode::Teaching),
+            (dout::INT, mode == MasterMode::Internal),
+            (dout::EXTSIG, mode == MasterMode::ExtSig),
+            (
+                dout::EXTHOST,
+                matches!(mode, MasterMode::ExtRs232c | MasterMode::ExtEther),
+            ),
+            (
+                dout::SYS_RDY,
+                !self.state.emergency_stop && !self.alarms.blocks_start(),
+            ),
+            (dout::AUTORUN, self.executor.program_runs()),
+            (dout::LOW_ST, self.is_slow()),
+            (dout::CYC_ST, self.state.run_mode == RunMode::Cycle),
+            (dout::BT_ALM, self.state.battery_low),
+            (dout::ALARM, alarm),
+        ];
+        for (line, on) in shown {
+            if self.signals.output(line) != on {
+                self.signals.switch(line, on);
+            }
+        }
+    }
+}

@@ -1,0 +1,214 @@
+//! Legal variation: what the manual leaves open is different from one run to the next, all of it from one seed, so
+//! that a host that leans on luck is found. Each variation is a row of [`VARIATIONS`] and a method here; with the
+//! same seed and the same inputs the bytes and their times are the same.
+
+use crate::faults::kind::{Departure, Segment};
+use crate::faults::rng::Rng;
+use crate::limits::{MAX_SEND, VARY_BLANKS, VARY_GAP, VARY_PIECES, VARY_REPLY, VARY_SP};
+use alloc::string::String;
+use alloc::vec::Vec;
+use core::time::Duration;
+use ts3100_proto::status::ca::DirectoryEntry;
+use ts3100_proto::text::MAX_DATA;
+
+/// One thing that varies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VariationConfig {
+    /// Its name.
+    pub name: &'static str,
+    /// What varies, and how far.
+    pub what: &'static str,
+    /// Why the manual allows it.
+    pub source: &'static str,
+}
+
+/// All of them.
+pub const VARIATIONS: &[VariationConfig] = &[
+    VariationConfig {
+        name: "segments",
+        what: "What is sent leaves in one to four writes, up to 15 ms apart, cut anywhere",
+        source: "FRM-05, ETH-02: a text ends at ETX, not with its segment; 3.2 speaks of packets of at most 512",
+    },
+    VariationConfig {
+        name: "reply-delay",
+        what: "A text leaves up to 100 ms after the command it answers",
+        source: "5.1, TRN-01, SER-06: no time is given for the answer; between characters it is 10 s",
+    },
+    VariationConfig {
+        name: "sp-timing",
+        what: "The unsolicited SP comes up to 200 ms after the stop, never inside an open exchange",
+        source: "5.3.3 SP, CMD-SP-05, CMD-SP-07: it is not said when it comes",
+    },
+    VariationConfig {
+        name: "text-cuts",
+        what: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes",
+        source: "5.2, FL-02, FL-03: texts have at most 253 data bytes; it is not said that they are filled",
+    },
+    VariationConfig {
+        name: "directory-order",
+        what: "CA lists the files in any order, another one each time",
+        source: "5.3.3 FL (2), DIR-04: the order of the records is not given",
+    },
+    VariationConfig {
+        name: "directory-blanks",
+        what: "One to three blanks stand between name and size in CA, the same number in one answer; only with the \
+               option `extensions` off, since the vendor's library reads one",
+        source: "5.3.3 FL (2), DIR-02: the figure is lost; name and size have columns of 12 and 5",
+    },
+    VariationConfig {
+        name: "history-order",
+        what: "EU lists its entries newest first or oldest first, the same in one run",
+        source: "5.3.3 FL (4), EU-06: the order of the entries is not given",
+    },
+];
+
+/// Fewest data bytes of a text but the last, when a file is cut.
+pub(crate) const SHORTEST_TEXT: u64 = 128;
+
+/// What varies in a run.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Variation {
+    seed: u64,
+    segments: Rng,
+    reply: Rng,
+    sp: Rng,
+    cuts: Rng,
+    order: Rng,
+    blanks: Rng,
+    oldest_first: bool,
+}
+
+impl Variation {
+    /// Everything follows from the seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Variation {
+        let dice = |name| Rng::new(seed, name);
+        Variation {
+            seed,
+            segments: dice("segments"),
+            reply: dice("reply-delay"),
+            sp: dice("sp-timing"),
+            cuts: dice("text-cuts"),
+            order: dice("directory-order"),
+            blanks: dice("directory-blanks"),
+            oldest_first: dice("history-order").happens(500_000),
+        }
+    }
+
+    /// The seed.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// `segments`: the writes in which these bytes leave, the first one after `delay`.
+    pub fn segments(&mut self, delay: Duration, bytes: &[u8]) -> Vec<Segment> {
+        let pieces = self.segments.between(1, VARY_PIECES);
+        let mut cuts: Vec<usize> = (1..pieces).map(|_| self.segments.place(bytes.len())).collect();
+        cuts.sort_unstable();
+        cuts.dedup();
+        let mut parcels = Vec::new();
+        let mut from = 0;
+        for cut in cuts.into_iter().chain([bytes.len()]).filter(|cut| *cut > 0) {
+            for piece in bytes.get(from..cut).unwrap_or_default().chunks(MAX_SEND) {
+                let after = match parcels.is_empty() {
+                    true => delay,
+                    false => Duration::from_millis(self.segments.between(0, VARY_GAP)),
+                };
+                parcels.push(Segment::after(after, Departure::Bytes(piece.to_vec())));
+            }
+            from = cut;
+        }
+        parcels
+    }
+
+    /// `reply-delay`.
+    pub fn reply_delay(&mut self) -> Duration {
+        Duration::from_millis(self.reply.between(0, VARY_REPLY))
+    }
+
+    /// `sp-timing`.
+    pub fn sp_delay(&mut self) -> Duration {
+        Duration::from_millis(self.sp.between(0, VARY_SP))
+    }
+
+    /// `text-cuts`: the data bytes of each text of a file whose data are so many bytes in all; none when they fit
+    /// into one text.
+    pub fn cuts(&mut self, length: usize) -> Vec<usize> {
+        let mut lengths = Vec::new();
+        let mut rest = length;
+        while rest > MAX_DATA {
+            let most = u64::try_from(MAX_DATA).unwrap_or(SHORTEST_TEXT);
+            let text = usize::try_from(self.cuts.between(SHORTEST_TEXT, most)).unwrap_or(MAX_DATA);
+            lengths.push(text);
+            rest -= text;
+        }
+        lengths
+    }
+
+    /// `directory-order`.
+    pub fn order(&mut self, entries: &mut [DirectoryEntry]) {
+        self.order.shuffle(entries);
+    }
+
+    /// `directory-blanks`: what stands between name and size.
+    pub fn directory_blanks(&mut self) -> String {
+        let blanks = usize::try_from(self.blanks.between(1, VARY_BLANKS)).unwrap_or(1);
+        " ".repeat(blanks)
+    }
+
+    /// `history-order`.
+    #[must_use]
+    pub fn lists_oldest_first(&self) -> bool {
+        self.oldest_first
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn joined(parcels: &[Segment]) -> Vec<u8> {
+        let bytes = parcels.iter().map(|parcel| match &parcel.what {
+            Departure::Bytes(bytes) => bytes.clone(),
+            other => panic!("{other:?}"),
+        });
+        bytes.collect::<Vec<_>>().concat()
+    }
+
+    // clause: FRM-05 ETH-02
+    #[test]
+    fn segments_lose_nothing_keep_to_the_packet_and_differ() {
+        let mut vary = Variation::new(3);
+        let bytes: Vec<u8> = (0..=255).cycle().take(700).collect();
+        let mut counts = alloc::collections::BTreeSet::new();
+        for _ in 0..50 {
+            let parcels = vary.segments(Duration::ZERO, &bytes);
+            assert_eq!(joined(&parcels), bytes);
+            counts.insert(parcels.len());
+            assert!(parcels.iter().all(|parcel| match &parcel.what {
+                Departure::Bytes(piece) => (1..=MAX_SEND).contains(&piece.len()),
+                _ => false,
+            }));
+        }
+        assert!(counts.len() > 2, "{counts:?}");
+        assert_eq!(joined(&vary.segments(Duration::ZERO, b"x")), b"x");
+        assert_eq!(vary.segments(Duration::ZERO, b""), []);
+    }
+
+    // clause: FRM-02 FL-02 FL-03
+    #[test]
+    fn texts_are_cut_anywhere_but_never_too_long_and_short_files_not_at_all() {
+        let mut vary = Variation::new(9);
+        assert!(vary.cuts(MAX_DATA).is_empty());
+        let cuts = vary.cuts(2_000);
+        assert!(cuts.iter().all(|cut| (128..=MAX_DATA).contains(cut)), "{cuts:?}");
+        assert!((1..=MAX_DATA).contains(&(2_000 - cuts.iter().sum::<usize>())));
+        assert_ne!(cuts, vary.cuts(2_000));
+    }
+}

@@ -1,0 +1,260 @@
+//! How the hub serves requests: actions, looks, waits, time that is moved by hand. What may be asked, and how it is
+//! written, is `control`'s.
+
+use super::Driver;
+use super::request::{LinkAction, Pending, Request, View, Waited};
+use crate::clock::{self, TimeMode, Wake};
+use crate::store::backing::Backing;
+use crate::transcript::{LinkRecord, Side};
+use std::time::Duration;
+use tracing::{error, info};
+use ts3100_controller::action::{Action, ActionError, ActionErrorKind};
+use ts3100_controller::faults::FaultOrder;
+use ts3100_controller::input::{Input, PanelAction};
+use ts3100_controller::output::Output;
+use ts3100_controller::port::Port;
+use ts3100_controller::time::Time;
+
+impl Driver {
+    /// Does what was asked.
+    pub(super) async fn serve_request(&mut self, request: Request) {
+        match request {
+            Request::Panel { panel, done } => {
+                self.clock.note_activity();
+                self.feed(Input::Panel(panel)).await;
+                // Fails only when nobody waits for it.
+                let _ = done.send(());
+            }
+            Request::Action { action, done } => {
+                self.clock.note_activity();
+                let result = self.act(action).await;
+                let _ = done.send(result);
+            }
+            Request::Order { action, done } => {
+                self.clock.note_activity();
+                let result = self.act(action).await;
+                let _ = done.send(result);
+            }
+            Request::Edge { action, done } => {
+                self.clock.note_activity();
+                let result = self.act_on_link(action).await;
+                let _ = done.send(result);
+            }
+            Request::Snapshot(order) => self.serve_snapshot_request(order).await,
+            Request::Look(look) => {
+                // What is due by now has happened when it is looked at.
+                self.feed(Input::Tick).await;
+                look(&View {
+                    controller: &self.controller,
+                    clock: &self.clock,
+                    ports: &self.ports,
+                    serial: &self.lines.places(),
+                    backing: self.backing.as_ref().map(Backing::condition),
+                });
+            }
+            Request::Wait { seek, done } => {
+                self.feed(Input::Tick).await;
+                let since = self.controller.now();
+                let limit = since + seek.within;
+                self.waits.push(Pending {
+                    seek,
+                    since,
+                    limit,
+                    done,
+                });
+                self.end_waits();
+                self.update_idle();
+            }
+        }
+    }
+
+    async fn act(&mut self, action: Action) -> Result<(), ActionError> {
+        self.refusal = None;
+        self.feed(Input::Action(action)).await;
+        self.refusal.take().map_or(Ok(()), Err)
+    }
+
+    async fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
+        match action {
+            LinkAction::Inject { port, bytes } => {
+                self.peer_of(port, port.protocol().is_some())?;
+                self.feed(Input::Received { port, bytes }).await;
+                Ok(())
+            }
+            LinkAction::Drop { port } => {
+                self.peer_of(port, true)?;
+                if self.lines.has(port) {
+                    return Err(ActionError {
+                        kind: ActionErrorKind::Conflict,
+                        expected: "a channel of Ethernet".to_owned(),
+                        found: "a serial line, of which the host holds its own end".to_owned(),
+                        place: port.name().to_owned(),
+                    });
+                }
+                self.tape.edge(self.clock.now(), LinkRecord::Dropped { port });
+                for input in self.links.drop_peer(port) {
+                    self.feed_by(input, Side::Robot).await;
+                }
+                Ok(())
+            }
+            LinkAction::TimeMode(mode) => {
+                self.clock.set_mode(mode);
+                info!("time: {mode}");
+                Ok(())
+            }
+            LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
+                kind: ActionErrorKind::Unkept,
+                expected: "a directory with the files of the start".to_owned(),
+                found: reason,
+                place: "drive".to_owned(),
+            }),
+        }
+    }
+
+    /// A power that is off and a peer that is wanted and not there refuse.
+    fn peer_of(&self, port: Port, wanted: bool) -> Result<(), ActionError> {
+        let refused = |expected: &str, found: &str| ActionError {
+            kind: ActionErrorKind::Conflict,
+            expected: expected.to_owned(),
+            found: found.to_owned(),
+            place: port.name().to_owned(),
+        };
+        if !self.controller.state().powered {
+            return Err(refused("power on", "the power is off"));
+        }
+        if wanted && self.controller.peer_of(port).is_none() {
+            return Err(refused("a connected peer", "nobody is connected"));
+        }
+        Ok(())
+    }
+
+    /// Everything as at the start, with the connections closed and time at its beginning.
+    ///
+    /// # Errors
+    /// Why the backing directory has not all files of the start; the rest is done.
+    async fn reset(&mut self) -> Result<(), String> {
+        for port in self.links.close().await {
+            self.tape.edge(self.clock.now(), LinkRecord::Dropped { port });
+            self.feed_by(Input::Disconnected { port }, Side::Robot).await;
+        }
+        self.feed(Input::Tick).await;
+        let ended = self.controller.now();
+        let next = self.initial.clone();
+        let followed = self.follow_files(&next);
+        self.controller = next;
+        let calendar =
+            matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::calendar_now);
+        if let Some(calendar) = calendar {
+            self.controller.set_calendar(calendar);
+        }
+        if self.restored {
+            self.tape.restored(self.clock.now(), &self.controller);
+        } else {
+            self.tape.reset(self.clock.now(), calendar);
+        }
+        self.clock.restart();
+        self.clock.set(self.controller.now());
+        if let Some(play) = &self.play {
+            play.go_on(ended, &self.controller);
+        }
+        for waiting in std::mem::take(&mut self.waits) {
+            let _ = waiting.done.send(Waited {
+                reached: false,
+                at: Time::ZERO,
+                passed: Duration::ZERO,
+            });
+        }
+        if let Some(journal) = &self.journal {
+            journal.reset();
+        }
+        self.keep_history();
+        self.open_links();
+        info!("reset; ports: {:?}", self.ports);
+        for input in self.lines.power_cycled(&self.controller) {
+            self.feed(input).await;
+        }
+        self.begin().await;
+        followed
+    }
+
+    /// The first input, behind the power coming on.
+    pub(super) async fn begin(&mut self) {
+        for fault in self.faults.clone() {
+            let order = FaultOrder::Arm(Box::new(fault));
+            self.feed(Input::Action(Action::Fault(order))).await;
+        }
+        if self.servo_on {
+            self.feed(Input::Panel(PanelAction::Servo(true))).await;
+        } else {
+            self.feed(Input::Tick).await;
+        }
+    }
+
+    /// Opens the channels as the parameters ask; when that fails none is open.
+    pub(super) fn open_links(&mut self) {
+        match self.links.open(self.controller.network()) {
+            Ok(ports) => self.ports = ports,
+            Err(reason) => {
+                error!("no port is open: {reason}");
+                self.ports.clear();
+            }
+        }
+    }
+
+    /// Whether somebody waits for a single statement.
+    pub(super) fn waits_for_a_line(&self) -> bool {
+        self.waits.iter().any(Pending::traces)
+    }
+
+    /// What the waits see of an output.
+    pub(super) fn observe(&mut self, output: &Output) {
+        for waiting in &mut self.waits {
+            waiting.seek.observe(output);
+        }
+    }
+
+    /// Answers the waits that are over, and forgets those nobody waits for any more.
+    pub(super) fn end_waits(&mut self) {
+        let now = self.controller.now();
+        let mut index = 0;
+        while let Some(waiting) = self.waits.get(index) {
+            let reached = waiting.seek.is_met(&self.controller);
+            if !reached && now < waiting.limit && !waiting.done.is_closed() {
+                index += 1;
+                continue;
+            }
+            let waiting = self.waits.swap_remove(index);
+            let passed = now.since(waiting.since);
+            // Fails only when nobody waits for it.
+            let _ = waiting.done.send(Waited {
+                reached,
+                at: now,
+                passed,
+            });
+        }
+        let traces = self.record_lines || self.waits_for_a_line();
+        self.controller.trace(traces);
+    }
+
+    /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
+    pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
+        let deadline = self.deadline();
+        let advancing = self.waits.iter().filter(|waiting| waiting.seek.advance);
+        if let Some(limit) = advancing.map(|waiting| waiting.limit).min() {
+            let next = deadline.map_or(limit, |deadline| deadline.min(limit));
+            return (Wake::JumpAfter(Duration::ZERO), Some(next));
+        }
+        let wake = self.clock.wake(deadline, self.controller.host_is_silent());
+        let limit = self.waits.iter().map(|waiting| waiting.limit).min();
+        // The end of a wait is no reason to jump.
+        let left = limit.and_then(|limit| self.clock.real_until(limit));
+        let wake = match (wake, left) {
+            (wake, None) => wake,
+            (Wake::Never, Some(left)) => Wake::After(left),
+            (Wake::After(before), Some(left)) => Wake::After(before.min(left)),
+            (Wake::JumpAfter(before), Some(left)) if left < before => Wake::After(left),
+            (Wake::JumpAfter(before), Some(_)) => Wake::JumpAfter(before),
+        };
+        (wake, deadline)
+    }
+}

@@ -1,0 +1,47 @@
+//! The backing directory and the running controller: a change is kept before it happens, what took place otherwise is
+//! followed. What became of it is `store::backing`'s to say.
+
+use super::Driver;
+use crate::transcript::LinkRecord;
+use ts3100_controller::{Controller, Input, Time};
+
+impl Driver {
+    /// The controller asks for a change to be kept; it goes on with the answer, at the same moment.
+    pub(super) fn keep(&mut self, at: Time, name: &str, content: Option<&[u8]>) {
+        let answer = match &mut self.backing {
+            Some(backing) => backing.keep(at, name, content),
+            None => Ok(()),
+        };
+        if let Err(reason) = &answer {
+            let (name, reason) = (name.to_owned(), reason.clone());
+            self.tape.edge(at, LinkRecord::Unkept { name, reason });
+        }
+        self.controller.handle(at, Input::Persisted(answer));
+    }
+
+    /// A change was kept: what was not may now be.
+    pub(super) fn make_up_files(&mut self) {
+        if let Some(backing) = &mut self.backing {
+            backing.catch_up(&self.controller);
+        }
+    }
+
+    /// The backing directory gets the files of `next` in place of those of the present controller.
+    ///
+    /// # Errors
+    /// Why it does not have them all.
+    pub(super) fn follow_files(&mut self, next: &Controller) -> Result<(), String> {
+        let Some(backing) = &mut self.backing else {
+            return Ok(());
+        };
+        let followed = backing.follow(self.controller.files(), next);
+        followed.map_err(|reason| reason.to_string())
+    }
+
+    /// The backing directory has the error history as it now is.
+    pub(super) fn keep_history(&mut self) {
+        if let Some(backing) = &mut self.backing {
+            backing.keep_history(&self.controller);
+        }
+    }
+}

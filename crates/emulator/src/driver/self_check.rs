@@ -1,0 +1,86 @@
+//! Whether a host that dials now is answered: asked over the wire, by SU, before anybody else may, of the same controller
+//! with nothing broken on purpose. It leaves nothing behind: afterwards the controller is the one it was, and no record
+//! knows of it.
+
+use super::{Driver, StartError};
+use crate::socket;
+use std::io;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
+use std::time::Duration;
+use tokio::net::TcpStream;
+use ts3100_controller::port::Port;
+use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
+
+/// Longest wait for the answer.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// Longest answer that is read.
+const MAX_ANSWER: usize = 1_024;
+
+/// An address that leads to a server which listens there: the loopback for one that listens everywhere.
+#[must_use]
+pub fn dialled(listen: IpAddr) -> IpAddr {
+    match listen {
+        IpAddr::V4(Ipv4Addr::UNSPECIFIED) => IpAddr::V4(Ipv4Addr::LOCALHOST),
+        IpAddr::V6(Ipv6Addr::UNSPECIFIED) => IpAddr::V6(Ipv6Addr::LOCALHOST),
+        address => address,
+    }
+}
+
+impl Driver {
+    /// Serves until SU has been answered on IP0; nothing to do where IP0 is no server.
+    ///
+    /// # Errors
+    /// It was not, or the ports cannot be opened again behind it.
+    pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), StartError> {
+        let Some(number) = self.ports.get(&Port::Ip0) else {
+            return Ok(());
+        };
+        let address = SocketAddr::new(dialled(listen), *number);
+        let unbroken = self.controller.unbroken();
+        let before = std::mem::replace(&mut self.controller, unbroken);
+        let evidence = std::mem::take(&mut self.evidence);
+        let journal = self.journal.take();
+        let (tape, log, watch) = (
+            std::mem::take(&mut self.tape),
+            std::mem::take(&mut self.log),
+            self.watch.take(),
+        );
+        let checksum = self.controller.checksum();
+        let mut result = Err(io::Error::from(io::ErrorKind::TimedOut));
+        self.serve(async {
+            if let Ok(answered) = tokio::time::timeout(PATIENCE, query(address, checksum)).await {
+                result = answered;
+            }
+        })
+        .await;
+        self.links.close().await;
+        self.controller = before;
+        self.clock.set(self.controller.now());
+        self.update_idle();
+        self.ports = self.links.open(self.controller.network())?;
+        (self.evidence, self.journal) = (evidence, journal);
+        (self.tape, self.log, self.watch) = (tape, log, watch);
+        result.map_err(|reason| StartError::System {
+            what: "conversation with the emulator (SU on IP0)",
+            reason,
+        })
+    }
+}
+
+async fn query(address: SocketAddr, checksum: Checksum) -> io::Result<()> {
+    let stream = TcpStream::connect(address).await?;
+    let text = encode_text(b"SU\r", Framing::Stx, checksum);
+    socket::write_all(&stream, &text).await?;
+    let mut answer = Vec::new();
+    let mut piece = [0; MAX_ANSWER];
+    while !answer.contains(&ETX) && answer.len() < MAX_ANSWER {
+        socket::readable(&stream).await?;
+        match stream.try_read(&mut piece) {
+            Ok(0) => return Err(io::ErrorKind::UnexpectedEof.into()),
+            Ok(count) => answer.extend(piece.iter().take(count)),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}

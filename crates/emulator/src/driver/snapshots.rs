@@ -1,0 +1,112 @@
+//! Another state put in the place of the running controller: clock, links and backing directory follow it. What a
+//! snapshot is and where it is kept is `snapshot`'s.
+
+use super::Driver;
+use super::request::Waited;
+use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
+use std::collections::VecDeque;
+use std::time::Duration;
+use tracing::info;
+use ts3100_controller::output::DisconnectMode;
+use ts3100_controller::port::Port;
+use ts3100_controller::{Controller, Input};
+
+impl Driver {
+    /// Does what was asked at the desk.
+    pub(super) async fn serve_snapshot_request(&mut self, order: SnapshotRequest) {
+        let SnapshotRequest { task, done } = order;
+        // What is due by now has happened in what is kept or told.
+        self.feed(Input::Tick).await;
+        let result = match task {
+            SnapshotTask::Keep(name) => {
+                let kept = self.shelf.keep(&name, self.controller.clone());
+                kept.map(|()| SnapshotReply::Done)
+                    .map_err(SnapshotRequestError::from)
+            }
+            SnapshotTask::Restore(name) => match self.shelf.get(&name) {
+                Ok(controller) => self
+                    .replace_controller(controller)
+                    .await
+                    .map(|()| SnapshotReply::Done),
+                Err(error) => Err(error.into()),
+            },
+            SnapshotTask::Replace(controller) => self
+                .replace_controller(*controller)
+                .await
+                .map(|()| SnapshotReply::Done),
+            SnapshotTask::Forget(name) => self
+                .shelf
+                .forget(&name)
+                .map(|()| SnapshotReply::Done)
+                .map_err(SnapshotRequestError::from),
+            SnapshotTask::List => Ok(SnapshotReply::Names(self.shelf.list())),
+            SnapshotTask::GetNamed(name) => match self.shelf.get(&name) {
+                Ok(controller) => Ok(SnapshotReply::State(Box::new(controller))),
+                Err(error) => Err(error.into()),
+            },
+            SnapshotTask::Get => Ok(SnapshotReply::State(Box::new(self.controller.clone()))),
+        };
+        // Fails only when nobody waits for it.
+        let _ = done.send(result);
+    }
+
+    /// The controller goes on as this one: the time is its time, the peers that are connected stay and are new to it,
+    /// the backing directory has its files, and if its channels are others, the ports are opened anew.
+    pub(super) async fn replace_controller(
+        &mut self,
+        mut next: Controller,
+    ) -> Result<(), SnapshotRequestError> {
+        self.clock.note_activity();
+        self.end_half_open().await;
+        self.tape.restored(self.clock.now(), &next);
+        next.adopt_peers(&self.controller);
+        let followed = self.follow_files(&next);
+        next.persist_outside(self.backing.is_some());
+        let before = self.clock.now();
+        self.clock.set(next.now());
+        let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
+        let same_ports = ports(&next) == ports(&self.controller);
+        self.controller = next;
+        self.keep_history();
+        if let Some(play) = &self.play {
+            play.go_on(before, &self.controller);
+        }
+        // Who waits, waits on another time than this.
+        for waiting in std::mem::take(&mut self.waits) {
+            let at = self.controller.now();
+            let (reached, passed) = (false, Duration::ZERO);
+            let _ = waiting.done.send(Waited { reached, at, passed });
+        }
+        self.evidence.begin(&self.controller);
+        let mut opened = Ok(());
+        if !same_ports {
+            let mut inputs = VecDeque::new();
+            opened = self
+                .open_anew(&mut inputs)
+                .await
+                .map_err(|error| SnapshotRequestError::Links(error.to_string()));
+            for input in inputs {
+                self.feed(input).await;
+            }
+        }
+        if let Some(journal) = &self.journal {
+            journal.restored(self.clock.now());
+        }
+        info!(event = "restored", t = %self.clock.now(), "snapshot restored");
+        // What the change of peers has brought about leaves now.
+        self.feed(Input::Tick).await;
+        opened.and(followed.map_err(SnapshotRequestError::Drive))
+    }
+
+    /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.
+    async fn end_half_open(&mut self) {
+        let deaf =
+            |port: &Port| self.controller.faults().is_stalled(*port) && port.ethernet_index().is_some();
+        let ports: Vec<Port> = Port::ALL.into_iter().filter(deaf).collect();
+        for port in ports {
+            for input in self.links.end(port, DisconnectMode::Reset) {
+                self.feed(input).await;
+            }
+        }
+    }
+}

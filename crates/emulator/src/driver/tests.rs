@@ -1,0 +1,175 @@
+//! Tests of the loop: when it lets time jump.
+
+use super::*;
+use crate::clock::{TimeMode, Wake};
+use crate::config::Ports;
+use crate::embed::single_threaded;
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+use tokio::sync::oneshot;
+use ts3100_controller::options::{Config, Dialect};
+
+const HOUR: Duration = Duration::from_secs(3_600);
+
+fn automatic() -> Settings {
+    Settings {
+        ports: Ports::Auto,
+        time: TimeMode::Auto,
+        ..Settings::new(Config::new(Dialect::Field))
+    }
+}
+
+/// Serves until a thread of its own has done what hosts do.
+async fn serve_while<T: Send + 'static>(
+    hub: &mut Driver,
+    hosts: impl FnOnce(BTreeMap<Port, u16>) -> T + Send + 'static,
+) -> T {
+    let (done, is_done) = oneshot::channel();
+    let ports = hub.ports().clone();
+    let thread = std::thread::spawn(move || {
+        let value = hosts(ports);
+        done.send(()).unwrap();
+        value
+    });
+    hub.serve(async { is_done.await.unwrap() }).await;
+    thread.join().unwrap()
+}
+
+fn dial(ports: &BTreeMap<Port, u16>, port: Port) -> TcpStream {
+    TcpStream::connect(("127.0.0.1", ports[&port])).unwrap()
+}
+
+fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
+    host.write_all(bytes).unwrap();
+    let mut found = vec![0; expected.len()];
+    host.read_exact(&mut found).unwrap();
+    assert_eq!(found, expected);
+}
+
+/// Some turns of the loop.
+async fn turns() {
+    for _ in 0..100 {
+        tokio::task::yield_now().await;
+    }
+}
+
+/// Serves until it is so.
+async fn serve_until(hub: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
+    const ROUNDS: u32 = 100_000;
+    for _ in 0..ROUNDS {
+        if is_so(hub) {
+            return;
+        }
+        hub.serve(turns()).await;
+    }
+    panic!("not after {ROUNDS} rounds");
+}
+
+/// Virtual time has not run ahead of the wall since `started`.
+fn assert_not_ahead(hub: &Driver, started: Instant) {
+    let (passed, wall) = (hub.clock.now().as_micros(), started.elapsed().as_micros());
+    assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
+}
+
+#[test]
+fn automatic_time_does_not_run_away_while_nothing_is_due() {
+    single_threaded().unwrap().block_on(async {
+        let started = Instant::now();
+        let (mut hub, _panel) = Driver::open(&automatic()).await.unwrap();
+        let _hosts = serve_while(&mut hub, |ports| {
+            let program = dial(&ports, Port::Ip1);
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            (host, program)
+        })
+        .await;
+        // An hour in which the hosts are idle passes at once for timers, not for the wall: a loop that
+        // jumps again and again does so here.
+        tokio::time::pause();
+        hub.serve(tokio::time::sleep(HOUR)).await;
+        hub.feed(Input::Tick).await;
+        assert_not_ahead(&hub, started);
+        assert_eq!(hub.clock.wake(hub.controller.poll_deadline(), true), Wake::Never);
+    });
+}
+
+#[test]
+fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
+    single_threaded().unwrap().block_on(async {
+        let started = Instant::now();
+        let (mut hub, _panel) = Driver::open(&automatic()).await.unwrap();
+        let _host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03\x02S", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        assert!(
+            hub.controller.poll_deadline().is_some(),
+            "10 s between characters"
+        );
+        tokio::time::pause();
+        hub.serve(tokio::time::sleep(Duration::from_secs(9))).await;
+        assert_not_ahead(&hub, started);
+        assert!(hub.controller.poll_deadline().is_some(), "they have not passed");
+    });
+}
+
+#[test]
+fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
+    single_threaded().unwrap().block_on(async {
+        let (mut hub, requests) = Driver::open(&automatic()).await.unwrap();
+        hub.serve(turns()).await;
+        // To the microsecond, or two runs of the same would differ.
+        assert_eq!((hub.clock.now(), hub.controller.now()), (Time::ZERO, Time::ZERO));
+        let host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        // A host's pauses are the wall's.
+        let met = hub.clock.now();
+        serve_until(&mut hub, |hub| hub.clock.now() > met).await;
+        drop(host);
+        serve_until(&mut hub, |hub| hub.controller.peer_of(Port::Ip0).is_none()).await;
+        let left = hub.clock.now();
+        hub.serve(turns()).await;
+        assert_eq!(hub.clock.now(), left);
+        // One who waits for a length of time does not wait for ever.
+        let (done, is_done) = oneshot::channel();
+        let condition = condition::Condition::Alarm(None);
+        let short = Duration::from_millis(20);
+        let seek = condition::Wait::new(condition, short, false);
+        requests.send(Request::Wait { seek, done }).await.ok().unwrap();
+        let mut waited = None;
+        hub.serve(async { waited = is_done.await.ok() }).await;
+        assert!(!waited.unwrap().reached);
+        assert!(hub.clock.now() >= left + short);
+    });
+}
+
+#[test]
+fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
+    single_threaded().unwrap().block_on(async {
+        let (mut hub, requests) = Driver::open(&automatic()).await.unwrap();
+        let mut host = serve_while(&mut hub, |ports| {
+            let mut host = dial(&ports, Port::Ip0);
+            exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+            host
+        })
+        .await;
+        for percent in 1..=50 {
+            write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
+            let (done, is_done) = oneshot::channel();
+            let look = Request::Look(Box::new(move |sight| {
+                done.send(sight.controller.state().override_percent).unwrap();
+            }));
+            requests.try_send(look).unwrap();
+            let mut seen = None;
+            hub.serve(async { seen = is_done.await.ok() }).await;
+            assert_eq!(seen, Some(percent));
+        }
+    });
+}

@@ -1,0 +1,236 @@
+//! Coverage of the permission tables as one JSON document, and several of them made one. The words are those of
+//! the tables, so that documents of other versions and configurations can be merged.
+
+use crate::files;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+use ts3100_controller::command_coverage::{Cell, Coverage, reachable};
+use ts3100_controller::options::Config;
+use ts3100_controller::output::Verdict;
+use ts3100_controller::port::Port;
+use ts3100_proto::permission::{EXTENSION_ROWS, ROWS};
+use ts3100_proto::status::MasterMode;
+
+/// Version of the document; raised when a key changes its meaning.
+const VERSION: u32 = 1;
+/// Largest document that is read, in bytes.
+const MAX_DOCUMENT: u64 = 16 * 1024 * 1024;
+
+/// What the hosts of one run or of several have reached.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CoverageReport {
+    /// Version of this document.
+    pub version: u32,
+    /// Reachable cells that were reached.
+    pub reached: usize,
+    /// Cells that the permission tables make reachable on the ports that were used.
+    pub reachable: usize,
+    /// The one of the other, in percent with one decimal, rounded down.
+    pub percent: f64,
+    /// Every reachable cell, and every other that was reached, in the order of the tables.
+    pub cells: Vec<CellReport>,
+}
+
+/// A command in a master mode on a port, and what came of it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CellReport {
+    /// `HOST` or `IP0`.
+    pub port: String,
+    /// Row of the tables.
+    pub command: String,
+    /// Column of the tables.
+    pub mode: String,
+    /// `served`, `not-valid` (NG by the tables) or `refused` (NG for another reason).
+    pub outcome: String,
+    /// How often.
+    pub count: u64,
+    /// It counts for the percentage.
+    pub reachable: bool,
+}
+
+/// A document that cannot be merged.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {reason}", path.display())]
+pub struct CoverageError {
+    path: std::path::PathBuf,
+    reason: String,
+}
+
+impl CoverageReport {
+    /// The document of a run.
+    #[must_use]
+    pub fn of(coverage: &Coverage, config: &Config) -> CoverageReport {
+        let mut cells: BTreeMap<Cell, (u64, bool)> = BTreeMap::new();
+        for port in coverage.ports() {
+            cells.extend(reachable(config, port).into_iter().map(|cell| (cell, (0, true))));
+        }
+        for (cell, count) in coverage.reached() {
+            cells.entry(*cell).or_default().0 = count;
+        }
+        let cells = cells.into_iter().map(|(cell, (count, reachable))| CellReport {
+            port: cell.port.name().to_owned(),
+            command: cell.row().to_owned(),
+            mode: cell.mode().words().to_owned(),
+            outcome: word(cell.verdict).to_owned(),
+            count,
+            reachable,
+        });
+        CoverageReport::from_cells(cells.collect())
+    }
+
+    /// One document of several: a cell counts what all count, and is reachable if it is in any of them.
+    #[must_use]
+    pub fn merged(reports: impl IntoIterator<Item = CoverageReport>) -> CoverageReport {
+        let mut cells: BTreeMap<_, CellReport> = BTreeMap::new();
+        for cell in reports.into_iter().flat_map(|report| report.cells) {
+            match cells.entry(place(&cell)) {
+                std::collections::btree_map::Entry::Vacant(entry) => {
+                    entry.insert(cell);
+                }
+                std::collections::btree_map::Entry::Occupied(mut entry) => {
+                    let known = entry.get_mut();
+                    known.count = known.count.saturating_add(cell.count);
+                    known.reachable |= cell.reachable;
+                }
+            }
+        }
+        CoverageReport::from_cells(cells.into_values().collect())
+    }
+
+    /// Reads a document.
+    ///
+    /// # Errors
+    /// It cannot be read, is no such document, or is of another version.
+    pub fn read(path: &Path) -> Result<CoverageReport, CoverageError> {
+        let wrong = |reason: String| CoverageError {
+            path: path.to_path_buf(),
+            reason,
+        };
+        let text = files::read_text(path, MAX_DOCUMENT).map_err(|error| wrong(error.to_string()))?;
+        let report: CoverageReport = serde_json::from_str(&text)
+            .map_err(|error| wrong(format!("expected a coverage report of ts3100, found: {error}")))?;
+        if report.version != VERSION {
+            return Err(wrong(format!(
+                "version {VERSION} expected, {} found",
+                report.version
+            )));
+        }
+        Ok(report)
+    }
+
+    fn from_cells(cells: Vec<CellReport>) -> CoverageReport {
+        let reachable = cells.iter().filter(|cell| cell.reachable).count();
+        let reached = cells
+            .iter()
+            .filter(|cell| cell.reachable && cell.count > 0)
+            .count();
+        let tenths = (reached * 1_000).checked_div(reachable).unwrap_or(0);
+        CoverageReport {
+            version: VERSION,
+            reached,
+            reachable,
+            percent: tenths as f64 / 10.0,
+            cells,
+        }
+    }
+}
+
+/// Where a cell stands in the order of the tables; cells nobody knows stand behind, by their names.
+fn place(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
+    let known = |found: Option<usize>| found.unwrap_or(usize::MAX);
+    let port = Port::ALL.iter().position(|port| port.name() == cell.port);
+    let row = ROWS
+        .iter()
+        .chain(&EXTENSION_ROWS)
+        .position(|row| *row == cell.command);
+    let mode = MasterMode::ALL.iter().position(|mode| mode.words() == cell.mode);
+    let verdict = VERDICTS.iter().position(|verdict| word(*verdict) == cell.outcome);
+    let names = [&cell.port, &cell.command, &cell.mode, &cell.outcome].map(Clone::clone);
+    (known(port), known(row), known(mode), known(verdict), names)
+}
+
+const VERDICTS: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
+
+fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Served => "served",
+        Verdict::NotValid => "not-valid",
+        Verdict::Refused => "refused",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+    use ts3100_controller::Dialect;
+    use ts3100_controller::output::Event;
+
+    fn run(rows: &[&'static str]) -> CoverageReport {
+        let mut coverage = Coverage::default();
+        for row in rows {
+            coverage.take(&Event::Answered {
+                port: Port::Ip0,
+                row,
+                mode: MasterMode::ExtEther,
+                verdict: Verdict::Served,
+            });
+        }
+        CoverageReport::of(&coverage, &Config::new(Dialect::Manual))
+    }
+
+    #[test]
+    fn a_cell_reached_twice_counts_once_for_the_percentage() {
+        let report = run(&["SU", "SU", "SF"]);
+        assert_eq!((report.reached, report.reachable, report.percent), (2, 116, 1.7));
+        let cell = report.cells.iter().find(|cell| cell.count == 2).unwrap();
+        assert_eq!((cell.command.as_str(), cell.outcome.as_str()), ("SU", "served"));
+    }
+
+    #[test]
+    fn runs_add_up_and_keep_the_order_of_the_tables() {
+        let all = run(&["SU", "SF", "SO"]);
+        let merged = CoverageReport::merged([run(&["SF", "SU"]), run(&["SO"])]);
+        assert_eq!(merged, all);
+        assert_eq!(
+            CoverageReport::merged([all.clone(), all.clone()]).percent,
+            all.percent
+        );
+    }
+
+    #[test]
+    fn what_one_run_makes_reachable_is_reachable_in_all() {
+        let all = run(&["SU"]);
+        let mut without = all.clone();
+        without.cells.iter_mut().for_each(|cell| cell.reachable = false);
+        let merged = CoverageReport::merged([without, all.clone()]);
+        assert_eq!((merged.reached, merged.reachable), (1, all.reachable));
+    }
+
+    #[test]
+    fn a_document_is_read_back_and_others_are_refused() {
+        let directory = TempDir::new("coverage");
+        let path = directory.path().join("c.json");
+        let report = run(&["SU"]);
+        std::fs::write(&path, serde_json::to_string(&report).unwrap()).unwrap();
+        assert_eq!(CoverageReport::read(&path).unwrap(), report);
+        for (text, expected) in [
+            (
+                "{}",
+                "expected a coverage report of ts3100, found: missing field `version`",
+            ),
+            ("[1]", "expected a coverage report"),
+            (
+                "{\"version\":2,\"reached\":0,\"reachable\":0,\"percent\":0,\"cells\":[]}",
+                "version 1 expected, 2 found",
+            ),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = CoverageReport::read(&path).unwrap_err().to_string();
+            assert!(error.contains("c.json") && error.contains(expected), "{error}");
+        }
+    }
+}

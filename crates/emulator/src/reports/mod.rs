@@ -1,0 +1,94 @@
+//! What a run leaves behind for the author of a host program: findings, coverage of the permission tables, lines
+//! of the user files executed. It is recorded from what the controller puts out, so the daemon, an embedded
+//! emulator and a run without sockets give the same. The formats are one file each.
+
+pub mod coverage;
+pub mod findings;
+mod html;
+mod junit;
+pub mod lcov;
+mod reports;
+mod sarif;
+
+pub use coverage::CoverageReport;
+pub use findings::FindingsView;
+pub(crate) use junit::escape;
+pub use reports::{
+    BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportError, ReportOutcome, Reports, coverage_text,
+};
+
+use crate::faults::FaultLog;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use ts3100_controller::options::Config;
+use ts3100_controller::output::Output;
+use ts3100_controller::{Controller, Coverage, Executed, Findings, Time};
+
+#[derive(Debug, Default)]
+struct Record {
+    findings: Findings,
+    coverage: Coverage,
+    executed: Executed,
+    bites: FaultLog,
+}
+
+/// The record of one emulator; clones are the same record.
+#[derive(Debug, Clone, Default)]
+pub struct RunRecord(Arc<Mutex<Record>>);
+
+impl RunRecord {
+    /// The record is whole between any two statements, so a panic elsewhere does not matter.
+    fn record(&self) -> MutexGuard<'_, Record> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The files that are on the RAM drive from the beginning.
+    pub fn begin(&self, controller: &Controller) {
+        let mut record = self.record();
+        for (name, content) in controller.files() {
+            record.executed.stored(name, content);
+        }
+    }
+
+    /// Takes note of what a controller has put out, and when.
+    pub fn take(&self, at: Time, output: &Output) {
+        let mut record = self.record();
+        if let Output::Event(event) = output {
+            record.bites.take(at, event);
+            record.findings.take(event);
+            record.coverage.take(event);
+        }
+        record.executed.take(output);
+    }
+
+    /// What the hosts did that they had better not, so far.
+    #[must_use]
+    pub fn findings(&self) -> Findings {
+        self.record().findings.clone()
+    }
+
+    /// Which cells of the permission tables the hosts have reached so far.
+    #[must_use]
+    pub fn coverage(&self, config: &Config) -> CoverageReport {
+        CoverageReport::of(&self.record().coverage, config)
+    }
+
+    /// Which lines of the user files were executed so far.
+    #[must_use]
+    pub fn executed(&self) -> Executed {
+        self.record().executed.clone()
+    }
+
+    /// What the faults have done so far, in words.
+    #[must_use]
+    pub fn bites(&self) -> FaultLog {
+        self.record().bites.clone()
+    }
+
+    /// Forgets everything, for between two tests.
+    pub fn clear(&self) {
+        let mut record = self.record();
+        record.findings.clear();
+        record.coverage.clear();
+        record.executed.clear();
+    }
+}

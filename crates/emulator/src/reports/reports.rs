@@ -1,0 +1,229 @@
+//! Which reports are written at the end of a run, and what they make of its exit code.
+
+use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, sarif};
+use crate::files;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use ts3100_controller::Controller;
+use ts3100_controller::findings::{Findings, Rule, Severity};
+
+/// Exit code when a denied rule was broken.
+pub const DENIED: u8 = 3;
+/// Exit code when the coverage is below the least that was asked for.
+pub const BELOW_COVERAGE: u8 = 4;
+
+/// What makes a finding an error of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Deny {
+    /// Every rule of this severity or worse.
+    From(Severity),
+    /// One rule.
+    Rule(&'static str),
+    /// A fault that was armed and never fired.
+    NeverFired,
+}
+
+/// The word for [`Deny::NeverFired`].
+const NEVER_FIRED: &str = "fault-never-fired";
+
+impl Deny {
+    /// Warnings and errors.
+    pub const WARNINGS: Deny = Deny::From(Severity::Warning);
+
+    /// Whether the rule is one of them.
+    #[must_use]
+    pub fn covers(&self, rule: &Rule) -> bool {
+        match self {
+            Deny::From(severity) => rule.severity >= *severity,
+            Deny::Rule(id) => rule.id == *id,
+            Deny::NeverFired => false,
+        }
+    }
+}
+
+impl FromStr for Deny {
+    type Err = String;
+
+    /// `all`, a severity, the name of a rule, or the word for faults.
+    fn from_str(word: &str) -> Result<Deny, String> {
+        if word == "all" {
+            return Ok(Deny::From(Severity::Note));
+        }
+        if word == NEVER_FIRED {
+            return Ok(Deny::NeverFired);
+        }
+        if let Some(severity) = Severity::ALL.into_iter().find(|severity| severity.word() == word) {
+            return Ok(Deny::From(severity));
+        }
+        let rule = Rule::by_id(word);
+        rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
+            format!(
+                "expected all, note, warning, error, {NEVER_FIRED} or a rule of docs/FINDINGS.md, found `{word}`"
+            )
+        })
+    }
+}
+
+/// Form of the report of findings.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum FindingsFormat {
+    /// JUnit XML (.xml).
+    Junit,
+    /// SARIF 2.1.0 (.sarif).
+    Sarif,
+    /// Our own document (.json).
+    Json,
+}
+
+impl FindingsFormat {
+    /// The form that the ending of a file name asks for; JSON for one that asks for none.
+    #[must_use]
+    pub fn of(path: &Path) -> FindingsFormat {
+        match ending(path).as_str() {
+            "xml" => FindingsFormat::Junit,
+            "sarif" => FindingsFormat::Sarif,
+            _ => FindingsFormat::Json,
+        }
+    }
+}
+
+/// The ending of a file name in lower case.
+fn ending(path: &Path) -> String {
+    let ending = path
+        .extension()
+        .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+    ending.unwrap_or_default()
+}
+
+/// The reports of a run.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Reports {
+    /// Files for the findings, each in its form.
+    pub findings: Vec<(PathBuf, FindingsFormat)>,
+    /// Findings that make the run fail.
+    pub deny: Vec<Deny>,
+    /// Files for the coverage of the permission tables: `.html` a page, any other JSON.
+    pub coverage: Vec<PathBuf>,
+    /// Least coverage in percent.
+    pub min_coverage: Option<f64>,
+    /// File for the lines of the user files executed, as lcov has it.
+    pub lcov: Option<PathBuf>,
+}
+
+/// A report that cannot be written.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {}: {reason}", path.display())]
+pub struct ReportError {
+    /// Which file.
+    pub path: PathBuf,
+    /// What the system said.
+    pub reason: io::Error,
+}
+
+/// What a run comes to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ReportOutcome {
+    /// Denied rules that were broken, and how often.
+    pub denied: Vec<(&'static Rule, u64)>,
+    /// Numbers of the faults that never fired, if that is denied.
+    pub never_fired: Vec<u32>,
+    /// Coverage reached and asked for in percent, if it is below that.
+    pub below: Option<(f64, f64)>,
+}
+
+impl ReportOutcome {
+    /// 0, [`DENIED`], or [`BELOW_COVERAGE`].
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        if !self.denied.is_empty() || !self.never_fired.is_empty() {
+            DENIED
+        } else if self.below.is_some() {
+            BELOW_COVERAGE
+        } else {
+            0
+        }
+    }
+}
+
+impl Reports {
+    /// Makes every file, so that one that cannot be written is known before the run.
+    ///
+    /// # Errors
+    /// The first that cannot be written.
+    pub fn prepare(&self) -> Result<(), ReportError> {
+        let findings = self.findings.iter().map(|(path, _)| path);
+        let paths = findings.chain(&self.coverage).chain(&self.lcov);
+        paths.into_iter().try_for_each(|path| Reports::write(path, ""))
+    }
+
+    /// Writes them all but that of the faults. `loaded` are the files of the PC that were put on the RAM drive.
+    ///
+    /// # Errors
+    /// The first that cannot be written.
+    pub fn finish(
+        &self,
+        evidence: &RunRecord,
+        controller: &Controller,
+        loaded: &[PathBuf],
+    ) -> Result<ReportOutcome, ReportError> {
+        let config = controller.config();
+        let findings = evidence.findings();
+        for (path, format) in &self.findings {
+            Reports::write(path, &self.findings_text(&findings, *format))?;
+        }
+        let coverage = evidence.coverage(config);
+        for path in &self.coverage {
+            Reports::write(path, &coverage_text(&coverage, path))?;
+        }
+        if let Some(path) = &self.lcov {
+            lcov::write(path, &evidence.executed(), config, loaded)?;
+        }
+        let broken = findings.broken();
+        let denied = broken.filter(|(rule, _)| self.deny.iter().any(|deny| deny.covers(rule)));
+        let reached = coverage.percent;
+        let below = self.min_coverage.filter(|least| reached < *least);
+        let never_fired = controller.faults().never_fired().map(|report| report.fault.id);
+        let never_fired = never_fired.filter(|_| self.deny.contains(&Deny::NeverFired));
+        Ok(ReportOutcome {
+            never_fired: never_fired.collect(),
+            denied: denied.map(|(rule, tally)| (rule, tally.count)).collect(),
+            below: below.map(|least| (reached, least)),
+        })
+    }
+
+    /// Writes a whole file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn write(path: &Path, text: &str) -> Result<(), ReportError> {
+        files::replace(path, text.as_bytes()).map_err(|reason| ReportError {
+            path: path.to_path_buf(),
+            reason,
+        })
+    }
+
+    fn findings_text(&self, findings: &Findings, format: FindingsFormat) -> String {
+        match format {
+            FindingsFormat::Junit => junit::document(findings, |rule| junit::fails(&self.deny, rule)),
+            FindingsFormat::Sarif => pretty(&sarif::document(findings)),
+            FindingsFormat::Json => pretty(&FindingsView::of(findings)),
+        }
+    }
+}
+
+/// A coverage report in the form that the ending of its file asks for.
+#[must_use]
+pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
+    match ending(path).as_str() {
+        "html" | "htm" => html::page(report),
+        _ => pretty(report),
+    }
+}
+
+fn pretty(document: &impl serde::Serialize) -> String {
+    // Fails only for a map with keys that are no text, and there is none.
+    let mut text = serde_json::to_string_pretty(document).unwrap_or_default();
+    text.push('\n');
+    text
+}

@@ -1,0 +1,256 @@
+//! A real serial port, opened as [U06] says: the wire does the physics. The port is read and written by threads of
+//! its own, since not every system lets it be waited for; when it is unplugged it is looked for again.
+
+use super::end::{Command, End, Gone, READ_BUFFER};
+use super::marks::{Marked, Marks};
+use super::{LineError, LineEvent, io_error};
+#[cfg(unix)]
+use rustix::fs::{Mode, OFlags};
+#[cfg(unix)]
+use rustix::termios::{InputModes, OptionalActions, tcgetattr, tcsetattr};
+use serialport::{ClearBuffer, DataBits, FlowControl, SerialPort, StopBits};
+use std::io::{self, Read as _, Write as _};
+#[cfg(unix)]
+use std::os::fd::OwnedFd;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use tokio::sync::{mpsc, oneshot};
+use tracing::{debug, info, warn};
+use ts3100_controller::{HostLine, Port};
+use ts3100_proto::parameter::{Parity, SerialSettings};
+
+/// How long the reading thread waits for bytes before it looks whether it is still wanted.
+const READ_PATIENCE: Duration = Duration::from_millis(50);
+/// Writes that may wait for the port.
+const WAITING_WRITES: usize = 256;
+
+/// An open port.
+pub(super) type Device = Box<dyn SerialPort>;
+
+/// Opens the port with the robot's settings.
+pub(super) fn open(port: Port, path: &Path, line: SerialSettings) -> Result<Device, LineError> {
+    try_open(path, line).map_err(io_error(port, "open", path.display()))
+}
+
+fn try_open(path: &Path, line: SerialSettings) -> io::Result<Device> {
+    #[cfg(unix)]
+    let marker = marker(path)?;
+    let device = serialport::new(path.to_string_lossy(), line.speed)
+        .data_bits(match line.length {
+            7 => DataBits::Seven,
+            _ => DataBits::Eight,
+        })
+        .parity(match line.parity {
+            Parity::None => serialport::Parity::None,
+            Parity::Odd => serialport::Parity::Odd,
+            Parity::Even => serialport::Parity::Even,
+        })
+        .stop_bits(match line.stop {
+            2 => StopBits::Two,
+            _ => StopBits::One,
+        })
+        .flow_control(FlowControl::None)
+        .timeout(READ_PATIENCE)
+        .open()?;
+    // What lay in the buffers was said before the robot listened.
+    device.clear(ClearBuffer::All)?;
+    #[cfg(unix)]
+    mark_faults(&marker)?;
+    Ok(device)
+}
+
+/// Another descriptor of the port: the library takes the port for itself alone, and has no word for marks.
+#[cfg(unix)]
+fn marker(path: &Path) -> io::Result<OwnedFd> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(path, flags, Mode::empty())?)
+}
+
+/// Has the driver check the parity and mark what is bad, a break too, in place of passing it on as it is.
+#[cfg(unix)]
+fn mark_faults(port: &OwnedFd) -> io::Result<()> {
+    let mut termios = tcgetattr(port)?;
+    termios.input_modes |= InputModes::INPCK | InputModes::PARMRK;
+    termios.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP;
+    Ok(tcsetattr(port, OptionalActions::Now, &termios)?)
+}
+
+/// The threads of an open port; they end when this is dropped.
+struct Running {
+    ended: Arc<AtomicBool>,
+    writes: mpsc::Sender<Vec<u8>>,
+    reads: mpsc::Receiver<Vec<u8>>,
+    lost: oneshot::Receiver<()>,
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.ended.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Carries bytes until the hub is gone.
+pub(super) async fn serve(path: PathBuf, device: Device, mut end: End, pause: Duration) {
+    let mut device = Some(device);
+    loop {
+        let opened = match device.take() {
+            Some(device) => Some(device),
+            None => try_open(&path, end.robot).ok(),
+        };
+        let served = match opened.map(run) {
+            Some(Ok(running)) => match carry(&path, running, &mut end).await {
+                // One that can be opened and is lost at once is not looked for without pause.
+                Ok(Left::Lost) => wait(&mut end, pause).await,
+                Ok(Left::Reset) => Ok(()),
+                Err(gone) => Err(gone),
+            },
+            Some(Err(error)) => {
+                warn!(
+                    port = end.port.name(),
+                    "{}: {}: {error}",
+                    end.port,
+                    path.display()
+                );
+                wait(&mut end, pause).await
+            }
+            None => wait(&mut end, pause).await,
+        };
+        if served.is_err() {
+            return;
+        }
+    }
+}
+
+/// The port is not there: what the robot sends is heard by nobody.
+async fn wait(end: &mut End, pause: Duration) -> Result<(), Gone> {
+    let over = tokio::time::sleep(pause);
+    tokio::pin!(over);
+    loop {
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                Command::Send(_) => {}
+                Command::Robot(robot) => end.robot = robot,
+            },
+            () = &mut over => return Ok(()),
+        }
+    }
+}
+
+/// Why an open port is left.
+enum Left {
+    /// It is to be opened with other settings.
+    Reset,
+    /// It is gone.
+    Lost,
+}
+
+async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<Left, Gone> {
+    let port = end.port;
+    let peer = path.display().to_string();
+    end.tell(LineEvent::Opened { peer }).await?;
+    end.tell(LineEvent::Settings(HostLine::Wire)).await?;
+    let mut marks = Marks::default();
+    let left = loop {
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                Command::Send(bytes) => if running.writes.try_send(bytes).is_err() {
+                    debug!(port = port.name(), "{port}: bytes lost, the port does not take them");
+                },
+                Command::Robot(robot) if robot != end.robot => {
+                    info!(port = port.name(), "{port}: {} is opened anew as [U06] says", path.display());
+                    end.robot = robot;
+                    break Left::Reset;
+                }
+                Command::Robot(_) => {}
+            },
+            bytes = running.reads.recv() => match bytes {
+                Some(bytes) => tell(end, &mut marks, &bytes).await?,
+                None => break Left::Lost,
+            },
+            _ = &mut running.lost => {
+                warn!(port = port.name(), "{port}: {} is gone; it is looked for again", path.display());
+                break Left::Lost;
+            }
+        }
+    };
+    end.tell(LineEvent::Closed).await?;
+    Ok(left)
+}
+
+/// Tells the hub what the port delivered, good and bad.
+async fn tell(end: &End, marks: &mut Marks, bytes: &[u8]) -> Result<(), Gone> {
+    for marked in marks.push(bytes) {
+        match marked {
+            Marked::Good(bytes) => end.tell_bytes(bytes).await?,
+            Marked::Bad(bytes) => end.tell(LineEvent::Faults(bytes)).await?,
+        }
+    }
+    Ok(())
+}
+
+fn run(device: Device) -> io::Result<Running> {
+    let writer = device.try_clone()?;
+    let ended = Arc::new(AtomicBool::new(false));
+    let (tell_lost, lost) = oneshot::channel();
+    let (writes, queued) = mpsc::channel(WAITING_WRITES);
+    let (read, reads) = mpsc::channel(1);
+    let seen = Arc::clone(&ended);
+    spawn("ts3100-serial-in", move || {
+        let error = read_all(device, &seen, &read);
+        debug!("reading a serial port ended: {error:?}");
+        // Fails only when nobody waits for it.
+        let _ = tell_lost.send(());
+    })?;
+    spawn("ts3100-serial-out", move || write_all(writer, queued))?;
+    Ok(Running {
+        ended,
+        writes,
+        reads,
+        lost,
+    })
+}
+
+fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> io::Result<()> {
+    std::thread::Builder::new().name(name.to_owned()).spawn(work)?;
+    Ok(())
+}
+
+fn read_all(mut device: Device, ended: &AtomicBool, to: &mpsc::Sender<Vec<u8>>) -> Option<io::Error> {
+    let mut buffer = [0; READ_BUFFER];
+    while !ended.load(Ordering::Relaxed) {
+        match device.read(&mut buffer) {
+            Ok(0) => return None,
+            Ok(count) => {
+                let bytes = buffer.get(..count).unwrap_or_default().to_vec();
+                if to.blocking_send(bytes).is_err() {
+                    return None;
+                }
+            }
+            Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {}
+            Err(error) => return Some(error),
+        }
+    }
+    None
+}
+
+fn write_all(mut device: Device, mut queued: mpsc::Receiver<Vec<u8>>) {
+    while let Some(bytes) = queued.blocking_recv() {
+        let mut rest = bytes.as_slice();
+        while !rest.is_empty() {
+            match device.write(rest) {
+                Ok(0) => return,
+                Ok(count) => rest = rest.get(count..).unwrap_or_default(),
+                Err(error)
+                    if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) =>
+                {
+                    if queued.is_closed() {
+                        return;
+                    }
+                }
+                Err(_) => return,
+            }
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! What a line task has of the hub: where to tell, what it is told, how much it may read; and what it still has
+//! to write.
+
+use super::{LineEvent, LineMessage, SerialSettings};
+use crate::log::Readable;
+use std::collections::VecDeque;
+use std::sync::Arc;
+use tokio::sync::{Semaphore, mpsc};
+use tracing::{debug, trace};
+use ts3100_controller::{HostLine, HostSettings, Port};
+
+/// Bytes read at once.
+pub(super) const READ_BUFFER: usize = 1_024;
+/// Bytes that may wait for a host that does not read; of more, the newest are lost.
+const WAITING_BYTES: usize = 16 * 1_024;
+
+/// What the hub tells a line task.
+#[derive(Debug)]
+pub(super) enum Command {
+    /// Bytes off the line, for the host.
+    Send(Vec<u8>),
+    /// The robot's settings are these from now on.
+    Robot(SerialSettings),
+}
+
+/// The hub's end of a line task.
+pub(super) struct End {
+    pub(super) port: Port,
+    pub(super) id: u64,
+    pub(super) hub: mpsc::Sender<LineMessage>,
+    pub(super) commands: mpsc::Receiver<Command>,
+    pub(super) credit: Arc<Semaphore>,
+    pub(super) robot: SerialSettings,
+}
+
+/// The hub is gone, and nobody wants to know any more.
+pub(super) struct Gone;
+
+impl End {
+    /// Tells the hub.
+    pub(super) async fn tell(&self, event: LineEvent) -> Result<(), Gone> {
+        let (port, id) = (self.port, self.id);
+        let message = LineMessage { port, id, event };
+        self.hub.send(message).await.map_err(|_| Gone)
+    }
+
+    /// Tells it how the host's port is set.
+    pub(super) async fn tell_settings(&self, settings: HostSettings) -> Result<(), Gone> {
+        self.tell(LineEvent::Settings(HostLine::Modelled(settings))).await
+    }
+
+    /// Tells it of bytes of the host; of those it was allowed, the rest may be read later.
+    pub(super) async fn tell_bytes(&self, bytes: Vec<u8>) -> Result<(), Gone> {
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        log_bytes(self.port, '<', &bytes);
+        self.credit.forget_permits(bytes.len());
+        self.tell(LineEvent::Received(bytes)).await
+    }
+
+    /// Waits until bytes may be read; returns how many. Cancel safe.
+    pub(super) async fn allowed(credit: &Semaphore) -> usize {
+        // Never closed, so an error cannot be.
+        let permit = credit.acquire().await;
+        drop(permit);
+        credit.available_permits().min(READ_BUFFER)
+    }
+}
+
+/// Bytes for the host.
+#[derive(Default)]
+pub(super) struct Outgoing {
+    bytes: VecDeque<u8>,
+}
+
+impl Outgoing {
+    /// Puts bytes in, as many as there is room for.
+    pub(super) fn push(&mut self, port: Port, bytes: &[u8]) {
+        let room = WAITING_BYTES.saturating_sub(self.bytes.len());
+        if bytes.len() > room {
+            debug!(
+                port = port.name(),
+                "{port}: {} bytes lost, the host does not read",
+                bytes.len() - room
+            );
+        }
+        self.bytes.extend(bytes.iter().take(room));
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// Whether so much waits that nothing more is to be asked for.
+    pub(super) fn is_full(&self) -> bool {
+        self.bytes.len() >= WAITING_BYTES
+    }
+
+    /// The bytes to be written next.
+    pub(super) fn next(&mut self) -> &[u8] {
+        self.bytes.make_contiguous()
+    }
+
+    /// So many have been written.
+    pub(super) fn written(&mut self, port: Port, count: usize) {
+        let bytes: Vec<u8> = self.bytes.drain(..count.min(self.bytes.len())).collect();
+        log_bytes(port, '>', &bytes);
+    }
+
+    /// All bytes, to be put elsewhere.
+    pub(super) fn take(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.bytes).into()
+    }
+
+    /// Puts bytes in that were counted before.
+    pub(super) fn put(&mut self, bytes: &[u8]) {
+        self.bytes.extend(bytes);
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.bytes.clear();
+    }
+}
+
+/// On a channel without texts the bytes are all there is to show.
+fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
+    let text = Readable(bytes);
+    if port.protocol().is_some() {
+        trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
+    } else {
+        debug!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
+    }
+}

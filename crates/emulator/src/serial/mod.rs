@@ -1,0 +1,375 @@
+//! The serial lines HOST and COM1 as the outside sees them: a pseudo terminal, a real port, a TCP port, with or
+//! without RFC 2217. Each is a task that carries bytes and tells the hub what it sees; how long characters take
+//! and what other settings make of them is the controller's. The hub owns [`Lines`] and is the only one that
+//! changes it.
+
+mod device;
+mod end;
+mod marks;
+#[cfg(unix)]
+mod pty;
+mod rfc2217;
+mod tcp;
+
+use crate::config::LinkOptions;
+use crate::turns::{Divide, Turns, divide_bytes};
+use end::{Command, End};
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::task::{Context, Poll};
+use tokio::sync::{Semaphore, mpsc};
+use tokio::task::JoinHandle;
+use tracing::{info, warn};
+use ts3100_controller::{Controller, HostLine, Input, Port};
+use ts3100_proto::parameter::SerialSettings;
+
+/// Portions that may wait for a line task; a task that is slower than that loses bytes, as a host's port does.
+const WAITING_COMMANDS: usize = 256;
+
+/// How a serial port of the robot is reached.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum SerialEnd {
+    /// A pseudo terminal under this name, a symbolic link (`--serial-dir`). Unix only.
+    Pty(PathBuf),
+    /// A real port (`--host`, `--com1`): `/dev/ttyUSB0`, `COM3`.
+    Device(PathBuf),
+    /// An access server of RFC 2217 (`--host-rfc2217`, `--com1-rfc2217`).
+    Rfc2217(SocketAddr),
+    /// Bytes as they are over TCP (`--host-tcp`, `--com1-tcp`).
+    Tcp(SocketAddr),
+}
+
+impl fmt::Display for SerialEnd {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            SerialEnd::Pty(path) | SerialEnd::Device(path) => path.display().fmt(f),
+            SerialEnd::Rfc2217(address) => write!(f, "rfc2217://{address}"),
+            SerialEnd::Tcp(address) => write!(f, "socket://{address}"),
+        }
+    }
+}
+
+/// Why a serial line cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum LineError {
+    /// The directory of the links is somebody else's.
+    #[error(
+        "{} holds the serial lines of another running ts3100; end that one, or give each its own --serial-dir",
+        path.display()
+    )]
+    InUse {
+        /// The directory.
+        path: PathBuf,
+    },
+    /// Something stands where a link is to be.
+    #[error("{port}: {} is no symbolic link; remove it, or choose another --serial-dir", path.display())]
+    Occupied {
+        /// The port.
+        port: Port,
+        /// What stands there.
+        path: PathBuf,
+    },
+    /// The system.
+    #[error("{port}: cannot {action} {place}: {reason}")]
+    Io {
+        /// The port.
+        port: Port,
+        /// What was tried.
+        action: &'static str,
+        /// On what.
+        place: String,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A pseudo terminal on a system that has none.
+    #[error(
+        "{port}: pseudo terminals need a Unix system; use --{}-rfc2217 or a pair of virtual COM ports",
+        port.name().to_ascii_lowercase()
+    )]
+    NoPty {
+        /// The port.
+        port: Port,
+    },
+}
+
+/// What a line task tells the hub.
+#[derive(Debug)]
+pub struct LineMessage {
+    port: Port,
+    id: u64,
+    event: LineEvent,
+}
+
+/// What it has seen.
+#[derive(Debug)]
+enum LineEvent {
+    /// A host is there.
+    Opened { peer: String },
+    /// How its port is set.
+    Settings(HostLine),
+    /// Bytes came in.
+    Received(Vec<u8>),
+    /// Characters that were no characters, as read.
+    Faults(Vec<u8>),
+    /// What is not on the line yet is to be forgotten.
+    Purged,
+    /// The host is gone.
+    Closed,
+}
+
+impl LineMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        self.port
+    }
+}
+
+impl Divide for LineMessage {
+    fn divide(&mut self, port: Port) -> Option<LineMessage> {
+        let LineEvent::Received(bytes) = &mut self.event else {
+            return None;
+        };
+        let event = LineEvent::Received(divide_bytes(port, bytes)?);
+        Some(LineMessage { event, ..*self })
+    }
+}
+
+struct OpenLine {
+    id: u64,
+    task: JoinHandle<()>,
+    commands: mpsc::Sender<Command>,
+    /// Bytes the task may still read.
+    credit: Arc<Semaphore>,
+    /// Bytes it was allowed to read and has not delivered.
+    outstanding: usize,
+    peer: Option<String>,
+    host: HostLine,
+    /// Bytes were lost because the task was too slow, and that was said.
+    overrun: bool,
+    place: SerialEnd,
+}
+
+/// Both lines.
+pub struct Lines {
+    ends: BTreeMap<Port, SerialEnd>,
+    options: LinkOptions,
+    open: BTreeMap<Port, OpenLine>,
+    #[cfg(unix)]
+    locks: pty::Locks,
+    next_id: u64,
+    messages: Turns<LineMessage>,
+}
+
+impl Lines {
+    /// None open yet.
+    #[must_use]
+    pub fn new(ends: BTreeMap<Port, SerialEnd>, options: LinkOptions) -> Lines {
+        Lines {
+            ends,
+            options,
+            open: BTreeMap::new(),
+            #[cfg(unix)]
+            locks: pty::Locks::default(),
+            next_id: 0,
+            messages: Turns::default(),
+        }
+    }
+
+    /// Opens every line with the robot's settings.
+    ///
+    /// # Errors
+    /// The first that cannot be had; those before it are closed when this value is dropped.
+    pub fn open(&mut self, robot: &Controller) -> Result<(), LineError> {
+        for (port, wanted) in self.ends.clone() {
+            let Some(line) = robot.serial_line(port) else {
+                continue;
+            };
+            #[cfg(unix)]
+            if let SerialEnd::Pty(link) = &wanted {
+                self.locks.take(port, link)?;
+            }
+            self.next_id += 1;
+            let (commands, waiting) = mpsc::channel(WAITING_COMMANDS);
+            let credit = Arc::new(Semaphore::new(0));
+            let end = End {
+                port,
+                id: self.next_id,
+                hub: self.messages.sender(port),
+                commands: waiting,
+                credit: Arc::clone(&credit),
+                robot: line,
+            };
+            let (place, task) = start(wanted, end, self.options)?;
+            info!(port = port.name(), "{port} is {place}");
+            self.open.insert(
+                port,
+                OpenLine {
+                    id: self.next_id,
+                    task,
+                    commands,
+                    credit,
+                    outstanding: 0,
+                    peer: None,
+                    host: HostLine::default(),
+                    overrun: false,
+                    place,
+                },
+            );
+        }
+        self.grant(robot);
+        Ok(())
+    }
+
+    /// Closes every line; links are removed.
+    pub async fn close(&mut self) {
+        for line in std::mem::take(&mut self.open).into_values() {
+            line.task.abort();
+            // Links and ports are free only when the task is gone.
+            let _ = line.task.await;
+        }
+        #[cfg(unix)]
+        {
+            self.locks = pty::Locks::default();
+        }
+    }
+
+    /// Where each line is: the links, devices and addresses in use.
+    #[must_use]
+    pub fn places(&self) -> BTreeMap<Port, SerialEnd> {
+        let places = self.open.iter();
+        places.map(|(port, line)| (*port, line.place.clone())).collect()
+    }
+
+    /// The next message of a line task; the lines take turns. Ready when there is one.
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LineMessage> {
+        self.messages.poll_next(context)
+    }
+
+    /// Takes note of a message and says what it means for the controller.
+    pub fn take(&mut self, message: LineMessage) -> Option<Input> {
+        let LineMessage { port, id, event } = message;
+        let line = self.open.get_mut(&port).filter(|line| line.id == id)?;
+        Some(match event {
+            LineEvent::Opened { peer } => {
+                info!(port = port.name(), "{port}: {peer} connected");
+                line.peer = Some(peer.clone());
+                line.host = HostLine::default();
+                Input::Connected { port, peer }
+            }
+            LineEvent::Settings(host) => {
+                line.host = host;
+                Input::SerialOpened { port, host }
+            }
+            LineEvent::Received(bytes) => {
+                line.outstanding = line.outstanding.saturating_sub(bytes.len());
+                Input::Received { port, bytes }
+            }
+            LineEvent::Faults(bytes) => Input::SerialErrors { port, bytes },
+            LineEvent::Purged => Input::SerialPurged { port },
+            LineEvent::Closed => {
+                if let Some(peer) = line.peer.take() {
+                    info!(port = port.name(), "{port}: {peer} disconnected");
+                }
+                Input::Disconnected { port }
+            }
+        })
+    }
+
+    /// Lets the tasks read what the controller has room for.
+    pub fn grant(&mut self, robot: &Controller) {
+        for (port, line) in &mut self.open {
+            let room = robot.line_room(*port).unwrap_or(0);
+            let more = room.saturating_sub(line.outstanding);
+            line.outstanding += more;
+            line.credit.add_permits(more);
+        }
+    }
+
+    /// Whether the port has a serial line that is open here.
+    #[must_use]
+    pub fn has(&self, port: Port) -> bool {
+        self.open.contains_key(&port)
+    }
+
+    /// Hands bytes off the line to the host.
+    pub fn send(&mut self, port: Port, bytes: Vec<u8>) {
+        let Some(line) = self.open.get_mut(&port) else {
+            return;
+        };
+        if line.commands.try_send(Command::Send(bytes)).is_err() && !line.overrun {
+            line.overrun = true;
+            warn!(
+                port = port.name(),
+                "{port}: the host does not read; bytes are lost, as in the buffer of a port"
+            );
+        }
+    }
+
+    /// The power came on again: \[U06\] may say something else, and the controller has forgotten its peers.
+    pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
+        let mut inputs = Vec::new();
+        for (&port, line) in &mut self.open {
+            if let Some(settings) = robot.serial_line(port) {
+                // Fails only when the task has ended, or is so far behind that it loses bytes as well.
+                let _ = line.commands.try_send(Command::Robot(settings));
+            }
+            if let Some(peer) = line.peer.clone() {
+                let host = line.host;
+                inputs.push(Input::Connected { port, peer });
+                inputs.push(Input::SerialOpened { port, host });
+            }
+        }
+        inputs
+    }
+}
+
+fn start(
+    wanted: SerialEnd,
+    end: End,
+    options: LinkOptions,
+) -> Result<(SerialEnd, JoinHandle<()>), LineError> {
+    match wanted {
+        #[cfg(unix)]
+        SerialEnd::Pty(path) => {
+            let pty = pty::Pty::open(end.port, &path, end.robot)?;
+            Ok((SerialEnd::Pty(path), tokio::spawn(pty::serve(pty, end))))
+        }
+        #[cfg(not(unix))]
+        SerialEnd::Pty(_) => Err(LineError::NoPty { port: end.port }),
+        SerialEnd::Device(path) => {
+            let device = device::open(end.port, &path, end.robot)?;
+            let task = tokio::spawn(device::serve(path.clone(), device, end, options.redial));
+            Ok((SerialEnd::Device(path), task))
+        }
+        SerialEnd::Rfc2217(address) => {
+            let (listener, actual) = tcp::bind(end.port, address)?;
+            let task = tokio::spawn(tcp::serve(listener, tcp::Kind::Rfc2217, end, options.second));
+            Ok((SerialEnd::Rfc2217(actual), task))
+        }
+        SerialEnd::Tcp(address) => {
+            let (listener, actual) = tcp::bind(end.port, address)?;
+            let task = tokio::spawn(tcp::serve(listener, tcp::Kind::Raw, end, options.second));
+            Ok((SerialEnd::Tcp(actual), task))
+        }
+    }
+}
+
+/// An error of the system while a line was opened.
+fn io_error(
+    port: Port,
+    action: &'static str,
+    place: impl fmt::Display,
+) -> impl FnOnce(io::Error) -> LineError {
+    let place = place.to_string();
+    move |reason| LineError::Io {
+        port,
+        action,
+        place,
+        reason,
+    }
+}

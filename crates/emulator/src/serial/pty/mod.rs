@@ -1,0 +1,411 @@
+//! A pseudo terminal under a stable name. It lives as long as the daemon, however often hosts open and close it;
+//! its settings are read back, as far as the system shows them, so that a host with wrong ones is found out.
+//!
+//! Linux keeps of a pseudo terminal's settings the speed, the stop bits and which parity is meant (odd or not), but
+//! neither the character length nor whether there is a parity at all: those count as matching.
+
+mod directory;
+
+use super::end::{Command, End, Gone, Outgoing};
+use super::{LineError, LineEvent, io_error};
+use directory::Link;
+pub(super) use directory::Locks;
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{Mode, OFlags};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+use rustix::termios::{
+    ControlModes, InputModes, OptionalActions, QueueSelector, Termios, tcflush, tcgetattr, tcsetattr,
+};
+use std::ffi::OsStr;
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStrExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::io::{Interest, Ready};
+use tokio::net::unix::pipe;
+use tokio::sync::Semaphore;
+use tokio::task::coop::consume_budget;
+use tokio::time::{MissedTickBehavior, interval};
+use tracing::{debug, warn};
+use ts3100_controller::{HostSettings, Port};
+use ts3100_proto::parameter::{Parity, SerialSettings};
+
+/// How often it is looked whether a host has opened the terminal: the system does not tell.
+const LOOK: Duration = Duration::from_millis(10);
+/// How often the settings of an open one are looked at, besides before every byte.
+const LOOK_AT_SETTINGS: Duration = Duration::from_millis(20);
+
+/// A pseudo terminal and its name.
+pub(super) struct Pty {
+    port: Port,
+    master: OwnedFd,
+    /// The system's name for the end of the host.
+    slave: PathBuf,
+    link: Link,
+    robot: SerialSettings,
+    /// The settings it was given by us.
+    given: Option<SerialSettings>,
+    /// A host has set it otherwise since: from then on its settings are the hosts' own.
+    is_hosts: bool,
+}
+
+impl Pty {
+    /// Makes one and puts a link to it at `path`, whose directory is locked; what an ended daemon left there is
+    /// replaced.
+    pub(super) fn open(port: Port, path: &Path, robot: SerialSettings) -> Result<Pty, LineError> {
+        let (master, slave) = make().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
+        let link = Link::put(port, path, &slave)?;
+        let mut pty = Pty {
+            port,
+            master,
+            slave,
+            link,
+            robot,
+            given: None,
+            is_hosts: false,
+        };
+        let set_up = io_error(port, "set up the pseudo terminal of", path.display());
+        pty.reset().map_err(set_up)?;
+        Ok(pty)
+    }
+
+    /// Ready for the next host: what the last one did not read is forgotten, what it has set stays, as on a real
+    /// port; what nobody has set follows [U06].
+    fn reset(&mut self) -> io::Result<()> {
+        let slave = open_slave(&self.slave)?;
+        let mut termios = tcgetattr(&slave)?;
+        let is_ours =
+            |given: SerialSettings| !self.is_hosts && given != self.robot && is_set(&termios, given);
+        if self.given.is_none_or(is_ours) {
+            set(&mut termios, self.robot)?;
+            tcsetattr(&slave, OptionalActions::Now, &termios)?;
+            self.given = Some(self.robot);
+        }
+        tcflush(&slave, QueueSelector::IFlush)?;
+        Ok(())
+    }
+
+    /// Ready for the next host, unless it is there already. One that took the terminal for itself alone
+    /// (TIOCEXCL) has left it so: then there is a new one under the same name.
+    fn renew(&mut self) {
+        if self.is_open() {
+            return;
+        }
+        let renewed = match self.reset() {
+            Ok(()) => Ok(()),
+            Err(_) => self.replace(),
+        };
+        if let Err(error) = renewed {
+            warn!(
+                port = self.port.name(),
+                "{}: no new pseudo terminal: {error}", self.port
+            );
+        }
+    }
+
+    fn replace(&mut self) -> io::Result<()> {
+        let termios = tcgetattr(&self.master)?;
+        let (master, slave) = make()?;
+        tcsetattr(open_slave(&slave)?, OptionalActions::Now, &termios)?;
+        self.link.point_to(&slave)?;
+        (self.master, self.slave) = (master, slave);
+        self.reset()
+    }
+
+    /// Whether a host has it open, or has left bytes in it.
+    fn is_open(&self) -> bool {
+        self.polled()
+            .is_some_and(|found| !found.contains(PollFlags::HUP) || found.contains(PollFlags::IN))
+    }
+
+    /// Whether a host has it open now.
+    fn has_host(&self) -> bool {
+        self.polled().is_some_and(|found| !found.contains(PollFlags::HUP))
+    }
+
+    fn polled(&self) -> Option<PollFlags> {
+        let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
+        poll(&mut fds, Some(&Timespec::default())).ok()?;
+        fds.first().map(PollFd::revents)
+    }
+
+    /// Writes what goes. Returns whether another host than the one waited for has it open now.
+    fn write(&self, writing: &pipe::Sender, ready: io::Result<Ready>, outgoing: &mut Outgoing) -> bool {
+        let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
+        match ready.and_then(|_| writing.try_write(outgoing.next())) {
+            Ok(count) => outgoing.written(self.port, count),
+            // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                if self.has_host() {
+                    return true;
+                }
+                outgoing.clear();
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+            Err(error) => {
+                debug!(port = self.port.name(), "{}: writing ended: {error}", self.port);
+                outgoing.clear();
+            }
+        }
+        false
+    }
+
+    fn settings(&mut self) -> HostSettings {
+        let Ok(termios) = tcgetattr(&self.master) else {
+            return HostSettings::default();
+        };
+        self.is_hosts |= self.given.is_some_and(|given| !is_set(&termios, given));
+        shown(&termios, self.robot)
+    }
+}
+
+/// A new pseudo terminal: our end, and the name of the host's.
+fn make() -> io::Result<(OwnedFd, PathBuf)> {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    let flags = rustix::fs::fcntl_getfl(&master)?;
+    rustix::fs::fcntl_setfl(&master, flags | OFlags::NONBLOCK)?;
+    let name = ptsname(&master, Vec::new())?;
+    Ok((master, PathBuf::from(OsStr::from_bytes(name.to_bytes()))))
+}
+
+/// Opens the host's end for a moment.
+fn open_slave(name: &Path) -> io::Result<OwnedFd> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    Ok(rustix::fs::open(name, flags, Mode::empty())?)
+}
+
+/// Whether a terminal is still set so, as far as it shows.
+fn is_set(termios: &Termios, line: SerialSettings) -> bool {
+    let modes = termios.control_modes;
+    termios.output_speed() == line.speed
+        && modes.contains(ControlModes::CSTOPB) == (line.stop == 2)
+        && modes.contains(ControlModes::PARODD) == (line.parity == Parity::Odd)
+}
+
+fn set(termios: &mut Termios, line: SerialSettings) -> io::Result<()> {
+    termios.make_raw();
+    termios.input_modes -= InputModes::INPCK;
+    termios.set_speed(line.speed)?;
+    let modes = &mut termios.control_modes;
+    *modes -= ControlModes::CSIZE | ControlModes::PARENB | ControlModes::PARODD | ControlModes::CSTOPB;
+    *modes |= ControlModes::CREAD | ControlModes::CLOCAL;
+    *modes |= match line.length {
+        7 => ControlModes::CS7,
+        _ => ControlModes::CS8,
+    };
+    *modes |= match line.parity {
+        Parity::None => ControlModes::empty(),
+        Parity::Odd => ControlModes::PARENB | ControlModes::PARODD,
+        Parity::Even => ControlModes::PARENB,
+    };
+    if line.stop == 2 {
+        *modes |= ControlModes::CSTOPB;
+    }
+    Ok(())
+}
+
+/// What a pseudo terminal shows of the settings a host gave it.
+fn shown(termios: &Termios, robot: SerialSettings) -> HostSettings {
+    let modes = termios.control_modes;
+    let parity = match (modes.contains(ControlModes::PARODD), robot.parity) {
+        (true, _) => Some(Parity::Odd),
+        // Even, or none at all: not odd in any case.
+        (false, Parity::Odd) => Some(Parity::None),
+        (false, Parity::None | Parity::Even) => None,
+    };
+    HostSettings {
+        speed: Some(termios.output_speed()),
+        length: None,
+        parity,
+        stop: Some(1 + u8::from(modes.contains(ControlModes::CSTOPB))),
+    }
+}
+
+/// Carries bytes until the hub is gone.
+pub(super) async fn serve(mut pty: Pty, mut end: End) {
+    // The only error is that the hub is gone.
+    while let Ok(()) = serve_one(&mut pty, &mut end).await {}
+}
+
+async fn serve_one(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    wait_for_host(pty, end).await?;
+    let peer = pty.link.path().display().to_string();
+    end.tell(LineEvent::Opened { peer }).await?;
+    let carried = carry(pty, end).await;
+    carried?;
+    // At once: the next host may be about to set the terminal.
+    pty.renew();
+    end.tell(LineEvent::Closed).await
+}
+
+async fn wait_for_host(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    let mut look = interval(LOOK);
+    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    loop {
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                // Nobody is there to hear it.
+                Command::Send(_) => {}
+                Command::Robot(robot) => {
+                    pty.robot = robot;
+                    pty.renew();
+                }
+            },
+            _ = look.tick() => if pty.is_open() {
+                return Ok(());
+            },
+        }
+    }
+}
+
+/// Carries bytes while a host is there.
+async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+    let mut outgoing = Outgoing::default();
+    let mut told = None;
+    let mut look = interval(LOOK_AT_SETTINGS);
+    look.set_missed_tick_behavior(MissedTickBehavior::Delay);
+    let port = end.port;
+    let Some((mut reading, mut writing)) = registered(port, &pty.master) else {
+        return Ok(());
+    };
+    loop {
+        // Whatever the system says of readiness, the other tasks get their turn.
+        consume_budget().await;
+        let settings = pty.settings();
+        if told != Some(settings) {
+            told = Some(settings);
+            end.tell_settings(settings).await?;
+        }
+        let credit = Arc::clone(&end.credit);
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                Command::Send(bytes) => outgoing.push(port, &bytes),
+                Command::Robot(robot) => {
+                    pty.robot = robot;
+                    told = None;
+                }
+            },
+            ready = writing.ready(Interest::WRITABLE), if !outgoing.is_empty() => {
+                if pty.write(&writing, ready, &mut outgoing) {
+                    let Some(ends) = registered(port, &pty.master) else {
+                        return Ok(());
+                    };
+                    (reading, writing) = ends;
+                }
+            },
+            (ready, most) = readable(&reading, &credit) => {
+                // How the port is set when the bytes are there is how they were sent.
+                let settings = pty.settings();
+                let mut buffer = vec![0; most];
+                let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_read_closed());
+                match ready.and_then(|_| reading.try_read(&mut buffer)) {
+                    Ok(count) if count > 0 => {
+                        if told != Some(settings) {
+                            told = Some(settings);
+                            end.tell_settings(settings).await?;
+                        }
+                        buffer.truncate(count);
+                        end.tell_bytes(buffer).await?;
+                    }
+                    // One host has closed it and another has opened it since; whose bytes are whose cannot be told,
+                    // so they are one host.
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
+                        let Some(ends) = registered(port, &pty.master) else {
+                            return Ok(());
+                        };
+                        (reading, writing) = ends;
+                    }
+                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                    // Every host has closed it.
+                    Ok(_) => return Ok(()),
+                    Err(error) if error.raw_os_error() == Some(Errno::IO.raw_os_error()) => return Ok(()),
+                    Err(error) => {
+                        debug!(port = port.name(), "{port}: reading ended: {error}");
+                        return Ok(());
+                    }
+                }
+            },
+            _ = look.tick() => {}
+        }
+    }
+}
+
+/// Two further descriptors of the terminal, to be waited for. The runtime has no type for terminals; the one for
+/// pipes reads, writes and waits for any descriptor. It keeps the end of one for good, and hosts come back: so
+/// each host has its own.
+fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sender)> {
+    let registered = || -> io::Result<(pipe::Receiver, pipe::Sender)> {
+        let reading = pipe::Receiver::from_owned_fd_unchecked(master.try_clone()?)?;
+        let writing = pipe::Sender::from_owned_fd_unchecked(master.try_clone()?)?;
+        Ok((reading, writing))
+    };
+    registered()
+        .map_err(|error| {
+            warn!(
+                port = port.name(),
+                "{port}: the pseudo terminal cannot be watched: {error}"
+            );
+        })
+        .ok()
+}
+
+/// Ready to be read, and how much of it.
+async fn readable(reading: &pipe::Receiver, credit: &Semaphore) -> (io::Result<Ready>, usize) {
+    let most = End::allowed(credit).await;
+    (reading.ready(Interest::READABLE).await, most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::TempDir;
+
+    fn line(speed: u32) -> SerialSettings {
+        SerialSettings {
+            speed,
+            length: 8,
+            parity: Parity::None,
+            stop: 1,
+        }
+    }
+
+    /// As a host sets it, and how it then is.
+    fn set_by_host(pty: &Pty, speed: u32) {
+        let slave = open_slave(&pty.slave).unwrap();
+        let mut termios = tcgetattr(&slave).unwrap();
+        set(&mut termios, line(speed)).unwrap();
+        tcsetattr(&slave, OptionalActions::Now, &termios).unwrap();
+    }
+
+    fn speed(pty: &Pty) -> u32 {
+        tcgetattr(&pty.master).unwrap().output_speed()
+    }
+
+    /// The next host may be there before the last one is seen to have gone: it has set the terminal as we once had.
+    #[test]
+    fn what_hosts_have_set_is_theirs_from_then_on() {
+        let directory = TempDir::new("pty");
+        let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
+        set_by_host(&pty, 115_200);
+        assert_eq!(pty.settings().speed, Some(115_200));
+        pty.robot = line(38_400);
+        set_by_host(&pty, 9_600);
+        pty.reset().unwrap();
+        assert_eq!(speed(&pty), 9_600);
+    }
+
+    #[test]
+    fn what_nobody_has_set_follows_the_robot() {
+        let directory = TempDir::new("pty");
+        let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
+        assert_eq!(pty.settings().speed, Some(9_600));
+        pty.robot = line(38_400);
+        pty.reset().unwrap();
+        assert_eq!((speed(&pty), pty.settings().speed), (38_400, Some(38_400)));
+    }
+}

@@ -1,0 +1,278 @@
+//! An access server of RFC 2217 without sockets: bytes of the client in, bytes for the line and settings of the
+//! client's port out. The line behind it is the robot's; its modem signals are wired so that every client may
+//! send.
+
+mod telnet;
+
+use std::collections::BTreeMap;
+use telnet::{DO, DONT, Decoder, Telnet, WILL, WONT, escape, negotiate, subnegotiate};
+use ts3100_controller::HostSettings;
+use ts3100_proto::parameter::{Parity, SerialSettings};
+
+/// Eight bits of every byte, in RFC 856.
+const BINARY: u8 = 0;
+/// No "go ahead", in RFC 858.
+const SUPPRESS_GO_AHEAD: u8 = 3;
+/// COM-PORT-OPTION.
+const COM_PORT: u8 = 44;
+
+/// Numbers of the answers are those of the commands plus this.
+const ANSWER: u8 = 100;
+const SIGNATURE: u8 = 0;
+const SET_BAUDRATE: u8 = 1;
+const SET_DATASIZE: u8 = 2;
+const SET_PARITY: u8 = 3;
+const SET_STOPSIZE: u8 = 4;
+const SET_CONTROL: u8 = 5;
+const NOTIFY_LINESTATE: u8 = 6;
+const NOTIFY_MODEMSTATE: u8 = 7;
+const FLOWCONTROL_SUSPEND: u8 = 8;
+const FLOWCONTROL_RESUME: u8 = 9;
+const SET_LINESTATE_MASK: u8 = 10;
+const SET_MODEMSTATE_MASK: u8 = 11;
+const PURGE_DATA: u8 = 12;
+
+/// Who we are.
+const NAME: &[u8] = b"ts3100";
+/// Highest speed taken, in bit/s; what no UART of the time has is refused.
+const HIGHEST_SPEED: u32 = 4_000_000;
+/// Carrier, data set ready and clear to send: a cable with its handshake lines bridged.
+const MODEM_STATE: u8 = 0x80 | 0x20 | 0x10;
+/// "Transfer shift register empty" and "transfer holding register empty".
+const LINE_STATE: u8 = 0x40 | 0x20;
+
+/// What the client wants done.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Event {
+    /// Bytes for the line.
+    Data(Vec<u8>),
+    /// The client's port has these settings from now on.
+    Settings(HostSettings),
+    /// Bytes that are not on the line yet are to be forgotten.
+    PurgeToRobot,
+    /// Bytes that came off the line and have not been sent to the client are to be forgotten.
+    PurgeToClient,
+    /// The line is held low: the robot sees a character without a stop bit.
+    Break,
+    /// The client takes no bytes for a while (true), or takes them again.
+    Suspended(bool),
+}
+
+/// One client.
+#[derive(Debug, Clone)]
+pub struct Server {
+    decoder: Decoder,
+    /// Options in use by us and by the client.
+    ours: BTreeMap<u8, bool>,
+    theirs: BTreeMap<u8, bool>,
+    robot: SerialSettings,
+    settings: HostSettings,
+    control: Control,
+    line_state_mask: u8,
+    modem_state_mask: u8,
+    out: Vec<u8>,
+}
+
+/// What SET-CONTROL sets, as its numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Control {
+    outbound: u8,
+    inbound: u8,
+    in_break: bool,
+    dtr: bool,
+    rts: bool,
+}
+
+impl Server {
+    /// For a client that has just connected; a line nobody has set is set as the robot's.
+    #[must_use]
+    pub fn new(robot: SerialSettings) -> Server {
+        Server {
+            decoder: Decoder::default(),
+            ours: BTreeMap::new(),
+            theirs: BTreeMap::new(),
+            robot,
+            settings: HostSettings::default(),
+            control: Control {
+                outbound: 1,
+                inbound: 14,
+                in_break: false,
+                dtr: true,
+                rts: true,
+            },
+            line_state_mask: 0,
+            modem_state_mask: u8::MAX,
+            out: Vec::new(),
+        }
+    }
+
+    /// The robot's settings have changed.
+    pub fn set_robot(&mut self, robot: SerialSettings) {
+        self.robot = robot;
+    }
+
+    /// Bytes off the line, for the client.
+    pub fn send(&mut self, bytes: &[u8]) {
+        escape(bytes, &mut self.out);
+    }
+
+    /// What is to be sent to the client.
+    pub fn take_output(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.out)
+    }
+
+    /// Bytes of the client, cut anywhere.
+    pub fn receive(&mut self, bytes: &[u8]) -> Vec<Event> {
+        let mut events = Vec::new();
+        for part in self.decoder.push(bytes) {
+            match part {
+                Telnet::Data(bytes) => events.push(Event::Data(bytes)),
+                Telnet::Negotiation(verb, option) => self.negotiated(verb, option),
+                Telnet::Subnegotiation(COM_PORT, said) => self.com_port(&said, &mut events),
+                Telnet::Subnegotiation(..) => {}
+            }
+        }
+        events
+    }
+
+    /// Answers a change of state and nothing else, so that two servers cannot talk for ever (RFC 1143).
+    fn negotiated(&mut self, verb: u8, option: u8) {
+        let served = matches!(option, BINARY | SUPPRESS_GO_AHEAD | COM_PORT);
+        let (sides, wanted, yes, no) = match verb {
+            DO => (&mut self.ours, true, WILL, WONT),
+            DONT => (&mut self.ours, false, WILL, WONT),
+            WILL => (&mut self.theirs, true, DO, DONT),
+            _ => (&mut self.theirs, false, DO, DONT),
+        };
+        let on = wanted && served;
+        let before = sides.insert(option, on).unwrap_or(false);
+        if on != before || (wanted && !served) {
+            negotiate(if on { yes } else { no }, option, &mut self.out);
+            if on && option == COM_PORT && verb == WILL {
+                self.notify(NOTIFY_MODEMSTATE, MODEM_STATE & self.modem_state_mask);
+            }
+        }
+    }
+
+    fn notify(&mut self, command: u8, state: u8) {
+        if state != 0 {
+            self.answer(command, &[state]);
+        }
+    }
+
+    fn answer(&mut self, command: u8, value: &[u8]) {
+        let said: Vec<u8> = std::iter::once(command + ANSWER)
+            .chain(value.iter().copied())
+            .collect();
+        subnegotiate(COM_PORT, &said, &mut self.out);
+    }
+
+    fn com_port(&mut self, said: &[u8], events: &mut Vec<Event>) {
+        let Some((&command, value)) = said.split_first() else {
+            return;
+        };
+        let before = self.settings;
+        match (command, value) {
+            (SIGNATURE, []) => self.answer(SIGNATURE, NAME),
+            (SET_BAUDRATE, &[a, b, c, d]) => self.set_speed(u32::from_be_bytes([a, b, c, d])),
+            (SET_DATASIZE, &[size]) => self.set_length(size),
+            (SET_PARITY, &[parity]) => self.set_parity(parity),
+            (SET_STOPSIZE, &[stop]) => self.set_stop(stop),
+            (SET_CONTROL, &[value]) => events.extend(self.set_control(value)),
+            (FLOWCONTROL_SUSPEND, []) => events.push(Event::Suspended(true)),
+            (FLOWCONTROL_RESUME, []) => events.push(Event::Suspended(false)),
+            (SET_LINESTATE_MASK, &[mask]) => {
+                self.line_state_mask = mask;
+                self.answer(SET_LINESTATE_MASK, &[mask]);
+                self.notify(NOTIFY_LINESTATE, LINE_STATE & mask);
+            }
+            (SET_MODEMSTATE_MASK, &[mask]) => {
+                self.modem_state_mask = mask;
+                self.answer(SET_MODEMSTATE_MASK, &[mask]);
+                self.notify(NOTIFY_MODEMSTATE, MODEM_STATE & mask);
+            }
+            (PURGE_DATA, &[which @ 1..=3]) => {
+                if which & 1 != 0 {
+                    events.push(Event::PurgeToClient);
+                }
+                if which & 2 != 0 {
+                    events.push(Event::PurgeToRobot);
+                }
+                self.answer(PURGE_DATA, &[which]);
+            }
+            // What is asked in no form we know is not answered: the client sees that it was not done.
+            _ => {}
+        }
+        if before != self.settings {
+            events.push(Event::Settings(self.settings));
+        }
+    }
+
+    /// The settings that hold: the client's, where it has set any.
+    fn current(&self) -> SerialSettings {
+        self.settings.over(self.robot)
+    }
+
+    fn set_speed(&mut self, speed: u32) {
+        if (1..=HIGHEST_SPEED).contains(&speed) {
+            self.settings.speed = Some(speed);
+        }
+        self.answer(SET_BAUDRATE, &self.current().speed.to_be_bytes());
+    }
+
+    fn set_length(&mut self, length: u8) {
+        if (5..=8).contains(&length) {
+            self.settings.length = Some(length);
+        }
+        self.answer(SET_DATASIZE, &[self.current().length]);
+    }
+
+    /// Mark and space parity are not had: the answer is what holds.
+    fn set_parity(&mut self, parity: u8) {
+        let wanted = match parity {
+            1 => Some(Parity::None),
+            2 => Some(Parity::Odd),
+            3 => Some(Parity::Even),
+            _ => None,
+        };
+        self.settings.parity = wanted.or(self.settings.parity);
+        self.answer(SET_PARITY, &[self.current().parity.number() + 1]);
+    }
+
+    /// One and a half stop bits are not had.
+    fn set_stop(&mut self, stop: u8) {
+        if matches!(stop, 1 | 2) {
+            self.settings.stop = Some(stop);
+        }
+        self.answer(SET_STOPSIZE, &[self.current().stop]);
+    }
+
+    /// Flow control is kept as asked for: the robot uses none, so nothing ever stops the client.
+    fn set_control(&mut self, value: u8) -> Option<Event> {
+        let mut event = None;
+        match value {
+            1..=3 | 17 | 19 => self.control.outbound = value,
+            5 => {
+                event = (!self.control.in_break).then_some(Event::Break);
+                self.control.in_break = true;
+            }
+            6 => self.control.in_break = false,
+            8 | 9 => self.control.dtr = value == 8,
+            11 | 12 => self.control.rts = value == 11,
+            14..=16 | 18 => self.control.inbound = value,
+            _ => {}
+        }
+        let now = match value {
+            4..=6 => 6 - u8::from(self.control.in_break),
+            7..=9 => 9 - u8::from(self.control.dtr),
+            10..=12 => 12 - u8::from(self.control.rts),
+            13..=16 | 18 => self.control.inbound,
+            _ => self.control.outbound,
+        };
+        self.answer(SET_CONTROL, &[now]);
+        event
+    }
+}
+
+#[cfg(test)]
+mod tests;

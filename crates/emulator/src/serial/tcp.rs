@@ -1,0 +1,251 @@
+//! A serial line behind a TCP port, one client at a time: bytes as they are, of whose settings nothing is known, or
+//! an access server of RFC 2217, whose client says how its port is set.
+
+use super::end::{Command, End, Gone, Outgoing};
+use super::rfc2217::{Event, Server};
+use super::{LineError, LineEvent, io_error};
+use crate::config::SecondConnection;
+use crate::socket;
+use crate::tcp;
+use std::collections::VecDeque;
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Semaphore;
+use tokio::time::{Instant, sleep_until};
+use tracing::{debug, info, warn};
+use ts3100_controller::Port;
+
+/// Pause after an accept that failed.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// How long a newcomer waits before it is refused: the close of a host that is back at once may be on its way still,
+/// behind the new connection.
+const CLOSE_GRACE: Duration = Duration::from_millis(50);
+/// Newcomers that may wait so.
+const WAITING_NEWCOMERS: usize = 4;
+
+/// A connection and where it comes from.
+type Newcomer = (TcpStream, SocketAddr);
+
+/// What is spoken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// The bytes alone.
+    Raw,
+    /// Telnet with COM-PORT-OPTION.
+    Rfc2217,
+}
+
+/// A listening socket and its address; port 0 asks for a free one.
+pub(super) fn bind(port: Port, address: SocketAddr) -> Result<(TcpListener, SocketAddr), LineError> {
+    tcp::open(address).map_err(io_error(port, "listen on", address))
+}
+
+/// A client and what is said to it.
+struct Client {
+    stream: TcpStream,
+    peer: SocketAddr,
+    server: Option<Server>,
+    outgoing: Outgoing,
+    /// Off the line, while the client takes none.
+    held: Outgoing,
+    suspended: bool,
+}
+
+/// Serves one client after the other until the hub is gone.
+pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, second: SecondConnection) {
+    let mut waiting = VecDeque::new();
+    loop {
+        let accepted = match waiting.pop_front() {
+            Some(client) => Ok(client),
+            None => wait_for_client(&listener, &mut end).await,
+        };
+        let Ok((stream, peer)) = accepted else { return };
+        tcp::prepare(end.port, &stream);
+        let mut client = Client {
+            stream,
+            peer,
+            server: (kind == Kind::Rfc2217).then(|| Server::new(end.robot)),
+            outgoing: Outgoing::default(),
+            held: Outgoing::default(),
+            suspended: false,
+        };
+        let peer = peer.to_string();
+        if end.tell(LineEvent::Opened { peer }).await.is_err() {
+            return;
+        }
+        if client
+            .carry(&listener, &mut end, second, &mut waiting)
+            .await
+            .is_err()
+        {
+            return;
+        }
+        if end.tell(LineEvent::Closed).await.is_err() {
+            return;
+        }
+    }
+}
+
+async fn wait_for_client(listener: &TcpListener, end: &mut End) -> Result<Newcomer, Gone> {
+    loop {
+        tokio::select! {
+            command = end.commands.recv() => match command.ok_or(Gone)? {
+                // Nobody is there to hear it.
+                Command::Send(_) => {}
+                Command::Robot(robot) => end.robot = robot,
+            },
+            accepted = accept(end.port, listener) => return Ok(accepted),
+        }
+    }
+}
+
+async fn accept(port: Port, listener: &TcpListener) -> Newcomer {
+    loop {
+        match listener.accept().await {
+            Ok(accepted) => return accepted,
+            Err(error) => {
+                warn!(
+                    port = port.name(),
+                    "{port}: a connection was not accepted: {error}"
+                );
+                tokio::time::sleep(ACCEPT_PAUSE).await;
+            }
+        }
+    }
+}
+
+impl Client {
+    /// Carries bytes until the client is gone, or another one takes its place.
+    async fn carry(
+        &mut self,
+        listener: &TcpListener,
+        end: &mut End,
+        second: SecondConnection,
+        waiting: &mut VecDeque<Newcomer>,
+    ) -> Result<(), Gone> {
+        let port = end.port;
+        let mut grace = Instant::now() + CLOSE_GRACE;
+        loop {
+            self.flush();
+            let credit = Arc::clone(&end.credit);
+            tokio::select! {
+                command = end.commands.recv() => match command.ok_or(Gone)? {
+                    Command::Send(bytes) => self.held.push(port, &bytes),
+                    Command::Robot(robot) => {
+                        end.robot = robot;
+                        if let Some(server) = &mut self.server {
+                            server.set_robot(robot);
+                        }
+                    }
+                },
+                ready = socket::writable(&self.stream), if !self.outgoing.is_empty() => {
+                    if ready.is_err() || !self.write(port) {
+                        return Ok(());
+                    }
+                },
+                (ready, most) = readable(&self.stream, &credit), if !self.outgoing.is_full() => {
+                    let mut buffer = vec![0; most];
+                    match ready.and_then(|()| self.stream.try_read(&mut buffer)) {
+                        Ok(0) => return Ok(()),
+                        Ok(count) => {
+                            buffer.truncate(count);
+                            self.received(end, buffer).await?;
+                        }
+                        Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                        Err(error) => {
+                            debug!(port = port.name(), "{port}: reading ended: {error}");
+                            return Ok(());
+                        }
+                    }
+                },
+                (stream, peer) = accept(port, listener) => {
+                    if second == SecondConnection::Replace {
+                        info!(port = port.name(), "{port}: {} replaced by {peer}", self.peer);
+                        *waiting = VecDeque::from([(stream, peer)]);
+                        return Ok(());
+                    }
+                    if waiting.is_empty() {
+                        grace = Instant::now() + CLOSE_GRACE;
+                    }
+                    waiting.push_back((stream, peer));
+                    if waiting.len() > WAITING_NEWCOMERS {
+                        self.refuse(port, waiting);
+                    }
+                },
+                () = sleep_until(grace), if !waiting.is_empty() => {
+                    // One that has closed is read to its end first, however long the line takes for it.
+                    if !tcp::has_closed(&self.stream) {
+                        self.refuse(port, waiting);
+                    }
+                    grace = Instant::now() + CLOSE_GRACE;
+                },
+            }
+        }
+    }
+
+    fn refuse(&self, port: Port, waiting: &mut VecDeque<Newcomer>) {
+        for (stream, peer) in waiting.drain(..) {
+            info!(
+                port = port.name(),
+                "{port}: {peer} refused, {} is connected (channel.second=refuse)", self.peer
+            );
+            drop(stream);
+        }
+    }
+
+    /// What comes off the line, and what the access server has to say, in this order.
+    fn flush(&mut self) {
+        if !self.suspended && !self.held.is_empty() && !self.outgoing.is_full() {
+            let bytes = self.held.take();
+            match &mut self.server {
+                Some(server) => server.send(&bytes),
+                None => self.outgoing.put(&bytes),
+            }
+        }
+        if let Some(server) = &mut self.server {
+            let bytes = server.take_output();
+            self.outgoing.put(&bytes);
+        }
+    }
+
+    fn write(&mut self, port: Port) -> bool {
+        match self.stream.try_write(self.outgoing.next()) {
+            Ok(count) => {
+                self.outgoing.written(port, count);
+                true
+            }
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => true,
+            Err(error) => {
+                debug!(port = port.name(), "{port}: writing ended: {error}");
+                false
+            }
+        }
+    }
+
+    async fn received(&mut self, end: &End, bytes: Vec<u8>) -> Result<(), Gone> {
+        let Some(server) = &mut self.server else {
+            return end.tell_bytes(bytes).await;
+        };
+        for event in server.receive(&bytes) {
+            match event {
+                Event::Data(bytes) => end.tell_bytes(bytes).await?,
+                Event::Settings(settings) => end.tell_settings(settings).await?,
+                Event::PurgeToRobot => end.tell(LineEvent::Purged).await?,
+                Event::PurgeToClient => self.held.clear(),
+                Event::Break => end.tell(LineEvent::Faults(vec![0])).await?,
+                Event::Suspended(suspended) => self.suspended = suspended,
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Ready to be read, and how much of it.
+async fn readable(stream: &TcpStream, credit: &Semaphore) -> (io::Result<()>, usize) {
+    let most = End::allowed(credit).await;
+    (socket::readable(stream).await, most)
+}

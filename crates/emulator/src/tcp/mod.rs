@@ -1,0 +1,426 @@
+//! The Ethernet channels as sockets: who is connected where, and bytes in both directions. Nothing here
+//! knows what the bytes mean. The hub owns [`Links`] and is the only one that changes it; accepting,
+//! dialling, reading and writing are tasks that talk to it by [`LinkMessage`]s.
+
+mod connection;
+mod dial;
+mod listen;
+
+pub(crate) use connection::{has_closed, prepare};
+pub use listen::LinkError;
+pub(crate) use listen::{bind, open};
+
+use crate::config::{LinkOptions, Ports, SecondConnection};
+use crate::turns::{Divide, Turns, divide_bytes};
+use connection::Connection;
+use listen::Reserved;
+use std::collections::{BTreeMap, VecDeque};
+use std::net::{IpAddr, SocketAddr};
+use std::task::{Context, Poll};
+use std::time::Duration;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+use tracing::{debug, info, warn};
+use ts3100_controller::input::Input;
+use ts3100_controller::output::DisconnectMode;
+use ts3100_controller::port::Port;
+use ts3100_controller::{ChannelPlan, NetworkPlan};
+use ts3100_proto::parameter::OpenMode;
+
+/// What a link task tells the hub.
+#[derive(Debug)]
+pub enum LinkMessage {
+    /// A peer has connected, or was dialled.
+    Arrived {
+        /// To which channel.
+        port: Port,
+        /// The connection.
+        stream: TcpStream,
+        /// The peer's address.
+        peer: SocketAddr,
+        /// Dropped with the connection: tells the dialling task to dial again.
+        gone: Option<oneshot::Sender<()>>,
+    },
+    /// Bytes came in.
+    Received {
+        /// On which channel.
+        port: Port,
+        /// On which connection.
+        id: u64,
+        /// The bytes.
+        bytes: Vec<u8>,
+    },
+    /// A newcomer has waited long enough for its predecessor to end.
+    Overdue {
+        /// On which channel.
+        port: Port,
+        /// The newcomer.
+        peer: SocketAddr,
+    },
+    /// The peer is gone; the last message of a connection.
+    Ended {
+        /// From which channel.
+        port: Port,
+        /// Which connection.
+        id: u64,
+    },
+}
+
+impl LinkMessage {
+    /// The port it is about.
+    #[must_use]
+    pub fn port(&self) -> Port {
+        match self {
+            LinkMessage::Arrived { port, .. }
+            | LinkMessage::Received { port, .. }
+            | LinkMessage::Overdue { port, .. }
+            | LinkMessage::Ended { port, .. } => *port,
+        }
+    }
+}
+
+impl Divide for LinkMessage {
+    fn divide(&mut self, port: Port) -> Option<LinkMessage> {
+        let LinkMessage::Received { id, bytes, .. } = self else {
+            return None;
+        };
+        let (id, bytes) = (*id, divide_bytes(port, bytes)?);
+        Some(LinkMessage::Received { port, id, bytes })
+    }
+}
+
+/// How long a newcomer waits on a channel that has a peer before it is refused: the close of a host that is
+/// back at once may be on its way still, behind the new connection, when the machine is busy.
+pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
+
+/// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
+const WAITING_NEWCOMERS: usize = 4;
+
+/// A connection that came while its predecessor was not read to its end.
+type Waiting = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
+
+#[derive(Default)]
+struct Channel {
+    /// The accepting or dialling task.
+    source: Option<JoinHandle<()>>,
+    connection: Option<Connection>,
+    /// In the order in which they came.
+    waiting: VecDeque<Waiting>,
+}
+
+/// All Ethernet channels.
+pub struct Links {
+    listen: IpAddr,
+    ports: Ports,
+    options: LinkOptions,
+    channels: BTreeMap<Port, Channel>,
+    /// Own port of ETHERNET.PAR and the free port in its place, kept so that a power cycle gives the same again.
+    reserved: BTreeMap<Port, (u16, Reserved)>,
+    next_id: u64,
+    /// What the tasks say: when the peers are read no further, TCP tells them.
+    messages: Turns<LinkMessage>,
+}
+
+impl Links {
+    /// No channel open yet.
+    #[must_use]
+    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Links {
+        let (channels, reserved) = (BTreeMap::new(), BTreeMap::new());
+        Links {
+            listen,
+            ports,
+            options,
+            channels,
+            reserved,
+            next_id: 0,
+            messages: Turns::default(),
+        }
+    }
+
+    /// Opens every channel as planned: all listening sockets are bound before the first one accepts.
+    /// Returns the port in use of each server channel.
+    ///
+    /// # Errors
+    /// The first port that cannot be had; then none is open.
+    pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, LinkError> {
+        let mut bound = Vec::new();
+        for (port, channel) in planned(plan, OpenMode::Server) {
+            bound.push((port, self.bind(port, channel.own_port)?));
+        }
+        let mut ports = BTreeMap::new();
+        for (port, (listener, actual)) in bound {
+            let source = tokio::spawn(listen::accept(port, listener, self.messages.sender(port)));
+            self.channels.entry(port).or_default().source = Some(source);
+            ports.insert(port, actual);
+        }
+        for (port, channel) in planned(plan, OpenMode::Client) {
+            let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
+            info!(port = port.name(), "{port} dials {peer}");
+            let hub = self.messages.sender(port);
+            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, hub));
+            self.channels.entry(port).or_default().source = Some(source);
+        }
+        Ok(ports)
+    }
+
+    /// Closes every channel and connection. Returns the channels that were connected.
+    pub async fn close(&mut self) -> Vec<Port> {
+        let mut connected = Vec::new();
+        for (port, channel) in std::mem::take(&mut self.channels) {
+            if let Some(source) = channel.source {
+                source.abort();
+                // A listening socket is free only when its task is gone.
+                let _ = source.await;
+            }
+            if let Some(connection) = channel.connection {
+                connection.cut();
+                connected.push(port);
+            }
+        }
+        // What the tasks of closed connections still had to say goes with the old queues.
+        self.messages = Turns::default();
+        connected
+    }
+
+    /// Closes the connection of a port at once; the channel goes on accepting or dialling. Says what that means for
+    /// the controller, in order.
+    pub fn drop_peer(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let Some(connection) = channel.connection.take() else {
+            return Vec::new();
+        };
+        info!(port = port.name(), "{port}: {} is dropped", connection.peer());
+        connection.cut();
+        self.ended(port)
+    }
+
+    /// The next message of a link task; the channels take turns. Ready when there is one.
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LinkMessage> {
+        self.messages.poll_next(context)
+    }
+
+    /// Takes note of a message and says what it means for the controller, in order.
+    pub fn take(&mut self, message: LinkMessage) -> Vec<Input> {
+        match message {
+            LinkMessage::Arrived {
+                port,
+                stream,
+                peer,
+                gone,
+            } => self.arrived(port, (stream, peer, gone)),
+            LinkMessage::Received { port, id, bytes } if self.is_current(port, id) => {
+                vec![Input::Received { port, bytes }]
+            }
+            LinkMessage::Ended { port, id } if self.is_current(port, id) => self.ended(port),
+            LinkMessage::Overdue { port, peer } => self.overdue(port, peer).into_iter().collect(),
+            LinkMessage::Received { .. } | LinkMessage::Ended { .. } => Vec::new(),
+        }
+    }
+
+    /// Queues bytes for the peer of a port. Says what it means for the controller if the peer has left so much
+    /// unread that the connection had to be closed.
+    pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Vec<Input> {
+        let Some(channel) = self.channels.get_mut(&port) else {
+            return Vec::new();
+        };
+        let Some(connection) = &channel.connection else {
+            debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
+            return Vec::new();
+        };
+        if connection.send(bytes).await.is_ok() {
+            return Vec::new();
+        }
+        warn!(
+            port = port.name(),
+            "{port}: {} does not read, closed with {} writes unsent",
+            connection.peer(),
+            connection::WRITE_QUEUE
+        );
+        if let Some(connection) = channel.connection.take() {
+            connection.cut();
+        }
+        vec![Input::Backlogged { port }, Input::Disconnected { port }]
+    }
+
+    /// Ends the connection of a channel on purpose. Says what that means for the controller.
+    pub fn end(&mut self, port: Port, how: DisconnectMode) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let Some(connection) = channel.connection.take() else {
+            return Vec::new();
+        };
+        info!(
+            port = port.name(),
+            "{port}: {} cut off on purpose",
+            connection.peer()
+        );
+        match how {
+            DisconnectMode::Reset => connection.reset(),
+            DisconnectMode::Close => connection.finish(),
+        }
+        self.next_peer(port)
+    }
+
+    /// From now on nothing is read from the connection of a channel and nothing written to it.
+    pub fn deafen(&mut self, port: Port) {
+        let connection = self
+            .channels
+            .get_mut(&port)
+            .and_then(|channel| channel.connection.as_mut());
+        if let Some(connection) = connection {
+            info!(
+                port = port.name(),
+                "{port}: {} is half-open on purpose",
+                connection.peer()
+            );
+            connection.deafen();
+        }
+    }
+
+    /// The listening socket of a channel and the port it has.
+    fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), LinkError> {
+        let free = SocketAddr::new(self.listen, 0);
+        let Ports::Offset(offset) = self.ports else {
+            let kept = self.reserved.remove(&port).filter(|(same, _)| *same == own);
+            let reserved = match kept {
+                Some((_, reserved)) => reserved,
+                None => Reserved::new(port, free)?,
+            };
+            let bound = (reserved.listen(port, free)?, reserved.port());
+            self.reserved.insert(port, (own, reserved));
+            return Ok(bound);
+        };
+        let wanted = own.checked_add(offset).ok_or(LinkError::PortRange {
+            channel: port,
+            own,
+            offset,
+        })?;
+        listen::bind(port, SocketAddr::new(self.listen, wanted))
+    }
+
+    fn is_current(&self, port: Port, id: u64) -> bool {
+        self.channels
+            .get(&port)
+            .and_then(|channel| channel.connection.as_ref())
+            .is_some_and(|connection| connection.id() == id)
+    }
+
+    fn arrived(&mut self, port: Port, newcomer: Waiting) -> Vec<Input> {
+        let second = self.options.second;
+        let channel = self.channels.entry(port).or_default();
+        match &channel.connection {
+            None => vec![self.connect(port, newcomer)],
+            // A host that has closed and is already back is not refused: it is served as soon as the old
+            // connection is read to its end.
+            Some(old)
+                if channel.waiting.len() < WAITING_NEWCOMERS
+                    && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
+            {
+                let peer = newcomer.1;
+                channel.waiting.push_back(newcomer);
+                self.remind(port, peer);
+                Vec::new()
+            }
+            Some(old) if second == SecondConnection::Refuse => {
+                vec![refuse(port, &newcomer, old)]
+            }
+            Some(_) => {
+                channel.waiting.clear();
+                if let Some(old) = channel.connection.take() {
+                    info!(
+                        port = port.name(),
+                        "{port}: {} replaced by {}",
+                        old.peer(),
+                        newcomer.1
+                    );
+                    old.cut();
+                }
+                let second = second_peer(port, &newcomer, true);
+                vec![second, Input::Disconnected { port }, self.connect(port, newcomer)]
+            }
+        }
+    }
+
+    /// Has a newcomer looked at again after its grace.
+    fn remind(&self, port: Port, peer: SocketAddr) {
+        let sender = self.messages.sender(port);
+        tokio::spawn(async move {
+            tokio::time::sleep(CLOSE_GRACE).await;
+            // Fails only when the hub is gone, and then nobody waits.
+            let _ = sender.send(LinkMessage::Overdue { port, peer }).await;
+        });
+    }
+
+    /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
+    fn overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
+        let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
+        let newcomer = place.and_then(|place| channel.waiting.remove(place))?;
+        Some(refuse(port, &newcomer, old))
+    }
+
+    fn connect(&mut self, port: Port, (stream, peer, gone): Waiting) -> Input {
+        self.next_id += 1;
+        info!(port = port.name(), "{port}: {peer} connected");
+        let connection =
+            Connection::start(port, self.next_id, stream, peer, gone, self.messages.sender(port));
+        self.channels.entry(port).or_default().connection = Some(connection);
+        Input::Connected {
+            port,
+            peer: peer.to_string(),
+        }
+    }
+
+    fn ended(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        if let Some(connection) = channel.connection.take() {
+            info!(port = port.name(), "{port}: {} disconnected", connection.peer());
+            connection.finish();
+        }
+        self.next_peer(port)
+    }
+
+    /// The connection of a channel is over; who waits for it comes next.
+    fn next_peer(&mut self, port: Port) -> Vec<Input> {
+        let channel = self.channels.entry(port).or_default();
+        let waiting = channel.waiting.pop_front();
+        let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
+        let mut inputs = vec![Input::Disconnected { port }];
+        inputs.extend(waiting.map(|newcomer| self.connect(port, newcomer)));
+        // The others have a new predecessor now, which may be there to stay.
+        for peer in others {
+            self.remind(port, peer);
+        }
+        inputs
+    }
+}
+
+fn refuse(port: Port, newcomer: &Waiting, old: &Connection) -> Input {
+    info!(
+        port = port.name(),
+        "{port}: {} refused, {} is connected (channel.second=refuse)",
+        newcomer.1,
+        old.peer()
+    );
+    connection::refuse(&newcomer.0);
+    second_peer(port, newcomer, false)
+}
+
+fn second_peer(port: Port, newcomer: &Waiting, kept: bool) -> Input {
+    Input::SecondPeer {
+        port,
+        peer: newcomer.1.to_string(),
+        kept,
+    }
+}
+
+fn planned(plan: &NetworkPlan, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelPlan)> {
+    Port::ETHERNET
+        .into_iter()
+        .zip(&plan.channels)
+        .filter(move |(_, channel)| channel.mode == mode)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,340 @@
+//! Tests of the links over the loopback, with the messages taken as the hub takes them. Nothing waits by
+//! the clock: each step waits for the message or the bytes it is about.
+
+use super::*;
+use std::future::poll_fn;
+use std::time::Duration;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpListener;
+use tokio::time::timeout;
+
+/// Longest wait for anything; reached only when a test fails.
+const LONG: Duration = Duration::from_secs(20);
+
+fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkPlan {
+    let channel = |mode, own_port| ChannelPlan {
+        mode,
+        own_port,
+        peer_address: [127, 0, 0, 1],
+        peer_port,
+    };
+    let unused = channel(OpenMode::NotUsed, 1002);
+    NetworkPlan {
+        channels: [channel(ip0, 1000), channel(ip1, 1001), unused, unused],
+    }
+}
+
+fn links(options: LinkOptions) -> Links {
+    Links::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, options)
+}
+
+/// A server on IP0 and its port.
+fn server(second: SecondConnection) -> (Links, u16) {
+    let mut links = links(LinkOptions {
+        second,
+        ..LinkOptions::default()
+    });
+    let ports = links.open(&plan(OpenMode::Server, OpenMode::NotUsed, 0)).unwrap();
+    (links, ports[&Port::Ip0])
+}
+
+async fn dial(port: u16) -> TcpStream {
+    TcpStream::connect(("127.0.0.1", port)).await.unwrap()
+}
+
+/// The inputs of the next message that means something.
+async fn next(links: &mut Links) -> Vec<Input> {
+    loop {
+        let message = timeout(LONG, poll_fn(|context| links.poll_next(context)))
+            .await
+            .expect("a message");
+        let inputs = links.take(message);
+        if !inputs.is_empty() {
+            return inputs;
+        }
+    }
+}
+
+fn connected(stream: &TcpStream) -> Input {
+    Input::Connected {
+        port: Port::Ip0,
+        peer: stream.local_addr().unwrap().to_string(),
+    }
+}
+
+fn second_peer(stream: &TcpStream, kept: bool) -> Input {
+    Input::SecondPeer {
+        port: Port::Ip0,
+        peer: stream.local_addr().unwrap().to_string(),
+        kept,
+    }
+}
+
+fn received(bytes: &[u8]) -> Input {
+    Input::Received {
+        port: Port::Ip0,
+        bytes: bytes.to_vec(),
+    }
+}
+
+const GONE: Input = Input::Disconnected { port: Port::Ip0 };
+
+// clause: ETH-03
+#[tokio::test]
+async fn bytes_pass_both_ways_and_the_end_is_reported_once() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    assert_eq!(next(&mut links).await, [connected(&host)]);
+    host.write_all(b"\x02SU\r\x03").await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"\x02SU\r\x03")]);
+    assert_eq!(links.send(Port::Ip0, b"\x02NG\r\x03".to_vec()).await, []);
+    let mut answer = [0; 5];
+    host.read_exact(&mut answer).await.unwrap();
+    assert_eq!(&answer, b"\x02NG\r\x03");
+    drop(host);
+    assert_eq!(next(&mut links).await, [GONE]);
+    assert_eq!(links.send(Port::Ip0, b"SP".to_vec()).await, [], "nobody is there");
+    let again = dial(port).await;
+    assert_eq!(
+        next(&mut links).await,
+        [connected(&again)],
+        "no second end came in between"
+    );
+}
+
+// clause: ETH-06
+#[tokio::test]
+async fn a_second_connection_is_closed_and_the_first_untouched() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut first = dial(port).await;
+    next(&mut links).await;
+    let mut second = dial(port).await;
+    let message = poll_fn(|context| links.poll_next(context)).await;
+    assert_eq!(
+        links.take(message),
+        [],
+        "it may wait for a predecessor that is about to end"
+    );
+    let message = poll_fn(|context| links.poll_next(context)).await;
+    assert_eq!(
+        links.take(message),
+        [second_peer(&second, false)],
+        "that time is over"
+    );
+    let end = timeout(LONG, second.read(&mut [0; 8])).await.unwrap();
+    assert!(matches!(end, Ok(0) | Err(_)), "{end:?}");
+    first.write_all(b"x").await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+}
+
+// clause: ETH-07
+#[tokio::test]
+async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let first = dial(port).await;
+    next(&mut links).await;
+    let mut second = dial(port).await;
+    let message = poll_fn(|context| links.poll_next(context)).await;
+    assert_eq!(links.take(message), [], "the first is still there");
+    let passing = dial(port).await;
+    let message = poll_fn(|context| links.poll_next(context)).await;
+    assert_eq!(links.take(message), [], "so is the second");
+    drop((first, passing));
+    assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
+    second.write_all(b"x").await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+}
+
+#[tokio::test]
+async fn a_second_connection_may_replace_the_first() {
+    let (mut links, port) = server(SecondConnection::Replace);
+    let mut first = dial(port).await;
+    next(&mut links).await;
+    let mut second = dial(port).await;
+    assert_eq!(
+        next(&mut links).await,
+        [second_peer(&second, true), GONE, connected(&second)]
+    );
+    assert!(matches!(
+        timeout(LONG, first.read(&mut [0; 8])).await.unwrap(),
+        Ok(0) | Err(_)
+    ));
+    second.write_all(b"x").await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"x")]);
+}
+
+// clause: ETH-07
+#[tokio::test]
+async fn a_host_that_closes_and_comes_back_at_once_is_served() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    assert_eq!(next(&mut links).await, [connected(&host)]);
+    for _ in 0..50 {
+        host.write_all(b"half a te").await.unwrap();
+        drop(host);
+        host = dial(port).await;
+        let mut inputs = Vec::new();
+        while inputs.len() < 3 {
+            inputs.extend(next(&mut links).await);
+        }
+        assert_eq!(inputs, [received(b"half a te"), GONE, connected(&host)]);
+    }
+}
+
+#[tokio::test]
+async fn a_host_that_has_finished_sending_still_gets_its_answer() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    next(&mut links).await;
+    host.write_all(b"SU").await.unwrap();
+    host.shutdown().await.unwrap();
+    assert_eq!(next(&mut links).await, [received(b"SU")]);
+    links.send(Port::Ip0, b"FL".to_vec()).await;
+    assert_eq!(next(&mut links).await, [GONE]);
+    let mut answer = Vec::new();
+    timeout(LONG, host.read_to_end(&mut answer))
+        .await
+        .unwrap()
+        .unwrap();
+    assert_eq!(answer, b"FL");
+}
+
+#[tokio::test]
+async fn a_reset_ends_the_connection_once() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let host = dial(port).await;
+    next(&mut links).await;
+    // Closing with lingering switched off sends RST.
+    socket2::SockRef::from(&host)
+        .set_linger(Some(Duration::ZERO))
+        .unwrap();
+    drop(host);
+    assert_eq!(next(&mut links).await, [GONE]);
+    let host = dial(port).await;
+    assert_eq!(next(&mut links).await, [connected(&host)]);
+}
+
+#[tokio::test]
+async fn a_peer_that_does_not_read_is_closed_and_never_blocks() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let _host = dial(port).await;
+    next(&mut links).await;
+    // Ends when the system's buffers and the queue are full; no send waits for the peer.
+    let end = async {
+        loop {
+            let end = links.send(Port::Ip0, vec![b' '; 512]).await;
+            if !end.is_empty() {
+                return end;
+            }
+        }
+    };
+    let unread = Input::Backlogged { port: Port::Ip0 };
+    assert_eq!(timeout(LONG, end).await.unwrap(), [unread, GONE]);
+    let host = dial(port).await;
+    assert_eq!(
+        next(&mut links).await,
+        [connected(&host)],
+        "and its end is not reported again"
+    );
+}
+
+#[tokio::test]
+async fn much_said_at_once_reaches_a_peer_that_reads() {
+    const WRITES: usize = 20 * connection::WRITE_QUEUE;
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    next(&mut links).await;
+    for _ in 0..WRITES {
+        assert_eq!(links.send(Port::Ip0, vec![b' '; 12]).await, []);
+    }
+    let mut said = vec![0; WRITES * 12];
+    timeout(LONG, host.read_exact(&mut said)).await.unwrap().unwrap();
+}
+
+// clause: ETH-04 ETH-05
+#[tokio::test]
+async fn a_client_channel_dials_and_dials_again() {
+    let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+    let peer_port = listener.local_addr().unwrap().port();
+    let mut links = links(LinkOptions {
+        redial: Duration::from_millis(5),
+        ..LinkOptions::default()
+    });
+    let ports = links
+        .open(&plan(OpenMode::NotUsed, OpenMode::Client, peer_port))
+        .unwrap();
+    assert!(ports.is_empty(), "a client channel has no port to announce");
+    for _ in 0..3 {
+        let (peer, _) = timeout(LONG, listener.accept()).await.unwrap().unwrap();
+        let address = peer.local_addr().unwrap().to_string();
+        assert_eq!(
+            next(&mut links).await,
+            [Input::Connected {
+                port: Port::Ip1,
+                peer: address
+            }]
+        );
+        drop(peer);
+        assert_eq!(next(&mut links).await, [Input::Disconnected { port: Port::Ip1 }]);
+    }
+}
+
+// clause: PAR-FILE-03
+#[tokio::test]
+async fn opened_again_after_a_power_cycle_the_ports_are_the_same() {
+    let (mut links, port) = server(SecondConnection::Refuse);
+    let mut host = dial(port).await;
+    next(&mut links).await;
+    assert_eq!(links.close().await, [Port::Ip0]);
+    assert!(matches!(
+        timeout(LONG, host.read(&mut [0; 8])).await.unwrap(),
+        Ok(0) | Err(_)
+    ));
+    let ports = links.open(&plan(OpenMode::Server, OpenMode::Server, 0)).unwrap();
+    assert_eq!(ports[&Port::Ip0], port);
+    let host = dial(port).await;
+    assert_eq!(next(&mut links).await, [connected(&host)]);
+}
+
+#[tokio::test]
+async fn when_one_port_cannot_be_had_none_is_open() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let number = taken.local_addr().unwrap().port();
+    let mut plan = plan(OpenMode::Server, OpenMode::Server, 0);
+    plan.channels[0].own_port = 0;
+    plan.channels[1].own_port = number;
+    let mut links = Links::new(
+        IpAddr::from([127, 0, 0, 1]),
+        Ports::Offset(0),
+        LinkOptions::default(),
+    );
+    let error = links.open(&plan).unwrap_err();
+    assert!(matches!(
+        error,
+        LinkError::InUse {
+            channel: Port::Ip1,
+            ..
+        }
+    ));
+    let text = error.to_string();
+    assert!(
+        text.contains("--port-offset 10000") && text.contains("--ports auto"),
+        "{text}"
+    );
+    assert!(links.channels.is_empty());
+    plan.channels[1].own_port = 65_535;
+    let mut links = Links::new(
+        IpAddr::from([127, 0, 0, 1]),
+        Ports::Offset(1),
+        LinkOptions::default(),
+    );
+    plan.channels[0].own_port = 65_535;
+    assert!(matches!(
+        links.open(&plan),
+        Err(LinkError::PortRange {
+            own: 65_535,
+            offset: 1,
+            ..
+        })
+    ));
+}

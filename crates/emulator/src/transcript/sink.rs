@@ -1,0 +1,213 @@
+//! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
+//! down. No sockets here, so embedded, stepped and replayed controllers give the same.
+
+use super::{
+    EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
+    TranscriptBuffer, without_port,
+};
+use crate::config::Settings;
+use crate::loading::Powered;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+use ts3100_controller::options::{Config, Dialect};
+use ts3100_controller::output::DisconnectMode;
+use ts3100_controller::{Action, Controller, Event, Input, Output, Port, Time};
+use ts3100_proto::calendar::CalendarTime;
+
+/// Turns inputs and outputs into what happened on the lines.
+#[derive(Debug, Clone, Default)]
+pub struct Observer {
+    /// Ports with a peer: to others nothing is sent, whatever the controller puts out.
+    connected: BTreeSet<Port>,
+    /// Connections that are being reset on purpose.
+    reset: BTreeSet<Port>,
+}
+
+impl Observer {
+    /// An input of the controller; `by` is who has caused it.
+    pub fn input(&mut self, input: &Input, by: Side) -> Option<RecordKind> {
+        match input {
+            // What was not kept is told by whoever was to keep it.
+            Input::Tick | Input::Persisted(_) => None,
+            Input::SerialOpened { port, host } => Some(RecordKind::Edge(LinkRecord::Settings {
+                port: *port,
+                host: *host,
+            })),
+            Input::SerialErrors { port, bytes } => Some(RecordKind::Edge(LinkRecord::Garbled {
+                port: *port,
+                bytes: bytes.clone(),
+            })),
+            Input::SerialPurged { port } => Some(RecordKind::Edge(LinkRecord::Purged { port: *port })),
+            Input::SecondPeer { port, peer, kept } => Some(RecordKind::Edge(LinkRecord::Second {
+                port: *port,
+                peer: without_port(peer),
+                kept: *kept,
+            })),
+            Input::Backlogged { port } => Some(RecordKind::Edge(LinkRecord::Unread { port: *port })),
+            Input::Connected { port, peer } => {
+                self.connected.insert(*port);
+                Some(RecordKind::Connected {
+                    line: PeerId::first(*port),
+                    peer: without_port(peer),
+                })
+            }
+            Input::Received { port, bytes } => Some(RecordKind::FromHost {
+                line: PeerId::first(*port),
+                bytes: bytes.clone(),
+            }),
+            Input::Disconnected { port } => {
+                self.connected.remove(port);
+                Some(RecordKind::Ended {
+                    line: PeerId::first(*port),
+                    by,
+                    how: match self.reset.remove(port) {
+                        true => EndReason::Reset,
+                        false => EndReason::Closed,
+                    },
+                })
+            }
+            Input::Panel(panel) => Some(RecordKind::Action(Action::Panel(panel.clone()))),
+            Input::Action(action) => Some(RecordKind::Action(action.clone())),
+        }
+    }
+
+    /// An output of the controller, if a peer sees it or it says why a peer sees what it sees.
+    pub fn output(&mut self, output: &Output) -> Option<RecordKind> {
+        match output {
+            Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
+                line: PeerId::first(*port),
+                bytes: bytes.clone(),
+            }),
+            Output::Disconnect {
+                port,
+                how: DisconnectMode::Reset,
+            } => {
+                self.reset.insert(*port);
+                None
+            }
+            Output::Event(Event::Fault {
+                id,
+                kind,
+                port,
+                message,
+                fired: true,
+            }) => {
+                let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
+                Some(RecordKind::Remark(format!("{place}fault {id} {kind}: {message}")))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The date and time of a header: that of a fresh controller is not said.
+fn shown(calendar: CalendarTime) -> Option<CalendarTime> {
+    Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
+}
+
+/// The transcripts of a running controller.
+#[derive(Default)]
+pub struct TranscriptSink {
+    recorder: Recorder,
+    /// What the control interface shows.
+    kept: Option<Arc<TranscriptBuffer>>,
+    observer: Observer,
+}
+
+impl TranscriptSink {
+    /// Begins the transcripts that the settings ask for.
+    ///
+    /// # Errors
+    /// The first file that cannot be written.
+    pub fn begin(settings: &Settings, powered: &Powered) -> Result<TranscriptSink, RecorderError> {
+        let calendar = settings.controller.calendar;
+        let header = Header {
+            origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
+            calendar: shown(calendar),
+            flags: settings.flags.clone(),
+            files: powered.files.clone(),
+            select: settings.select.clone(),
+        };
+        let recorder = Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?;
+        let mut tape = TranscriptSink {
+            recorder,
+            kept: settings
+                .control
+                .as_ref()
+                .map(|_| Arc::new(TranscriptBuffer::new(header))),
+            observer: Observer::default(),
+        };
+        if powered.restored {
+            tape.restored(Time::ZERO, &powered.controller);
+        }
+        Ok(tape)
+    }
+
+    /// The state of this controller is about to take the present one's place.
+    pub fn restored(&mut self, at: Time, controller: &Controller) {
+        if self.recorder.is_on() {
+            let what = RecordKind::Edge(LinkRecord::restored(controller));
+            self.recorder.record(&Record { at, what });
+        }
+        if let Some(kept) = &self.kept {
+            kept.restored(at, controller);
+        }
+    }
+
+    /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
+    /// where it is the wall's.
+    pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
+        let what = RecordKind::Edge(LinkRecord::Reset { calendar });
+        self.recorder.record(&Record { at, what });
+        if let Some(kept) = &self.kept {
+            kept.begin_anew(calendar);
+        }
+    }
+
+    /// The edge does something to the controller.
+    pub fn edge(&mut self, at: Time, edge: LinkRecord) {
+        self.record(at, Some(RecordKind::Edge(edge)));
+    }
+
+    /// The records that are kept in memory.
+    #[must_use]
+    pub fn kept(&self) -> Arc<TranscriptBuffer> {
+        self.kept.clone().unwrap_or_default()
+    }
+
+    fn is_on(&self) -> bool {
+        self.recorder.is_on() || self.kept.is_some()
+    }
+
+    /// An input is about to be handled.
+    pub fn input(&mut self, at: Time, input: &Input, by: Side) {
+        if self.is_on() {
+            let what = self.observer.input(input, by);
+            self.record(at, what);
+        }
+    }
+
+    /// An output is about to be carried out.
+    pub fn output(&mut self, at: Time, output: &Output) {
+        if self.is_on() {
+            let what = self.observer.output(output);
+            self.record(at, what);
+        }
+    }
+
+    /// All of it leaves the process.
+    pub fn flush(&mut self) {
+        self.recorder.flush();
+    }
+
+    fn record(&mut self, at: Time, what: Option<RecordKind>) {
+        if let Some(what) = what {
+            let record = Record { at, what };
+            self.recorder.record(&record);
+            if let Some(kept) = &self.kept {
+                kept.put(record);
+            }
+        }
+    }
+}

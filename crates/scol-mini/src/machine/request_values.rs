@@ -1,0 +1,235 @@
+//! What statements want from the world: motions with their conditions, and the bytes of a `PRINT`.
+
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+
+use super::RuntimeError;
+use super::evaluate::Context;
+use super::functions::configuration;
+use super::print::field;
+use crate::conditions::{Accuracy, Conditions, Frame as System};
+use crate::request::{Channel, FaultKind, MAX_PRINT, Path, Request};
+use crate::tree::{Condition, Expression, Item, MotionKind, Node, Simple};
+use crate::value::{Position, Value};
+
+/// Text that clears a receive buffer instead of being sent (BUF-03).
+const BUFFER_RESET: &str = "BUFFRESET";
+/// Most axes `MOVEA` and `MOVEI` can name.
+const MAX_AXIS: i32 = 8;
+
+impl Context<'_> {
+    /// Sets one condition to the value of an expression.
+    pub fn set(
+        &self,
+        into: &mut Conditions,
+        condition: Condition,
+        value: &Expression,
+    ) -> Result<(), RuntimeError> {
+        match condition {
+            Condition::Speed => into.speed = self.percent("SPEED", value)?,
+            Condition::Accel => into.accel = self.percent("ACCEL", value)?,
+            Condition::Decel => into.decel = self.percent("DECEL", value)?,
+            Condition::Config => {
+                into.config = configuration(self.program.options.arm, self.double(value)?)?;
+            }
+            Condition::Payload => match self.evaluate(value)? {
+                Value::Load(load) => into.payload = Some((name(value), load)),
+                other => return Err(wrong("load data", &other)),
+            },
+            Condition::Work => into.work = self.system_frame(value)?,
+            Condition::Tool => into.tool = self.system_frame(value)?,
+            Condition::Base => into.base = self.system_frame(value)?,
+            Condition::Pass => {
+                into.pass = self.within("PASS", value, 0.0)?;
+                into.passing = into.pass > 0.0;
+            }
+            Condition::Accur => {
+                into.accuracy = match self.integer(value)? {
+                    0 => Accuracy::Coarse,
+                    1 => Accuracy::Fine,
+                    other => {
+                        let message = format!("ACCUR takes COARSE or FINE, found {other}");
+                        return Err(RuntimeError::new(FaultKind::Range, message));
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn percent(&self, name: &str, value: &Expression) -> Result<f64, RuntimeError> {
+        self.within(name, value, 1.0)
+    }
+
+    fn within(&self, name: &str, value: &Expression, least: f64) -> Result<f64, RuntimeError> {
+        let percent = self.double(value)?;
+        if (least..=100.0).contains(&percent) {
+            return Ok(percent);
+        }
+        Err(RuntimeError::new(
+            FaultKind::Range,
+            format!("{name} takes {least} to 100, found {percent}"),
+        ))
+    }
+
+    /// A gain or torque.
+    pub fn axis_percent(&self, value: &Expression) -> Result<f64, RuntimeError> {
+        self.within("an axis", value, 0.0)
+    }
+
+    /// Gains or torques, axis 1 first.
+    pub fn per_axis(&self, values: &[Expression]) -> Result<Vec<f64>, RuntimeError> {
+        values.iter().map(|value| self.axis_percent(value)).collect()
+    }
+
+    /// The request of a statement that asks the outside for one thing.
+    pub fn device(&self, simple: &Simple) -> Result<Request, RuntimeError> {
+        Ok(match simple {
+            Simple::Delay(seconds) => Request::Delay {
+                seconds: self.seconds("DELAY", seconds)?,
+            },
+            Simple::Outputs(lines) => Request::Outputs(
+                lines
+                    .iter()
+                    .map(|line| self.signal(line))
+                    .collect::<Result<_, _>>()?,
+            ),
+            Simple::Bcd([first, digits, value]) => Request::Outputs(self.bcd_lines(first, digits, value)?),
+            Simple::Hand { hand, open, at_once } => Request::Hand {
+                hand: *hand,
+                open: *open,
+                at_once: *at_once,
+            },
+            Simple::Pulse(line, seconds) => match self.signal(line)? {
+                (line, true) => Request::Pulse {
+                    line,
+                    seconds: self.seconds("PULOUT", seconds)?,
+                },
+                (line, false) => {
+                    let message = format!("PULOUT takes an output from 1 up, found -{line}");
+                    return Err(RuntimeError::new(FaultKind::Range, message));
+                }
+            },
+            Simple::Break => Request::Break,
+            Simple::Pause => Request::Pause,
+            Simple::Resume => Request::Resume,
+            Simple::Timer(seconds) => Request::SetTimer {
+                seconds: self.double(seconds)?,
+            },
+            Simple::Yield => Request::Switch,
+            Simple::Restore(names) => Request::Restore {
+                names: names.iter().map(|name| name.text.clone()).collect(),
+            },
+            Simple::Kill(task) => Request::Kill {
+                task: self.integer(task)?,
+            },
+            // STOP; all others have been dealt with before.
+            _ => Request::Stop,
+        })
+    }
+
+    fn system_frame(&self, value: &Expression) -> Result<System, RuntimeError> {
+        match self.evaluate(value)? {
+            Value::Coordinate(trans) => Ok(System {
+                name: name(value),
+                trans,
+            }),
+            other => Err(wrong("coordinate data", &other)),
+        }
+    }
+
+    fn position(&self, value: &Expression) -> Result<Position, RuntimeError> {
+        match self.evaluate(value)? {
+            Value::Position(position) => Ok(position),
+            other => Err(wrong("positional data", &other)),
+        }
+    }
+
+    pub fn path(&self, course: &MotionKind) -> Result<Path, RuntimeError> {
+        Ok(match course {
+            MotionKind::Ptp(to) => Path::Ptp(self.position(to)?),
+            MotionKind::Line(to) => Path::Line(self.position(to)?),
+            MotionKind::Arc(via, end) => Path::Arc {
+                via: self.position(via)?,
+                end: self.position(end)?,
+            },
+            MotionKind::Arch(end, gate) => {
+                let [rise, height, descent, ..] = self.position(gate)?.coords;
+                Path::Arch {
+                    end: self.position(end)?,
+                    rise,
+                    height,
+                    descent,
+                }
+            }
+            MotionKind::Axis(axis, value) => Path::Axis {
+                axis: self.axis(axis)?,
+                value: self.double(value)?,
+            },
+            MotionKind::AxisBy(axis, delta) => Path::AxisBy {
+                axis: self.axis(axis)?,
+                delta: self.double(delta)?,
+            },
+            MotionKind::Ready => Path::Ready,
+        })
+    }
+
+    pub fn axis(&self, axis: &Expression) -> Result<u8, RuntimeError> {
+        let axis = self.integer(axis)?;
+        match u8::try_from(axis) {
+            Ok(number) if (1..=MAX_AXIS).contains(&axis) => Ok(number),
+            _ => Err(RuntimeError::new(
+                FaultKind::Range,
+                format!("axes count from 1 to {MAX_AXIS}, found {axis}"),
+            )),
+        }
+    }
+
+    fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64, RuntimeError> {
+        let seconds = self.double(seconds)?;
+        if seconds < 0.0 {
+            let message = format!("{name} takes seconds from 0 up, found {seconds}");
+            return Err(RuntimeError::new(FaultKind::Range, message));
+        }
+        Ok(seconds)
+    }
+
+    pub fn print(&self, channel: Channel, items: &[Item], cr: bool) -> Result<Request, RuntimeError> {
+        if let ([Item::Text(text)], false) = (items, cr)
+            && text == BUFFER_RESET
+            && channel != Channel::Tp
+        {
+            return Ok(Request::BufferReset { channel });
+        }
+        let mut data = Vec::new();
+        for item in items {
+            match item {
+                Item::Text(text) => data.extend_from_slice(text.as_bytes()),
+                Item::Value(value) => data.extend_from_slice(field(self.number(value)?).as_bytes()),
+            }
+        }
+        let room = MAX_PRINT - usize::from(cr);
+        let cut = data.len().saturating_sub(room);
+        data.truncate(room);
+        if cr {
+            data.push(b'\r');
+        }
+        Ok(Request::Print { channel, data, cut })
+    }
+}
+
+/// The name of a plain variable, which SF reports.
+fn name(value: &Expression) -> Option<String> {
+    match &value.node {
+        Node::Variable(variable) if variable.subscripts.is_empty() => Some(variable.name.text.clone()),
+        _ => None,
+    }
+}
+
+fn wrong(expected: &str, found: &Value) -> RuntimeError {
+    RuntimeError::new(
+        FaultKind::Type,
+        format!("expected {expected}, found {}", found.kind().word()),
+    )
+}
