@@ -273,7 +273,7 @@ impl Robot {
     pub fn total(&mut self, port: Port) -> Vec<u8> {
         let text = self.clone().ask(port, "SF");
         let body = text.get(3..).unwrap_or_default();
-        if body.len() != SfLayout::Six.len() || SfLayout::of_first_text(body) != SfLayout::Six {
+        if body.len() != SfLayout::Six.len() || SfLayout::from_first_text(body) != SfLayout::Six {
             return self.file(port, "SF");
         }
         self.ask(port, "SF");

@@ -61,7 +61,7 @@ fn a_host_that_walks_the_tables_reaches_every_cell_of_the_manual() {
                 "{} {} {} {:?}",
                 cell.port,
                 cell.row(),
-                cell.mode().words(),
+                cell.mode().as_str(),
                 cell.verdict
             )
         })

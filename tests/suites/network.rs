@@ -156,7 +156,7 @@ fn each_send_is_one_segment_of_512_bytes_at_most() {
 fn ethernet(change: impl Fn(&mut EthernetParameters)) -> Vec<u8> {
     let mut parameters = EthernetParameters::factory();
     change(&mut parameters);
-    parameters.text(LineEnd::Lf)
+    parameters.encode(LineEnd::Lf)
 }
 
 // clause: PAR-E01-02

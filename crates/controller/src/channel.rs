@@ -36,7 +36,7 @@ pub enum Datum {
 pub struct Channel {
     /// The peer, while there is one.
     pub peer: Option<String>,
-    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
     ring: VecDeque<u8>,
     /// A comma was the last byte read: a CR right behind it ends the record without a further value.
     after_comma: bool,

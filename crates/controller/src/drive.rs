@@ -6,7 +6,7 @@ use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
-use ts3100_proto::file::{FileFault, FileRule, check_file};
+use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::status::ca::DirectoryEntry;
 
@@ -22,7 +22,7 @@ pub enum DriveError {
         /// The file.
         name: String,
         /// What is wrong.
-        fault: FileFault,
+        fault: FileError,
     },
     /// More than the directory can state.
     #[error("file {name}: at most {MAX_FILE} bytes expected, {size} found")]

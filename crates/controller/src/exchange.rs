@@ -20,7 +20,7 @@ use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
 use ts3100_proto::message::Joined;
 use ts3100_proto::reply::Reply;
-use ts3100_proto::text::{CR, Decoded, Framing, Text, TextFault};
+use ts3100_proto::text::{CR, Decoded, Framing, Text, TextError};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
@@ -230,7 +230,11 @@ impl Controller {
     }
 
     fn text(&mut self, port: Port, text: Text) {
-        let Text { framing, data, fault } = text;
+        let Text {
+            framing,
+            data,
+            error: fault,
+        } = text;
         self.event(Event::TextIn {
             port,
             framing,
@@ -272,17 +276,17 @@ impl Controller {
             self.no_command(port);
         }
         match fault {
-            Some(TextFault::OverLong { length }) => {
+            Some(TextError::OverLong { length }) => {
                 let message = format!("at most 253 data bytes expected, {length} found (5.2)");
                 self.report(&rules::TEXT_OVER_LONG, port, &data, message);
                 self.refuse_text(port, "text", "over-long text");
             }
-            Some(TextFault::BadSum { expected, found }) => {
+            Some(TextError::BadSum { expected, found }) => {
                 let reason = format!("checksum {expected:02X} expected, {found:02X} found");
                 self.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
                 self.refuse_text(port, "text", &reason);
             }
-            Some(TextFault::NoEtx { .. }) => {
+            Some(TextError::NoEtx { .. }) => {
                 self.refuse_text(port, "text", "no ETX where the length says it stands");
             }
             None => self.whole_text(port, &data),
@@ -311,7 +315,7 @@ impl Controller {
         session.history.file_refused = false;
         match session.joiner.push(data) {
             Joined::Partial => {}
-            Joined::Whole(message) => self.message(port, &message),
+            Joined::Complete(message) => self.message(port, &message),
             Joined::NoCr(message) if self.config.options.require_cr => {
                 self.report(&rules::NO_CR, port, &message, "CR is missing before ETX (5.2.2)");
                 let letters = String::from_utf8_lossy(message.get(..2).unwrap_or(&message)).into_owned();
@@ -478,8 +482,8 @@ impl Controller {
             Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
             Outcome::File(mut sender) => {
-                if let (Some(vary), Some(length)) = (&mut self.variation, sender.to_be_cut()) {
-                    sender.cut(vary.cuts(length));
+                if let (Some(vary), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
+                    sender.set_text_lengths(vary.cuts(length));
                 }
                 let Some(text) = sender.next_text() else { return };
                 if let Some(session) = self.sessions.get_mut(&port) {

@@ -102,8 +102,8 @@ impl Controller {
 
     pub(crate) fn make_parameter_files(&mut self) -> Result<(), DriveError> {
         let options = &self.config.options;
-        let ethernet = EthernetParameters::factory_text(options.open_mode, options.line_end);
-        let user = UserParameters::factory_text(options.line_end, self.edition());
+        let ethernet = EthernetParameters::factory_file(options.open_mode, options.line_end);
+        let user = UserParameters::factory_file(options.line_end, self.edition());
         for (name, content) in [(ETHERNET_PAR, ethernet), (USER_PAR, user)] {
             if !self.drive.contains(name) {
                 self.store(&FileName::parse(name)?, &content)?;

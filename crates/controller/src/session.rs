@@ -189,10 +189,10 @@ impl Session {
     pub fn is_sound(&self, options: TextOptions) -> bool {
         let exchange = match &self.exchange {
             Exchange::Idle => true,
-            Exchange::Sending { sender } => sender.is_sound(),
-            Exchange::Receiving { receiver, .. } => receiver.is_sound(),
+            Exchange::Sending { sender } => sender.is_valid(),
+            Exchange::Receiving { receiver, .. } => receiver.is_valid(),
         };
-        exchange && self.joiner.is_sound() && self.decoder.is_sound(options)
+        exchange && self.joiner.is_valid() && self.decoder.is_valid(options)
     }
 
     /// Takes in bytes, the last of which came at `at`.

@@ -294,7 +294,7 @@ fn answered(t: &str, event: &Event) {
     else {
         return;
     };
-    let (port, mode) = (port.name(), mode.words());
+    let (port, mode) = (port.name(), mode.as_str());
     debug!(
         event = "answered",
         t, port, row, mode, "{port}: {row} in {mode}: {verdict:?}"

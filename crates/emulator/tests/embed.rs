@@ -176,7 +176,7 @@ fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
 fn a_client_channel_dials_its_peer() {
     let peer = TcpListener::bind("127.0.0.1:0").unwrap();
     let port = peer.local_addr().unwrap().port();
-    let factory = ts3100_proto::parameter::EthernetParameters::factory_text(
+    let factory = ts3100_proto::parameter::EthernetParameters::factory_file(
         [
             ts3100_proto::parameter::OpenMode::Server,
             ts3100_proto::parameter::OpenMode::Client,

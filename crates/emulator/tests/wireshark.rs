@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Duration;
 use ts3100_controller::{Action, PanelAction, Port, Time};
 use ts3100_emulator::transcript::{Format, Header, PeerId, Record, RecordKind, Recorder, TranscriptFile};
-use ts3100_proto::status::sf::table::{SfKind, sf_fields};
+use ts3100_proto::status::sf::table::{SfFieldKind, sf_fields};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
 fn script() -> PathBuf {
@@ -22,18 +22,20 @@ fn the_table_of_sf_is_that_of_the_protocol() {
     for field in sf_fields(SfLayout::Eight) {
         let (key, name, offset, size) = (&field.key, &field.name, field.offset, field.size);
         let row = match field.kind {
-            SfKind::Code(_) | SfKind::Minutes => format!("{{ {offset}, {size}, \"{key}\", \"{name}\""),
-            SfKind::Reserved if key == "dummy" => format!("{{ {offset}, {size}, \"{key}\", \"{name}\""),
-            SfKind::Lines(_, first) => {
+            SfFieldKind::Code(_) | SfFieldKind::Minutes => {
+                format!("{{ {offset}, {size}, \"{key}\", \"{name}\"")
+            }
+            SfFieldKind::Reserved if key == "dummy" => format!("{{ {offset}, {size}, \"{key}\", \"{name}\""),
+            SfFieldKind::Lines(_, first) => {
                 let key = key.split_once('.').unwrap().1;
                 let word = name.split_once(' ').unwrap().0;
                 format!("{{ \"{key}\", \"{word}\", {first} }}")
             }
             // By loops, of which the running dissector is the test.
-            SfKind::Alarm | SfKind::Float | SfKind::Name | SfKind::Reserved => continue,
+            SfFieldKind::Alarm | SfFieldKind::Float | SfFieldKind::Name | SfFieldKind::Reserved => continue,
         };
         assert!(lua.contains(&row), "{row} is not in the dissector");
-        if let SfKind::Code(words) = field.kind {
+        if let SfFieldKind::Code(words) = field.kind {
             let words = words.join("\", \"");
             let values = format!("\"{name}\", {{ [0] = \"{words}\" }}");
             assert!(

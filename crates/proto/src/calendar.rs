@@ -61,11 +61,11 @@ impl CalendarTime {
         let rest = total.rem_euclid(SECONDS_PER_DAY);
         CalendarTime {
             year,
-            month: small(month),
-            day: small(day),
-            hour: small(rest / 3_600),
-            minute: small(rest / 60 % 60),
-            second: small(rest % 60),
+            month: field_value(month),
+            day: field_value(day),
+            hour: field_value(rest / 3_600),
+            minute: field_value(rest / 60 % 60),
+            second: field_value(rest % 60),
         }
     }
 }
@@ -82,7 +82,7 @@ fn days_in_month(year: u16, month: u8) -> u8 {
 }
 
 /// A field of date or time: always below 60.
-fn small(value: i64) -> u8 {
+fn field_value(value: i64) -> u8 {
     u8::try_from(value).unwrap_or(u8::MAX)
 }
 

@@ -23,7 +23,7 @@ pub enum FileRule {
 
 /// Why a file was not taken.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum FileFault {
+pub enum FileError {
     /// The first text does not begin with `FL,`.
     #[error("FL, expected at the start of the file's first text")]
     NoPrefix,
@@ -58,7 +58,7 @@ pub enum FileFault {
 ///
 /// # Errors
 /// The first thing that breaks the rule, with its line.
-pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileFault> {
+pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileError> {
     LineCheck::new(rule).push(content)
 }
 
@@ -66,7 +66,7 @@ pub fn check_file(content: &[u8], rule: FileRule) -> Result<(), FileFault> {
 ///
 /// # Errors
 /// As [`check_file`].
-pub fn check_user_file(content: &[u8]) -> Result<(), FileFault> {
+pub fn check_user_file(content: &[u8]) -> Result<(), FileError> {
     check_file(content, FileRule::User)
 }
 
@@ -94,7 +94,7 @@ impl LineCheck {
         }
     }
 
-    fn push(&mut self, bytes: &[u8]) -> Result<(), FileFault> {
+    fn push(&mut self, bytes: &[u8]) -> Result<(), FileError> {
         for &byte in bytes {
             match byte {
                 LF if self.after_cr => {}
@@ -112,17 +112,17 @@ impl LineCheck {
         Ok(())
     }
 
-    fn character(&self, found: u8) -> Result<(), FileFault> {
+    fn character(&self, found: u8) -> Result<(), FileError> {
         let (line, column) = (self.line, self.column);
         let allowed = match self.rule {
             FileRule::User => (0x20..=0x7E).contains(&found),
             FileRule::Parameter => found != EOF,
         };
         if !allowed {
-            return Err(FileFault::Character { line, column, found });
+            return Err(FileError::Character { line, column, found });
         }
         if self.rule == FileRule::User && column > MAX_LINE {
-            return Err(FileFault::LongLine { line });
+            return Err(FileError::LongLine { line });
         }
         Ok(())
     }
@@ -136,7 +136,7 @@ impl LineCheck {
     serde(deny_unknown_fields)
 )]
 pub struct FlSender {
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     bytes: Vec<u8>,
     sent: usize,
     per_text: usize,
@@ -151,14 +151,14 @@ impl FlSender {
     pub fn new(content: Vec<u8>) -> FlSender {
         FlSender {
             per_text: MAX_DATA,
-            ..FlSender::single(content, &[EOF])
+            ..FlSender::single_text(content, &[EOF])
         }
     }
 
     /// A file in one text whatever its length, with `tail` after it: EOF, or nothing where its length is its end
     /// (ste80722 S23, S24).
     #[must_use]
-    pub fn single(content: Vec<u8>, tail: &[u8]) -> FlSender {
+    pub fn single_text(content: Vec<u8>, tail: &[u8]) -> FlSender {
         let mut bytes = content;
         bytes.splice(0..0, PREFIX.iter().copied());
         bytes.extend_from_slice(tail);
@@ -183,20 +183,20 @@ impl FlSender {
 
     /// Data bytes not given out yet, if the file travels in texts of 253; `None` for one that is a single text.
     #[must_use]
-    pub fn to_be_cut(&self) -> Option<usize> {
+    pub fn remaining_to_split(&self) -> Option<usize> {
         (self.per_text == MAX_DATA).then(|| self.bytes.len().saturating_sub(self.sent))
     }
 
     /// Has the next texts carry so many data bytes each, at least 1 and at most 253; those behind them are full
     /// again. Where files are cut is not said (FL-03).
-    pub fn cut(&mut self, lengths: impl IntoIterator<Item = usize>) {
+    pub fn set_text_lengths(&mut self, lengths: impl IntoIterator<Item = usize>) {
         self.lengths = lengths.into_iter().collect();
     }
 
     /// Whether texts come of it to the end, for one that was read.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.sent <= self.bytes.len() && self.per_text > 0
     }
 
@@ -215,7 +215,7 @@ pub enum Received {
     /// The file is complete: its content without EOF.
     Complete(Vec<u8>),
     /// The file is refused; what had come is dropped.
-    Refused(FileFault),
+    Refused(FileError),
 }
 
 /// Puts a file together from the data sections of its texts.
@@ -228,7 +228,7 @@ pub enum Received {
 pub struct FlReceiver {
     limit: usize,
     check: LineCheck,
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     content: Vec<u8>,
     begun: bool,
     ended: bool,
@@ -262,7 +262,7 @@ impl FlReceiver {
     /// Whether the content is within its limit and its place in it is one, for one that was read.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.content.len() <= self.limit && self.check.column <= self.content.len()
     }
 
@@ -272,15 +272,15 @@ impl FlReceiver {
         self.begun
     }
 
-    fn take(&mut self, data: &[u8]) -> Result<Received, FileFault> {
+    fn take(&mut self, data: &[u8]) -> Result<Received, FileError> {
         if self.ended {
-            return Err(FileFault::DataAfterEnd);
+            return Err(FileError::DataAfterEnd);
         }
         let mut block = data;
         if !self.begun {
-            let (prefix, rest) = data.split_at_checked(PREFIX.len()).ok_or(FileFault::NoPrefix)?;
+            let (prefix, rest) = data.split_at_checked(PREFIX.len()).ok_or(FileError::NoPrefix)?;
             if !prefix.eq_ignore_ascii_case(PREFIX) {
-                return Err(FileFault::NoPrefix);
+                return Err(FileError::NoPrefix);
             }
             self.begun = true;
             block = rest;
@@ -288,7 +288,7 @@ impl FlReceiver {
         let mut pieces = block.splitn(2, |&byte| byte == EOF);
         let body = pieces.next().unwrap_or_default();
         if self.content.len() + body.len() > self.limit {
-            return Err(FileFault::TooLarge { limit: self.limit });
+            return Err(FileError::TooLarge { limit: self.limit });
         }
         self.check.push(body)?;
         self.content.extend_from_slice(body);
@@ -298,7 +298,7 @@ impl FlReceiver {
                 self.ended = true;
                 Ok(Received::Complete(core::mem::take(&mut self.content)))
             }
-            Some(_) => Err(FileFault::DataAfterEnd),
+            Some(_) => Err(FileError::DataAfterEnd),
         }
     }
 }

@@ -9,14 +9,14 @@ extern crate std;
 
 pub mod calendar;
 pub mod command;
+pub mod dissect;
 pub mod file;
 pub mod message;
 pub mod name;
-#[cfg(feature = "serde")]
-pub mod paper;
 pub mod parameter;
-pub mod parts;
 pub mod permission;
 pub mod reply;
+#[cfg(feature = "serde")]
+pub mod serde_latin1;
 pub mod status;
 pub mod text;

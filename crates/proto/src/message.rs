@@ -13,7 +13,7 @@ pub enum Joined {
     /// A part was kept; more is to come. Nothing is answered yet (TRN-08).
     Partial,
     /// The message is complete; its CR is removed.
-    Whole(Vec<u8>),
+    Complete(Vec<u8>),
     /// The message ended in a short text without CR (FRM-10).
     NoCr(Vec<u8>),
     /// The message has ended and had more than [`MAX_MESSAGE`] bytes; they are dropped.
@@ -28,7 +28,7 @@ pub enum Joined {
     serde(deny_unknown_fields)
 )]
 pub struct MessageJoiner {
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     parts: Vec<u8>,
     too_long: bool,
 }
@@ -52,7 +52,7 @@ impl MessageJoiner {
         let message = core::mem::take(&mut self.parts);
         match (core::mem::take(&mut self.too_long), has_cr) {
             (true, _) => Joined::TooLong,
-            (false, true) => Joined::Whole(message),
+            (false, true) => Joined::Complete(message),
             (false, false) => Joined::NoCr(message),
         }
     }
@@ -60,7 +60,7 @@ impl MessageJoiner {
     /// Whether it holds no more than a message has, for one that was read.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         self.parts.len() <= MAX_MESSAGE
     }
 
@@ -99,7 +99,7 @@ mod tests {
         assert_eq!(texts.iter().map(Vec::len).collect::<Vec<_>>(), [253, 51]);
         assert_eq!(joiner.push(&texts[0]), Joined::Partial);
         assert!(joiner.is_partial());
-        assert_eq!(joiner.push(&texts[1]), Joined::Whole(message));
+        assert_eq!(joiner.push(&texts[1]), Joined::Complete(message));
         assert!(!joiner.is_partial());
     }
 
@@ -115,7 +115,7 @@ mod tests {
                 assert_eq!((part.len(), joiner.push(part)), (MAX_DATA, Joined::Partial));
             }
             assert!(last.len() <= MAX_DATA);
-            assert_eq!(joiner.push(last), Joined::Whole(message));
+            assert_eq!(joiner.push(last), Joined::Complete(message));
         }
     }
 
@@ -125,7 +125,7 @@ mod tests {
         let mut joiner = MessageJoiner::default();
         assert_eq!(joiner.push(b"RN"), Joined::NoCr(b"RN".to_vec()));
         assert_eq!(joiner.push(b""), Joined::NoCr(Vec::new()));
-        assert_eq!(joiner.push(b"RN\r"), Joined::Whole(b"RN".to_vec()));
+        assert_eq!(joiner.push(b"RN\r"), Joined::Complete(b"RN".to_vec()));
         assert_eq!(
             joiner.push(&[b'A'; MAX_DATA - 1]),
             Joined::NoCr(vec![b'A'; MAX_DATA - 1])
@@ -145,7 +145,7 @@ mod tests {
             assert!(joiner.is_partial() && joiner.parts.len() <= MAX_MESSAGE);
         }
         assert_eq!(joiner.push(b"end\r"), Joined::TooLong);
-        assert_eq!(joiner.push(b"SU\r"), Joined::Whole(b"SU".to_vec()));
+        assert_eq!(joiner.push(b"SU\r"), Joined::Complete(b"SU".to_vec()));
         assert_eq!(joiner.push(&[b'A'; 2 * MAX_MESSAGE]), Joined::TooLong);
     }
 
@@ -154,6 +154,6 @@ mod tests {
         let mut joiner = MessageJoiner::default();
         joiner.push(&[b'A'; MAX_DATA]);
         joiner.reset();
-        assert_eq!(joiner.push(b"SU\r"), Joined::Whole(b"SU".to_vec()));
+        assert_eq!(joiner.push(b"SU\r"), Joined::Complete(b"SU".to_vec()));
     }
 }

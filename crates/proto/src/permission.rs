@@ -59,26 +59,26 @@ type Rows<const N: usize> = [Row; N];
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "extensions_on_paper"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "deserialize_extensions"))]
     host_extensions: Rows<{ EXTENSION_ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "extensions_on_paper"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "deserialize_extensions"))]
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
 /// Rows that came later: a table or a snapshot that does not name one has it valid everywhere.
-const LATER_ROWS: [&str; 1] = ["MN"];
+const OPTIONAL_ROWS: [&str; 1] = ["MN"];
 /// Rows that every snapshot has.
 #[cfg(feature = "serde")]
-const FIRST_EXTENSIONS: usize = EXTENSION_ROWS.len() - LATER_ROWS.len();
+const REQUIRED_EXTENSIONS: usize = EXTENSION_ROWS.len() - OPTIONAL_ROWS.len();
 
 #[cfg(feature = "serde")]
-fn extensions_on_paper<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
+fn deserialize_extensions<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
 where
     D: serde::Deserializer<'de>,
 {
     use serde::de::{Deserialize, Error};
     let mut rows = alloc::vec::Vec::<Row>::deserialize(from)?;
-    if rows.len() >= FIRST_EXTENSIONS && rows.len() < N {
+    if rows.len() >= REQUIRED_EXTENSIONS && rows.len() < N {
         rows.resize(N, [Permission::Valid; COLUMNS.len()]);
     }
     let found = rows.len();
@@ -117,10 +117,12 @@ impl PermissionTable {
         let mut lines = Lines::new(text);
         while let Some((number, line)) = lines.next() {
             match line {
-                HOST => fill(&mut host, number, line, &ROWS, &mut lines)?,
-                IP0 => fill(&mut ip0, number, line, &ROWS, &mut lines)?,
-                HOST_EXTENSIONS => fill(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
-                IP0_EXTENSIONS => fill(&mut ip0_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
+                HOST => fill_table(&mut host, number, line, &ROWS, &mut lines)?,
+                IP0 => fill_table(&mut ip0, number, line, &ROWS, &mut lines)?,
+                HOST_EXTENSIONS => {
+                    fill_table(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?
+                }
+                IP0_EXTENSIONS => fill_table(&mut ip0_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
                 _ => return Err(error(number, HEADINGS, line)),
             }
         }
@@ -162,7 +164,7 @@ const IP0_EXTENSIONS: &str = "[IP0 extensions]";
 const HEADINGS: &str = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
 
 /// Reads the table under a heading, unless it was there before.
-fn fill<const N: usize>(
+fn fill_table<const N: usize>(
     place: &mut Option<Rows<N>>,
     number: usize,
     heading: &str,
@@ -172,7 +174,7 @@ fn fill<const N: usize>(
     if place.is_some() {
         return Err(error(number, "each table once", heading));
     }
-    *place = Some(table(lines, names)?);
+    *place = Some(parse_table(lines, names)?);
     Ok(())
 }
 
@@ -204,7 +206,7 @@ impl<'a> Lines<'a> {
 }
 
 /// The head row and the rows of one table.
-fn table<const N: usize>(
+fn parse_table<const N: usize>(
     lines: &mut Lines<'_>,
     names: &[&'static str; N],
 ) -> Result<Rows<N>, PermissionError> {
@@ -224,7 +226,7 @@ fn table<const N: usize>(
         if ends
             && names
                 .iter()
-                .all(|row| LATER_ROWS.contains(row) || seen.contains(row))
+                .all(|row| OPTIONAL_ROWS.contains(row) || seen.contains(row))
         {
             break;
         }
@@ -245,13 +247,13 @@ fn table<const N: usize>(
         let (name, place) = places
             .find(|(row, _)| **row == letters && !seen.contains(*row))
             .ok_or_else(|| error(number, &expected(), line))?;
-        *place = row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
+        *place = parse_row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
         seen.insert(*name);
     }
     Ok(rows)
 }
 
-fn row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
+fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
     let mut cells = [Permission::Invalid; COLUMNS.len()];
     for cell in &mut cells {
         *cell = match words.next()? {
@@ -289,7 +291,7 @@ mod tests {
     }
 
     fn of(word: &str) -> [Permission; 5] {
-        row(word.split("").filter(|cell| !cell.is_empty())).unwrap()
+        parse_row(word.split("").filter(|cell| !cell.is_empty())).unwrap()
     }
 
     // clause: PRM-LEG-01 PRM-LEG-02 PRM-HOST-RN PRM-HOST-SP PRM-HOST-BR PRM-HOST-SO PRM-HOST-RS PRM-HOST-SL PRM-HOST-UL

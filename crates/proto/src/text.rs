@@ -82,16 +82,17 @@ pub struct Text {
     /// Its form; the answer takes the same.
     pub framing: Framing,
     /// The bytes between STX and ETX; of an over-long text the first [`MAX_DATA`].
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     pub data: Vec<u8>,
     /// What is wrong with it, if anything.
-    pub fault: Option<TextFault>,
+    #[cfg_attr(feature = "serde", serde(rename = "fault"))]
+    pub error: Option<TextError>,
 }
 
 /// What is wrong with a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum TextFault {
+pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
     #[error("at most {MAX_DATA} data bytes expected, {length} found")]
     OverLong {
@@ -137,7 +138,7 @@ pub enum Decoded {
 struct Partial {
     framing: Framing,
     /// The first bytes of the data section, as many as are kept.
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     data: Vec<u8>,
     /// All bytes of the data section so far.
     length: usize,
@@ -163,13 +164,13 @@ impl Partial {
     }
 
     /// Bytes that came for it, STX included.
-    fn received(&self) -> usize {
+    fn wire_len(&self) -> usize {
         self.length
             .saturating_add(usize::from(self.framing == Framing::Stx))
     }
 
     /// Whether it says OK, NG or SP and nothing else.
-    fn is_answer(&self) -> bool {
+    fn is_reply(&self) -> bool {
         matches!(
             self.data.strip_suffix(&[CR]).unwrap_or(&self.data),
             b"OK" | b"NG" | b"SP"
@@ -178,11 +179,11 @@ impl Partial {
 
     fn into_text(self) -> Text {
         let over_long = self.length > self.data.len();
-        let fault = over_long.then_some(TextFault::OverLong { length: self.length });
+        let fault = over_long.then_some(TextError::OverLong { length: self.length });
         Text {
             framing: self.framing,
             data: self.data,
-            fault,
+            error: fault,
         }
     }
 }
@@ -195,7 +196,7 @@ impl Partial {
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum Place {
+enum DecoderState {
     Outside,
     Inside(Partial),
     Sum { text: Text, expected: u8 },
@@ -212,9 +213,10 @@ enum Place {
 )]
 pub struct TextDecoder {
     options: TextOptions,
-    #[cfg_attr(feature = "serde", serde(with = "crate::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     input: BytesMut,
-    place: Place,
+    #[cfg_attr(feature = "serde", serde(rename = "place"))]
+    state: DecoderState,
     /// Bytes read that belong to no text and are not reported yet.
     noise: usize,
     /// Bytes that came when there was no room.
@@ -230,7 +232,7 @@ impl TextDecoder {
         TextDecoder {
             options,
             input: BytesMut::new(),
-            place: Place::Outside,
+            state: DecoderState::Outside,
             noise: 0,
             lost: 0,
             binary: None,
@@ -257,10 +259,10 @@ impl TextDecoder {
     )]
     pub fn next(&mut self) -> Option<Decoded> {
         while let Some(&byte) = self.input.first() {
-            let decoded = match core::mem::replace(&mut self.place, Place::Outside) {
-                Place::Outside => self.outside(byte),
-                Place::Inside(partial) => self.inside(partial, byte),
-                Place::Sum { text, expected } => Some(self.sum(text, expected, byte)),
+            let decoded = match core::mem::replace(&mut self.state, DecoderState::Outside) {
+                DecoderState::Outside => self.outside(byte),
+                DecoderState::Inside(partial) => self.inside(partial, byte),
+                DecoderState::Sum { text, expected } => Some(self.sum(text, expected, byte)),
             };
             if decoded.is_some() {
                 return decoded;
@@ -268,28 +270,33 @@ impl TextDecoder {
         }
         if self.lost > 0 {
             // The text under way has a hole: its rest must not be taken for its continuation.
-            self.noise = self.noise.saturating_add(self.lost).saturating_add(self.begun());
-            self.place = Place::Outside;
+            self.noise = self
+                .noise
+                .saturating_add(self.lost)
+                .saturating_add(self.partial_len());
+            self.state = DecoderState::Outside;
             self.lost = 0;
         }
-        self.gap()
+        self.take_skipped()
     }
 
     /// Whether a text has begun and its end has not come.
     #[must_use]
     pub fn is_partial(&self) -> bool {
         if self.input.is_empty() {
-            return self.place != Place::Outside;
+            return self.state != DecoderState::Outside;
         }
         let mut ahead = self.clone();
         while ahead.next().is_some() {}
-        ahead.place != Place::Outside
+        ahead.state != DecoderState::Outside
     }
 
     /// Forgets everything that is not given out yet; returns the number of bytes dropped.
     pub fn reset(&mut self) -> usize {
         let seen = self.noise.saturating_add(self.lost);
-        let dropped = seen.saturating_add(self.input.len()).saturating_add(self.begun());
+        let dropped = seen
+            .saturating_add(self.input.len())
+            .saturating_add(self.partial_len());
         *self = TextDecoder::new(self.options);
         dropped
     }
@@ -304,11 +311,11 @@ impl TextDecoder {
     /// Whether a decoder with these options can come to hold this, for one that was read.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self, options: TextOptions) -> bool {
-        let kept = match &self.place {
-            Place::Outside => true,
-            Place::Inside(partial) => partial.data.len() <= partial.length.min(MAX_BINARY),
-            Place::Sum { text, .. } => text.data.len() <= MAX_BINARY,
+    pub fn is_valid(&self, options: TextOptions) -> bool {
+        let kept = match &self.state {
+            DecoderState::Outside => true,
+            DecoderState::Inside(partial) => partial.data.len() <= partial.length.min(MAX_BINARY),
+            DecoderState::Sum { text, .. } => text.data.len() <= MAX_BINARY,
         };
         kept && self.options == options
             && self.input.len() <= MAX_BUFFERED
@@ -318,25 +325,25 @@ impl TextDecoder {
     /// Bytes held that are not given out yet.
     #[must_use]
     pub fn buffered(&self) -> usize {
-        let held = match &self.place {
-            Place::Outside => 0,
-            Place::Inside(partial) => partial.data.len(),
-            Place::Sum { text, .. } => text.data.len(),
+        let held = match &self.state {
+            DecoderState::Outside => 0,
+            DecoderState::Inside(partial) => partial.data.len(),
+            DecoderState::Sum { text, .. } => text.data.len(),
         };
         self.input.len() + held
     }
 
     /// Bytes that came for the text under way.
-    fn begun(&self) -> usize {
-        match &self.place {
-            Place::Outside => 0,
-            Place::Inside(partial) => partial.received(),
-            Place::Sum { text, .. } => text.data.len() + 1 + usize::from(text.framing == Framing::Stx),
+    fn partial_len(&self) -> usize {
+        match &self.state {
+            DecoderState::Outside => 0,
+            DecoderState::Inside(partial) => partial.wire_len(),
+            DecoderState::Sum { text, .. } => text.data.len() + 1 + usize::from(text.framing == Framing::Stx),
         }
     }
 
     /// Reports the noise so far.
-    fn gap(&mut self) -> Option<Decoded> {
+    fn take_skipped(&mut self) -> Option<Decoded> {
         let bytes = core::mem::take(&mut self.noise);
         (bytes > 0).then_some(Decoded::Skipped { bytes })
     }
@@ -350,13 +357,13 @@ impl TextDecoder {
             return None;
         }
         if self.noise > 0 {
-            return self.gap();
+            return self.take_skipped();
         }
         if byte == STX {
             self.input.advance(1);
-            self.place = Place::Inside(Partial::new(Framing::Stx));
+            self.state = DecoderState::Inside(Partial::new(Framing::Stx));
         } else {
-            self.place = Place::Inside(Partial::new(Framing::Bare));
+            self.state = DecoderState::Inside(Partial::new(Framing::Bare));
         }
         None
     }
@@ -365,17 +372,17 @@ impl TextDecoder {
     fn inside(&mut self, mut partial: Partial, byte: u8) -> Option<Decoded> {
         let binary = self.binary.filter(|&length| partial.length <= length);
         match binary {
-            Some(length) if partial.length < length && !(byte == ETX && partial.is_answer()) => {
+            Some(length) if partial.length < length && !(byte == ETX && partial.is_reply()) => {
                 self.input.advance(1);
                 partial.add(byte, length);
-                self.place = Place::Inside(partial);
+                self.state = DecoderState::Inside(partial);
                 None
             }
             Some(_) if byte != ETX => {
                 self.binary = None;
-                let fault = Some(TextFault::NoEtx { found: byte });
+                let fault = Some(TextError::NoEtx { found: byte });
                 Some(Decoded::Text(Text {
-                    fault,
+                    error: fault,
                     ..partial.into_text()
                 }))
             }
@@ -384,13 +391,13 @@ impl TextDecoder {
                 self.end(partial)
             }
             _ if byte == STX => {
-                self.noise = self.noise.saturating_add(partial.received());
+                self.noise = self.noise.saturating_add(partial.wire_len());
                 None
             }
             _ => {
                 self.input.advance(1);
                 partial.add(byte, MAX_DATA);
-                self.place = Place::Inside(partial);
+                self.state = DecoderState::Inside(partial);
                 None
             }
         }
@@ -398,7 +405,7 @@ impl TextDecoder {
 
     /// ETX has come.
     fn end(&mut self, partial: Partial) -> Option<Decoded> {
-        let unsolicited = partial.is_answer() && partial.data.starts_with(b"SP");
+        let unsolicited = partial.is_reply() && partial.data.starts_with(b"SP");
         if !unsolicited {
             self.binary = None;
         }
@@ -407,7 +414,7 @@ impl TextDecoder {
         match self.options.checksum {
             Checksum::None => Some(Decoded::Text(text)),
             Checksum::Sum => {
-                self.place = Place::Sum { text, expected };
+                self.state = DecoderState::Sum { text, expected };
                 None
             }
         }
@@ -416,8 +423,8 @@ impl TextDecoder {
     /// The byte after ETX.
     fn sum(&mut self, mut text: Text, expected: u8, found: u8) -> Decoded {
         self.input.advance(1);
-        if text.fault.is_none() && found != expected {
-            text.fault = Some(TextFault::BadSum { expected, found });
+        if text.error.is_none() && found != expected {
+            text.error = Some(TextError::BadSum { expected, found });
         }
         Decoded::Text(text)
     }

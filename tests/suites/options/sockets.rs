@@ -12,7 +12,7 @@ use ts3100_tests::frame;
 const LONG: Duration = Duration::from_secs(20);
 
 fn emulator(option: &str, value: Option<&str>, ethernet: &EthernetParameters) -> Emulator {
-    let mut builder = Emulator::builder().file("ETHERNET.PAR", ethernet.text(LineEnd::Lf));
+    let mut builder = Emulator::builder().file("ETHERNET.PAR", ethernet.encode(LineEnd::Lf));
     if let Some(value) = value {
         builder = builder.option(option, value).unwrap();
     }

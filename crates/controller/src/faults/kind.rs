@@ -164,9 +164,9 @@ pub struct Segment {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Departure {
     /// These bytes, in one write.
-    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
+    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
     /// These bytes, in one write with what is sent next, if that comes before their time.
-    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))] Vec<u8>),
+    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
     /// The connection ends.
     Cut(DisconnectMode),
     /// From now on nothing is read or written, until the connection ends.

@@ -15,8 +15,8 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::time::Duration;
-use ts3100_proto::command::{Command, Internal};
-use ts3100_proto::file::FileFault;
+use ts3100_proto::command::{Command, InternalCommand};
+use ts3100_proto::file::FileError;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
@@ -241,11 +241,11 @@ impl Controller {
     }
 
     /// A text of a file that is refused.
-    pub(crate) fn check_file(&mut self, port: Port, fault: &FileFault, data: &[u8]) {
+    pub(crate) fn check_file(&mut self, port: Port, fault: &FileError, data: &[u8]) {
         let rule = match fault {
-            FileFault::NoPrefix | FileFault::DataAfterEnd => &rules::FILE_MALFORMED,
-            FileFault::TooLarge { .. } => &rules::FILE_TOO_LARGE,
-            FileFault::Character { .. } | FileFault::LongLine { .. } => &rules::FILE_BAD_LINE,
+            FileError::NoPrefix | FileError::DataAfterEnd => &rules::FILE_MALFORMED,
+            FileError::TooLarge { .. } => &rules::FILE_TOO_LARGE,
+            FileError::Character { .. } | FileError::LongLine { .. } => &rules::FILE_BAD_LINE,
         };
         self.report(rule, port, data, fault.to_string());
     }
@@ -394,7 +394,7 @@ fn is_allowed(byte: u8) -> bool {
 
 /// `EC,MODE CYC`; CONT is what the maker's library sends.
 fn is_abbreviated(message: &[u8], command: &Command) -> bool {
-    let Command::Ec(Internal::Mode(mode)) = command else {
+    let Command::Ec(InternalCommand::Mode(mode)) = command else {
         return false;
     };
     let text = message.trim_ascii_end();
@@ -402,5 +402,5 @@ fn is_abbreviated(message: &[u8], command: &Command) -> bool {
         text.get(text.len().saturating_sub(word.len())..)
             .is_some_and(|end| end.eq_ignore_ascii_case(word))
     };
-    !ends_with(mode.word().as_bytes()) && !ends_with(b"CONT")
+    !ends_with(mode.as_str().as_bytes()) && !ends_with(b"CONT")
 }

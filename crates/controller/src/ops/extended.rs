@@ -71,7 +71,7 @@ impl Controller {
 
     /// IO: all lines as words.
     pub(super) fn op_lines(&mut self) -> Outcome {
-        Outcome::File(FlSender::single(self.signals.words().encode(), &[]))
+        Outcome::File(FlSender::single_text(self.signals.words().encode(), &[]))
     }
 
     /// HI: inputs as one number, the first line being its lowest bit.

@@ -122,7 +122,7 @@ impl Controller {
             Permission::WhenStopped => {
                 format!("{letters} is valid on {port} only while the robot is stopped (5.3.2)")
             }
-            Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.words()),
+            Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.as_str()),
         };
         self.report(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
         Some(Outcome::Ng(reason))

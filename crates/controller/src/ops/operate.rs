@@ -8,7 +8,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use scol_mini::{Machine, compile_direct};
-use ts3100_proto::command::{Internal, LineWrite};
+use ts3100_proto::command::{InternalCommand, LineWrite};
 use ts3100_proto::status::ExecutionStatus;
 
 fn outcome(result: Result<(), String>) -> Outcome {
@@ -68,21 +68,21 @@ impl Controller {
     }
 
     /// EC (CMD-EC-01 to CMD-EC-04).
-    pub(super) fn op_internal(&mut self, internal: Internal) -> Outcome {
+    pub(super) fn op_internal(&mut self, internal: InternalCommand) -> Outcome {
         match internal {
-            Internal::Override(percent) => {
+            InternalCommand::Override(percent) => {
                 self.state.override_percent = percent;
                 self.arm.set_pace(self.now, self.pace());
                 Outcome::Ok
             }
-            Internal::Mode(_) if self.executor.status() == ExecutionStatus::Running => {
+            InternalCommand::Mode(_) if self.executor.status() == ExecutionStatus::Running => {
                 Outcome::ng("the operation mode can be set only while the robot is stopped")
             }
-            Internal::Mode(mode) => {
+            InternalCommand::Mode(mode) => {
                 self.state.run_mode = mode;
                 Outcome::Ok
             }
-            Internal::Break => {
+            InternalCommand::Break => {
                 self.interrupt(StopCause::Host);
                 Outcome::Ok
             }

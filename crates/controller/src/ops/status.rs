@@ -72,8 +72,8 @@ impl Controller {
         let content = self.system_status(port).encode(layout);
         match (layout, self.config.options.sf_texts) {
             // The content fills its text: there is no room for an EOF (ste80722 S23).
-            (SfLayout::Six, _) => Outcome::File(FlSender::single(content, &[])),
-            (SfLayout::Eight, SfTexts::One) => Outcome::File(FlSender::single(content, &[EOF])),
+            (SfLayout::Six, _) => Outcome::File(FlSender::single_text(content, &[])),
+            (SfLayout::Eight, SfTexts::One) => Outcome::File(FlSender::single_text(content, &[EOF])),
             (SfLayout::Eight, SfTexts::Several) => Outcome::file(content),
         }
     }

@@ -19,7 +19,7 @@ use ts3100_proto::text::{CR, ETX, LF};
 )]
 struct Burst {
     sender: SerialSettings,
-    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::paper"))]
+    #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
     bytes: VecDeque<u8>,
 }
 

@@ -14,7 +14,7 @@ use ts3100_proto::command::{COMMANDS, EXTENSIONS};
 /// The content of a file.
 #[derive(Serialize, Deserialize)]
 #[serde(transparent)]
-struct Content(#[serde(with = "ts3100_proto::paper")] Vec<u8>);
+struct Content(#[serde(with = "ts3100_proto::serde_latin1")] Vec<u8>);
 
 /// The files of the RAM drive.
 pub mod files {

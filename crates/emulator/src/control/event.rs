@@ -291,7 +291,7 @@ impl ApiEvent {
             } => ApiEvent {
                 port: Some(port.name()),
                 command: Some((*row).to_owned()),
-                mode: Some(mode.words()),
+                mode: Some(mode.as_str()),
                 outcome: Some(outcome(*verdict)),
                 ..new("answered")
             },

@@ -2,7 +2,7 @@
 
 use super::Tolerance;
 use std::ops::Range;
-use ts3100_proto::parts::{Part, parts};
+use ts3100_proto::dissect::{DissectedField, dissect};
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{ETX, STX};
 
@@ -34,7 +34,7 @@ pub(super) fn compare(
     if kind(recorded) != kind(emulated) {
         return (vec![whole("reply", recorded, emulated)], 0);
     }
-    let (old, mut new) = (parts(letters, recorded), parts(letters, emulated));
+    let (old, mut new) = (dissect(letters, recorded), dissect(letters, emulated));
     let mut differing = Vec::new();
     let mut end = 0;
     for part in old {
@@ -63,7 +63,7 @@ pub(super) fn compare(
     (differing, ignored)
 }
 
-fn beside(part: Part, other: Option<Part>) -> PartDifference {
+fn beside(part: DissectedField, other: Option<DissectedField>) -> PartDifference {
     PartDifference {
         key: part.key,
         name: part.name,

@@ -4,7 +4,7 @@
 use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};
 use ts3100_controller::Time;
-use ts3100_proto::parts::text_length;
+use ts3100_proto::dissect::text_length;
 use ts3100_proto::text::{CR, Checksum, Decoded, TextDecoder, TextOptions};
 
 /// Bytes that wait for the end of their text or record; then they are taken as they are.

@@ -73,7 +73,7 @@ impl CoverageReport {
         let cells = cells.into_iter().map(|(cell, (count, reachable))| CellReport {
             port: cell.port.name().to_owned(),
             command: cell.row().to_owned(),
-            mode: cell.mode().words().to_owned(),
+            mode: cell.mode().as_str().to_owned(),
             outcome: word(cell.verdict).to_owned(),
             count,
             reachable,
@@ -146,7 +146,7 @@ fn place(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
         .iter()
         .chain(&EXTENSION_ROWS)
         .position(|row| *row == cell.command);
-    let mode = MasterMode::ALL.iter().position(|mode| mode.words() == cell.mode);
+    let mode = MasterMode::ALL.iter().position(|mode| mode.as_str() == cell.mode);
     let verdict = VERDICTS.iter().position(|verdict| word(*verdict) == cell.outcome);
     let names = [&cell.port, &cell.command, &cell.mode, &cell.outcome].map(Clone::clone);
     (known(port), known(row), known(mode), known(verdict), names)

@@ -53,7 +53,7 @@ pub(super) fn zs(operands: Operands<'_>) -> Result<Command, CommandError> {
     let frame = context(FRAME, map_opt(whole("", 0..=u8::MAX), ZsFrame::from_code));
     let values = list(number.map(Number::as_f64));
     let grammar = (frame, separator, variable, separator, values);
-    let (frame, (), name, (), values) = operands.read(FRAME, grammar)?;
+    let (frame, (), name, (), values) = operands.parse(FRAME, grammar)?;
     if matches!(values.len(), SCARA_VALUES | SIX_AXIS_VALUES) {
         Ok(Command::Zs { frame, name, values })
     } else {

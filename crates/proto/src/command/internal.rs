@@ -1,7 +1,7 @@
 //! EC: internal commands. Their page of the manual is lost; the forms are those of public clients
 //! (CMD-EC-01 to CMD-EC-04, hosts 2).
 
-use crate::command::operand::{Operands, Read, Unmet};
+use crate::command::operand::{GrammarError, Operands, ParseResult};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
@@ -18,7 +18,7 @@ const FULL: u8 = 100;
 
 /// An internal command of EC.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Internal {
+pub enum InternalCommand {
     /// `MODE`: the operation mode (CMD-EC-03).
     Mode(RunMode),
     /// `OVRD`: the speed override in percent, 1 to 100 (CMD-EC-02).
@@ -52,7 +52,7 @@ impl RunMode {
 
     /// The word in lower case, as the status file has it (SU-04).
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             RunMode::Continuous => "continuous",
             RunMode::Cycle => "cycle",
@@ -68,7 +68,7 @@ impl RunMode {
         let fits = |mode: &RunMode| {
             word.len() >= SHORTEST
                 && mode
-                    .word()
+                    .as_str()
                     .get(..word.len())
                     .is_some_and(|start| start.eq_ignore_ascii_case(word))
         };
@@ -79,20 +79,20 @@ impl RunMode {
 
 /// `MODE word`, `OVRD percent` or `BREAK`.
 pub(super) fn ec(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.read("MODE, OVRD or BREAK", internal).map(Command::Ec)
+    operands.parse("MODE, OVRD or BREAK", internal).map(Command::Ec)
 }
 
 /// The operands as the vendor's client library sends them.
-pub(super) fn encode(internal: Internal) -> String {
+pub(super) fn encode(internal: InternalCommand) -> String {
     match internal {
-        Internal::Mode(RunMode::Continuous) => String::from("MODE CONT"),
-        Internal::Mode(mode) => format!("MODE {}", mode.word().to_ascii_uppercase()),
-        Internal::Override(percent) => format!("OVRD {percent}"),
-        Internal::Break => String::from("BREAK"),
+        InternalCommand::Mode(RunMode::Continuous) => String::from("MODE CONT"),
+        InternalCommand::Mode(mode) => format!("MODE {}", mode.as_str().to_ascii_uppercase()),
+        InternalCommand::Override(percent) => format!("OVRD {percent}"),
+        InternalCommand::Break => String::from("BREAK"),
     }
 }
 
-fn internal(input: &str) -> Read<'_, Internal> {
+fn internal(input: &str) -> ParseResult<'_, InternalCommand> {
     let (rest, word) = alpha1(input)?;
     match word.to_ascii_uppercase().as_str() {
         "MODE" => {
@@ -100,7 +100,7 @@ fn internal(input: &str) -> Read<'_, Internal> {
                 "STEP, CONTINUOUS, CYCLE or SEGMENT",
                 map_opt(alpha1, RunMode::from_word),
             );
-            preceded(blank, mode).map(Internal::Mode).parse(rest)
+            preceded(blank, mode).map(InternalCommand::Mode).parse(rest)
         }
         "OVRD" => {
             let percent = |digits: &str| digits.parse().ok().filter(|percent| (1..=FULL).contains(percent));
@@ -108,18 +108,18 @@ fn internal(input: &str) -> Read<'_, Internal> {
                 blank,
                 context("a percentage from 1 to 100", map_opt(digit1, percent)),
             )
-            .map(Internal::Override)
+            .map(InternalCommand::Override)
             .parse(rest)
         }
-        "BREAK" => success(Internal::Break).parse(rest),
-        _ => Err(nom::Err::Error(Unmet {
+        "BREAK" => success(InternalCommand::Break).parse(rest),
+        _ => Err(nom::Err::Error(GrammarError {
             rest: input,
             expected: "MODE, OVRD or BREAK",
         })),
     }
 }
 
-fn blank(input: &str) -> Read<'_, ()> {
+fn blank(input: &str) -> ParseResult<'_, ()> {
     context("a blank", space1).map(|_| ()).parse(input)
 }
 
@@ -130,18 +130,21 @@ mod tests {
     // clause: CMD-EC-01 CMD-EC-02
     #[test]
     fn internal_commands_of_the_vendors_client() {
-        assert_eq!(Command::parse(b"EC,BREAK"), Ok(Command::Ec(Internal::Break)));
+        assert_eq!(
+            Command::parse(b"EC,BREAK"),
+            Ok(Command::Ec(InternalCommand::Break))
+        );
         assert_eq!(
             Command::parse(b"EC,OVRD 50"),
-            Ok(Command::Ec(Internal::Override(50)))
+            Ok(Command::Ec(InternalCommand::Override(50)))
         );
         assert_eq!(
             Command::parse(b"ec, ovrd  100"),
-            Ok(Command::Ec(Internal::Override(100)))
+            Ok(Command::Ec(InternalCommand::Override(100)))
         );
         for mode in RunMode::ALL {
-            let command = Command::Ec(Internal::Mode(mode));
-            let full = format!("EC,MODE {}", mode.word());
+            let command = Command::Ec(InternalCommand::Mode(mode));
+            let full = format!("EC,MODE {}", mode.as_str());
             assert_eq!(Command::parse(full.as_bytes()), Ok(command));
         }
     }
@@ -150,8 +153,8 @@ mod tests {
     #[test]
     fn operation_modes_may_be_cut_short_while_unambiguous() {
         for mode in RunMode::ALL {
-            for length in SHORTEST..=mode.word().len() {
-                assert_eq!(RunMode::from_word(&mode.word()[..length]), Some(mode));
+            for length in SHORTEST..=mode.as_str().len() {
+                assert_eq!(RunMode::from_word(&mode.as_str()[..length]), Some(mode));
             }
         }
         for word in ["", "C", "S", "CYCLES", "XYZ", "STEPS", "continuously", "\u{e9}"] {

@@ -50,7 +50,7 @@ pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
     const AXIS: &str = "an axis from 1 to 8";
     let motion = context("+, - or !", map_opt(anychar, JogDirection::from_sign));
     operands
-        .read(AXIS, (whole(AXIS, AXES), separator, motion))
+        .parse(AXIS, (whole(AXIS, AXES), separator, motion))
         .map(|(axis, (), motion)| Command::Jg { axis, motion })
 }
 

@@ -1,7 +1,7 @@
 //! HI and HO: successive I/O lines as one number, `HI,<first> <count>` and `HO,<first> <count> <value>`
 //! (hosts 2). Which numbers are lines is the controller's to know.
 
-use crate::command::operand::{Operands, Unmet, separator, whole};
+use crate::command::operand::{GrammarError, Operands, separator, whole};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
@@ -23,7 +23,7 @@ const VALUE: &str = "a value that the lines can show";
 /// `first count`.
 pub(super) fn hi(operands: Operands<'_>) -> Result<Command, CommandError> {
     operands
-        .read(FIRST, lines(MAX_LINES_READ, COUNT_READ))
+        .parse(FIRST, lines(MAX_LINES_READ, COUNT_READ))
         .map(|(first, count)| Command::Hi { first, count })
 }
 
@@ -34,7 +34,7 @@ pub(super) fn ho(operands: Operands<'_>) -> Result<Command, CommandError> {
     };
     let grammar = terminated(lines(MAX_LINES_WRITTEN, COUNT_WRITTEN), separator).flat_map(value);
     operands
-        .read(FIRST, grammar)
+        .parse(FIRST, grammar)
         .map(|(first, count, value)| Command::Ho { first, count, value })
 }
 
@@ -52,7 +52,7 @@ pub(super) fn encode_write(first: u16, count: u8, value: u32) -> String {
 fn lines<'a>(
     most: u8,
     expected: &'static str,
-) -> impl Parser<&'a str, Output = (u16, u8), Error = Unmet<'a>> {
+) -> impl Parser<&'a str, Output = (u16, u8), Error = GrammarError<'a>> {
     let count = whole(expected, 1..=most);
     let numbers = (whole(FIRST, 0..=u16::MAX), separator, count).map(|(first, (), count)| (first, count));
     let last = |(first, count): &(u16, u8)| first.checked_add(u16::from(*count) - 1).is_some();

@@ -1,6 +1,6 @@
 //! IW: forcing I/O lines. Which numbers are lines is the controller's to know (CMD-IW-04).
 
-use crate::command::operand::{Operands, Read, list, separator};
+use crate::command::operand::{Operands, ParseResult, list, separator};
 use crate::command::{Command, CommandError};
 use alloc::format;
 use alloc::string::String;
@@ -24,7 +24,7 @@ pub struct LineWrite {
 
 /// `line state`, repeated; blanks or commas between all of them (CMD-IW-03).
 pub(super) fn iw(operands: Operands<'_>) -> Result<Command, CommandError> {
-    let lines = operands.read("a line number", list(pair))?;
+    let lines = operands.parse("a line number", list(pair))?;
     if lines.len() > MAX_LINES {
         let error = operands.malformed(&format!("at most {MAX_LINES} lines"), 0);
         return Err(error);
@@ -41,7 +41,7 @@ pub(super) fn encode(lines: &[LineWrite]) -> String {
     pairs.join(" ")
 }
 
-fn pair(input: &str) -> Read<'_, LineWrite> {
+fn pair(input: &str) -> ParseResult<'_, LineWrite> {
     let line = context("a line number", map_res(digit1, str::parse::<u16>));
     let state = context("0 or 1", one_of("01"));
     (line, separator, state)

@@ -20,7 +20,7 @@ mod watchdog;
 
 pub use extensions::{EXTENSIONS, SCARA_MANUAL};
 pub use frame::ZsFrame;
-pub use internal::{Internal, RunMode};
+pub use internal::{InternalCommand, RunMode};
 pub use jog::JogDirection;
 pub use line_value::{MAX_LINES_READ, MAX_LINES_WRITTEN};
 pub use lines::{LineWrite, MAX_LINES};
@@ -73,7 +73,7 @@ pub enum Command {
     /// Negative answer (CMD-NG-01).
     Ng,
     /// Internal command (CMD-EC-01).
-    Ec(Internal),
+    Ec(InternalCommand),
     /// Write a global variable (CMD-MW-01).
     Mw(VariableWrite),
     /// Feed hold (CMD-FD-01).
@@ -197,7 +197,7 @@ impl Command {
         match self {
             Command::Rn | Command::Sp | Command::Br | Command::So | Command::Ca | Command::Su => {}
             Command::Eu | Command::Ok | Command::Ng | Command::Fd | Command::Sf | Command::Vr => {}
-            Command::Rs(reset) => operand(&mut data, reset.word()),
+            Command::Rs(reset) => operand(&mut data, reset.as_str()),
             Command::Sl(name) | Command::Ul(name) | Command::Dl(name) | Command::Er(name) => {
                 operand(&mut data, name.as_str());
             }

@@ -1,6 +1,6 @@
 //! Numbers as commands and variable data carry them.
 
-use crate::command::operand::{Read, number_token};
+use crate::command::operand::{ParseResult, number_token};
 use alloc::format;
 use core::fmt;
 use nom::Parser;
@@ -69,7 +69,7 @@ impl fmt::Display for Number {
 }
 
 /// The grammar of a number among operands.
-pub(super) fn number(input: &str) -> Read<'_, Number> {
+pub(super) fn number(input: &str) -> ParseResult<'_, Number> {
     context("a number", map_opt(number_token, Number::parse)).parse(input)
 }
 

@@ -22,56 +22,56 @@ const END: &str = "the end of the message";
 
 /// Where a grammar did not fit, and what it wanted there.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Unmet<'a> {
+pub(super) struct GrammarError<'a> {
     pub(super) rest: &'a str,
     pub(super) expected: &'static str,
 }
 
-impl<'a> ParseError<&'a str> for Unmet<'a> {
-    fn from_error_kind(rest: &'a str, _: ErrorKind) -> Unmet<'a> {
-        Unmet { rest, expected: "" }
+impl<'a> ParseError<&'a str> for GrammarError<'a> {
+    fn from_error_kind(rest: &'a str, _: ErrorKind) -> GrammarError<'a> {
+        GrammarError { rest, expected: "" }
     }
 
-    fn append(_: &'a str, _: ErrorKind, other: Unmet<'a>) -> Unmet<'a> {
+    fn append(_: &'a str, _: ErrorKind, other: GrammarError<'a>) -> GrammarError<'a> {
         other
     }
 }
 
-impl<'a> ContextError<&'a str> for Unmet<'a> {
+impl<'a> ContextError<&'a str> for GrammarError<'a> {
     /// The innermost name stands, at the start of what it names.
-    fn add_context(rest: &'a str, expected: &'static str, other: Unmet<'a>) -> Unmet<'a> {
+    fn add_context(rest: &'a str, expected: &'static str, other: GrammarError<'a>) -> GrammarError<'a> {
         if other.expected.is_empty() {
-            Unmet { rest, expected }
+            GrammarError { rest, expected }
         } else {
             other
         }
     }
 }
 
-impl<'a, E> FromExternalError<&'a str, E> for Unmet<'a> {
-    fn from_external_error(rest: &'a str, _: ErrorKind, _: E) -> Unmet<'a> {
-        Unmet { rest, expected: "" }
+impl<'a, E> FromExternalError<&'a str, E> for GrammarError<'a> {
+    fn from_external_error(rest: &'a str, _: ErrorKind, _: E) -> GrammarError<'a> {
+        GrammarError { rest, expected: "" }
     }
 }
 
 /// Result of a grammar.
-pub(super) type Read<'a, T> = IResult<&'a str, T, Unmet<'a>>;
+pub(super) type ParseResult<'a, T> = IResult<&'a str, T, GrammarError<'a>>;
 
 /// Between operands: blanks, or a comma with or without them (Table 5.1 prints commas, the formats blanks).
-pub(super) fn separator(input: &str) -> Read<'_, ()> {
+pub(super) fn separator(input: &str) -> ParseResult<'_, ()> {
     let comma = (space0, char(','), space0).map(|_| ());
     context("a blank", alt((comma, space1.map(|_| ())))).parse(input)
 }
 
 /// Operands of one kind, one or more, up to the end. Blanks at the end announce no further one.
 pub(super) fn list<'a, T>(
-    item: impl Parser<&'a str, Output = T, Error = Unmet<'a>>,
-) -> impl Parser<&'a str, Output = Vec<T>, Error = Unmet<'a>> {
+    item: impl Parser<&'a str, Output = T, Error = GrammarError<'a>>,
+) -> impl Parser<&'a str, Output = Vec<T>, Error = GrammarError<'a>> {
     separated_list1(preceded(not((space0, eof)), separator), cut(item))
 }
 
 /// A run of the characters that numbers are made of.
-pub(super) fn number_token(input: &str) -> Read<'_, &str> {
+pub(super) fn number_token(input: &str) -> ParseResult<'_, &str> {
     take_while1(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E')).parse(input)
 }
 
@@ -79,7 +79,7 @@ pub(super) fn number_token(input: &str) -> Read<'_, &str> {
 pub(super) fn whole<'a, N: FromStr + PartialOrd>(
     expected: &'static str,
     range: RangeInclusive<N>,
-) -> impl Parser<&'a str, Output = N, Error = Unmet<'a>> {
+) -> impl Parser<&'a str, Output = N, Error = GrammarError<'a>> {
     let within = move |digits: &str| digits.parse().ok().filter(|number| range.contains(number));
     context(expected, map_opt(digit1, within))
 }
@@ -138,10 +138,10 @@ impl<'a> Operands<'a> {
     }
 
     /// Reads the operands with a grammar; blanks may stand after them.
-    pub(super) fn read<T>(
+    pub(super) fn parse<T>(
         self,
         expected: &'static str,
-        grammar: impl Parser<&'a str, Output = T, Error = Unmet<'a>>,
+        grammar: impl Parser<&'a str, Output = T, Error = GrammarError<'a>>,
     ) -> Result<T, CommandError> {
         let text = self.text(expected)?;
         let end = context(END, (space0, eof));

@@ -58,37 +58,37 @@ impl PositionQuery {
 }
 
 pub(super) fn sm(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.read("1", whole("1", ONLY)).map(Command::Sm)
+    operands.parse("1", whole("1", ONLY)).map(Command::Sm)
 }
 
 pub(super) fn io(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands.read("1", whole("1", ONLY)).map(Command::Io)
+    operands.parse("1", whole("1", ONLY)).map(Command::Io)
 }
 
 pub(super) fn pr(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a number from 0 to 5";
     let query = map_opt(whole(EXPECTED, 0..=u8::MAX), PositionQuery::from_code);
-    operands.read(EXPECTED, query).map(Command::Pr)
+    operands.parse(EXPECTED, query).map(Command::Pr)
 }
 
 pub(super) fn vl(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "0 (joint) or 1 (world)";
-    operands.read(EXPECTED, whole(EXPECTED, 0..=1)).map(Command::Vl)
+    operands.parse(EXPECTED, whole(EXPECTED, 0..=1)).map(Command::Vl)
 }
 
 pub(super) fn md(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a guide mode from 0 to 2";
-    operands.read(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Md)
+    operands.parse(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Md)
 }
 
 pub(super) fn rt(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a guide rate from 0 to 2";
-    operands.read(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Rt)
+    operands.parse(EXPECTED, whole(EXPECTED, 0..=2)).map(Command::Rt)
 }
 
 pub(super) fn sc(operands: Operands<'_>) -> Result<Command, CommandError> {
     const EXPECTED: &str = "a guide coordinate system from 0 to 3";
-    operands.read(EXPECTED, whole(EXPECTED, 0..=3)).map(Command::Sc)
+    operands.parse(EXPECTED, whole(EXPECTED, 0..=3)).map(Command::Sc)
 }
 
 #[cfg(test)]

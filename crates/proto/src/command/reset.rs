@@ -1,6 +1,6 @@
 //! RS: the five resets of the manual, and the one of alarms that hosts send (hosts 2).
 
-use crate::command::operand::{Operands, Read};
+use crate::command::operand::{Operands, ParseResult};
 use crate::command::{Command, CommandError};
 use nom::Parser;
 use nom::character::complete::alpha1;
@@ -36,7 +36,7 @@ impl Reset {
 
     /// The operand.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn as_str(self) -> &'static str {
         match self {
             Reset::Program => "PRG",
             Reset::Step => "STP",
@@ -50,15 +50,15 @@ impl Reset {
 
 pub(super) fn rs(operands: Operands<'_>) -> Result<Command, CommandError> {
     operands
-        .read("PRG, STP, CYC, SIG, SEL or ERR", word)
+        .parse("PRG, STP, CYC, SIG, SEL or ERR", word)
         .map(Command::Rs)
 }
 
-fn word(input: &str) -> Read<'_, Reset> {
+fn word(input: &str) -> ParseResult<'_, Reset> {
     let known = |word: &str| {
         Reset::ALL
             .into_iter()
-            .find(|reset| reset.word().eq_ignore_ascii_case(word))
+            .find(|reset| reset.as_str().eq_ignore_ascii_case(word))
     };
     map_opt(alpha1, known).parse(input)
 }
@@ -74,7 +74,7 @@ mod tests {
     fn every_reset_in_any_case() {
         for reset in Reset::ALL {
             for form in ["RS,", "RS, ", "rs,"] {
-                let message = format!("{form}{}", reset.word());
+                let message = format!("{form}{}", reset.as_str());
                 assert_eq!(Command::parse(message.as_bytes()), Ok(Command::Rs(reset)));
                 assert_eq!(
                     Command::parse(message.to_ascii_lowercase().as_bytes()),

@@ -2,7 +2,7 @@
 //! takes, is the controller's to know.
 
 use crate::command::number::number;
-use crate::command::operand::{Operands, Read, list, number_token, separator};
+use crate::command::operand::{Operands, ParseResult, list, number_token, separator};
 use crate::command::{Command, CommandError, Number};
 use crate::name::VariableName;
 use alloc::format;
@@ -130,7 +130,7 @@ impl VariableKind {
 /// `name type` (CMD-MR-01).
 pub(super) fn mr(operands: Operands<'_>) -> Result<Command, CommandError> {
     let grammar = (variable, separator, kind).map(|(variable, (), kind)| VariableRead { variable, kind });
-    operands.read(NAME, grammar).map(Command::Mr)
+    operands.parse(NAME, grammar).map(Command::Mr)
 }
 
 /// `flag name type values` (CMD-MW-01).
@@ -138,7 +138,7 @@ pub(super) fn mw(operands: Operands<'_>) -> Result<Command, CommandError> {
     let flag = context(FLAG, one_of("01"));
     let values = list(number);
     let grammar = (flag, separator, variable, separator, kind, separator, values);
-    let (flag, (), variable, (), kind, (), values) = operands.read(FLAG, grammar)?;
+    let (flag, (), variable, (), kind, (), values) = operands.parse(FLAG, grammar)?;
     if values.len() > MAX_VALUES {
         return Err(operands.malformed(&format!("at most {MAX_VALUES} values"), 0));
     }
@@ -174,7 +174,7 @@ const NAME: &str = "a variable name of at most ten characters, with subscripts a
 const FLAG: &str = "0 or 1 (the restore flag)";
 
 /// The grammar of a variable name among operands.
-pub(super) fn variable(input: &str) -> Read<'_, VariableName> {
+pub(super) fn variable(input: &str) -> ParseResult<'_, VariableName> {
     let name = take_while1(|c| !matches!(c, ' ' | ',' | '('));
     let subscripts = (char('('), take_while1(|c| c != ')'), char(')'));
     context(
@@ -184,7 +184,7 @@ pub(super) fn variable(input: &str) -> Read<'_, VariableName> {
     .parse(input)
 }
 
-fn kind(input: &str) -> Read<'_, VariableKind> {
+fn kind(input: &str) -> ParseResult<'_, VariableKind> {
     let code = |text: &str| text.parse().ok().and_then(VariableKind::from_code);
     context("a type code from -1 to 9", map_opt(number_token, code)).parse(input)
 }

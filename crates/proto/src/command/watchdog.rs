@@ -26,7 +26,7 @@ pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
     let level = context(LEVEL, map_opt(whole("", 0..=u8::MAX), level));
     let grammar = (whole(TIME, 0..=MAX_WATCHDOG_MS), separator, level);
     operands
-        .read(TIME, grammar)
+        .parse(TIME, grammar)
         .map(|(timeout_ms, (), level)| Command::Wd { timeout_ms, level })
 }
 

@@ -74,7 +74,7 @@ fn a_single_text_has_any_length_and_its_own_end() {
     let content = vec![0x03; 276];
     for tail in [b"\x1a".as_slice(), b"\x1a\r"] {
         assert_eq!(
-            texts(FlSender::single(content.clone(), tail)),
+            texts(FlSender::single_text(content.clone(), tail)),
             [[b"FL,", content.as_slice(), tail].concat()]
         );
     }
@@ -86,7 +86,7 @@ fn the_first_text_must_begin_with_fl() {
     for data in [b"".as_slice(), b"FL", b"FLX", b"END\x1a", b"\x1a", b" FL,\x1a"] {
         assert_eq!(
             receiver().push(data),
-            Received::Refused(FileFault::NoPrefix),
+            Received::Refused(FileError::NoPrefix),
             "{data:02X?}"
         );
     }
@@ -102,13 +102,13 @@ fn only_a_cr_may_stand_after_eof() {
         b"FL,A\x1a\n",
         b"FL,A\x1a\x1a",
     ] {
-        assert_eq!(receiver().push(data), Received::Refused(FileFault::DataAfterEnd));
+        assert_eq!(receiver().push(data), Received::Refused(FileError::DataAfterEnd));
     }
     let mut receiver = receiver();
     assert_eq!(receiver.push(b"FL,A\x1a"), Received::Complete(b"A".to_vec()));
     assert_eq!(
         receiver.push(b"B\x1a"),
-        Received::Refused(FileFault::DataAfterEnd)
+        Received::Refused(FileError::DataAfterEnd)
     );
 }
 
@@ -121,9 +121,9 @@ fn a_file_beyond_the_room_is_refused_at_that_block() {
     assert_eq!(receiver.push(b"DE"), Received::More);
     assert_eq!(
         receiver.push(b"F"),
-        Received::Refused(FileFault::TooLarge { limit: 5 })
+        Received::Refused(FileError::TooLarge { limit: 5 })
     );
-    assert_eq!(receiver.push(b"\x1a"), Received::Refused(FileFault::DataAfterEnd));
+    assert_eq!(receiver.push(b"\x1a"), Received::Refused(FileError::DataAfterEnd));
     assert_eq!(
         FlReceiver::new(5, FileRule::User).push(b"FL,ABCDE\x1a"),
         Received::Complete(b"ABCDE".to_vec())
@@ -137,7 +137,7 @@ fn lines_have_at_most_252_characters_whatever_the_line_end() {
         let longest = [b"END", end, &[b'A'; MAX_LINE], end, b"END", end].concat();
         assert_eq!(check_user_file(&longest), Ok(()));
         let longer = [b"END", end, &[b'A'; MAX_LINE + 1], end].concat();
-        assert_eq!(check_user_file(&longer), Err(FileFault::LongLine { line: 2 }));
+        assert_eq!(check_user_file(&longer), Err(FileError::LongLine { line: 2 }));
         assert_eq!(check_file(&longer, FileRule::Parameter), Ok(()));
     }
     let mut receiver = receiver();
@@ -148,7 +148,7 @@ fn lines_have_at_most_252_characters_whatever_the_line_end() {
     assert_eq!(receiver.push(b"AA"), Received::More);
     assert_eq!(
         receiver.push(b"A"),
-        Received::Refused(FileFault::LongLine { line: 1 })
+        Received::Refused(FileError::LongLine { line: 1 })
     );
 }
 
@@ -159,7 +159,7 @@ fn user_files_hold_printable_ascii_only() {
         let content = [b'A', CR, LF, b'B', byte];
         let expected = match byte {
             0x20..=0x7E | CR | LF => Ok(()),
-            found => Err(FileFault::Character {
+            found => Err(FileError::Character {
                 line: 2,
                 column: 2,
                 found,
@@ -172,7 +172,7 @@ fn user_files_hold_printable_ascii_only() {
     assert_eq!(check_user_file(b"START: A_1 = \"x\";\r"), Ok(()));
     assert_eq!(
         check_user_file(b"A\n\nB\r\rC\r\n\x09"),
-        Err(FileFault::Character {
+        Err(FileError::Character {
             line: 6,
             column: 1,
             found: 9
@@ -185,13 +185,16 @@ fn user_files_hold_printable_ascii_only() {
 fn a_file_can_be_cut_anywhere_and_is_the_same_file() {
     let content: Vec<u8> = b"0123456789\n".repeat(80);
     let mut sender = FlSender::new(content.clone());
-    assert_eq!(sender.to_be_cut(), Some(content.len() + 4));
-    sender.cut([5, 0, 999, 100]);
+    assert_eq!(sender.remaining_to_split(), Some(content.len() + 4));
+    sender.set_text_lengths([5, 0, 999, 100]);
     let texts: Vec<Vec<u8>> = core::iter::from_fn(|| sender.next_text()).collect();
     let lengths: Vec<usize> = texts.iter().map(Vec::len).collect();
     assert_eq!(lengths, [5, 1, 253, 100, 253, 253, 19]);
     let mut receiver = FlReceiver::new(1_000, FileRule::User);
     let last = texts.iter().map(|text| receiver.push(text)).last();
     assert_eq!(last, Some(Received::Complete(content)));
-    assert_eq!(FlSender::single(b"SF".to_vec(), b"\x1a").to_be_cut(), None);
+    assert_eq!(
+        FlSender::single_text(b"SF".to_vec(), b"\x1a").remaining_to_split(),
+        None
+    );
 }

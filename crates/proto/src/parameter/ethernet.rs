@@ -1,6 +1,9 @@
 //! ETHERNET.PAR: sections \[E00\] to \[E10\] (manual 3.3). Opening the channels is the edge's business.
 
-use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
+use super::{
+    LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
+    split_words,
+};
 use crate::status::AlarmLevel;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -94,17 +97,17 @@ impl EthernetParameters {
 
     /// The file of a fresh RAM drive: [`EthernetParameters::factory`] with another \[E00\].
     #[must_use]
-    pub fn factory_text(open: [OpenMode; 4], line_end: LineEnd) -> Vec<u8> {
+    pub fn factory_file(open: [OpenMode; 4], line_end: LineEnd) -> Vec<u8> {
         EthernetParameters {
             open_mode: open,
             ..EthernetParameters::factory()
         }
-        .text(line_end)
+        .encode(line_end)
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
-    pub fn text(&self, line_end: LineEnd) -> Vec<u8> {
+    pub fn encode(&self, line_end: LineEnd) -> Vec<u8> {
         let quad = |[a, b, c, d]: [u8; 4]| format!("= {a}.{b}.{c}.{d}");
         let four = |[a, b, c, d]: [u8; 4]| format!("= {a} {b} {c} {d}");
         let line = |text: &str| text.to_string();
@@ -149,7 +152,7 @@ impl EthernetParameters {
             four(self.alarm_level.map(|level| level.map_or(0, AlarmLevel::number))),
             line("[END]"),
         ]);
-        joined(&lines, line_end)
+        join_lines(&lines, line_end)
     }
 
     /// Reads a file. A value that is bad or missing stays as in `previous`; each is a problem, and so are
@@ -169,31 +172,31 @@ impl EthernetParameters {
                 .into_iter()
                 .find(|mode| is(mode.number(), word))
         });
-        Values::of(&file, "E01", &mut problems).only(&mut next.address, ADDRESS, address);
-        Values::of(&file, "E02", &mut problems).only(&mut next.name, NAME, name);
-        Values::of(&file, "E03", &mut problems).only(&mut next.mask, ADDRESS, address);
-        Values::of(&file, "E04", &mut problems).only(&mut next.gateway, ADDRESS, address);
+        SectionValues::new(&file, "E01", &mut problems).read_single(&mut next.address, ADDRESS, address);
+        SectionValues::new(&file, "E02", &mut problems).read_single(&mut next.name, NAME, name);
+        SectionValues::new(&file, "E03", &mut problems).read_single(&mut next.mask, ADDRESS, address);
+        SectionValues::new(&file, "E04", &mut problems).read_single(&mut next.gateway, ADDRESS, address);
         each(
-            Values::of(&file, "E05", &mut problems),
+            SectionValues::new(&file, "E05", &mut problems),
             &mut next.own_port,
             PORT,
             port,
         );
         each(
-            Values::of(&file, "E06", &mut problems),
+            SectionValues::new(&file, "E06", &mut problems),
             &mut next.peer_port,
             PORT,
             port,
         );
         each(
-            Values::of(&file, "E07", &mut problems),
+            SectionValues::new(&file, "E07", &mut problems),
             &mut next.peer_address,
             ADDRESS,
             address,
         );
-        Values::of(&file, "E08", &mut problems).only(&mut next.community, NAME, name);
+        SectionValues::new(&file, "E08", &mut problems).read_single(&mut next.community, NAME, name);
         let dhcp = |value: &str| number(value).filter(|dhcp| *dhcp <= 1);
-        Values::of(&file, "E09", &mut problems).only(&mut next.dhcp, "0 or 1", dhcp);
+        SectionValues::new(&file, "E09", &mut problems).read_single(&mut next.dhcp, "0 or 1", dhcp);
         let expected = "0, 1, 2, 4 or 8";
         next.alarm_level = four(
             &file,
@@ -209,12 +212,12 @@ impl EthernetParameters {
                     .map(Some),
             },
         );
-        next.settle(&file, &mut problems);
+        next.resolve_conflicts(&file, &mut problems);
         (next, problems.0)
     }
 
     /// What each value allows and the whole does not.
-    fn settle(&mut self, file: &ParameterFile, problems: &mut Problems) {
+    fn resolve_conflicts(&mut self, file: &ParameterFile, problems: &mut Problems) {
         let line = |tag: &str, key: &str| {
             let section = file.sections.iter().find(|section| section.tag == tag);
             let mut assignments = section.into_iter().flat_map(|section| &section.assignments);
@@ -291,8 +294,8 @@ fn four<T: Copy>(
 ) -> [T; 4] {
     let four = format!("four values for IP0 IP1 IP2 IP3, each {expected}");
     let mut found = [""; 4].map(String::from);
-    Values::of(file, name, problems).only(&mut found, &four, |value| {
-        words(value).map(|words| words.map(String::from))
+    SectionValues::new(file, name, problems).read_single(&mut found, &four, |value| {
+        split_words(value).map(|words| words.map(String::from))
     });
     let section = file.sections.iter().find(|section| section.tag == name);
     let line = section
@@ -310,9 +313,14 @@ fn four<T: Copy>(
 }
 
 /// One value per channel.
-fn each<T>(mut section: Values<'_>, places: &mut [T; 4], expected: &str, parse: impl Fn(&str) -> Option<T>) {
+fn each<T>(
+    mut section: SectionValues<'_>,
+    places: &mut [T; 4],
+    expected: &str,
+    parse: impl Fn(&str) -> Option<T>,
+) {
     for (place, key) in places.iter_mut().zip(CHANNELS) {
-        section.keyed(key, place, expected, &parse);
+        section.read_keyed(key, place, expected, &parse);
     }
     section.refuse_other_keys(&CHANNELS);
 }

@@ -102,21 +102,21 @@ fn quote(found: &str) -> String {
 }
 
 /// One section of a file with the values it has to hold.
-struct Values<'a> {
+struct SectionValues<'a> {
     name: &'static str,
     section: Option<&'a Section>,
     problems: &'a mut Problems,
 }
 
-impl<'a> Values<'a> {
+impl<'a> SectionValues<'a> {
     /// The first section of a name; further ones are problems.
-    fn of(file: &'a ParameterFile, name: &'static str, problems: &'a mut Problems) -> Values<'a> {
+    fn new(file: &'a ParameterFile, name: &'static str, problems: &'a mut Problems) -> SectionValues<'a> {
         let mut sections = file.sections.iter().filter(|section| section.tag == name);
         let section = sections.next();
         for surplus in sections {
             problems.add(name, "", "the section once", "a second one", surplus.line);
         }
-        Values {
+        SectionValues {
             name,
             section,
             problems,
@@ -124,17 +124,17 @@ impl<'a> Values<'a> {
     }
 
     /// The only value of the section, whatever comment stands before it.
-    fn only<T>(&mut self, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+    fn read_single<T>(&mut self, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
         let assignments = self.section.map_or(&[][..], |section| &section.assignments);
         for surplus in assignments.iter().skip(1) {
             self.problems
                 .add(self.name, "", "one value", &surplus.value, surplus.line);
         }
-        self.take(assignments.first(), "", place, expected, parse);
+        self.read_assignment(assignments.first(), "", place, expected, parse);
     }
 
     /// The value of a key in braces.
-    fn keyed<T>(&mut self, key: &str, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+    fn read_keyed<T>(&mut self, key: &str, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
         let assignments = self.section.map_or(&[][..], |section| &section.assignments);
         let mut assignments = assignments.iter().filter(|assignment| assignment.key == key);
         let first = assignments.next();
@@ -142,7 +142,7 @@ impl<'a> Values<'a> {
             self.problems
                 .add(self.name, key, "one value", &surplus.value, surplus.line);
         }
-        self.take(first, key, place, expected, parse);
+        self.read_assignment(first, key, place, expected, parse);
     }
 
     /// Values whose key is none of `keys`.
@@ -159,7 +159,7 @@ impl<'a> Values<'a> {
         }
     }
 
-    fn take<T>(
+    fn read_assignment<T>(
         &mut self,
         assignment: Option<&Assignment>,
         key: &str,
@@ -196,7 +196,7 @@ fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
 }
 
 /// Blank-separated words, if there are exactly so many.
-fn words<const N: usize>(value: &str) -> Option<[&str; N]> {
+fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
     let mut words = value.split_whitespace();
     let mut found = [""; N];
     for word in &mut found {
@@ -206,7 +206,7 @@ fn words<const N: usize>(value: &str) -> Option<[&str; N]> {
 }
 
 /// Lines with their line end.
-fn joined(lines: &[String], line_end: LineEnd) -> Vec<u8> {
+fn join_lines(lines: &[String], line_end: LineEnd) -> Vec<u8> {
     let mut out = Vec::new();
     for line in lines {
         out.extend_from_slice(line.as_bytes());

@@ -42,7 +42,7 @@ pub struct Assignment {
     /// What stands after the `=`, blanks around it removed, quotes kept.
     pub value: String,
     /// Where it stands in the file, in bytes, if the file is UTF-8.
-    pub place: Range<usize>,
+    pub span: Range<usize>,
 }
 
 impl ParameterFile {
@@ -88,7 +88,7 @@ impl ParameterFile {
                         key: core::mem::take(&mut key),
                         line,
                         value,
-                        place,
+                        span: place,
                     };
                     if keep {
                         file.assign(assignment);
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
             return None;
         }
         self.rest = rest;
-        Some(squeezed(tag))
+        Some(normalize(tag))
     }
 
     /// What stands between `{` and `}`, or the end of the file.
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
         while let Some(char) = self.next().filter(|char| *char != '}') {
             inner.push(char);
         }
-        squeezed(&inner)
+        normalize(&inner)
     }
 
     fn skip_blanks(&mut self) {
@@ -202,7 +202,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Without blanks and line ends, in upper case.
-fn squeezed(text: &str) -> String {
+fn normalize(text: &str) -> String {
     text.chars()
         .filter(|char| !char.is_whitespace())
         .map(|char| char.to_ascii_uppercase())

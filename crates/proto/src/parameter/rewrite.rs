@@ -57,7 +57,7 @@ pub fn rewrite(content: &[u8], section: &str, key: &str, value: &str) -> Result<
     let named = |assignment: &&Assignment| key.is_empty() || assignment.key.eq_ignore_ascii_case(key);
     let assignment = found.assignments.iter().find(named);
     let place = assignment
-        .map(|assignment| assignment.place.clone())
+        .map(|assignment| assignment.span.clone())
         .ok_or_else(|| RewriteError::NoValue {
             section: section.into(),
             key: key.into(),

@@ -1,7 +1,10 @@
 //! USER.PAR: section \[U06\], the serial lines (manual 2.3). The real file has further sections, which other
 //! manuals describe: they are left alone. Setting the lines is the edge's business.
 
-use super::{LineEnd, ParameterFile, ParameterProblem, Problems, Values, check_size, joined, number, words};
+use super::{
+    LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
+    split_words,
+};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -44,21 +47,21 @@ impl Edition {
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SerialSettings {
     /// Speed in bit/s: 1200, 2400, 4800, 9600, 19200, 38400; on HOST also those of [`Edition::host_speeds`].
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::speed"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::speed"))]
     pub speed: u32,
     /// Character length in bits, 7 or 8.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::length"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::length"))]
     pub length: u8,
     /// Parity.
     pub parity: Parity,
     /// Stop bits, 1 or 2.
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "on_paper::stop"))]
+    #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::stop"))]
     pub stop: u8,
 }
 
 /// The settings of a line that was read, which may be the far end's: whatever a port can be opened with.
 #[cfg(feature = "serde")]
-mod on_paper {
+mod bounded {
     use core::fmt::Display;
     use core::ops::RangeInclusive;
     use serde::{Deserialize, Deserializer, de::Error};
@@ -123,13 +126,13 @@ impl UserParameters {
 
     /// The file of a fresh RAM drive.
     #[must_use]
-    pub fn factory_text(line_end: LineEnd, edition: Edition) -> Vec<u8> {
-        UserParameters::factory().text(line_end, edition)
+    pub fn factory_file(line_end: LineEnd, edition: Edition) -> Vec<u8> {
+        UserParameters::factory().encode(line_end, edition)
     }
 
     /// These values as a file, comments and `[END]` included, EOF not.
     #[must_use]
-    pub fn text(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
+    pub fn encode(&self, line_end: LineEnd, edition: Edition) -> Vec<u8> {
         let values = |key: &str, line: SerialSettings| {
             format!(
                 "{{{key}}} = {} {} {} {}",
@@ -153,7 +156,7 @@ impl UserParameters {
             values(HOST, self.host),
             String::from("[END]"),
         ];
-        joined(&lines, line_end)
+        join_lines(&lines, line_end)
     }
 
     /// Reads a file. A line whose values are bad or missing stays as in `previous` (PAR-U06-06); each is a
@@ -168,7 +171,7 @@ impl UserParameters {
         let mut problems = Problems::default();
         let mut next = *previous;
         check_size(&file, &mut problems);
-        let mut section = Values::of(&file, "U06", &mut problems);
+        let mut section = SectionValues::new(&file, "U06", &mut problems);
         let mut host: Vec<u32> = SPEEDS.iter().chain(edition.host_speeds()).copied().collect();
         host.sort_unstable();
         for (key, line, speeds) in [
@@ -179,7 +182,7 @@ impl UserParameters {
                 "speed {}, length 7 or 8, parity 0 to 2, stop bits 1 or 2",
                 one_of(speeds)
             );
-            section.keyed(key, line, &expected, |value| serial_line(value, speeds));
+            section.read_keyed(key, line, &expected, |value| serial_line(value, speeds));
         }
         section.refuse_other_keys(&[COM1, HOST]);
         (next, problems.0)
@@ -217,7 +220,7 @@ fn one_of(speeds: &[u32]) -> String {
 }
 
 fn serial_line(value: &str, speeds: &[u32]) -> Option<SerialSettings> {
-    let [speed, length, parity, stop] = words(value)?;
+    let [speed, length, parity, stop] = split_words(value)?;
     Some(SerialSettings {
         speed: number(speed).filter(|speed| speeds.contains(speed))?,
         length: number(length).filter(|length| matches!(length, 7 | 8))?,
@@ -246,7 +249,7 @@ mod tests {
     #[test]
     fn the_file_of_a_fresh_drive() {
         for line_end in [LineEnd::Lf, LineEnd::Cr] {
-            let bytes = UserParameters::factory_text(line_end, Edition::SixAxis);
+            let bytes = UserParameters::factory_file(line_end, Edition::SixAxis);
             let text = String::from_utf8(bytes.clone()).unwrap();
             assert!(text.starts_with("[U06]"));
             assert!(text.contains("{COM1} = 9600 8 0 1") && text.contains("{HOST} = 9600 8 0 1"));
@@ -267,7 +270,7 @@ mod tests {
             );
             assert_eq!(
                 UserParameters::parse(
-                    &previous.text(line_end, Edition::SixAxis),
+                    &previous.encode(line_end, Edition::SixAxis),
                     &UserParameters::factory(),
                     Edition::SixAxis
                 )
@@ -329,7 +332,7 @@ mod tests {
             assert_eq!(parameters.host.speed, if known { speed } else { 9_600 });
             assert_eq!(problems.len(), if known { 1 } else { 2 });
         }
-        let text = String::from_utf8(UserParameters::factory_text(LineEnd::Lf, Edition::Scara)).unwrap();
+        let text = String::from_utf8(UserParameters::factory_file(LineEnd::Lf, Edition::Scara)).unwrap();
         assert!(text.contains("HOST also 300, 600, 115200}"), "{text}");
         let bad = b"[U06] {COM1} = 9600 8 0 1 {HOST} = 1 8 0 1";
         let problem = UserParameters::parse(bad, &factory, Edition::Scara).1[0].to_string();

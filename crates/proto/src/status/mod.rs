@@ -46,7 +46,7 @@ impl MasterMode {
 
     /// The words of the tables' columns, for logs and people.
     #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             MasterMode::Teaching => "TEACHING",
             MasterMode::Internal => "INTERNAL",

@@ -101,7 +101,7 @@ impl SfLayout {
     /// of [`SfLayout::Eight`] does too (SF-02). A SCARA leaves the sixth value of each group 0, and its X and Y are
     /// never both 0; where they are, the other arm has its seventh and eighth axis.
     #[must_use]
-    pub fn of_first_text(content: &[u8]) -> SfLayout {
+    pub fn from_first_text(content: &[u8]) -> SfLayout {
         let zero = |at: usize, length: usize| {
             let bytes = content.get(at..at + length);
             bytes.is_some_and(|bytes| bytes.iter().all(|byte| *byte == 0))
@@ -334,7 +334,7 @@ pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
 
 /// Level and code of a word; `None` where the word means no alarm.
 #[must_use]
-pub fn alarm_of_word(word: u16) -> Option<(AlarmLevel, u16)> {
+pub fn alarm_from_word(word: u16) -> Option<(AlarmLevel, u16)> {
     let row = ALARM_RANGES
         .iter()
         .find(|row| (row.first..=row.last).contains(&word))?;

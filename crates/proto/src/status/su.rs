@@ -50,7 +50,7 @@ impl StatusBody {
     #[must_use]
     pub fn encode(&self, layout: SuLayout) -> Vec<u8> {
         let mode = mode_word(self.master_mode, layout);
-        let run_mode = self.run_mode.word();
+        let run_mode = self.run_mode.as_str();
         let (file, speed) = (&self.file, self.override_percent);
         let limit = self.speed_limit_percent;
         let machine = if self.machine_lock { "lock" } else { "free" };
@@ -159,7 +159,7 @@ fn decode_mode(field: Field<'_>) -> Result<(MasterMode, RunMode), BodyError> {
         run_mode,
         "continuous, cycle, step or segment",
         RunMode::ALL,
-        RunMode::word,
+        RunMode::as_str,
     )?;
     Ok((master_mode, run_mode))
 }
@@ -276,7 +276,7 @@ mod tests {
             ["stop (reset)", "running", "stop (retry)", "stop (continue)"]
         );
         assert_eq!(
-            RunMode::ALL.map(RunMode::word),
+            RunMode::ALL.map(RunMode::as_str),
             ["continuous", "cycle", "step", "segment"]
         );
     }

@@ -20,15 +20,15 @@ fn text(framing: Framing, data: &[u8]) -> Decoded {
     Decoded::Text(Text {
         framing,
         data: data.to_vec(),
-        fault: None,
+        error: None,
     })
 }
 
-fn faulty(framing: Framing, data: &[u8], fault: TextFault) -> Decoded {
+fn faulty(framing: Framing, data: &[u8], fault: TextError) -> Decoded {
     Decoded::Text(Text {
         framing,
         data: data.to_vec(),
-        fault: Some(fault),
+        error: Some(fault),
     })
 }
 
@@ -140,7 +140,7 @@ fn the_longest_text_and_one_byte_more() {
         assert_eq!(decode(DETECT, &longest), [text(framing, &data[..MAX_DATA])]);
         let mut wire = encode_text(&data, framing, Checksum::None);
         wire.extend_from_slice(b"\x02SU\r\x03");
-        let fault = TextFault::OverLong { length: MAX_DATA + 1 };
+        let fault = TextError::OverLong { length: MAX_DATA + 1 };
         let expected = [
             faulty(framing, &data[..MAX_DATA], fault),
             text(Framing::Stx, b"SU\r"),
@@ -209,7 +209,7 @@ fn the_checksum_follows_etx() {
     let wire = encode_text(b"SU\r", Framing::Stx, Checksum::Sum);
     assert_eq!(wire, [0x02, 0x53, 0x55, 0x0D, 0x03, 0xB8]);
     assert_eq!(decode(SUMMED, &wire), [text(Framing::Stx, b"SU\r")]);
-    let fault = TextFault::BadSum {
+    let fault = TextError::BadSum {
         expected: 0xB8,
         found: 0xB9,
     };
@@ -233,7 +233,7 @@ fn the_checksum_may_look_like_stx_and_covers_dropped_bytes() {
     let long = vec![0x55; 300];
     let mut wire = encode_text(&long, Framing::Stx, Checksum::Sum);
     wire.extend(encode_text(b"SU\r", Framing::Stx, Checksum::Sum));
-    let fault = TextFault::OverLong { length: 300 };
+    let fault = TextError::OverLong { length: 300 };
     assert_eq!(
         decode(SUMMED, &wire),
         [
@@ -299,7 +299,7 @@ fn a_binary_text_that_goes_on_is_a_fault() {
     let mut decoder = TextDecoder::new(DETECT);
     decoder.expect_binary(5);
     decoder.push(b"\x02FL,12345\x03\x02OK\r\x03");
-    let fault = TextFault::NoEtx { found: b'3' };
+    let fault = TextError::NoEtx { found: b'3' };
     let rest = text(Framing::Bare, b"345");
     assert_eq!(
         drain(&mut decoder),
@@ -339,7 +339,7 @@ fn memory_is_bounded_and_what_is_lost_is_counted() {
     assert!(matches!(
         decoder.next(),
         Some(Decoded::Text(Text {
-            fault: Some(TextFault::OverLong { length: 409_600 }),
+            error: Some(TextError::OverLong { length: 409_600 }),
             ..
         }))
     ));
@@ -364,8 +364,8 @@ fn random_streams_lose_no_byte_and_do_not_depend_on_cuts() {
             .map(|one| match one {
                 Decoded::Skipped { bytes } => *bytes,
                 Decoded::Text(text) => {
-                    let length = match text.fault {
-                        Some(TextFault::OverLong { length }) => length,
+                    let length = match text.error {
+                        Some(TextError::OverLong { length }) => length,
                         _ => text.data.len(),
                     };
                     encode_text(&vec![0; length], text.framing, options.checksum).len()

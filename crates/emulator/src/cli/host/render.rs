@@ -42,7 +42,7 @@ fn list<T>(items: &[T], show: fn(&T) -> Value) -> Value {
 
 fn status(body: &StatusBody) -> Value {
     json!({
-        "mode": body.master_mode.words(),
+        "mode": body.master_mode.as_str(),
         "run_mode": run_mode(body.run_mode),
         "file": body.file,
         "override_percent": body.override_percent,
@@ -149,7 +149,7 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
         "emergency_stop": status.emergency_stop,
         "status": execution(status.execution),
         "su_request": status.su_request,
-        "alarms": status.alarms.iter().filter_map(|word| sf::alarm_of_word(*word)).map(|(level, code)| alarm(level, code)).collect::<Vec<_>>(),
+        "alarms": status.alarms.iter().filter_map(|word| sf::alarm_from_word(*word)).map(|(level, code)| alarm(level, code)).collect::<Vec<_>>(),
         "execution_line": status.execution_line,
         "analysis_line": status.analysis_line,
         "execution_task": status.execution_task,

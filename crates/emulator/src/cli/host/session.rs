@@ -262,7 +262,7 @@ impl Session {
             Some(SfForm::Full) => {
                 let mut data = self.binary(text::MAX_DATA, SF_TEXT)?;
                 self.acknowledge()?;
-                let layout = SfLayout::of_first_text(data.get(FL.len()..).unwrap_or_default());
+                let layout = SfLayout::from_first_text(data.get(FL.len()..).unwrap_or_default());
                 if layout == SfLayout::Eight {
                     data.extend(self.binary(whole - text::MAX_DATA, SF_TEXT)?);
                     self.acknowledge()?;
@@ -459,7 +459,7 @@ impl Session {
         loop {
             self.decoder.push(&std::mem::take(&mut self.raw));
             match self.decoder.next() {
-                Some(Decoded::Text(text)) => match text.fault {
+                Some(Decoded::Text(text)) => match text.error {
                     None => return Ok(text.data),
                     Some(_) => {
                         return Err(HostError::Unexpected {

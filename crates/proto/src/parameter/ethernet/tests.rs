@@ -76,7 +76,7 @@ fn the_file_of_a_fresh_drive() {
         OpenMode::Server,
     ];
     for line_end in [LineEnd::Lf, LineEnd::Cr] {
-        let bytes = EthernetParameters::factory_text(open, line_end);
+        let bytes = EthernetParameters::factory_file(open, line_end);
         let expected = EthernetParameters {
             open_mode: open,
             ..EthernetParameters::factory()
@@ -105,7 +105,7 @@ fn any_values_written_read_back() {
     let values = previous();
     let factory = EthernetParameters::factory();
     assert_eq!(
-        EthernetParameters::parse(&values.text(LineEnd::Lf), &factory),
+        EthernetParameters::parse(&values.encode(LineEnd::Lf), &factory),
         (values, Vec::new())
     );
 }

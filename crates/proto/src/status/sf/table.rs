@@ -1,14 +1,14 @@
 //! Where each field of SF stands and what its bytes say to people (sf-layout, SF-04 to SF-46): for transcripts,
 //! differences and dissectors, which tell bytes apart one by one. Reading the whole is [`super::SystemStatus`]'s.
 
-use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_of_word};
+use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_from_word};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 /// How the bytes of a field are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum SfKind {
+pub enum SfFieldKind {
     /// A number of one, two or four bytes, and what its values mean from 0 on; none: the number itself.
     Code(&'static [&'static str]),
     /// The word of a current alarm.
@@ -37,26 +37,26 @@ pub struct SfField {
     /// Length in bytes.
     pub size: usize,
     /// How it is read.
-    pub kind: SfKind,
+    pub kind: SfFieldKind,
 }
 
-const SWITCH: SfKind = SfKind::Code(&["off", "on"]);
-const NUMBER: SfKind = SfKind::Code(&[]);
+const SWITCH: SfFieldKind = SfFieldKind::Code(&["off", "on"]);
+const NUMBER: SfFieldKind = SfFieldKind::Code(&[]);
 
 /// Flags in front of the alarms: key, name, kind; one byte each.
-const HEAD: [(&str, &str, SfKind); 4] = [
+const HEAD: [(&str, &str, SfFieldKind); 4] = [
     ("servo", "servo power", SWITCH),
     ("emergency-stop", "EMERGENCY stop switch", SWITCH),
     (
         "motion-status",
         "motion status",
-        SfKind::Code(&["stop (reset)", "run", "stop (retry)", "stop (continue)"]),
+        SfFieldKind::Code(&["stop (reset)", "run", "stop (retry)", "stop (continue)"]),
     ),
     ("su-request", "SU command request", SWITCH),
 ];
 
 /// Between the alarms and the lines: key, name, length in bytes, kind.
-const MIDDLE: [(&str, &str, usize, SfKind); 12] = [
+const MIDDLE: [(&str, &str, usize, SfFieldKind); 12] = [
     ("execution-line", "program execution line", 2, NUMBER),
     ("analysis-line", "program analysis line", 2, NUMBER),
     ("execution-task", "program execution task", 2, NUMBER),
@@ -66,29 +66,29 @@ const MIDDLE: [(&str, &str, usize, SfKind); 12] = [
         "guide-coordinate",
         "guidance coordinate system",
         2,
-        SfKind::Code(&["joint", "tool", "work", "world"]),
+        SfFieldKind::Code(&["joint", "tool", "work", "world"]),
     ),
     (
         "guide-rate",
         "guide rate",
         2,
-        SfKind::Code(&["slow", "mid", "fast"]),
+        SfFieldKind::Code(&["slow", "mid", "fast"]),
     ),
     (
         "guide-mode",
         "guide mode",
         2,
-        SfKind::Code(&["jog", "inching", "free"]),
+        SfFieldKind::Code(&["jog", "inching", "free"]),
     ),
     (
         "master-mode",
         "master mode",
         2,
-        SfKind::Code(&["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"]),
+        SfFieldKind::Code(&["TEACHING", "INTERNAL", "EXT (SIG)", "EXT (HOST)"]),
     ),
-    ("dummy", "dummy", 2, SfKind::Reserved),
-    ("power-on-time", "power ON time", 4, SfKind::Minutes),
-    ("run-time", "program run time", 4, SfKind::Minutes),
+    ("dummy", "dummy", 2, SfFieldKind::Reserved),
+    ("power-on-time", "power ON time", 4, SfFieldKind::Minutes),
+    ("run-time", "program run time", 4, SfFieldKind::Minutes),
 ];
 
 /// Words of lines of one direction: key, name, number of the line in bit 0.
@@ -123,7 +123,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
             format!("alarm.{slot}"),
             format!("current alarm {slot}"),
             2,
-            SfKind::Alarm,
+            SfFieldKind::Alarm,
         );
     }
     for (key, name, size, kind) in MIDDLE {
@@ -136,7 +136,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
                 format!("{direction}.{key}"),
                 format!("{name} {direction} {prefix}{first}-{last}"),
                 2,
-                SfKind::Lines(prefix, first),
+                SfFieldKind::Lines(prefix, first),
             );
         }
         for number in 1..=LAST_WORDS {
@@ -151,7 +151,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
             } else {
                 format!("{group} coordinate {letter}")
             };
-            table.add(format!("{group}.{axis}"), name, 4, SfKind::Float);
+            table.add(format!("{group}.{axis}"), name, 4, SfFieldKind::Float);
         }
     }
     for name in ["work", "tool", "base"] {
@@ -159,7 +159,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
             format!("name.{name}"),
             format!("{name} coordinate name"),
             NAME_LENGTH,
-            SfKind::Name,
+            SfFieldKind::Name,
         );
     }
     let left = layout.len().saturating_sub(table.end());
@@ -168,7 +168,7 @@ pub fn sf_fields(layout: SfLayout) -> Vec<SfField> {
             "reserved".to_string(),
             "reserved".to_string(),
             left,
-            SfKind::Reserved,
+            SfFieldKind::Reserved,
         );
     }
     table.0
@@ -188,18 +188,18 @@ impl Table {
             SfLayout::Six => (
                 format!("{direction}.further.{number}"),
                 format!("{direction} {prefix}{first}-{}", first + 15),
-                SfKind::Lines(prefix, first),
+                SfFieldKind::Lines(prefix, first),
             ),
             SfLayout::Eight => (
                 format!("{direction}.reserved.{number}"),
                 format!("reserved {direction} word {number}"),
-                SfKind::Reserved,
+                SfFieldKind::Reserved,
             ),
         };
         self.add(key, name, 2, kind);
     }
 
-    fn add(&mut self, key: String, name: String, size: usize, kind: SfKind) {
+    fn add(&mut self, key: String, name: String, size: usize, kind: SfFieldKind) {
         let offset = self.end();
         self.0.push(SfField {
             key,
@@ -211,28 +211,28 @@ impl Table {
     }
 }
 
-impl SfKind {
+impl SfFieldKind {
     /// What these bytes of a field say. Bytes of a length the kind does not have are shown as they are.
     #[must_use]
-    pub fn show(self, bytes: &[u8]) -> String {
+    pub fn describe(self, bytes: &[u8]) -> String {
         let number = match *bytes {
             [byte] => u32::from(byte),
             [high, low] => u32::from(u16::from_be_bytes([high, low])),
             [a, b, c, d] => u32::from_be_bytes([a, b, c, d]),
-            _ if self == SfKind::Name => return name(bytes),
+            _ if self == SfFieldKind::Name => return name(bytes),
             _ => return format!("`{}`", bytes.escape_ascii()),
         };
         let word = u16::try_from(number).unwrap_or(NO_ALARM);
         match self {
-            SfKind::Code(words) => match usize::try_from(number).ok().and_then(|code| words.get(code)) {
+            SfFieldKind::Code(words) => match usize::try_from(number).ok().and_then(|code| words.get(code)) {
                 Some(word) => format!("{number} ({word})"),
                 None => number.to_string(),
             },
-            SfKind::Alarm => match alarm_of_word(word) {
+            SfFieldKind::Alarm => match alarm_from_word(word) {
                 Some((level, code)) => format!("{word} ({}-{code:03})", level.number()),
                 None => format!("{word} (none)"),
             },
-            SfKind::Lines(prefix, first) => {
+            SfFieldKind::Lines(prefix, first) => {
                 let lines: Vec<String> = (0..16)
                     .filter(|bit| word & (1 << bit) != 0)
                     .map(|bit| format!("{prefix}{}", first + bit))
@@ -246,10 +246,10 @@ impl SfKind {
                     }
                 )
             }
-            SfKind::Minutes => format!("{number} min"),
-            SfKind::Float => format!("{}", f32::from_bits(number)),
-            SfKind::Name => name(bytes),
-            SfKind::Reserved => format!("{number}"),
+            SfFieldKind::Minutes => format!("{number} min"),
+            SfFieldKind::Float => format!("{}", f32::from_bits(number)),
+            SfFieldKind::Name => name(bytes),
+            SfFieldKind::Reserved => format!("{number}"),
         }
     }
 }
@@ -301,7 +301,9 @@ mod tests {
             let shown = |key: &str| {
                 let fields = sf_fields(layout);
                 let field = fields.iter().find(|field| field.key == key).unwrap();
-                field.kind.show(&content[field.offset..field.offset + field.size])
+                field
+                    .kind
+                    .describe(&content[field.offset..field.offset + field.size])
             };
             assert_eq!(shown("servo"), "1 (on)");
             assert_eq!(shown("motion-status"), "0 (stop (reset))");

@@ -193,7 +193,7 @@ fn alarm_words_lie_in_the_ranges_of_their_level() {
         (AlarmLevel::L1, 480, 2239),
     ] {
         assert_eq!(alarm_word(level, code), Some(word));
-        assert_eq!(alarm_of_word(word), Some((level, code)));
+        assert_eq!(alarm_from_word(word), Some((level, code)));
     }
     for (level, code) in [
         (AlarmLevel::L8, 0),
@@ -205,11 +205,11 @@ fn alarm_words_lie_in_the_ranges_of_their_level() {
         assert_eq!(alarm_word(level, code), None);
     }
     for word in 0..2240 {
-        let (level, code) = alarm_of_word(word).unwrap();
+        let (level, code) = alarm_from_word(word).unwrap();
         assert_eq!(alarm_word(level, code), Some(word));
     }
-    assert_eq!(alarm_of_word(2240), None);
-    assert_eq!(alarm_of_word(NO_ALARM), None);
+    assert_eq!(alarm_from_word(2240), None);
+    assert_eq!(alarm_from_word(NO_ALARM), None);
 }
 
 #[test]
@@ -221,12 +221,12 @@ fn the_first_text_tells_its_layout() {
         ..SystemStatus::default()
     };
     let bytes = scara.encode(SfLayout::Six);
-    assert_eq!(SfLayout::of_first_text(&bytes), SfLayout::Six);
+    assert_eq!(SfLayout::from_first_text(&bytes), SfLayout::Six);
     for status in [scara, full(), SystemStatus::default()] {
         let bytes = status.encode(SfLayout::Eight);
-        assert_eq!(SfLayout::of_first_text(&bytes[..250]), SfLayout::Eight);
+        assert_eq!(SfLayout::from_first_text(&bytes[..250]), SfLayout::Eight);
     }
-    assert_eq!(SfLayout::of_first_text(&[]), SfLayout::Eight);
+    assert_eq!(SfLayout::from_first_text(&[]), SfLayout::Eight);
 }
 
 // clause: SF-17 S26

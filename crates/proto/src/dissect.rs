@@ -6,7 +6,7 @@
 use crate::reply::Reply;
 use crate::status::io;
 use crate::status::sf::SfLayout;
-use crate::status::sf::table::{SfKind, sf_fields};
+use crate::status::sf::table::{SfFieldKind, sf_fields};
 use crate::text::{CR, EOF, ETX, LF, STX};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -16,13 +16,13 @@ use core::ops::Range;
 /// Longest piece that is shown as it is.
 const MAX_SHOWN: usize = 256;
 /// Longest content that is told apart line by line; behind it one part stands for the rest.
-const MAX_PARTS: usize = 4_096;
+const MAX_FIELDS: usize = 4_096;
 /// What the first text of a file begins with.
 const FL: &[u8] = b"FL,";
 
 /// A part of an answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Part {
+pub struct DissectedField {
     /// Stable name with dots, beginning with the command in lower case: `sf.servo`, `su.status`, `ca.TEST`.
     pub key: String,
     /// For people.
@@ -36,28 +36,28 @@ pub struct Part {
 /// The parts of one text as it stood on the wire, framing included, which answered the command with these
 /// letters (empty when not known).
 #[must_use]
-pub fn parts(letters: &str, wire: &[u8]) -> Vec<Part> {
+pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
     let start = usize::from(wire.first() == Some(&STX));
     let end = match wire.iter().rposition(|byte| *byte == ETX) {
         Some(end) if end >= start && end + 2 >= wire.len() => end,
         _ => wire.len(),
     };
-    let mut found = Parts(Vec::new());
+    let mut found = Dissector(Vec::new());
     if start > 0 {
         found.add("text.stx", "STX", 0..start, "there".to_string());
     }
     let data = wire.get(start..end).unwrap_or_default();
     match Reply::parse(data) {
         Ok(Reply::Fl(_)) => found.file(letters, data, start),
-        Ok(_) => found.add("reply", "reply", start..end, shown(data)),
-        Err(_) => found.add("text.data", "data", start..end, shown(data)),
+        Ok(_) => found.add("reply", "reply", start..end, quoted(data)),
+        Err(_) => found.add("text.data", "data", start..end, quoted(data)),
     }
     if end < wire.len() {
         found.add(
             "text.etx",
             "ETX",
             end..wire.len(),
-            shown(wire.get(end..).unwrap_or_default()),
+            quoted(wire.get(end..).unwrap_or_default()),
         );
     }
     found.0
@@ -111,11 +111,11 @@ const IO_FORMS: &[(usize, &[u8])] = &[
     (io::LENGTH, &[EOF, CR, ETX]),
 ];
 
-struct Parts(Vec<Part>);
+struct Dissector(Vec<DissectedField>);
 
-impl Parts {
+impl Dissector {
     fn add(&mut self, key: &str, name: &str, range: Range<usize>, value: String) {
-        self.0.push(Part {
+        self.0.push(DissectedField {
             key: key.to_string(),
             name: name.to_string(),
             range,
@@ -148,7 +148,7 @@ impl Parts {
             "text.end",
             "end of the file",
             end..start + data.len(),
-            shown(tail),
+            quoted(tail),
         );
     }
 
@@ -164,7 +164,7 @@ impl Parts {
                 break;
             };
             end = range.end;
-            let (key, value) = (format!("sf.{}", field.key), field.kind.show(bytes));
+            let (key, value) = (format!("sf.{}", field.key), field.kind.describe(bytes));
             self.add(&key, &field.name, from + range.start..from + range.end, value);
         }
         self.rest("sf.rest", content, end, from);
@@ -184,7 +184,7 @@ impl Parts {
                 format!("io.{direction}.{number}"),
                 format!("{direction} word {number}"),
             );
-            self.add(&key, &name, range, SfKind::Lines("bit ", 0).show(pair));
+            self.add(&key, &name, range, SfFieldKind::Lines("bit ", 0).describe(pair));
             end += 2;
         }
         self.rest("io.rest", content, end, from);
@@ -213,7 +213,7 @@ impl Parts {
                     &format!("{key}.{}", label.to_ascii_lowercase()),
                     &name,
                     at..end,
-                    shown(item),
+                    quoted(item),
                 );
             }
             at = end + 1;
@@ -224,7 +224,7 @@ impl Parts {
     fn lines(&mut self, key: &str, word: &str, content: &[u8], from: usize) {
         let mut at = 0;
         let mut number = 0;
-        while at < content.len() && number < MAX_PARTS {
+        while at < content.len() && number < MAX_FIELDS {
             number += 1;
             let rest = content.get(at..).unwrap_or_default();
             let end = rest.iter().position(|byte| matches!(*byte, CR | LF));
@@ -240,12 +240,12 @@ impl Parts {
             match key {
                 "eu" if number > 1 => self.entry(number - 1, line, range),
                 "ac" | "ah" => self.alarm(key, number, whole, range),
-                "eu" => self.add("eu.count", "number of entries", range, shown(whole)),
+                "eu" => self.add("eu.count", "number of entries", range, quoted(whole)),
                 _ => self.add(
                     &format!("{key}.{name}"),
                     &format!("{word} {name}"),
                     range,
-                    shown(whole),
+                    quoted(whole),
                 ),
             }
             at += length;
@@ -271,7 +271,7 @@ impl Parts {
                 _ => format!("{key}.{number}.{name}"),
             };
             let end = at + item.len();
-            self.add(&part, &format!("alarm {number}, {name}"), at..end, shown(item));
+            self.add(&part, &format!("alarm {number}, {name}"), at..end, quoted(item));
             at = end;
         }
     }
@@ -285,13 +285,13 @@ impl Parts {
             &format!("eu.{number}.alarm"),
             &format!("entry {number}, alarm"),
             range.start..middle,
-            shown(alarm),
+            quoted(alarm),
         );
         self.add(
             &format!("eu.{number}.date"),
             &format!("entry {number}, date"),
             middle..range.end,
-            shown(date.strip_prefix(b" ").unwrap_or(date)),
+            quoted(date.strip_prefix(b" ").unwrap_or(date)),
         );
     }
 
@@ -302,13 +302,13 @@ impl Parts {
                 key,
                 "the rest",
                 range,
-                shown(content.get(at..).unwrap_or_default()),
+                quoted(content.get(at..).unwrap_or_default()),
             );
         }
     }
 }
 
-fn shown(bytes: &[u8]) -> String {
+fn quoted(bytes: &[u8]) -> String {
     let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
     let more = if cut.len() < bytes.len() { "..." } else { "" };
     format!("`{}`{more}", cut.escape_ascii())
@@ -327,7 +327,7 @@ mod tests {
     }
 
     fn values(letters: &str, wire: &[u8]) -> Vec<(String, String)> {
-        parts(letters, wire)
+        dissect(letters, wire)
             .into_iter()
             .map(|part| (part.key, part.value))
             .collect()
@@ -360,7 +360,7 @@ mod tests {
             for framing in [Framing::Stx, Framing::Bare] {
                 let wire = file(&content, &[EOF], framing);
                 let mut covered = vec![0; wire.len()];
-                for part in parts(letters, &wire) {
+                for part in dissect(letters, &wire) {
                     covered[part.range].iter_mut().for_each(|count| *count += 1);
                 }
                 let blanks_and_prefix = covered.iter().filter(|count| **count == 0).count();
