@@ -38,6 +38,7 @@ mod serial;
 mod settings;
 mod signals;
 mod simulation;
+mod snapshot_files;
 mod snapshots;
 mod status;
 mod transcripts;

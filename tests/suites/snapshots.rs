@@ -51,44 +51,6 @@ fn programs_do_the_same_on_paper() {
     }
 }
 
-/// A snapshot of fixtures/snapshots, which an earlier emulator has written.
-fn written_before(name: &str) -> Robot {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../fixtures/snapshots/v1/");
-    let text = std::fs::read_to_string(format!("{path}{name}.json")).unwrap();
-    let snapshot: Snapshot = serde_json::from_str(&text).unwrap();
-    Robot::of(Controller::restore(snapshot).unwrap())
-}
-
-#[test]
-fn snapshots_of_the_first_version_go_on() {
-    let mut running = written_before("six-axis-running");
-    running.send(Port::Ip0, b"OK\r");
-    for _ in 0..20 {
-        running.advance_ms(500);
-        assert_eq!(super::extended::word(&running.total(Port::Ip0), 4), 736 + 101);
-    }
-    assert!(
-        running.file(Port::Ip0, "MR,N1 0") > b"13\r".to_vec(),
-        "the program counts on"
-    );
-
-    let mut moving = written_before("scara-do");
-    let item = |robot: &mut Robot, name: &str| {
-        let body = String::from_utf8(robot.file(Port::Ip0, "SM,1")).unwrap();
-        body.split(' ')
-            .find_map(|item| item.strip_prefix(name).map(str::to_string))
-    };
-    assert_eq!(item(&mut moving, "DS").as_deref(), Some("1"));
-    for _ in 0..100 {
-        moving.advance_ms(500);
-        moving.file(Port::Ip0, "SM,1");
-    }
-    assert_eq!(item(&mut moving, "DS").as_deref(), Some("0"));
-    assert_eq!(item(&mut moving, "DC").as_deref(), Some("1"));
-    let there = String::from_utf8(moving.file(Port::Ip0, "PR,1")).unwrap();
-    assert!(there.starts_with("300.000,100.500,-20.123,45.000"), "{there}");
-}
-
 /// Something of everything: two tasks, a motion that overlaps another, an INPUT that waits, a monitor, an exchange.
 const RICH: &str = "GLOBAL\nDIM T(3) AS INTEGER\nA = 1.5\nEND\nPROGRAM M\nON DIN(9) DO PRINT A\nTASK(\"OTHER\")\n\
     PASS = 50\nAGAIN:\nMOVE H\nMOVES F WITH SPEED=30\nMOVEJ H, POINT(20,30,20)\nPULOUT(3, 0.2)\nGOTO AGAIN\nEND\n\
