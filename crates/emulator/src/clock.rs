@@ -13,13 +13,13 @@ use ts3100_proto::calendar::CalendarTime;
 /// deadline until something comes or goes again.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 /// Longest wall-clock time for which what is due is worked off before hosts, requests and signals get their turn.
-pub const SLICE: Duration = Duration::from_millis(3);
+pub const CATCH_UP_SLICE: Duration = Duration::from_millis(3);
 /// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
-const NOTICEABLE: Duration = Duration::from_secs(1);
+const NOTICEABLE_LAG: Duration = Duration::from_secs(1);
 /// How often the hub looks at the wall clock if [`TimeGap::Skip`] is asked for.
-pub const BEAT: Duration = Duration::from_millis(100);
+pub const GAP_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Shortest time without a look that counts as not served: a busy machine may hold anybody up for less.
-const GAP: Duration = Duration::from_millis(500);
+const MIN_GAP: Duration = Duration::from_millis(500);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
 
@@ -103,14 +103,14 @@ pub struct Clock {
     origin: Instant,
     base: Time,
     /// When something last came from a host or went to one.
-    stirred: Instant,
+    last_activity: Instant,
     /// Nobody is there for whom the wall counts.
-    alone: bool,
+    idle: bool,
     /// How much less has passed than the mode asks for, because the machine could not keep up.
-    behind: Duration,
+    lag: Duration,
     gap: TimeGap,
     /// When the hub last looked.
-    seen: Instant,
+    last_check: Instant,
     /// How much wall-clock time was skipped.
     skipped: Duration,
 }
@@ -124,11 +124,11 @@ impl Clock {
             mode,
             origin: wall,
             base: Time::ZERO,
-            stirred: wall,
-            alone: true,
-            behind: Duration::ZERO,
+            last_activity: wall,
+            idle: true,
+            lag: Duration::ZERO,
             gap: TimeGap::default(),
-            seen: wall,
+            last_check: wall,
             skipped: Duration::ZERO,
         }
     }
@@ -139,27 +139,27 @@ impl Clock {
         Clock { gap, ..self }
     }
 
-    /// How often [`Clock::beat`] is wanted, if at all.
+    /// How often [`Clock::skip_gap`] is wanted, if at all.
     #[must_use]
-    pub fn beats(&self) -> Option<Duration> {
-        (self.gap == TimeGap::Skip).then_some(BEAT)
+    pub fn gap_check_interval(&self) -> Option<Duration> {
+        (self.gap == TimeGap::Skip).then_some(GAP_CHECK_INTERVAL)
     }
 
     /// The hub looks at the clock, before anything else. Returns the wall-clock time for which it could not, if that is
     /// skipped.
-    pub fn beat(&mut self) -> Option<Duration> {
-        self.beat_at(Instant::now())
+    pub fn skip_gap(&mut self) -> Option<Duration> {
+        self.skip_gap_at(Instant::now())
     }
 
-    fn beat_at(&mut self, wall: Instant) -> Option<Duration> {
-        let since = std::mem::replace(&mut self.seen, wall).max(self.origin);
+    fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
+        let since = std::mem::replace(&mut self.last_check, wall).max(self.origin);
         let missed = wall.saturating_duration_since(since);
         let stands = match self.mode {
             TimeMode::Stepped => true,
-            TimeMode::Auto => self.alone,
+            TimeMode::Auto => self.idle,
             TimeMode::Real | TimeMode::Scaled(_) => false,
         };
-        if self.gap == TimeGap::CatchUp || stands || missed < GAP {
+        if self.gap == TimeGap::CatchUp || stands || missed < MIN_GAP {
             return None;
         }
         self.origin += missed;
@@ -176,11 +176,11 @@ impl Clock {
     /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
     /// [`TimeMode::Auto`] stands between two jumps, so that what nobody disturbs is the same each time.
     pub fn set_idle(&mut self, alone: bool) {
-        if self.alone != alone {
+        if self.idle != alone {
             let wall = Instant::now();
             self.base = self.at(wall);
             self.origin = wall;
-            self.alone = alone;
+            self.idle = alone;
         }
     }
 
@@ -195,36 +195,36 @@ impl Clock {
         let wall = Instant::now();
         self.base = self.at(wall);
         self.origin = wall;
-        self.stirred = wall;
+        self.last_activity = wall;
         self.mode = mode;
     }
 
     /// What was due could be done up to `reached` only: virtual time goes on from there. Returns whether as much is
     /// missing now, for the first time since the clock was started, as is worth a word.
-    pub fn fall_behind(&mut self, reached: Time) -> bool {
-        let before = self.behind;
+    pub fn note_lag(&mut self, reached: Time) -> bool {
+        let before = self.lag;
         let wall = Instant::now();
-        self.behind += self.at(wall).since(reached);
+        self.lag += self.at(wall).since(reached);
         (self.base, self.origin) = (reached, wall);
-        before < NOTICEABLE && self.behind >= NOTICEABLE
+        before < NOTICEABLE_LAG && self.lag >= NOTICEABLE_LAG
     }
 
     /// How much less virtual time has passed since the clock was started than its mode asked for.
     #[must_use]
-    pub fn behind(&self) -> Duration {
-        self.behind
+    pub fn lag(&self) -> Duration {
+        self.lag
     }
 
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
-        let alone = self.alone;
+        let alone = self.idle;
         *self = Clock::start(self.mode).with_gap(self.gap);
-        self.alone = alone;
+        self.idle = alone;
     }
 
     /// How long a moment is away on the wall, unless time stands still.
     #[must_use]
-    pub fn real_until(&self, moment: Time) -> Option<Duration> {
+    pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
         let left = moment.since(self.now());
         match self.mode {
             TimeMode::Stepped => None,
@@ -235,7 +235,7 @@ impl Clock {
 
     /// Something came from a host or went to one: it may answer.
     pub fn note_activity(&mut self) {
-        self.stirred = Instant::now();
+        self.last_activity = Instant::now();
     }
 
     /// Whether a host that waits 50 ms has waited at least 50 ms of virtual time: its pace can be judged.
@@ -278,7 +278,7 @@ impl Clock {
     fn at(&self, wall: Instant) -> Time {
         let passed = wall.saturating_duration_since(self.origin);
         match self.mode {
-            TimeMode::Auto if self.alone => self.base,
+            TimeMode::Auto if self.idle => self.base,
             TimeMode::Real | TimeMode::Auto => self.base + whole_micros(passed),
             TimeMode::Scaled(factor) => self.base + whole_micros(scaled(passed, factor)),
             TimeMode::Stepped => self.base,
@@ -294,7 +294,7 @@ impl Clock {
             _ if left.is_zero() => Wake::After(Duration::ZERO),
             TimeMode::Stepped => Wake::Never,
             TimeMode::Auto if host_is_silent => {
-                let quiet = wall.saturating_duration_since(self.stirred);
+                let quiet = wall.saturating_duration_since(self.last_activity);
                 Wake::JumpAfter(AUTO_GRACE.saturating_sub(quiet).min(left))
             }
             TimeMode::Real | TimeMode::Auto => Wake::After(left),
@@ -314,7 +314,7 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
 
 /// The date and time of the wall clock in UTC; the year 2069 at most, what two digits can tell.
 #[must_use]
-pub fn calendar_now() -> CalendarTime {
+pub fn system_calendar() -> CalendarTime {
     let epoch = CalendarTime {
         year: 1970,
         month: 1,
@@ -366,13 +366,13 @@ mod tests {
         let mut clock = Clock::start(TimeMode::Scaled(1_000.0));
         clock.origin = clock.origin.checked_sub(SECOND).unwrap();
         assert!(clock.now() >= Time::from_millis(1_000_000));
-        assert!(clock.fall_behind(Time::from_millis(7)));
+        assert!(clock.note_lag(Time::from_millis(7)));
         assert!(clock.now() >= Time::from_millis(7) && clock.now() < Time::from_millis(900_000));
-        assert!(clock.behind() >= Duration::from_secs(999));
-        assert!(!clock.fall_behind(Time::from_millis(8)), "said once");
+        assert!(clock.lag() >= Duration::from_secs(999));
+        assert!(!clock.note_lag(Time::from_millis(8)), "said once");
         let mut clock = Clock::start(TimeMode::Real);
         clock.origin = clock.origin.checked_sub(SECOND / 2).unwrap();
-        assert!(!clock.fall_behind(Time::ZERO), "not worth a word");
+        assert!(!clock.note_lag(Time::ZERO), "not worth a word");
     }
 
     #[test]
@@ -387,13 +387,13 @@ mod tests {
         ] {
             let mut clock = Clock::start(mode).with_gap(gap);
             let stopped = clock.origin + moment;
-            assert_eq!(clock.beat_at(stopped), None, "a look is no gap");
+            assert_eq!(clock.skip_gap_at(stopped), None, "a look is no gap");
             let runs_again = stopped + hour;
             let skips = gap == TimeGap::Skip && mode != TimeMode::Stepped;
-            assert_eq!(clock.beat_at(runs_again), skips.then_some(hour), "{mode}");
+            assert_eq!(clock.skip_gap_at(runs_again), skips.then_some(hour), "{mode}");
             assert_eq!(clock.skipped(), if skips { hour } else { Duration::ZERO });
             let later = runs_again + moment;
-            assert_eq!(clock.beat_at(later), None);
+            assert_eq!(clock.skip_gap_at(later), None);
             assert_eq!(clock.at(later), Time::ZERO + passes, "{mode} {gap:?}");
             let due = clock.at(later) + SECOND;
             assert!(
@@ -421,7 +421,7 @@ mod tests {
     #[test]
     fn auto_jumps_only_while_the_hosts_are_silent() {
         let mut clock = Clock::start(TimeMode::Auto);
-        clock.alone = false;
+        clock.idle = false;
         let start = clock.origin;
         let hour = Time::from_millis(3_600_000);
         assert_eq!(

@@ -1,7 +1,7 @@
 //! The one owner of the controller and its one loop: a link message, a panel action, a deadline or the end.
 //! One input, all its outputs, the next input. Nothing here knows what bytes or states mean.
 
-use crate::clock::{Clock, SLICE};
+use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::config::Settings;
 use crate::control as interface;
 use crate::control::journal::Journal;
@@ -10,13 +10,13 @@ use crate::loading::{self, LoadError};
 use crate::log::EventLog;
 use crate::reports::RunRecord;
 use crate::scenario::Play;
-use crate::serial::{LineError, Lines, SerialEnd};
+use crate::serial::{SerialEndpoint, SerialError, SerialLines};
 use crate::snapshot::handle::{SnapshotHandle, SnapshotRequest};
 use crate::snapshot::{self, SnapshotStore};
 use crate::store::backing::Backing;
-use crate::tcp::{LinkError, Links};
+use crate::tcp::{ChannelError, Channels};
 use crate::transcript::{RecorderError, Side, TranscriptSink};
-use crate::watch::Feeder;
+use crate::watch::WatchSender;
 use std::collections::{BTreeMap, VecDeque};
 use std::future::Future;
 use std::sync::Arc;
@@ -32,17 +32,17 @@ use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
-pub mod condition;
 mod control;
 mod persistence;
 pub mod request;
 mod run_loop;
+pub mod wait;
 
-use request::{Pending, Request};
-use run_loop::SourceTurns;
+use request::{PendingWait, Request};
+use run_loop::SourceRotation;
 
 /// Requests that may wait for the hub; then those who ask wait.
-pub const WAITING_REQUESTS: usize = 64;
+pub const REQUEST_QUEUE: usize = 64;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
@@ -68,7 +68,7 @@ pub enum StartError {
     },
     /// A port.
     #[error(transparent)]
-    Link(#[from] LinkError),
+    Channel(#[from] ChannelError),
     /// The control interface.
     #[error("the control interface cannot listen on {address}: {reason}")]
     Control {
@@ -79,7 +79,7 @@ pub enum StartError {
     },
     /// A serial line.
     #[error(transparent)]
-    Line(#[from] LineError),
+    Serial(#[from] SerialError),
     /// A transcript.
     #[error(transparent)]
     Transcript(#[from] RecorderError),
@@ -100,33 +100,33 @@ pub enum StartError {
 pub struct Driver {
     controller: Controller,
     clock: Clock,
-    links: Links,
-    lines: Lines,
+    channels: Channels,
+    serial_lines: SerialLines,
     backing: Option<Backing>,
     log: EventLog,
     requests: mpsc::Receiver<Request>,
-    orders: mpsc::Receiver<SnapshotRequest>,
-    rota: SourceTurns,
-    desk: SnapshotHandle,
-    shelf: SnapshotStore,
-    watch: Option<Feeder>,
-    tape: TranscriptSink,
-    play: Option<Play>,
+    snapshot_requests: mpsc::Receiver<SnapshotRequest>,
+    rotation: SourceRotation,
+    snapshot_handle: SnapshotHandle,
+    snapshot_store: SnapshotStore,
+    observer: Option<WatchSender>,
+    transcript: TranscriptSink,
+    scenario: Option<Play>,
     journal: Option<Arc<Journal>>,
-    evidence: RunRecord,
+    run_record: RunRecord,
     record_lines: bool,
     ports: BTreeMap<Port, u16>,
-    demo: bool,
+    has_demo: bool,
     servo_on: bool,
     /// Faults that are armed from the start.
     faults: Vec<Fault>,
     /// The controller as it was before the first input, for a reset.
-    initial: Controller,
+    initial_controller: Controller,
     /// It was not new from its files: a snapshot's, or one with an error history.
     restored: bool,
-    waits: Vec<Pending>,
+    waits: Vec<PendingWait>,
     /// Why the action that was just fed had no effect.
-    refusal: Option<ActionError>,
+    last_error: Option<ActionError>,
 }
 
 impl Driver {
@@ -138,45 +138,45 @@ impl Driver {
     pub async fn open(settings: &Settings) -> Result<(Driver, mpsc::Sender<Request>), StartError> {
         let powered = loading::power_on(settings)?;
         let tape = TranscriptSink::begin(settings, &powered)?;
-        let (sender, requests) = mpsc::channel(WAITING_REQUESTS);
-        let (desk, orders) = SnapshotHandle::open();
+        let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
+        let (desk, orders) = SnapshotHandle::channel();
         let mut clock = Clock::start(settings.time).with_gap(settings.time_gap);
         clock.set(powered.controller.now());
         let mut hub = Driver {
-            initial: powered.controller.clone(),
+            initial_controller: powered.controller.clone(),
             restored: powered.restored,
             controller: powered.controller,
             clock,
-            links: Links::new(settings.listen, settings.ports, settings.links),
-            lines: Lines::new(settings.serial.clone(), settings.links),
+            channels: Channels::new(settings.listen, settings.ports, settings.links),
+            serial_lines: SerialLines::new(settings.serial.clone(), settings.links),
             backing: powered.backing,
             log: EventLog::default(),
             requests,
-            orders,
-            rota: SourceTurns::default(),
-            desk,
-            shelf: SnapshotStore::default(),
-            watch: None,
-            tape,
-            play: None,
+            snapshot_requests: orders,
+            rotation: SourceRotation::default(),
+            snapshot_handle: desk,
+            snapshot_store: SnapshotStore::default(),
+            observer: None,
+            transcript: tape,
+            scenario: None,
             journal: None,
-            evidence: RunRecord::default(),
+            run_record: RunRecord::default(),
             record_lines: settings.record_lines,
             ports: BTreeMap::new(),
-            demo: powered.demo,
+            has_demo: powered.demo,
             servo_on: settings.servo_on,
             faults: settings.faults.clone(),
             waits: Vec::new(),
-            refusal: None,
+            last_error: None,
         };
-        hub.evidence.begin(&hub.controller);
+        hub.run_record.begin(&hub.controller);
         hub.controller.trace(settings.record_lines);
         // A snapshot may be one of a controller that is off.
         if hub.controller.state().powered {
-            hub.ports = hub.links.open(hub.controller.network())?;
+            hub.ports = hub.channels.open(hub.controller.network())?;
         }
-        hub.lines.open(&hub.controller)?;
-        hub.begin().await;
+        hub.serial_lines.open(&hub.controller)?;
+        hub.start().await;
         Ok((hub, sender))
     }
 
@@ -188,32 +188,32 @@ impl Driver {
 
     /// The record of this run.
     #[must_use]
-    pub fn evidence(&self) -> RunRecord {
-        self.evidence.clone()
+    pub fn run_record(&self) -> RunRecord {
+        self.run_record.clone()
     }
 
     /// Where the serial lines are.
     #[must_use]
-    pub fn serial(&self) -> BTreeMap<Port, SerialEnd> {
-        self.lines.places()
+    pub fn serial_endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
+        self.serial_lines.endpoints()
     }
 
     /// Whether the example program is on the drive.
     #[must_use]
     pub fn has_demo(&self) -> bool {
-        self.demo
+        self.has_demo
     }
 
     /// Where snapshots are asked for.
     #[must_use]
-    pub fn desk(&self) -> SnapshotHandle {
-        self.desk.clone()
+    pub fn snapshot_handle(&self) -> SnapshotHandle {
+        self.snapshot_handle.clone()
     }
 
     /// From now on this scenario is played.
-    pub fn play(&mut self, play: Play) {
+    pub fn set_scenario(&mut self, play: Play) {
         play.begin(&self.controller);
-        self.play = Some(play);
+        self.scenario = Some(play);
     }
 
     /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
@@ -233,15 +233,15 @@ impl Driver {
             reason,
         })?;
         let address = server.address();
-        let journal = Arc::new(Journal::beside(self.tape.kept()));
+        let journal = Arc::new(Journal::beside(self.transcript.kept()));
         self.journal = Some(Arc::clone(&journal));
         server.serve(requests.clone(), journal);
         Ok(Some(address))
     }
 
     /// From now on what has been done is told to `feeder`.
-    pub fn set_observer(&mut self, feeder: Feeder) {
-        self.watch = Some(feeder);
+    pub fn set_observer(&mut self, feeder: WatchSender) {
+        self.observer = Some(feeder);
     }
 
     /// Serves until `stop` is ready, then says what became of the faults and closes every port. The controller as it
@@ -251,18 +251,18 @@ impl Driver {
         // What is due by now has happened in the state that is told.
         self.feed(Input::Tick).await;
         faults::tell(self.controller.faults());
-        self.links.close().await;
-        self.lines.close().await;
+        self.channels.close().await;
+        self.serial_lines.close().await;
         self.controller
     }
 
     /// One input and everything that follows from it.
     async fn feed(&mut self, input: Input) {
-        self.feed_by(input, Side::Host).await;
+        self.feed_from(input, Side::Host).await;
     }
 
     /// As [`Hub::feed`]; who has caused it stands in transcripts.
-    async fn feed_by(&mut self, input: Input, mut by: Side) {
+    async fn feed_from(&mut self, input: Input, mut by: Side) {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
@@ -275,8 +275,8 @@ impl Driver {
             }
         }
         // Not before: room for bytes that still wait here would be given away twice.
-        self.lines.grant(&self.controller);
-        self.tape.flush();
+        self.serial_lines.grant_read_credit(&self.controller);
+        self.transcript.flush();
         self.end_waits();
         self.update_idle();
     }
@@ -290,17 +290,17 @@ impl Driver {
 
     /// When something happens by itself.
     fn deadline(&self) -> Option<Time> {
-        let play = self.play.as_ref().and_then(Play::deadline);
+        let play = self.scenario.as_ref().and_then(Play::deadline);
         self.controller.poll_deadline().into_iter().chain(play).min()
     }
 
     /// However late the wall is: what was due before is done, and recorded with the time at which it was due. What takes
-    /// longer than [`SLICE`] is left: virtual time lags, and whoever waits gets a turn. Returns the moment it is now.
+    /// longer than [`CATCH_UP_SLICE`] is left: virtual time lags, and whoever waits gets a turn. Returns the moment it is now.
     async fn catch_up(&mut self, now: Time, by: Side, inputs: &mut VecDeque<Input>) -> Time {
         let begun = Instant::now();
         loop {
             let due = self.controller.poll_deadline().filter(|due| *due < now);
-            let play = self.play.as_ref();
+            let play = self.scenario.as_ref();
             let action = play.and_then(|play| play.due(due.unwrap_or(now)));
             let (at, input) = match (action, due) {
                 (Some((at, input)), _) => (at, input),
@@ -308,9 +308,9 @@ impl Driver {
                 (None, None) => return now,
             };
             self.step(at.max(self.controller.now()), input, by, inputs).await;
-            if begun.elapsed() > SLICE {
+            if begun.elapsed() > CATCH_UP_SLICE {
                 let reached = self.controller.now();
-                if self.clock.fall_behind(reached) {
+                if self.clock.note_lag(reached) {
                     let mode = self.clock.mode();
                     warn!(
                         "this machine cannot keep up with --time {mode}: virtual time lags (`behind` of /clock)"
@@ -326,8 +326,8 @@ impl Driver {
         if let Input::Connected { port, .. } = &input {
             self.log.new_peer(*port);
         }
-        self.tape.input(at, &input, by);
-        if let Some(play) = &self.play {
+        self.transcript.input(at, &input, by);
+        if let Some(play) = &self.scenario {
             play.input(at, &input);
         }
         if let Some(journal) = &self.journal {
@@ -336,33 +336,33 @@ impl Driver {
         self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
             if let Output::Persist { name, content } = &output {
-                self.keep(at, name, content.as_deref());
+                self.persist(at, name, content.as_deref());
                 continue;
             }
             if self.is_irrelevant_pace_finding(&output) {
                 continue;
             }
-            self.tape.output(at, &output);
-            if let Some(play) = &self.play {
+            self.transcript.output(at, &output);
+            if let Some(play) = &self.scenario {
                 play.output(at, &output);
             }
-            self.evidence.take(at, &output);
+            self.run_record.take(at, &output);
             self.observe(&output);
             // They are told for the record of lines alone, and there are very many.
-            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_a_line() {
+            if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_statement() {
                 continue;
             }
             if let Some(journal) = &self.journal {
                 journal.output(at, &output);
             }
-            let watched = self.watch.as_ref().map(|_| output.clone());
+            let watched = self.observer.as_ref().map(|_| output.clone());
             self.perform(output, inputs).await;
-            if let (Some(feeder), Some(output)) = (&self.watch, watched) {
-                feeder.put(output);
+            if let (Some(feeder), Some(output)) = (&self.observer, watched) {
+                feeder.send(output);
             }
         }
         self.log.settle();
-        if let Some(play) = &self.play {
+        if let Some(play) = &self.scenario {
             play.settled(at, &self.controller);
         }
     }
@@ -376,12 +376,12 @@ impl Driver {
     }
 
     /// Closes every port and opens those that the controller now has.
-    async fn open_anew(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), LinkError> {
-        let gone = self.links.close().await;
+    async fn reopen_channels(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), ChannelError> {
+        let gone = self.channels.close().await;
         inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
         self.ports.clear();
         if self.controller.state().powered {
-            self.ports = self.links.open(self.controller.network())?;
+            self.ports = self.channels.open(self.controller.network())?;
         }
         Ok(())
     }
@@ -390,39 +390,39 @@ impl Driver {
         match output {
             Output::Send { port, bytes } => {
                 self.clock.note_activity();
-                if self.lines.has(port) {
-                    self.lines.send(port, bytes);
+                if self.serial_lines.has(port) {
+                    self.serial_lines.send(port, bytes);
                 } else {
-                    inputs.extend(self.links.send(port, bytes).await);
+                    inputs.extend(self.channels.send(port, bytes).await);
                 }
             }
             // A change is kept before it happens.
             Output::Persist { .. } => {}
-            Output::Stored { .. } | Output::Erased { .. } => self.make_up_files(),
+            Output::Stored { .. } | Output::Erased { .. } => self.retry_unsaved_files(),
             Output::PowerOff => {
                 info!("power off; no port is open");
-                let gone = self.links.close().await;
+                let gone = self.channels.close().await;
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
                 self.ports.clear();
             }
             Output::PowerCycled => {
-                inputs.extend(self.lines.power_cycled(&self.controller));
-                match self.open_anew(inputs).await {
+                inputs.extend(self.serial_lines.power_cycled(&self.controller));
+                match self.reopen_channels(inputs).await {
                     Ok(()) => info!("power cycled; ports: {:?}", self.ports),
                     Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
             }
             Output::Rejected(refusal) => {
                 info!(event = "undone", "{refusal}");
-                self.refusal = Some(refusal);
+                self.last_error = Some(refusal);
             }
-            Output::Disconnect { port, how } => inputs.extend(self.links.end(port, how)),
-            Output::Stall { port } => self.links.deafen(port),
+            Output::Disconnect { port, how } => inputs.extend(self.channels.disconnect(port, how)),
+            Output::Stall { port } => self.channels.stall(port),
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => {
                 // Before an answer that tells of it leaves.
                 if let Event::Alarm { .. } = &event {
-                    self.keep_history();
+                    self.save_history();
                 }
                 self.log.write(self.clock.now(), &event);
             }

@@ -17,11 +17,11 @@ use crate::control::ControlSettings;
 use crate::driver::request::Request;
 use crate::driver::{Driver, StartError};
 use crate::reports::{CoverageReport, RunRecord};
-use crate::serial::SerialEnd;
+use crate::serial::SerialEndpoint;
 use crate::snapshot;
 use crate::snapshot::handle::{SnapshotHandle, SnapshotReply, SnapshotRequestError, SnapshotTask};
 use crate::transcript::FormatError;
-use crate::watch::{WaitError, Watch, watch};
+use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -89,7 +89,7 @@ impl Builder {
 
     /// How the serial port HOST or COM1 is reached; not at all if not said.
     #[must_use]
-    pub fn serial(mut self, port: Port, end: SerialEnd) -> Builder {
+    pub fn serial(mut self, port: Port, end: SerialEndpoint) -> Builder {
         self.settings.serial.insert(port, end);
         self
     }
@@ -198,7 +198,7 @@ impl Builder {
     pub fn start(self) -> Result<Emulator, StartError> {
         let (tell, told) = std::sync::mpsc::sync_channel(1);
         let (stop, stopped) = oneshot::channel::<()>();
-        let (feeder, watch) = watch();
+        let (feeder, watch) = channel();
         let settings = self.settings;
         let listen = settings.listen;
         let controller = settings.controller.clone();
@@ -216,8 +216,8 @@ impl Builder {
                 match started {
                     Ok((runtime, mut hub, requests, control)) => {
                         hub.set_observer(feeder);
-                        let (ports, evidence) = (hub.ports().clone(), hub.evidence());
-                        let (serial, desk) = (hub.serial(), hub.desk());
+                        let (ports, evidence) = (hub.ports().clone(), hub.run_record());
+                        let (serial, desk) = (hub.serial_endpoints(), hub.snapshot_handle());
                         if tell
                             .send(Ok((ports, serial, control, requests, desk, evidence)))
                             .is_ok()
@@ -268,7 +268,7 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     })
 }
 
-/// The panel has [`crate::driver::WAITING_REQUESTS`] actions waiting, or the emulator has ended.
+/// The panel has [`crate::driver::REQUEST_QUEUE`] actions waiting, or the emulator has ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
@@ -292,7 +292,7 @@ pub enum ArmError {
 pub struct Emulator {
     listen: IpAddr,
     ports: BTreeMap<Port, u16>,
-    serial: BTreeMap<Port, SerialEnd>,
+    serial: BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
     desk: SnapshotHandle,
@@ -338,7 +338,7 @@ impl Emulator {
 
     /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
     #[must_use]
-    pub fn serial(&self, port: Port) -> Option<&SerialEnd> {
+    pub fn serial(&self, port: Port) -> Option<&SerialEndpoint> {
         self.serial.get(&port)
     }
 
@@ -378,7 +378,7 @@ impl Emulator {
     /// [`PanelError`].
     pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
         let (done, told) = std::sync::mpsc::channel();
-        let look = Request::Look(Box::new(move |sight| {
+        let look = Request::Query(Box::new(move |sight| {
             // Fails only when nobody waits for it.
             let _ = done.send(sight.controller.faults().reports().cloned().collect());
         }));
@@ -389,7 +389,7 @@ impl Emulator {
     fn order(&self, action: Action) -> Result<(), ArmError> {
         let (done, is_done) = std::sync::mpsc::channel();
         self.requests
-            .try_send(Request::Order { action, done })
+            .try_send(Request::ActionBlocking { action, done })
             .map_err(|_| PanelError)?;
         is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
@@ -400,7 +400,7 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.desk
-            .ask_blocking(SnapshotTask::Keep(name.to_owned()))
+            .request_blocking(SnapshotTask::Save(name.to_owned()))
             .map(drop)
     }
 
@@ -411,7 +411,7 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
         self.desk
-            .ask_blocking(SnapshotTask::Restore(name.to_owned()))
+            .request_blocking(SnapshotTask::Restore(name.to_owned()))
             .map(drop)
     }
 
@@ -420,7 +420,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        if let SnapshotReply::State(controller) = self.desk.ask_blocking(SnapshotTask::Get)? {
+        if let SnapshotReply::State(controller) = self.desk.request_blocking(SnapshotTask::Get)? {
             snapshot::write(path, &controller)?;
         }
         Ok(())
@@ -433,7 +433,7 @@ impl Emulator {
     pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path)?);
         self.desk
-            .ask_blocking(SnapshotTask::Replace(controller))
+            .request_blocking(SnapshotTask::Replace(controller))
             .map(drop)
     }
 
@@ -458,7 +458,7 @@ impl Emulator {
     /// Waits until the controller has put out something of which `found` makes a value: an alarm, a file
     /// stored, a text sent. Every output since the start is looked at once, in order; an output is there when
     /// it has been carried out. Of many that nobody looked at the oldest are forgotten
-    /// ([`KEPT_OUTPUTS`](crate::watch::KEPT_OUTPUTS)).
+    /// ([`MAX_OUTPUTS`](crate::watch::MAX_OUTPUTS)).
     ///
     /// # Errors
     /// [`WaitError`]: not within `limit`, or the emulator has ended.

@@ -15,6 +15,7 @@ mod files;
 pub mod headless;
 pub mod loading;
 pub mod log;
+mod port_queues;
 pub mod ready;
 pub mod reports;
 pub mod scenario;
@@ -27,6 +28,5 @@ pub mod tcp;
 #[cfg(test)]
 mod testing;
 pub mod transcript;
-mod turns;
 mod visible;
 pub mod watch;

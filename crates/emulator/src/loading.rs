@@ -138,7 +138,7 @@ fn backed(
     let found = found
         .iter()
         .map(|(name, content)| (name.as_str(), content.as_slice()));
-    match backing.follow(found, controller) {
+    match backing.replace_files(found, controller) {
         Err(reason) if when_full == WhenFull::Refuse => Err(reason.into()),
         _ => Ok(backing),
     }

@@ -2,7 +2,7 @@
 //! stderr for people.
 
 use crate::config::Settings;
-use crate::serial::SerialEnd;
+use crate::serial::SerialEndpoint;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -57,7 +57,7 @@ impl Ready {
     #[must_use]
     pub fn new(
         ports: &BTreeMap<Port, u16>,
-        serial: &BTreeMap<Port, SerialEnd>,
+        serial: &BTreeMap<Port, SerialEndpoint>,
         control: Option<SocketAddr>,
     ) -> Ready {
         let place = |port| serial.get(&port).map(ToString::to_string);
@@ -106,7 +106,7 @@ pub fn url(address: SocketAddr) -> String {
 pub fn banner(
     settings: &Settings,
     ports: &BTreeMap<Port, u16>,
-    serial: &BTreeMap<Port, SerialEnd>,
+    serial: &BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
     demo: bool,
 ) -> String {
@@ -187,8 +187,11 @@ mod tests {
             r#"{"event":"ready","ports":{"ip0":40001},"control":"http://127.0.0.1:3100"}"#
         );
         let serial = BTreeMap::from([
-            (Port::Host, SerialEnd::Pty("/run/robot/host".into())),
-            (Port::Com1, SerialEnd::Rfc2217("127.0.0.1:2217".parse().unwrap())),
+            (Port::Host, SerialEndpoint::Pty("/run/robot/host".into())),
+            (
+                Port::Com1,
+                SerialEndpoint::Rfc2217("127.0.0.1:2217".parse().unwrap()),
+            ),
         ]);
         assert_eq!(
             Ready::new(&one, &serial, None).line().unwrap(),

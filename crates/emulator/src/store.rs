@@ -38,7 +38,7 @@ pub enum StoreError {
         "the directory {} was removed or replaced while ts3100 ran; put it back, or start ts3100 again",
         path.display()
     )]
-    Gone {
+    DirectoryReplaced {
         /// The directory.
         path: PathBuf,
     },
@@ -53,7 +53,7 @@ pub enum StoreError {
     },
     /// A file that can be no file of the RAM drive.
     #[error("{} cannot be a file of the RAM drive: {reason}", path.display())]
-    Foreign {
+    NotADriveFile {
         /// The file.
         path: PathBuf,
         /// Why not.
@@ -66,9 +66,9 @@ impl StoreError {
     fn cause(&self) -> String {
         match self {
             StoreError::Io { reason, .. } => reason.to_string(),
-            StoreError::Gone { .. } | StoreError::InUse { .. } | StoreError::Foreign { .. } => {
-                self.to_string()
-            }
+            StoreError::DirectoryReplaced { .. }
+            | StoreError::InUse { .. }
+            | StoreError::NotADriveFile { .. } => self.to_string(),
         }
     }
 }
@@ -83,7 +83,7 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Stor
 pub struct Store {
     directory: PathBuf,
     /// The directory itself, whatever becomes of its name. Only on Unix it can be opened.
-    opened: Option<File>,
+    handle: Option<File>,
     /// Holds the lock until it is closed.
     _lock: File,
     /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
@@ -103,13 +103,13 @@ impl Store {
     /// left alone too and named among the [warnings](Store::warnings).
     ///
     /// # Errors
-    /// The system's, [`StoreError::InUse`], and [`StoreError::Foreign`] for a file whose name is one of the RAM drive and
+    /// The system's, [`StoreError::InUse`], and [`StoreError::NotADriveFile`] for a file whose name is one of the RAM drive and
     /// which cannot be there: a download of that name would destroy it.
     pub fn open(directory: &Path) -> Result<(Store, StoredFiles), StoreError> {
         fs::create_dir_all(directory).map_err(io_error("make the directory", directory))?;
         let mut store = Store {
             directory: directory.to_path_buf(),
-            opened: cfg!(unix)
+            handle: cfg!(unix)
                 .then(|| File::open(directory))
                 .transpose()
                 .map_err(io_error("open", directory))?,
@@ -121,7 +121,7 @@ impl Store {
         let mut found = Vec::new();
         for entry in fs::read_dir(directory).map_err(io_error("list", directory))? {
             let entry = entry.map_err(io_error("list", directory))?;
-            if let Some(file) = store.admit(&entry)? {
+            if let Some(file) = store.load_entry(&entry)? {
                 found.push(file);
             }
         }
@@ -144,9 +144,9 @@ impl Store {
         ));
     }
 
-    fn admit(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
+    fn load_entry(&mut self, entry: &fs::DirEntry) -> Result<Option<(String, Vec<u8>)>, StoreError> {
         let (path, file_name) = (entry.path(), entry.file_name());
-        let foreign = |reason: String| StoreError::Foreign {
+        let foreign = |reason: String| StoreError::NotADriveFile {
             path: path.clone(),
             reason,
         };
@@ -198,8 +198,8 @@ impl Store {
     /// # Errors
     /// The system's; what was there before is then still there.
     pub fn put(&mut self, name: &str, content: &[u8]) -> Result<(), StoreError> {
-        let place = self.place(name)?;
-        let unfinished = self.write_beside(name, content)?;
+        let place = self.path_of(name)?;
+        let unfinished = self.write_temporary(name, content)?;
         // A file put there by hand in lower case first takes its upper-case name, so that no moment and no
         // file system sees two of them or none.
         if let Some(previous) = self
@@ -217,15 +217,15 @@ impl Store {
 
     /// Puts a file of the store itself in place of the one before.
     fn replace(&self, name: &str, content: &[u8]) -> Result<(), StoreError> {
-        let unfinished = self.write_beside(name, content)?;
+        let unfinished = self.write_temporary(name, content)?;
         let place = self.directory.join(name);
         fs::rename(&unfinished, &place).map_err(io_error("put in place", &place))?;
         self.sync()
     }
 
     /// Writes what is to take the place of a file; where it is until then.
-    fn write_beside(&self, name: &str, content: &[u8]) -> Result<PathBuf, StoreError> {
-        self.expect_directory()?;
+    fn write_temporary(&self, name: &str, content: &[u8]) -> Result<PathBuf, StoreError> {
+        self.check_directory()?;
         let place = self.directory.join(name);
         // The lock says that nobody else writes here, so the name may be the same each time.
         let unfinished = files::beside(&place, None).map_err(io_error("write", &place))?;
@@ -239,7 +239,7 @@ impl Store {
     /// # Errors
     /// The system's.
     pub fn remove(&mut self, name: &str) -> Result<(), StoreError> {
-        self.expect_directory()?;
+        self.check_directory()?;
         let Some(actual) = self.files.get(name) else {
             return Ok(());
         };
@@ -255,14 +255,14 @@ impl Store {
     }
 
     /// What is written to another directory of the same name is lost with this one.
-    fn expect_directory(&self) -> Result<(), StoreError> {
+    fn check_directory(&self) -> Result<(), StoreError> {
         #[cfg(unix)]
-        if let Some(opened) = &self.opened {
+        if let Some(opened) = &self.handle {
             use std::os::unix::fs::MetadataExt as _;
             let identity = |found: fs::Metadata| (found.dev(), found.ino());
             let there = fs::metadata(&self.directory).map(identity).ok();
             if there != opened.metadata().map(identity).ok() {
-                return Err(StoreError::Gone {
+                return Err(StoreError::DirectoryReplaced {
                     path: self.directory.clone(),
                 });
             }
@@ -271,15 +271,15 @@ impl Store {
     }
 
     /// The path of a name the controller gave: only a normal name of the drive leads to a path.
-    fn place(&self, name: &str) -> Result<PathBuf, StoreError> {
+    fn path_of(&self, name: &str) -> Result<PathBuf, StoreError> {
         let path = self.directory.join(name);
         match FileName::parse(name) {
             Ok(normal) if normal.as_str() == name => Ok(path),
-            Ok(_) => Err(StoreError::Foreign {
+            Ok(_) => Err(StoreError::NotADriveFile {
                 path,
                 reason: "its name is not in upper case".to_owned(),
             }),
-            Err(error) => Err(StoreError::Foreign {
+            Err(error) => Err(StoreError::NotADriveFile {
                 path,
                 reason: error.to_string(),
             }),
@@ -287,7 +287,7 @@ impl Store {
     }
 
     fn sync(&self) -> Result<(), StoreError> {
-        match &self.opened {
+        match &self.handle {
             Some(opened) => opened.sync_all().map_err(io_error("sync", &self.directory)),
             None => Ok(()),
         }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use ts3100_controller::output::Output;
 
 /// Outputs that are kept for a [`Watch`]; of more, the oldest are forgotten.
-pub const KEPT_OUTPUTS: usize = 4_096;
+pub const MAX_OUTPUTS: usize = 4_096;
 
 /// Why a wait ended without what was waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -21,20 +21,20 @@ pub enum WaitError {
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct WatchState {
     outputs: VecDeque<Output>,
     ended: bool,
 }
 
 #[derive(Debug, Default)]
 struct Shared {
-    state: Mutex<State>,
+    state: Mutex<WatchState>,
     changed: Condvar,
 }
 
 impl Shared {
     /// The state is whole between any two statements, so a panic elsewhere does not matter.
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, WatchState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -45,20 +45,20 @@ pub struct Watch(Arc<Shared>);
 
 /// The hub's end; the emulator has ended when it is dropped.
 #[derive(Debug)]
-pub struct Feeder(Arc<Shared>);
+pub struct WatchSender(Arc<Shared>);
 
 /// Two ends of one watch.
 #[must_use]
-pub fn watch() -> (Feeder, Watch) {
+pub fn channel() -> (WatchSender, Watch) {
     let shared = Arc::new(Shared::default());
-    (Feeder(Arc::clone(&shared)), Watch(shared))
+    (WatchSender(Arc::clone(&shared)), Watch(shared))
 }
 
-impl Feeder {
+impl WatchSender {
     /// Something has been done.
-    pub fn put(&self, output: Output) {
+    pub fn send(&self, output: Output) {
         let mut state = self.0.state();
-        if state.outputs.len() >= KEPT_OUTPUTS {
+        if state.outputs.len() >= MAX_OUTPUTS {
             state.outputs.pop_front();
         }
         state.outputs.push_back(output);
@@ -66,7 +66,7 @@ impl Feeder {
     }
 }
 
-impl Drop for Feeder {
+impl Drop for WatchSender {
     fn drop(&mut self) {
         self.0.state().ended = true;
         self.0.changed.notify_all();
@@ -118,19 +118,19 @@ mod tests {
 
     #[test]
     fn outputs_are_looked_at_once_and_in_order() {
-        let (feeder, watch) = watch();
+        let (feeder, watch) = channel();
         for output in [
             Output::Pendant("a".to_owned()),
             Output::PowerCycled,
             Output::Pendant("b".to_owned()),
         ] {
-            feeder.put(output);
+            feeder.send(output);
         }
         let now = Duration::ZERO;
         assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("a"));
         assert_eq!(watch.wait_for(now, pendant).as_deref(), Ok("b"));
         assert_eq!(watch.wait_for(now, pendant), Err(WaitError::Late(now)));
-        let late = std::thread::spawn(move || feeder.put(Output::Pendant("c".to_owned())));
+        let late = std::thread::spawn(move || feeder.send(Output::Pendant("c".to_owned())));
         assert_eq!(watch.wait_for(Duration::MAX, pendant).as_deref(), Ok("c"));
         late.join().unwrap();
         assert_eq!(watch.wait_for(Duration::MAX, pendant), Err(WaitError::Ended));
@@ -138,11 +138,11 @@ mod tests {
 
     #[test]
     fn a_watch_nobody_reads_does_not_grow() {
-        let (feeder, watch) = watch();
-        for number in 0..=KEPT_OUTPUTS {
-            feeder.put(Output::Pendant(number.to_string()));
+        let (feeder, watch) = channel();
+        for number in 0..=MAX_OUTPUTS {
+            feeder.send(Output::Pendant(number.to_string()));
         }
-        assert_eq!(watch.0.state().outputs.len(), KEPT_OUTPUTS);
+        assert_eq!(watch.0.state().outputs.len(), MAX_OUTPUTS);
         assert_eq!(watch.wait_for(Duration::ZERO, pendant).as_deref(), Ok("1"));
     }
 }

@@ -25,7 +25,7 @@ use std::time::Duration;
 use ts3100_controller::{Event, Output, PanelAction, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::{Builder, Emulator};
-use ts3100_emulator::serial::SerialEnd;
+use ts3100_emulator::serial::SerialEndpoint;
 use ts3100_emulator::transcript::{RecordKind, Recording};
 
 /// Longest wait for anything.
@@ -49,8 +49,8 @@ impl Directory {
     /// A robot with both ports as pseudo terminals here.
     fn robot(&self) -> Builder {
         Emulator::builder()
-            .serial(Port::Host, SerialEnd::Pty(self.at("host")))
-            .serial(Port::Com1, SerialEnd::Pty(self.at("com1")))
+            .serial(Port::Host, SerialEndpoint::Pty(self.at("host")))
+            .serial(Port::Com1, SerialEndpoint::Pty(self.at("com1")))
     }
 }
 
@@ -115,7 +115,7 @@ fn hosts_come_and_go_and_the_link_stays() {
     let robot = directory.robot().start().unwrap();
     assert_eq!(
         robot.serial(Port::Host),
-        Some(&SerialEnd::Pty(directory.at("host")))
+        Some(&SerialEndpoint::Pty(directory.at("host")))
     );
     let first = std::fs::read_link(directory.at("host")).unwrap();
     for _ in 0..5 {
@@ -372,8 +372,8 @@ fn a_program_that_waits_or_moves_outlives_its_partner() {
     assert_eq!(&printed, b"           7\r");
 }
 
-fn dial(end: Option<&SerialEnd>) -> TcpStream {
-    let Some(SerialEnd::Rfc2217(address) | SerialEnd::Tcp(address)) = end else {
+fn dial(end: Option<&SerialEndpoint>) -> TcpStream {
+    let Some(SerialEndpoint::Rfc2217(address) | SerialEndpoint::Tcp(address)) = end else {
         panic!("{end:?}");
     };
     let stream = TcpStream::connect(address).unwrap();
@@ -391,7 +391,7 @@ fn exactly(host: &mut impl Read, expected: &[u8]) {
 fn bare_bytes_over_tcp() {
     let address = "127.0.0.1:0".parse().unwrap();
     let robot = Emulator::builder()
-        .serial(Port::Host, SerialEnd::Tcp(address))
+        .serial(Port::Host, SerialEndpoint::Tcp(address))
         .time(TimeMode::Scaled(10.0))
         .start()
         .unwrap();
@@ -414,7 +414,7 @@ fn bare_bytes_over_tcp() {
 fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
     let address = "127.0.0.1:0".parse().unwrap();
     let robot = Emulator::builder()
-        .serial(Port::Host, SerialEnd::Rfc2217(address))
+        .serial(Port::Host, SerialEndpoint::Rfc2217(address))
         .start()
         .unwrap();
     let mut client = dial(robot.serial(Port::Host));
@@ -500,7 +500,7 @@ fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
     let (mut first, name) = cable();
     symlink(&name, directory.at("tty")).unwrap();
     let robot = Emulator::builder()
-        .serial(Port::Host, SerialEnd::Device(directory.at("tty")))
+        .serial(Port::Host, SerialEndpoint::Device(directory.at("tty")))
         .option("channel.redial", "20ms")
         .unwrap()
         .start()
@@ -532,7 +532,7 @@ fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
 #[test]
 fn a_real_port_that_is_not_there_is_an_error_with_its_name() {
     let started = Emulator::builder()
-        .serial(Port::Com1, SerialEnd::Device("/dev/ttyNOTHERE".into()))
+        .serial(Port::Com1, SerialEndpoint::Device("/dev/ttyNOTHERE".into()))
         .start();
     let error = started.unwrap_err().to_string();
     assert!(

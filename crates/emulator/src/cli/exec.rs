@@ -7,7 +7,7 @@ use super::unstarted;
 use crate::config::args::PortsWord;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::driver::Driver;
-use crate::driver::self_check::dialled;
+use crate::driver::self_check::connectable;
 use crate::embed::single_threaded;
 use crate::log;
 use crate::visible::shown;
@@ -139,7 +139,7 @@ fn command_of(
 ) -> Command {
     let mut command = Command::new(program);
     command.args(rest).kill_on_drop(true);
-    command.env("TS3100_HOST", dialled(settings.listen).to_string());
+    command.env("TS3100_HOST", connectable(settings.listen).to_string());
     for port in Port::ETHERNET {
         let name = format!("TS3100_{}_PORT", port.name());
         match hub.ports().get(&port) {
@@ -149,10 +149,10 @@ fn command_of(
         };
     }
     if let Some(address) = control {
-        let address = SocketAddr::new(dialled(address.ip()), address.port());
+        let address = SocketAddr::new(connectable(address.ip()), address.port());
         command.env("TS3100_CONTROL_URL", format!("http://{address}"));
     }
-    for (port, place) in hub.serial() {
+    for (port, place) in hub.serial_endpoints() {
         command.env(format!("TS3100_{}_LINE", port.name()), place.to_string());
     }
     command

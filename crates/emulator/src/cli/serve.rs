@@ -65,7 +65,7 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         let (mut hub, requests) = Driver::open(&settings).await?;
         let control = hub.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial(), control)
+            let line = Ready::new(hub.ports(), &hub.serial_endpoints(), control)
                 .varied(settings.controller.vary)
                 .line()?;
             let mut stdout = std::io::stdout().lock();
@@ -75,7 +75,13 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
         } else {
             eprint!(
                 "{}",
-                banner(&settings, hub.ports(), &hub.serial(), control, hub.has_demo())
+                banner(
+                    &settings,
+                    hub.ports(),
+                    &hub.serial_endpoints(),
+                    control,
+                    hub.has_demo()
+                )
             );
         }
         let served = Served::begin(&settings, &mut hub);
@@ -112,9 +118,9 @@ impl Served {
     pub(super) fn begin(settings: &Settings, hub: &mut Driver) -> Served {
         let play = settings.scenario.clone().map(Play::new);
         if let Some(play) = &play {
-            hub.play(play.clone());
+            hub.set_scenario(play.clone());
         }
-        let evidence = hub.evidence();
+        let evidence = hub.run_record();
         Served { play, evidence }
     }
 

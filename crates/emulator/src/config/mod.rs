@@ -21,7 +21,7 @@ use crate::clock::{self, TimeGap, TimeMode};
 use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
 use crate::reports::Reports;
 use crate::scenario::Scenario;
-use crate::serial::SerialEnd;
+use crate::serial::SerialEndpoint;
 use crate::transcript::TranscriptFile;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr};
@@ -49,7 +49,7 @@ pub struct Settings {
     /// Their ports.
     pub ports: Ports,
     /// How the serial ports HOST and COM1 are reached; one that is not here has no line to the outside.
-    pub serial: BTreeMap<Port, SerialEnd>,
+    pub serial: BTreeMap<Port, SerialEndpoint>,
     /// The controller.
     pub controller: Config,
     /// The links.
@@ -156,7 +156,7 @@ impl Settings {
         let time = args.time.unwrap_or_default();
         // A run whose time does not follow the wall repeats byte for byte, its dates included.
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
-            controller.calendar = clock::calendar_now();
+            controller.calendar = clock::system_calendar();
         }
         let ports = match args.ports {
             Some(args::PortsWord::Auto) => Ports::Auto,

@@ -3,7 +3,7 @@
 
 use super::ConfigError;
 use super::args::ServeArgs;
-use crate::serial::SerialEnd;
+use crate::serial::SerialEndpoint;
 use std::collections::BTreeMap;
 use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;
@@ -52,7 +52,7 @@ impl ListenAt {
 }
 
 /// The ends of the serial lines that the flags ask for.
-pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, SerialEnd>, ConfigError> {
+pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
     let flags = |port: Port| match port {
         Port::Com1 => (&args.com1, args.com1_rfc2217, args.com1_tcp),
         _ => (&args.host, args.host_rfc2217, args.host_tcp),
@@ -64,16 +64,16 @@ pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, Se
         let wanted = [
             (
                 "--serial-dir".to_owned(),
-                directory.map(|directory| SerialEnd::Pty(directory.join(link))),
+                directory.map(|directory| SerialEndpoint::Pty(directory.join(link))),
             ),
-            (format!("--{link}"), device.clone().map(SerialEnd::Device)),
+            (format!("--{link}"), device.clone().map(SerialEndpoint::Device)),
             (
                 format!("--{link}-rfc2217"),
-                rfc2217.map(|at| SerialEnd::Rfc2217(at.on(listen))),
+                rfc2217.map(|at| SerialEndpoint::Rfc2217(at.on(listen))),
             ),
             (
                 format!("--{link}-tcp"),
-                tcp.map(|at| SerialEnd::Tcp(at.on(listen))),
+                tcp.map(|at| SerialEndpoint::Tcp(at.on(listen))),
             ),
         ];
         let mut wanted = wanted.into_iter().filter_map(|(flag, end)| Some((flag, end?)));
@@ -92,7 +92,7 @@ pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, Se
 mod tests {
     use super::*;
 
-    fn ask(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEnd>, String> {
+    fn ask(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEndpoint>, String> {
         ends(args, "127.0.0.1".parse().unwrap()).map_err(|error| error.to_string())
     }
 
@@ -122,8 +122,8 @@ mod tests {
             ..ServeArgs::default()
         };
         let both = ask(&directory).unwrap();
-        assert_eq!(both[&Port::Host], SerialEnd::Pty("/run/robot/host".into()));
-        assert_eq!(both[&Port::Com1], SerialEnd::Pty("/run/robot/com1".into()));
+        assert_eq!(both[&Port::Host], SerialEndpoint::Pty("/run/robot/host".into()));
+        assert_eq!(both[&Port::Com1], SerialEndpoint::Pty("/run/robot/com1".into()));
         let mixed = ServeArgs {
             host_rfc2217: Some(ListenAt::Port(0)),
             com1: Some("/dev/ttyUSB0".into()),
@@ -132,9 +132,9 @@ mod tests {
         let mixed = ask(&mixed).unwrap();
         assert_eq!(
             mixed[&Port::Host],
-            SerialEnd::Rfc2217("127.0.0.1:0".parse().unwrap())
+            SerialEndpoint::Rfc2217("127.0.0.1:0".parse().unwrap())
         );
-        assert_eq!(mixed[&Port::Com1], SerialEnd::Device("/dev/ttyUSB0".into()));
+        assert_eq!(mixed[&Port::Com1], SerialEndpoint::Device("/dev/ttyUSB0".into()));
         assert!(ask(&ServeArgs::default()).unwrap().is_empty());
         let twice = ServeArgs {
             com1_tcp: Some(ListenAt::Port(1)),

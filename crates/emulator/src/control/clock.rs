@@ -8,8 +8,8 @@ use super::problem::Problem;
 use super::table::Table;
 use super::words::{PortWord, StatusWord};
 use crate::clock::{MAX_SCALE, TimeMode};
-use crate::driver::condition::{Condition, Wait};
-use crate::driver::request::{LinkAction, View, Waited};
+use crate::driver::request::{LinkAction, View, WaitResult};
+use crate::driver::wait::{Wait, WaitCondition};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -169,20 +169,20 @@ pub struct Ended {
 }
 
 impl When {
-    fn condition(self) -> Result<Condition, Problem> {
+    fn condition(self) -> Result<WaitCondition, Problem> {
         let line_of = |side, LineIs { line, on }| {
             if Signals::exists(line) {
-                Ok(Condition::Signal { side, line, on })
+                Ok(WaitCondition::Signal { kind: side, line, on })
             } else {
                 let found = line.to_string();
                 Err(Problem::missing("line", "1-64, 101-164 or 201-264", found))
             }
         };
         match self {
-            When::Status(status) => Ok(Condition::Status(status.into())),
+            When::Status(status) => Ok(WaitCondition::Status(status.into())),
             When::Input(line) => line_of(IoKind::Input, line),
             When::Output(line) => line_of(IoKind::Output, line),
-            When::Line(FileLine(line)) => Ok(Condition::Statement(line)),
+            When::Line(FileLine(line)) => Ok(WaitCondition::Statement(line)),
             When::Printed(Printed { channel, text }) => {
                 if text.is_empty() || text.len() > MAX_TEXT {
                     let expected = format!("1 to {MAX_TEXT} bytes");
@@ -195,15 +195,15 @@ impl When {
                     ));
                 }
                 let (port, text) = (channel.map(Port::from), text.into_bytes());
-                Ok(Condition::Printed { port, text })
+                Ok(WaitCondition::Printed { port, text })
             }
-            When::Alarm(number) if number == "any" => Ok(Condition::Alarm(None)),
+            When::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),
             When::Alarm(number) => {
                 let known = ts3100_controller::alarm::ALARMS
                     .iter()
                     .any(|row| row.number() == number);
                 if known {
-                    Ok(Condition::Alarm(Some(number)))
+                    Ok(WaitCondition::Alarm(Some(number)))
                 } else {
                     Err(Problem::missing(
                         "alarm",
@@ -212,7 +212,7 @@ impl When {
                     ))
                 }
             }
-            When::Idle(Empty {}) => Ok(Condition::Idle),
+            When::Idle(Empty {}) => Ok(WaitCondition::Idle),
         }
     }
 }
@@ -240,8 +240,8 @@ fn wall(given: Option<Seconds>) -> Result<Duration, Problem> {
     Ok(wall)
 }
 
-impl From<Waited> for Ended {
-    fn from(waited: Waited) -> Ended {
+impl From<WaitResult> for Ended {
+    fn from(waited: WaitResult) -> Ended {
         Ended {
             reached: waited.reached,
             now: seconds(waited.at),
@@ -269,7 +269,7 @@ pub fn add(table: Table) -> Table {
 async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem> {
     let look = |sight: &View<'_>| ClockDoc {
         mode: sight.clock.mode().to_string(),
-        behind: sight.clock.behind().as_secs_f64(),
+        behind: sight.clock.lag().as_secs_f64(),
         skipped: sight.clock.skipped().as_secs_f64(),
         now: seconds(sight.controller.now()),
         calendar: super::alarms::moment(sight.controller.calendar_now()),
@@ -299,10 +299,10 @@ async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<
 #[utoipa::path(post, path = "/clock/advance", request_body = Advance, responses((status = 200, body = Ended)))]
 async fn advance(State(hub): State<Handle>, Body(body): Body<Advance>) -> Result<Json<Ended>, Problem> {
     let wall = wall(body.wall)?;
-    let seek = Wait::new(Condition::Never, body.seconds.0, true);
+    let seek = Wait::new(WaitCondition::Never, body.seconds.0, true);
     let waited = hub.wait(seek, wall).await?;
     // Nothing was waited for but the time itself.
-    let ended = Ended::from(Waited {
+    let ended = Ended::from(WaitResult {
         reached: waited.passed >= body.seconds.0,
         ..waited
     });

@@ -2,8 +2,8 @@
 
 use super::journal::Journal;
 use super::problem::Problem;
-use crate::driver::condition::Wait;
-use crate::driver::request::{LinkAction, Request, View, Waited};
+use crate::driver::request::{LinkAction, Request, View, WaitResult};
+use crate::driver::wait::Wait;
 use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
 use axum::http::StatusCode;
 use std::sync::Arc;
@@ -53,7 +53,7 @@ impl Handle {
 
     /// Does something around the controller.
     pub async fn edge(&self, action: LinkAction) -> Result<(), Problem> {
-        let result: Result<(), ActionError> = self.ask(|done| Request::Edge { action, done }).await?;
+        let result: Result<(), ActionError> = self.ask(|done| Request::LinkAction { action, done }).await?;
         result.map_err(Problem::from)
     }
 
@@ -63,7 +63,7 @@ impl Handle {
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
         self.ask(|done| {
-            Request::Look(Box::new(move |sight| {
+            Request::Query(Box::new(move |sight| {
                 // Fails only when nobody waits for it.
                 let _ = done.send(look(sight));
             }))
@@ -80,8 +80,8 @@ impl Handle {
     }
 
     /// Waits for something, for at most so long on the wall.
-    pub async fn wait(&self, seek: Wait, wall: Duration) -> Result<Waited, Problem> {
-        let waited = timeout(wall, self.ask(|done| Request::Wait { seek, done })).await;
+    pub async fn wait(&self, seek: Wait, wall: Duration) -> Result<WaitResult, Problem> {
+        let waited = timeout(wall, self.ask(|done| Request::Wait { wait: seek, done })).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
             Err(Problem::at(

@@ -6,7 +6,7 @@ use super::metrics::Gauge;
 use super::problem::Problem;
 use super::table::Table;
 use crate::driver::request::View;
-use crate::store::backing::Condition;
+use crate::store::backing::BackingStatus;
 use axum::Json;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
@@ -47,13 +47,13 @@ pub struct DriveHealth {
 }
 
 impl DriveHealth {
-    fn of(condition: &Condition) -> DriveHealth {
-        let good = condition.error.is_none() && condition.unkept.is_empty();
+    fn of(condition: &BackingStatus) -> DriveHealth {
+        let good = condition.error.is_none() && condition.unsaved.is_empty();
         DriveHealth {
             status: if good { "ok" } else { "failing" },
             failures: condition.failures,
             error: condition.error.clone(),
-            unkept: condition.unkept.iter().cloned().collect(),
+            unkept: condition.unsaved.iter().cloned().collect(),
         }
     }
 }
@@ -148,10 +148,10 @@ fn gauges(sight: &View<'_>) -> Vec<Gauge> {
     gauges
 }
 
-fn drive_gauges(condition: &Condition) -> [Gauge; 3] {
+fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
     let gauge = |name, help, value: f64| Gauge { name, help, value };
     #[expect(clippy::cast_precision_loss, reason = "a chart shows no more")]
-    let (failures, unkept) = (condition.failures as f64, condition.unkept.len() as f64);
+    let (failures, unkept) = (condition.failures as f64, condition.unsaved.len() as f64);
     [
         gauge(
             "ts3100_drive_failing",

@@ -7,7 +7,7 @@ use super::handle::Handle;
 use super::problem::Problem;
 use super::table::Table;
 use crate::snapshot::handle::{SnapshotReply, SnapshotRequestError, SnapshotTask};
-use crate::snapshot::{self, NamedError, TextError};
+use crate::snapshot::{self, NamedError, ParseError};
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -70,7 +70,7 @@ async fn get_snapshots(State(hub): State<Handle>) -> Answer {
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = Snapshots)))]
 async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
-    state.snapshot(SnapshotTask::Keep(name)).await?;
+    state.snapshot(SnapshotTask::Save(name)).await?;
     get_snapshots(state).await
 }
 
@@ -89,7 +89,7 @@ async fn restore_snapshot(state: State<Handle>, InPath(name): InPath<String>, _:
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = Snapshots)))]
 async fn delete_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
-    state.snapshot(SnapshotTask::Forget(name)).await?;
+    state.snapshot(SnapshotTask::Remove(name)).await?;
     get_snapshots(state).await
 }
 
@@ -98,7 +98,7 @@ async fn file(hub: &Handle, task: SnapshotTask) -> Result<impl IntoResponse + us
     let SnapshotReply::State(controller) = hub.snapshot(task).await? else {
         return Err(Problem::ending());
     };
-    let text = snapshot::to_text(&controller);
+    let text = snapshot::to_pretty_json(&controller);
     Ok(([(CONTENT_TYPE, "application/json")], text))
 }
 
@@ -123,7 +123,7 @@ async fn get_snapshot(State(hub): State<Handle>) -> Result<impl IntoResponse, Pr
 /// As of `/snapshots/{name}/restore`. What no run leads to is refused.
 #[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = Snapshots)))]
 async fn load_snapshot(state: State<Handle>, SnapshotText(text): SnapshotText) -> Answer {
-    let controller = snapshot::from_text(&text).map_err(SnapshotRequestError::Text)?;
+    let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;
     state
         .snapshot(SnapshotTask::Replace(Box::new(controller)))
         .await?;
@@ -140,7 +140,7 @@ impl From<SnapshotRequestError> for Problem {
                 Problem::missing("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
             }
             SnapshotRequestError::Busy => Problem::ending(),
-            SnapshotRequestError::Text(TextError::Json(error)) => {
+            SnapshotRequestError::Parse(ParseError::Json(error)) => {
                 let status = if error.is_data() {
                     StatusCode::CONFLICT
                 } else {

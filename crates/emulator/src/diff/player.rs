@@ -168,7 +168,7 @@ impl Player {
             }
             // A recording whose snapshots cannot be read was refused before.
             LinkRecord::Restored { snapshot, .. } => {
-                if let Ok(next) = snapshot::from_text(snapshot) {
+                if let Ok(next) = snapshot::from_json(snapshot) {
                     self.put_in(next);
                 }
             }

@@ -2,7 +2,7 @@
 //! written, is `control`'s.
 
 use super::Driver;
-use super::request::{LinkAction, Pending, Request, View, Waited};
+use super::request::{LinkAction, PendingWait, Request, View, WaitResult};
 use crate::clock::{self, TimeMode, Wake};
 use crate::store::backing::Backing;
 use crate::transcript::{LinkRecord, Side};
@@ -30,34 +30,34 @@ impl Driver {
                 let result = self.act(action).await;
                 let _ = done.send(result);
             }
-            Request::Order { action, done } => {
+            Request::ActionBlocking { action, done } => {
                 self.clock.note_activity();
                 let result = self.act(action).await;
                 let _ = done.send(result);
             }
-            Request::Edge { action, done } => {
+            Request::LinkAction { action, done } => {
                 self.clock.note_activity();
                 let result = self.act_on_link(action).await;
                 let _ = done.send(result);
             }
             Request::Snapshot(order) => self.serve_snapshot_request(order).await,
-            Request::Look(look) => {
+            Request::Query(look) => {
                 // What is due by now has happened when it is looked at.
                 self.feed(Input::Tick).await;
                 look(&View {
                     controller: &self.controller,
                     clock: &self.clock,
                     ports: &self.ports,
-                    serial: &self.lines.places(),
-                    backing: self.backing.as_ref().map(Backing::condition),
+                    serial: &self.serial_lines.endpoints(),
+                    backing: self.backing.as_ref().map(Backing::status),
                 });
             }
-            Request::Wait { seek, done } => {
+            Request::Wait { wait: seek, done } => {
                 self.feed(Input::Tick).await;
                 let since = self.controller.now();
-                let limit = since + seek.within;
-                self.waits.push(Pending {
-                    seek,
+                let limit = since + seek.timeout;
+                self.waits.push(PendingWait {
+                    wait: seek,
                     since,
                     limit,
                     done,
@@ -69,21 +69,21 @@ impl Driver {
     }
 
     async fn act(&mut self, action: Action) -> Result<(), ActionError> {
-        self.refusal = None;
+        self.last_error = None;
         self.feed(Input::Action(action)).await;
-        self.refusal.take().map_or(Ok(()), Err)
+        self.last_error.take().map_or(Ok(()), Err)
     }
 
     async fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
         match action {
             LinkAction::Inject { port, bytes } => {
-                self.peer_of(port, port.protocol().is_some())?;
+                self.require_peer(port, port.protocol().is_some())?;
                 self.feed(Input::Received { port, bytes }).await;
                 Ok(())
             }
             LinkAction::Drop { port } => {
-                self.peer_of(port, true)?;
-                if self.lines.has(port) {
+                self.require_peer(port, true)?;
+                if self.serial_lines.has(port) {
                     return Err(ActionError {
                         kind: ActionErrorKind::Conflict,
                         expected: "a channel of Ethernet".to_owned(),
@@ -91,9 +91,10 @@ impl Driver {
                         place: port.name().to_owned(),
                     });
                 }
-                self.tape.edge(self.clock.now(), LinkRecord::Dropped { port });
-                for input in self.links.drop_peer(port) {
-                    self.feed_by(input, Side::Robot).await;
+                self.transcript
+                    .edge(self.clock.now(), LinkRecord::Dropped { port });
+                for input in self.channels.drop_peer(port) {
+                    self.feed_from(input, Side::Robot).await;
                 }
                 Ok(())
             }
@@ -112,7 +113,7 @@ impl Driver {
     }
 
     /// A power that is off and a peer that is wanted and not there refuse.
-    fn peer_of(&self, port: Port, wanted: bool) -> Result<(), ActionError> {
+    fn require_peer(&self, port: Port, wanted: bool) -> Result<(), ActionError> {
         let refused = |expected: &str, found: &str| ActionError {
             kind: ActionErrorKind::Conflict,
             expected: expected.to_owned(),
@@ -133,32 +134,33 @@ impl Driver {
     /// # Errors
     /// Why the backing directory has not all files of the start; the rest is done.
     async fn reset(&mut self) -> Result<(), String> {
-        for port in self.links.close().await {
-            self.tape.edge(self.clock.now(), LinkRecord::Dropped { port });
-            self.feed_by(Input::Disconnected { port }, Side::Robot).await;
+        for port in self.channels.close().await {
+            self.transcript
+                .edge(self.clock.now(), LinkRecord::Dropped { port });
+            self.feed_from(Input::Disconnected { port }, Side::Robot).await;
         }
         self.feed(Input::Tick).await;
         let ended = self.controller.now();
-        let next = self.initial.clone();
-        let followed = self.follow_files(&next);
+        let next = self.initial_controller.clone();
+        let followed = self.replace_files(&next);
         self.controller = next;
         let calendar =
-            matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::calendar_now);
+            matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::system_calendar);
         if let Some(calendar) = calendar {
             self.controller.set_calendar(calendar);
         }
         if self.restored {
-            self.tape.restored(self.clock.now(), &self.controller);
+            self.transcript.restored(self.clock.now(), &self.controller);
         } else {
-            self.tape.reset(self.clock.now(), calendar);
+            self.transcript.reset(self.clock.now(), calendar);
         }
         self.clock.restart();
         self.clock.set(self.controller.now());
-        if let Some(play) = &self.play {
+        if let Some(play) = &self.scenario {
             play.go_on(ended, &self.controller);
         }
         for waiting in std::mem::take(&mut self.waits) {
-            let _ = waiting.done.send(Waited {
+            let _ = waiting.done.send(WaitResult {
                 reached: false,
                 at: Time::ZERO,
                 passed: Duration::ZERO,
@@ -167,18 +169,18 @@ impl Driver {
         if let Some(journal) = &self.journal {
             journal.reset();
         }
-        self.keep_history();
-        self.open_links();
+        self.save_history();
+        self.open_channels();
         info!("reset; ports: {:?}", self.ports);
-        for input in self.lines.power_cycled(&self.controller) {
+        for input in self.serial_lines.power_cycled(&self.controller) {
             self.feed(input).await;
         }
-        self.begin().await;
+        self.start().await;
         followed
     }
 
     /// The first input, behind the power coming on.
-    pub(super) async fn begin(&mut self) {
+    pub(super) async fn start(&mut self) {
         for fault in self.faults.clone() {
             let order = FaultOrder::Arm(Box::new(fault));
             self.feed(Input::Action(Action::Fault(order))).await;
@@ -191,8 +193,8 @@ impl Driver {
     }
 
     /// Opens the channels as the parameters ask; when that fails none is open.
-    pub(super) fn open_links(&mut self) {
-        match self.links.open(self.controller.network()) {
+    pub(super) fn open_channels(&mut self) {
+        match self.channels.open(self.controller.network()) {
             Ok(ports) => self.ports = ports,
             Err(reason) => {
                 error!("no port is open: {reason}");
@@ -202,14 +204,14 @@ impl Driver {
     }
 
     /// Whether somebody waits for a single statement.
-    pub(super) fn waits_for_a_line(&self) -> bool {
-        self.waits.iter().any(Pending::traces)
+    pub(super) fn waits_for_statement(&self) -> bool {
+        self.waits.iter().any(PendingWait::needs_statements)
     }
 
     /// What the waits see of an output.
     pub(super) fn observe(&mut self, output: &Output) {
         for waiting in &mut self.waits {
-            waiting.seek.observe(output);
+            waiting.wait.observe(output);
         }
     }
 
@@ -218,7 +220,7 @@ impl Driver {
         let now = self.controller.now();
         let mut index = 0;
         while let Some(waiting) = self.waits.get(index) {
-            let reached = waiting.seek.is_met(&self.controller);
+            let reached = waiting.wait.is_met(&self.controller);
             if !reached && now < waiting.limit && !waiting.done.is_closed() {
                 index += 1;
                 continue;
@@ -226,20 +228,20 @@ impl Driver {
             let waiting = self.waits.swap_remove(index);
             let passed = now.since(waiting.since);
             // Fails only when nobody waits for it.
-            let _ = waiting.done.send(Waited {
+            let _ = waiting.done.send(WaitResult {
                 reached,
                 at: now,
                 passed,
             });
         }
-        let traces = self.record_lines || self.waits_for_a_line();
+        let traces = self.record_lines || self.waits_for_statement();
         self.controller.trace(traces);
     }
 
     /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
         let deadline = self.deadline();
-        let advancing = self.waits.iter().filter(|waiting| waiting.seek.advance);
+        let advancing = self.waits.iter().filter(|waiting| waiting.wait.advance);
         if let Some(limit) = advancing.map(|waiting| waiting.limit).min() {
             let next = deadline.map_or(limit, |deadline| deadline.min(limit));
             return (Wake::JumpAfter(Duration::ZERO), Some(next));
@@ -247,7 +249,7 @@ impl Driver {
         let wake = self.clock.wake(deadline, self.controller.host_is_silent());
         let limit = self.waits.iter().map(|waiting| waiting.limit).min();
         // The end of a wait is no reason to jump.
-        let left = limit.and_then(|limit| self.clock.real_until(limit));
+        let left = limit.and_then(|limit| self.clock.wall_time_until(limit));
         let wake = match (wake, left) {
             (wake, None) => wake,
             (Wake::Never, Some(left)) => Wake::After(left),

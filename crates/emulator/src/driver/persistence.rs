@@ -7,22 +7,22 @@ use ts3100_controller::{Controller, Input, Time};
 
 impl Driver {
     /// The controller asks for a change to be kept; it goes on with the answer, at the same moment.
-    pub(super) fn keep(&mut self, at: Time, name: &str, content: Option<&[u8]>) {
+    pub(super) fn persist(&mut self, at: Time, name: &str, content: Option<&[u8]>) {
         let answer = match &mut self.backing {
-            Some(backing) => backing.keep(at, name, content),
+            Some(backing) => backing.persist(at, name, content),
             None => Ok(()),
         };
         if let Err(reason) = &answer {
             let (name, reason) = (name.to_owned(), reason.clone());
-            self.tape.edge(at, LinkRecord::Unkept { name, reason });
+            self.transcript.edge(at, LinkRecord::Unkept { name, reason });
         }
         self.controller.handle(at, Input::Persisted(answer));
     }
 
     /// A change was kept: what was not may now be.
-    pub(super) fn make_up_files(&mut self) {
+    pub(super) fn retry_unsaved_files(&mut self) {
         if let Some(backing) = &mut self.backing {
-            backing.catch_up(&self.controller);
+            backing.retry_unsaved(&self.controller);
         }
     }
 
@@ -30,18 +30,18 @@ impl Driver {
     ///
     /// # Errors
     /// Why it does not have them all.
-    pub(super) fn follow_files(&mut self, next: &Controller) -> Result<(), String> {
+    pub(super) fn replace_files(&mut self, next: &Controller) -> Result<(), String> {
         let Some(backing) = &mut self.backing else {
             return Ok(());
         };
-        let followed = backing.follow(self.controller.files(), next);
+        let followed = backing.replace_files(self.controller.files(), next);
         followed.map_err(|reason| reason.to_string())
     }
 
     /// The backing directory has the error history as it now is.
-    pub(super) fn keep_history(&mut self) {
+    pub(super) fn save_history(&mut self) {
         if let Some(backing) = &mut self.backing {
-            backing.keep_history(&self.controller);
+            backing.save_history(&self.controller);
         }
     }
 }

@@ -1,10 +1,10 @@
 //! What others ask of the hub: to do something, to look, to wait. The hub is the one owner of the controller; all
 //! of these are done between two inputs, at the present virtual time.
 
-use super::condition::{Condition, Wait};
+use super::wait::{Wait, WaitCondition};
 use crate::clock::Clock;
 use crate::clock::TimeMode;
-use crate::serial::SerialEnd;
+use crate::serial::SerialEndpoint;
 use crate::snapshot::handle::SnapshotRequest;
 use crate::store::backing;
 use std::collections::BTreeMap;
@@ -33,14 +33,14 @@ pub enum Request {
         done: oneshot::Sender<Result<(), ActionError>>,
     },
     /// The same, for one who waits in a thread of its own.
-    Order {
+    ActionBlocking {
         /// What.
         action: Action,
         /// As of [`Request::Action`].
         done: std::sync::mpsc::Sender<Result<(), ActionError>>,
     },
     /// Something done at the edge.
-    Edge {
+    LinkAction {
         /// What.
         action: LinkAction,
         /// As of [`Request::Action`].
@@ -49,13 +49,13 @@ pub enum Request {
     /// Something done with snapshots.
     Snapshot(SnapshotRequest),
     /// A look at everything.
-    Look(Box<dyn FnOnce(&View<'_>) + Send>),
+    Query(Box<dyn FnOnce(&View<'_>) + Send>),
     /// A wait for something to happen.
     Wait {
         /// For what, and whether time is to be moved for it.
-        seek: Wait,
+        wait: Wait,
         /// Told when it has happened or its time is over; dropped by one who waits no longer.
-        done: oneshot::Sender<Waited>,
+        done: oneshot::Sender<WaitResult>,
     },
 }
 
@@ -89,14 +89,14 @@ pub struct View<'a> {
     /// The TCP port each server channel accepts on.
     pub ports: &'a BTreeMap<Port, u16>,
     /// Where the serial lines are.
-    pub serial: &'a BTreeMap<Port, SerialEnd>,
+    pub serial: &'a BTreeMap<Port, SerialEndpoint>,
     /// How it is with the backing directory, if there is one.
-    pub backing: Option<&'a backing::Condition>,
+    pub backing: Option<&'a backing::BackingStatus>,
 }
 
 /// How a wait ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Waited {
+pub struct WaitResult {
     /// It happened; otherwise its time is over.
     pub reached: bool,
     /// The virtual time then.
@@ -106,16 +106,16 @@ pub struct Waited {
 }
 
 /// A wait that is under way.
-pub(super) struct Pending {
-    pub seek: Wait,
+pub(super) struct PendingWait {
+    pub wait: Wait,
     pub since: Time,
     pub limit: Time,
-    pub done: oneshot::Sender<Waited>,
+    pub done: oneshot::Sender<WaitResult>,
 }
 
-impl Pending {
+impl PendingWait {
     /// Whether only this could tell of single statements.
-    pub fn traces(&self) -> bool {
-        matches!(self.seek.condition, Condition::Statement(_))
+    pub fn needs_statements(&self) -> bool {
+        matches!(self.wait.condition, WaitCondition::Statement(_))
     }
 }

@@ -3,9 +3,9 @@
 use super::Driver;
 use super::request::Request;
 use crate::clock::Wake;
-use crate::serial::LineMessage;
+use crate::serial::SerialMessage;
 use crate::snapshot::handle::SnapshotRequest;
-use crate::tcp::LinkMessage;
+use crate::tcp::ChannelMessage;
 use std::collections::BTreeSet;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
@@ -17,41 +17,41 @@ use ts3100_controller::input::Input;
 
 /// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
 /// in the next, and its message is there in the one behind.
-const TURNS_BEFORE_A_JUMP: u32 = 3;
+const YIELDS_BEFORE_JUMP: u32 = 3;
 /// Turns that the links get before a request is served, so that what has come to the sockets before it is read.
-const TURNS_TO_HEAR: u32 = 3;
+const YIELDS_BEFORE_REQUEST: u32 = 3;
 /// Most portions that are served before a request, in each of these turns.
-const PORTIONS_HEARD: u32 = 64;
+const MAX_DRAINED_PORTIONS: u32 = 64;
 /// Longest time for which more than one portion of a port is served then.
-const HEARING: Duration = Duration::from_micros(100);
+const DRAIN_TIME: Duration = Duration::from_micros(100);
 /// Longest time for which the hub works without giving the tasks of the ports and of the control interface a turn.
-const STRETCH: Duration = Duration::from_micros(100);
+const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 
 /// Something to be done.
 enum Work {
     Request(Request),
-    Order(SnapshotRequest),
-    Link(LinkMessage),
-    Line(LineMessage),
+    Snapshot(SnapshotRequest),
+    Channel(ChannelMessage),
+    Serial(SerialMessage),
     /// Something is due.
-    Time,
+    Tick,
     /// The clock wants to be looked at.
-    Beat,
+    ClockCheck,
 }
 
 /// Whose turn it is, and since when others have had none.
-pub(super) struct SourceTurns {
+pub(super) struct SourceRotation {
     next: usize,
-    since: Instant,
+    last_yield: Instant,
     /// Nothing was to be done at the last look.
     idle: bool,
 }
 
-impl Default for SourceTurns {
-    fn default() -> SourceTurns {
-        SourceTurns {
+impl Default for SourceRotation {
+    fn default() -> SourceRotation {
+        SourceRotation {
             next: 0,
-            since: Instant::now(),
+            last_yield: Instant::now(),
             idle: true,
         }
     }
@@ -66,16 +66,20 @@ const SOURCES: [Source; 4] = [
             .poll_recv(context)
             .map(|request| request.map(Work::Request))
     },
-    |hub, context| hub.orders.poll_recv(context).map(|order| order.map(Work::Order)),
     |hub, context| {
-        hub.links
-            .poll_next(context)
-            .map(|message| Some(Work::Link(message)))
+        hub.snapshot_requests
+            .poll_recv(context)
+            .map(|order| order.map(Work::Snapshot))
     },
     |hub, context| {
-        hub.lines
+        hub.channels
             .poll_next(context)
-            .map(|message| Some(Work::Line(message)))
+            .map(|message| Some(Work::Channel(message)))
+    },
+    |hub, context| {
+        hub.serial_lines
+            .poll_next(context)
+            .map(|message| Some(Work::Serial(message)))
     },
 ];
 
@@ -85,71 +89,71 @@ impl Driver {
         let mut stop = pin!(stop);
         loop {
             let (wake, deadline) = self.next_wake();
-            let beats = self.clock.beats();
+            let beats = self.clock.gap_check_interval();
             // In this order: `auto` may jump only when nothing else is there to be done.
             let work = tokio::select! {
                 biased;
                 () = &mut stop => break,
                 work = poll_fn(|context| self.poll_work(context)) => work,
-                () = sleep(wake) => Work::Time,
-                () = beat(beats) => Work::Beat,
+                () = sleep(wake) => Work::Tick,
+                () = clock_check(beats) => Work::ClockCheck,
             };
-            if let Some(missed) = self.clock.beat() {
+            if let Some(missed) = self.clock.skip_gap() {
                 warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
             }
-            if let (Work::Time, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
+            if let (Work::Tick, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
                 self.clock.jump(deadline);
             }
-            self.work(work).await;
+            self.do_work(work).await;
         }
     }
 
     fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
         for _ in SOURCES {
-            let source = SOURCES.get(self.rota.next);
-            self.rota.next = (self.rota.next + 1) % SOURCES.len();
+            let source = SOURCES.get(self.rotation.next);
+            self.rotation.next = (self.rotation.next + 1) % SOURCES.len();
             if let Some(Poll::Ready(Some(work))) = source.map(|poll| poll(self, context)) {
-                if std::mem::take(&mut self.rota.idle) {
-                    self.rota.since = Instant::now();
+                if std::mem::take(&mut self.rotation.idle) {
+                    self.rotation.last_yield = Instant::now();
                 }
                 return Poll::Ready(work);
             }
         }
-        self.rota.idle = true;
+        self.rotation.idle = true;
         Poll::Pending
     }
 
-    async fn work(&mut self, work: Work) {
+    async fn do_work(&mut self, work: Work) {
         match work {
             Work::Request(request) => {
                 self.drain_links().await;
                 self.serve_request(request).await;
             }
-            Work::Order(order) => {
+            Work::Snapshot(order) => {
                 self.drain_links().await;
                 self.serve_snapshot_request(order).await;
             }
-            Work::Link(message) => self.take_link(message).await,
-            Work::Line(message) => self.take_line(message).await,
-            Work::Time => self.feed(Input::Tick).await,
-            Work::Beat => {}
+            Work::Channel(message) => self.handle_channel_message(message).await,
+            Work::Serial(message) => self.handle_serial_message(message).await,
+            Work::Tick => self.feed(Input::Tick).await,
+            Work::ClockCheck => {}
         }
-        if self.rota.since.elapsed() > STRETCH {
+        if self.rotation.last_yield.elapsed() > MAX_TIME_WITHOUT_YIELD {
             yield_now().await;
-            self.rota.since = Instant::now();
+            self.rotation.last_yield = Instant::now();
         }
     }
 
-    async fn take_link(&mut self, message: LinkMessage) {
+    async fn handle_channel_message(&mut self, message: ChannelMessage) {
         self.clock.note_activity();
-        for input in self.links.take(message) {
+        for input in self.channels.handle_message(message) {
             self.feed(input).await;
         }
     }
 
-    async fn take_line(&mut self, message: LineMessage) {
+    async fn handle_serial_message(&mut self, message: SerialMessage) {
         self.clock.note_activity();
-        if let Some(input) = self.lines.take(message) {
+        if let Some(input) = self.serial_lines.handle_message(message) {
             self.feed(input).await;
         }
     }
@@ -159,27 +163,27 @@ impl Driver {
     /// heard in each turn; a host that never ends is left where others wait for it.
     async fn drain_links(&mut self) {
         let mut context = Context::from_waker(Waker::noop());
-        for _ in 0..TURNS_TO_HEAR {
+        for _ in 0..YIELDS_BEFORE_REQUEST {
             yield_now().await;
             let begun = Instant::now();
             let mut heard = BTreeSet::new();
-            for _ in 0..PORTIONS_HEARD {
+            for _ in 0..MAX_DRAINED_PORTIONS {
                 let (link, line) = (
-                    self.links.poll_next(&mut context),
-                    self.lines.poll_next(&mut context),
+                    self.channels.poll_next(&mut context),
+                    self.serial_lines.poll_next(&mut context),
                 );
                 let mut again = false;
                 if let Poll::Ready(message) = link {
                     again |= !heard.insert(message.port());
-                    self.take_link(message).await;
+                    self.handle_channel_message(message).await;
                 } else if line.is_pending() {
                     break;
                 }
                 if let Poll::Ready(message) = line {
                     again |= !heard.insert(message.port());
-                    self.take_line(message).await;
+                    self.handle_serial_message(message).await;
                 }
-                if again && begun.elapsed() > HEARING {
+                if again && begun.elapsed() > DRAIN_TIME {
                     break;
                 }
             }
@@ -187,7 +191,7 @@ impl Driver {
     }
 }
 
-async fn beat(beats: Option<Duration>) {
+async fn clock_check(beats: Option<Duration>) {
     match beats {
         None => std::future::pending().await,
         Some(pause) => tokio::time::sleep(pause).await,
@@ -200,7 +204,7 @@ async fn sleep(wake: Wake) {
         // Something is due already, but the links get their turn.
         Wake::After(duration) if duration.is_zero() => yield_now().await,
         Wake::JumpAfter(duration) if duration.is_zero() => {
-            for _ in 0..TURNS_BEFORE_A_JUMP {
+            for _ in 0..YIELDS_BEFORE_JUMP {
                 yield_now().await;
             }
         }

@@ -12,13 +12,13 @@ use ts3100_controller::port::Port;
 use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
 
 /// Longest wait for the answer.
-const PATIENCE: Duration = Duration::from_secs(10);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest answer that is read.
 const MAX_ANSWER: usize = 1_024;
 
 /// An address that leads to a server which listens there: the loopback for one that listens everywhere.
 #[must_use]
-pub fn dialled(listen: IpAddr) -> IpAddr {
+pub fn connectable(listen: IpAddr) -> IpAddr {
     match listen {
         IpAddr::V4(Ipv4Addr::UNSPECIFIED) => IpAddr::V4(Ipv4Addr::LOCALHOST),
         IpAddr::V6(Ipv6Addr::UNSPECIFIED) => IpAddr::V6(Ipv6Addr::LOCALHOST),
@@ -35,31 +35,31 @@ impl Driver {
         let Some(number) = self.ports.get(&Port::Ip0) else {
             return Ok(());
         };
-        let address = SocketAddr::new(dialled(listen), *number);
+        let address = SocketAddr::new(connectable(listen), *number);
         let unbroken = self.controller.unbroken();
         let before = std::mem::replace(&mut self.controller, unbroken);
-        let evidence = std::mem::take(&mut self.evidence);
+        let evidence = std::mem::take(&mut self.run_record);
         let journal = self.journal.take();
         let (tape, log, watch) = (
-            std::mem::take(&mut self.tape),
+            std::mem::take(&mut self.transcript),
             std::mem::take(&mut self.log),
-            self.watch.take(),
+            self.observer.take(),
         );
         let checksum = self.controller.checksum();
         let mut result = Err(io::Error::from(io::ErrorKind::TimedOut));
         self.serve(async {
-            if let Ok(answered) = tokio::time::timeout(PATIENCE, query(address, checksum)).await {
+            if let Ok(answered) = tokio::time::timeout(ANSWER_TIMEOUT, exchange_su(address, checksum)).await {
                 result = answered;
             }
         })
         .await;
-        self.links.close().await;
+        self.channels.close().await;
         self.controller = before;
         self.clock.set(self.controller.now());
         self.update_idle();
-        self.ports = self.links.open(self.controller.network())?;
-        (self.evidence, self.journal) = (evidence, journal);
-        (self.tape, self.log, self.watch) = (tape, log, watch);
+        self.ports = self.channels.open(self.controller.network())?;
+        (self.run_record, self.journal) = (evidence, journal);
+        (self.transcript, self.log, self.observer) = (tape, log, watch);
         result.map_err(|reason| StartError::System {
             what: "conversation with the emulator (SU on IP0)",
             reason,
@@ -67,7 +67,7 @@ impl Driver {
     }
 }
 
-async fn query(address: SocketAddr, checksum: Checksum) -> io::Result<()> {
+async fn exchange_su(address: SocketAddr, checksum: Checksum) -> io::Result<()> {
     let stream = TcpStream::connect(address).await?;
     let text = encode_text(b"SU\r", Framing::Stx, checksum);
     socket::write_all(&stream, &text).await?;

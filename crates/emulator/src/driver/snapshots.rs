@@ -2,7 +2,7 @@
 //! snapshot is and where it is kept is `snapshot`'s.
 
 use super::Driver;
-use super::request::Waited;
+use super::request::WaitResult;
 use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -18,12 +18,12 @@ impl Driver {
         // What is due by now has happened in what is kept or told.
         self.feed(Input::Tick).await;
         let result = match task {
-            SnapshotTask::Keep(name) => {
-                let kept = self.shelf.keep(&name, self.controller.clone());
+            SnapshotTask::Save(name) => {
+                let kept = self.snapshot_store.insert(&name, self.controller.clone());
                 kept.map(|()| SnapshotReply::Done)
                     .map_err(SnapshotRequestError::from)
             }
-            SnapshotTask::Restore(name) => match self.shelf.get(&name) {
+            SnapshotTask::Restore(name) => match self.snapshot_store.get(&name) {
                 Ok(controller) => self
                     .replace_controller(controller)
                     .await
@@ -34,13 +34,13 @@ impl Driver {
                 .replace_controller(*controller)
                 .await
                 .map(|()| SnapshotReply::Done),
-            SnapshotTask::Forget(name) => self
-                .shelf
-                .forget(&name)
+            SnapshotTask::Remove(name) => self
+                .snapshot_store
+                .remove(&name)
                 .map(|()| SnapshotReply::Done)
                 .map_err(SnapshotRequestError::from),
-            SnapshotTask::List => Ok(SnapshotReply::Names(self.shelf.list())),
-            SnapshotTask::GetNamed(name) => match self.shelf.get(&name) {
+            SnapshotTask::List => Ok(SnapshotReply::Names(self.snapshot_store.list())),
+            SnapshotTask::GetNamed(name) => match self.snapshot_store.get(&name) {
                 Ok(controller) => Ok(SnapshotReply::State(Box::new(controller))),
                 Err(error) => Err(error.into()),
             },
@@ -57,34 +57,34 @@ impl Driver {
         mut next: Controller,
     ) -> Result<(), SnapshotRequestError> {
         self.clock.note_activity();
-        self.end_half_open().await;
-        self.tape.restored(self.clock.now(), &next);
+        self.reset_stalled_peers().await;
+        self.transcript.restored(self.clock.now(), &next);
         next.adopt_peers(&self.controller);
-        let followed = self.follow_files(&next);
+        let followed = self.replace_files(&next);
         next.persist_outside(self.backing.is_some());
         let before = self.clock.now();
         self.clock.set(next.now());
         let ports = |controller: &Controller| (*controller.network(), controller.state().powered);
         let same_ports = ports(&next) == ports(&self.controller);
         self.controller = next;
-        self.keep_history();
-        if let Some(play) = &self.play {
+        self.save_history();
+        if let Some(play) = &self.scenario {
             play.go_on(before, &self.controller);
         }
         // Who waits, waits on another time than this.
         for waiting in std::mem::take(&mut self.waits) {
             let at = self.controller.now();
             let (reached, passed) = (false, Duration::ZERO);
-            let _ = waiting.done.send(Waited { reached, at, passed });
+            let _ = waiting.done.send(WaitResult { reached, at, passed });
         }
-        self.evidence.begin(&self.controller);
+        self.run_record.begin(&self.controller);
         let mut opened = Ok(());
         if !same_ports {
             let mut inputs = VecDeque::new();
             opened = self
-                .open_anew(&mut inputs)
+                .reopen_channels(&mut inputs)
                 .await
-                .map_err(|error| SnapshotRequestError::Links(error.to_string()));
+                .map_err(|error| SnapshotRequestError::Channels(error.to_string()));
             for input in inputs {
                 self.feed(input).await;
             }
@@ -99,12 +99,12 @@ impl Driver {
     }
 
     /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.
-    async fn end_half_open(&mut self) {
+    async fn reset_stalled_peers(&mut self) {
         let deaf =
             |port: &Port| self.controller.faults().is_stalled(*port) && port.ethernet_index().is_some();
         let ports: Vec<Port> = Port::ALL.into_iter().filter(deaf).collect();
         for port in ports {
-            for input in self.links.end(port, DisconnectMode::Reset) {
+            for input in self.channels.disconnect(port, DisconnectMode::Reset) {
                 self.feed(input).await;
             }
         }

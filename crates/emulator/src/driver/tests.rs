@@ -139,10 +139,14 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
         assert_eq!(hub.clock.now(), left);
         // One who waits for a length of time does not wait for ever.
         let (done, is_done) = oneshot::channel();
-        let condition = condition::Condition::Alarm(None);
+        let condition = wait::WaitCondition::Alarm(None);
         let short = Duration::from_millis(20);
-        let seek = condition::Wait::new(condition, short, false);
-        requests.send(Request::Wait { seek, done }).await.ok().unwrap();
+        let seek = wait::Wait::new(condition, short, false);
+        requests
+            .send(Request::Wait { wait: seek, done })
+            .await
+            .ok()
+            .unwrap();
         let mut waited = None;
         hub.serve(async { waited = is_done.await.ok() }).await;
         assert!(!waited.unwrap().reached);
@@ -163,7 +167,7 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
         for percent in 1..=50 {
             write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
             let (done, is_done) = oneshot::channel();
-            let look = Request::Look(Box::new(move |sight| {
+            let look = Request::Query(Box::new(move |sight| {
                 done.send(sight.controller.state().override_percent).unwrap();
             }));
             requests.try_send(look).unwrap();

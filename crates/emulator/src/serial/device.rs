@@ -1,9 +1,9 @@
 //! A real serial port, opened as [U06] says: the wire does the physics. The port is read and written by threads of
 //! its own, since not every system lets it be waited for; when it is unplugged it is looked for again.
 
-use super::end::{Command, End, Gone, READ_BUFFER};
-use super::marks::{Marked, Marks};
-use super::{LineError, LineEvent, io_error};
+use super::parmrk::{CharacterRun, MarkDecoder};
+use super::task::{DriverGone, READ_BUFFER, SerialTask, TaskCommand};
+use super::{SerialError, SerialEvent, io_error};
 #[cfg(unix)]
 use rustix::fs::{Mode, OFlags};
 #[cfg(unix)]
@@ -22,21 +22,21 @@ use ts3100_controller::{HostLine, Port};
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// How long the reading thread waits for bytes before it looks whether it is still wanted.
-const READ_PATIENCE: Duration = Duration::from_millis(50);
+const READ_TIMEOUT: Duration = Duration::from_millis(50);
 /// Writes that may wait for the port.
-const WAITING_WRITES: usize = 256;
+const WRITE_QUEUE: usize = 256;
 
 /// An open port.
 pub(super) type Device = Box<dyn SerialPort>;
 
 /// Opens the port with the robot's settings.
-pub(super) fn open(port: Port, path: &Path, line: SerialSettings) -> Result<Device, LineError> {
+pub(super) fn open(port: Port, path: &Path, line: SerialSettings) -> Result<Device, SerialError> {
     try_open(path, line).map_err(io_error(port, "open", path.display()))
 }
 
 fn try_open(path: &Path, line: SerialSettings) -> io::Result<Device> {
     #[cfg(unix)]
-    let marker = marker(path)?;
+    let marker = open_second_handle(path)?;
     let device = serialport::new(path.to_string_lossy(), line.speed)
         .data_bits(match line.length {
             7 => DataBits::Seven,
@@ -52,25 +52,25 @@ fn try_open(path: &Path, line: SerialSettings) -> io::Result<Device> {
             _ => StopBits::One,
         })
         .flow_control(FlowControl::None)
-        .timeout(READ_PATIENCE)
+        .timeout(READ_TIMEOUT)
         .open()?;
     // What lay in the buffers was said before the robot listened.
     device.clear(ClearBuffer::All)?;
     #[cfg(unix)]
-    mark_faults(&marker)?;
+    enable_parmrk(&marker)?;
     Ok(device)
 }
 
 /// Another descriptor of the port: the library takes the port for itself alone, and has no word for marks.
 #[cfg(unix)]
-fn marker(path: &Path) -> io::Result<OwnedFd> {
+fn open_second_handle(path: &Path) -> io::Result<OwnedFd> {
     let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
     Ok(rustix::fs::open(path, flags, Mode::empty())?)
 }
 
 /// Has the driver check the parity and mark what is bad, a break too, in place of passing it on as it is.
 #[cfg(unix)]
-fn mark_faults(port: &OwnedFd) -> io::Result<()> {
+fn enable_parmrk(port: &OwnedFd) -> io::Result<()> {
     let mut termios = tcgetattr(port)?;
     termios.input_modes |= InputModes::INPCK | InputModes::PARMRK;
     termios.input_modes -= InputModes::IGNPAR | InputModes::IGNBRK | InputModes::BRKINT | InputModes::ISTRIP;
@@ -78,32 +78,32 @@ fn mark_faults(port: &OwnedFd) -> io::Result<()> {
 }
 
 /// The threads of an open port; they end when this is dropped.
-struct Running {
+struct PortThreads {
     ended: Arc<AtomicBool>,
     writes: mpsc::Sender<Vec<u8>>,
     reads: mpsc::Receiver<Vec<u8>>,
     lost: oneshot::Receiver<()>,
 }
 
-impl Drop for Running {
+impl Drop for PortThreads {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Relaxed);
     }
 }
 
 /// Carries bytes until the hub is gone.
-pub(super) async fn serve(path: PathBuf, device: Device, mut end: End, pause: Duration) {
+pub(super) async fn serve(path: PathBuf, device: Device, mut end: SerialTask, pause: Duration) {
     let mut device = Some(device);
     loop {
         let opened = match device.take() {
             Some(device) => Some(device),
-            None => try_open(&path, end.robot).ok(),
+            None => try_open(&path, end.settings).ok(),
         };
-        let served = match opened.map(run) {
+        let served = match opened.map(spawn_threads) {
             Some(Ok(running)) => match carry(&path, running, &mut end).await {
                 // One that can be opened and is lost at once is not looked for without pause.
-                Ok(Left::Lost) => wait(&mut end, pause).await,
-                Ok(Left::Reset) => Ok(()),
+                Ok(CarryEnd::Lost) => wait(&mut end, pause).await,
+                Ok(CarryEnd::Reset) => Ok(()),
                 Err(gone) => Err(gone),
             },
             Some(Err(error)) => {
@@ -124,14 +124,14 @@ pub(super) async fn serve(path: PathBuf, device: Device, mut end: End, pause: Du
 }
 
 /// The port is not there: what the robot sends is heard by nobody.
-async fn wait(end: &mut End, pause: Duration) -> Result<(), Gone> {
+async fn wait(end: &mut SerialTask, pause: Duration) -> Result<(), DriverGone> {
     let over = tokio::time::sleep(pause);
     tokio::pin!(over);
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(Gone)? {
-                Command::Send(_) => {}
-                Command::Robot(robot) => end.robot = robot,
+            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+                TaskCommand::Send(_) => {}
+                TaskCommand::Settings(robot) => end.settings = robot,
             },
             () = &mut over => return Ok(()),
         }
@@ -139,62 +139,62 @@ async fn wait(end: &mut End, pause: Duration) -> Result<(), Gone> {
 }
 
 /// Why an open port is left.
-enum Left {
+enum CarryEnd {
     /// It is to be opened with other settings.
     Reset,
     /// It is gone.
     Lost,
 }
 
-async fn carry(path: &Path, mut running: Running, end: &mut End) -> Result<Left, Gone> {
+async fn carry(path: &Path, mut running: PortThreads, end: &mut SerialTask) -> Result<CarryEnd, DriverGone> {
     let port = end.port;
     let peer = path.display().to_string();
-    end.tell(LineEvent::Opened { peer }).await?;
-    end.tell(LineEvent::Settings(HostLine::Wire)).await?;
-    let mut marks = Marks::default();
+    end.send_event(SerialEvent::Opened { peer }).await?;
+    end.send_event(SerialEvent::Settings(HostLine::Wire)).await?;
+    let mut marks = MarkDecoder::default();
     let left = loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(Gone)? {
-                Command::Send(bytes) => if running.writes.try_send(bytes).is_err() {
+            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+                TaskCommand::Send(bytes) => if running.writes.try_send(bytes).is_err() {
                     debug!(port = port.name(), "{port}: bytes lost, the port does not take them");
                 },
-                Command::Robot(robot) if robot != end.robot => {
+                TaskCommand::Settings(robot) if robot != end.settings => {
                     info!(port = port.name(), "{port}: {} is opened anew as [U06] says", path.display());
-                    end.robot = robot;
-                    break Left::Reset;
+                    end.settings = robot;
+                    break CarryEnd::Reset;
                 }
-                Command::Robot(_) => {}
+                TaskCommand::Settings(_) => {}
             },
             bytes = running.reads.recv() => match bytes {
-                Some(bytes) => tell(end, &mut marks, &bytes).await?,
-                None => break Left::Lost,
+                Some(bytes) => send_received(end, &mut marks, &bytes).await?,
+                None => break CarryEnd::Lost,
             },
             _ = &mut running.lost => {
                 warn!(port = port.name(), "{port}: {} is gone; it is looked for again", path.display());
-                break Left::Lost;
+                break CarryEnd::Lost;
             }
         }
     };
-    end.tell(LineEvent::Closed).await?;
+    end.send_event(SerialEvent::Closed).await?;
     Ok(left)
 }
 
 /// Tells the hub what the port delivered, good and bad.
-async fn tell(end: &End, marks: &mut Marks, bytes: &[u8]) -> Result<(), Gone> {
+async fn send_received(end: &SerialTask, marks: &mut MarkDecoder, bytes: &[u8]) -> Result<(), DriverGone> {
     for marked in marks.push(bytes) {
         match marked {
-            Marked::Good(bytes) => end.tell_bytes(bytes).await?,
-            Marked::Bad(bytes) => end.tell(LineEvent::Faults(bytes)).await?,
+            CharacterRun::Good(bytes) => end.send_received(bytes).await?,
+            CharacterRun::Bad(bytes) => end.send_event(SerialEvent::Faults(bytes)).await?,
         }
     }
     Ok(())
 }
 
-fn run(device: Device) -> io::Result<Running> {
+fn spawn_threads(device: Device) -> io::Result<PortThreads> {
     let writer = device.try_clone()?;
     let ended = Arc::new(AtomicBool::new(false));
     let (tell_lost, lost) = oneshot::channel();
-    let (writes, queued) = mpsc::channel(WAITING_WRITES);
+    let (writes, queued) = mpsc::channel(WRITE_QUEUE);
     let (read, reads) = mpsc::channel(1);
     let seen = Arc::clone(&ended);
     spawn("ts3100-serial-in", move || {
@@ -204,7 +204,7 @@ fn run(device: Device) -> io::Result<Running> {
         let _ = tell_lost.send(());
     })?;
     spawn("ts3100-serial-out", move || write_all(writer, queued))?;
-    Ok(Running {
+    Ok(PortThreads {
         ended,
         writes,
         reads,

@@ -1,19 +1,18 @@
 //! The serial lines HOST and COM1 as the outside sees them: a pseudo terminal, a real port, a TCP port, with or
 //! without RFC 2217. Each is a task that carries bytes and tells the hub what it sees; how long characters take
-//! and what other settings make of them is the controller's. The hub owns [`Lines`] and is the only one that
+//! and what other settings make of them is the controller's. The hub owns [`SerialLines`] and is the only one that
 //! changes it.
 
 mod device;
-mod end;
-mod marks;
+mod parmrk;
 #[cfg(unix)]
 mod pty;
 mod rfc2217;
+mod task;
 mod tcp;
 
 use crate::config::LinkOptions;
-use crate::turns::{Divide, Turns, divide_bytes};
-use end::{Command, End};
+use crate::port_queues::{PortQueues, SplitPortion, split_bytes};
 use std::collections::BTreeMap;
 use std::fmt;
 use std::io;
@@ -21,6 +20,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::task::{Context, Poll};
+use task::{SerialTask, TaskCommand};
 use tokio::sync::{Semaphore, mpsc};
 use tokio::task::JoinHandle;
 use tracing::{info, warn};
@@ -28,11 +28,11 @@ use ts3100_controller::{Controller, HostLine, Input, Port};
 use ts3100_proto::parameter::SerialSettings;
 
 /// Portions that may wait for a line task; a task that is slower than that loses bytes, as a host's port does.
-const WAITING_COMMANDS: usize = 256;
+const COMMAND_QUEUE: usize = 256;
 
 /// How a serial port of the robot is reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum SerialEnd {
+pub enum SerialEndpoint {
     /// A pseudo terminal under this name, a symbolic link (`--serial-dir`). Unix only.
     Pty(PathBuf),
     /// A real port (`--host`, `--com1`): `/dev/ttyUSB0`, `COM3`.
@@ -43,19 +43,19 @@ pub enum SerialEnd {
     Tcp(SocketAddr),
 }
 
-impl fmt::Display for SerialEnd {
+impl fmt::Display for SerialEndpoint {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            SerialEnd::Pty(path) | SerialEnd::Device(path) => path.display().fmt(f),
-            SerialEnd::Rfc2217(address) => write!(f, "rfc2217://{address}"),
-            SerialEnd::Tcp(address) => write!(f, "socket://{address}"),
+            SerialEndpoint::Pty(path) | SerialEndpoint::Device(path) => path.display().fmt(f),
+            SerialEndpoint::Rfc2217(address) => write!(f, "rfc2217://{address}"),
+            SerialEndpoint::Tcp(address) => write!(f, "socket://{address}"),
         }
     }
 }
 
 /// Why a serial line cannot be opened.
 #[derive(Debug, thiserror::Error)]
-pub enum LineError {
+pub enum SerialError {
     /// The directory of the links is somebody else's.
     #[error(
         "{} holds the serial lines of another running ts3100; end that one, or give each its own --serial-dir",
@@ -98,15 +98,15 @@ pub enum LineError {
 
 /// What a line task tells the hub.
 #[derive(Debug)]
-pub struct LineMessage {
+pub struct SerialMessage {
     port: Port,
     id: u64,
-    event: LineEvent,
+    event: SerialEvent,
 }
 
 /// What it has seen.
 #[derive(Debug)]
-enum LineEvent {
+enum SerialEvent {
     /// A host is there.
     Opened { peer: String },
     /// How its port is set.
@@ -121,7 +121,7 @@ enum LineEvent {
     Closed,
 }
 
-impl LineMessage {
+impl SerialMessage {
     /// The port it is about.
     #[must_use]
     pub fn port(&self) -> Port {
@@ -129,20 +129,20 @@ impl LineMessage {
     }
 }
 
-impl Divide for LineMessage {
-    fn divide(&mut self, port: Port) -> Option<LineMessage> {
-        let LineEvent::Received(bytes) = &mut self.event else {
+impl SplitPortion for SerialMessage {
+    fn split_portion(&mut self, port: Port) -> Option<SerialMessage> {
+        let SerialEvent::Received(bytes) = &mut self.event else {
             return None;
         };
-        let event = LineEvent::Received(divide_bytes(port, bytes)?);
-        Some(LineMessage { event, ..*self })
+        let event = SerialEvent::Received(split_bytes(port, bytes)?);
+        Some(SerialMessage { event, ..*self })
     }
 }
 
-struct OpenLine {
+struct OpenSerialLine {
     id: u64,
     task: JoinHandle<()>,
-    commands: mpsc::Sender<Command>,
+    commands: mpsc::Sender<TaskCommand>,
     /// Bytes the task may still read.
     credit: Arc<Semaphore>,
     /// Bytes it was allowed to read and has not delivered.
@@ -151,32 +151,32 @@ struct OpenLine {
     host: HostLine,
     /// Bytes were lost because the task was too slow, and that was said.
     overrun: bool,
-    place: SerialEnd,
+    endpoint: SerialEndpoint,
 }
 
 /// Both lines.
-pub struct Lines {
-    ends: BTreeMap<Port, SerialEnd>,
+pub struct SerialLines {
+    endpoints: BTreeMap<Port, SerialEndpoint>,
     options: LinkOptions,
-    open: BTreeMap<Port, OpenLine>,
+    open: BTreeMap<Port, OpenSerialLine>,
     #[cfg(unix)]
-    locks: pty::Locks,
+    locks: pty::DirectoryLocks,
     next_id: u64,
-    messages: Turns<LineMessage>,
+    messages: PortQueues<SerialMessage>,
 }
 
-impl Lines {
+impl SerialLines {
     /// None open yet.
     #[must_use]
-    pub fn new(ends: BTreeMap<Port, SerialEnd>, options: LinkOptions) -> Lines {
-        Lines {
-            ends,
+    pub fn new(ends: BTreeMap<Port, SerialEndpoint>, options: LinkOptions) -> SerialLines {
+        SerialLines {
+            endpoints: ends,
             options,
             open: BTreeMap::new(),
             #[cfg(unix)]
-            locks: pty::Locks::default(),
+            locks: pty::DirectoryLocks::default(),
             next_id: 0,
-            messages: Turns::default(),
+            messages: PortQueues::default(),
         }
     }
 
@@ -184,31 +184,31 @@ impl Lines {
     ///
     /// # Errors
     /// The first that cannot be had; those before it are closed when this value is dropped.
-    pub fn open(&mut self, robot: &Controller) -> Result<(), LineError> {
-        for (port, wanted) in self.ends.clone() {
+    pub fn open(&mut self, robot: &Controller) -> Result<(), SerialError> {
+        for (port, wanted) in self.endpoints.clone() {
             let Some(line) = robot.serial_line(port) else {
                 continue;
             };
             #[cfg(unix)]
-            if let SerialEnd::Pty(link) = &wanted {
+            if let SerialEndpoint::Pty(link) = &wanted {
                 self.locks.take(port, link)?;
             }
             self.next_id += 1;
-            let (commands, waiting) = mpsc::channel(WAITING_COMMANDS);
+            let (commands, waiting) = mpsc::channel(COMMAND_QUEUE);
             let credit = Arc::new(Semaphore::new(0));
-            let end = End {
+            let end = SerialTask {
                 port,
                 id: self.next_id,
-                hub: self.messages.sender(port),
+                driver: self.messages.sender(port),
                 commands: waiting,
                 credit: Arc::clone(&credit),
-                robot: line,
+                settings: line,
             };
             let (place, task) = start(wanted, end, self.options)?;
             info!(port = port.name(), "{port} is {place}");
             self.open.insert(
                 port,
-                OpenLine {
+                OpenSerialLine {
                     id: self.next_id,
                     task,
                     commands,
@@ -217,11 +217,11 @@ impl Lines {
                     peer: None,
                     host: HostLine::default(),
                     overrun: false,
-                    place,
+                    endpoint: place,
                 },
             );
         }
-        self.grant(robot);
+        self.grant_read_credit(robot);
         Ok(())
     }
 
@@ -234,44 +234,46 @@ impl Lines {
         }
         #[cfg(unix)]
         {
-            self.locks = pty::Locks::default();
+            self.locks = pty::DirectoryLocks::default();
         }
     }
 
     /// Where each line is: the links, devices and addresses in use.
     #[must_use]
-    pub fn places(&self) -> BTreeMap<Port, SerialEnd> {
+    pub fn endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
         let places = self.open.iter();
-        places.map(|(port, line)| (*port, line.place.clone())).collect()
+        places
+            .map(|(port, line)| (*port, line.endpoint.clone()))
+            .collect()
     }
 
     /// The next message of a line task; the lines take turns. Ready when there is one.
-    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LineMessage> {
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<SerialMessage> {
         self.messages.poll_next(context)
     }
 
     /// Takes note of a message and says what it means for the controller.
-    pub fn take(&mut self, message: LineMessage) -> Option<Input> {
-        let LineMessage { port, id, event } = message;
+    pub fn handle_message(&mut self, message: SerialMessage) -> Option<Input> {
+        let SerialMessage { port, id, event } = message;
         let line = self.open.get_mut(&port).filter(|line| line.id == id)?;
         Some(match event {
-            LineEvent::Opened { peer } => {
+            SerialEvent::Opened { peer } => {
                 info!(port = port.name(), "{port}: {peer} connected");
                 line.peer = Some(peer.clone());
                 line.host = HostLine::default();
                 Input::Connected { port, peer }
             }
-            LineEvent::Settings(host) => {
+            SerialEvent::Settings(host) => {
                 line.host = host;
                 Input::SerialOpened { port, host }
             }
-            LineEvent::Received(bytes) => {
+            SerialEvent::Received(bytes) => {
                 line.outstanding = line.outstanding.saturating_sub(bytes.len());
                 Input::Received { port, bytes }
             }
-            LineEvent::Faults(bytes) => Input::SerialErrors { port, bytes },
-            LineEvent::Purged => Input::SerialPurged { port },
-            LineEvent::Closed => {
+            SerialEvent::Faults(bytes) => Input::SerialErrors { port, bytes },
+            SerialEvent::Purged => Input::SerialPurged { port },
+            SerialEvent::Closed => {
                 if let Some(peer) = line.peer.take() {
                     info!(port = port.name(), "{port}: {peer} disconnected");
                 }
@@ -281,7 +283,7 @@ impl Lines {
     }
 
     /// Lets the tasks read what the controller has room for.
-    pub fn grant(&mut self, robot: &Controller) {
+    pub fn grant_read_credit(&mut self, robot: &Controller) {
         for (port, line) in &mut self.open {
             let room = robot.line_room(*port).unwrap_or(0);
             let more = room.saturating_sub(line.outstanding);
@@ -301,7 +303,7 @@ impl Lines {
         let Some(line) = self.open.get_mut(&port) else {
             return;
         };
-        if line.commands.try_send(Command::Send(bytes)).is_err() && !line.overrun {
+        if line.commands.try_send(TaskCommand::Send(bytes)).is_err() && !line.overrun {
             line.overrun = true;
             warn!(
                 port = port.name(),
@@ -316,7 +318,7 @@ impl Lines {
         for (&port, line) in &mut self.open {
             if let Some(settings) = robot.serial_line(port) {
                 // Fails only when the task has ended, or is so far behind that it loses bytes as well.
-                let _ = line.commands.try_send(Command::Robot(settings));
+                let _ = line.commands.try_send(TaskCommand::Settings(settings));
             }
             if let Some(peer) = line.peer.clone() {
                 let host = line.host;
@@ -329,32 +331,32 @@ impl Lines {
 }
 
 fn start(
-    wanted: SerialEnd,
-    end: End,
+    wanted: SerialEndpoint,
+    end: SerialTask,
     options: LinkOptions,
-) -> Result<(SerialEnd, JoinHandle<()>), LineError> {
+) -> Result<(SerialEndpoint, JoinHandle<()>), SerialError> {
     match wanted {
         #[cfg(unix)]
-        SerialEnd::Pty(path) => {
-            let pty = pty::Pty::open(end.port, &path, end.robot)?;
-            Ok((SerialEnd::Pty(path), tokio::spawn(pty::serve(pty, end))))
+        SerialEndpoint::Pty(path) => {
+            let pty = pty::Pty::open(end.port, &path, end.settings)?;
+            Ok((SerialEndpoint::Pty(path), tokio::spawn(pty::serve(pty, end))))
         }
         #[cfg(not(unix))]
-        SerialEnd::Pty(_) => Err(LineError::NoPty { port: end.port }),
-        SerialEnd::Device(path) => {
-            let device = device::open(end.port, &path, end.robot)?;
+        SerialEndpoint::Pty(_) => Err(SerialError::NoPty { port: task.port }),
+        SerialEndpoint::Device(path) => {
+            let device = device::open(end.port, &path, end.settings)?;
             let task = tokio::spawn(device::serve(path.clone(), device, end, options.redial));
-            Ok((SerialEnd::Device(path), task))
+            Ok((SerialEndpoint::Device(path), task))
         }
-        SerialEnd::Rfc2217(address) => {
+        SerialEndpoint::Rfc2217(address) => {
             let (listener, actual) = tcp::bind(end.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::Kind::Rfc2217, end, options.second));
-            Ok((SerialEnd::Rfc2217(actual), task))
+            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Rfc2217, end, options.second));
+            Ok((SerialEndpoint::Rfc2217(actual), task))
         }
-        SerialEnd::Tcp(address) => {
+        SerialEndpoint::Tcp(address) => {
             let (listener, actual) = tcp::bind(end.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::Kind::Raw, end, options.second));
-            Ok((SerialEnd::Tcp(actual), task))
+            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Raw, end, options.second));
+            Ok((SerialEndpoint::Tcp(actual), task))
         }
     }
 }
@@ -364,9 +366,9 @@ fn io_error(
     port: Port,
     action: &'static str,
     place: impl fmt::Display,
-) -> impl FnOnce(io::Error) -> LineError {
+) -> impl FnOnce(io::Error) -> SerialError {
     let place = place.to_string();
-    move |reason| LineError::Io {
+    move |reason| SerialError::Io {
         port,
         action,
         place,

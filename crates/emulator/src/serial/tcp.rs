@@ -1,9 +1,9 @@
 //! A serial line behind a TCP port, one client at a time: bytes as they are, of whose settings nothing is known, or
 //! an access server of RFC 2217, whose client says how its port is set.
 
-use super::end::{Command, End, Gone, Outgoing};
 use super::rfc2217::{Event, Server};
-use super::{LineError, LineEvent, io_error};
+use super::task::{DriverGone, SerialTask, TaskCommand, WriteBuffer};
+use super::{SerialError, SerialEvent, io_error};
 use crate::config::SecondConnection;
 use crate::socket;
 use crate::tcp;
@@ -25,14 +25,14 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// behind the new connection.
 const CLOSE_GRACE: Duration = Duration::from_millis(50);
 /// Newcomers that may wait so.
-const WAITING_NEWCOMERS: usize = 4;
+const MAX_WAITING_CONNECTIONS: usize = 4;
 
 /// A connection and where it comes from.
-type Newcomer = (TcpStream, SocketAddr);
+type NewConnection = (TcpStream, SocketAddr);
 
 /// What is spoken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(super) enum TcpMode {
     /// The bytes alone.
     Raw,
     /// Telnet with COM-PORT-OPTION.
@@ -40,7 +40,7 @@ pub(super) enum Kind {
 }
 
 /// A listening socket and its address; port 0 asks for a free one.
-pub(super) fn bind(port: Port, address: SocketAddr) -> Result<(TcpListener, SocketAddr), LineError> {
+pub(super) fn bind(port: Port, address: SocketAddr) -> Result<(TcpListener, SocketAddr), SerialError> {
     tcp::open(address).map_err(io_error(port, "listen on", address))
 }
 
@@ -49,14 +49,19 @@ struct Client {
     stream: TcpStream,
     peer: SocketAddr,
     server: Option<Server>,
-    outgoing: Outgoing,
+    write_buffer: WriteBuffer,
     /// Off the line, while the client takes none.
-    held: Outgoing,
+    unsent: WriteBuffer,
     suspended: bool,
 }
 
 /// Serves one client after the other until the hub is gone.
-pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, second: SecondConnection) {
+pub(super) async fn serve(
+    listener: TcpListener,
+    kind: TcpMode,
+    mut end: SerialTask,
+    second: SecondConnection,
+) {
     let mut waiting = VecDeque::new();
     loop {
         let accepted = match waiting.pop_front() {
@@ -68,13 +73,13 @@ pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, secon
         let mut client = Client {
             stream,
             peer,
-            server: (kind == Kind::Rfc2217).then(|| Server::new(end.robot)),
-            outgoing: Outgoing::default(),
-            held: Outgoing::default(),
+            server: (kind == TcpMode::Rfc2217).then(|| Server::new(end.settings)),
+            write_buffer: WriteBuffer::default(),
+            unsent: WriteBuffer::default(),
             suspended: false,
         };
         let peer = peer.to_string();
-        if end.tell(LineEvent::Opened { peer }).await.is_err() {
+        if end.send_event(SerialEvent::Opened { peer }).await.is_err() {
             return;
         }
         if client
@@ -84,26 +89,26 @@ pub(super) async fn serve(listener: TcpListener, kind: Kind, mut end: End, secon
         {
             return;
         }
-        if end.tell(LineEvent::Closed).await.is_err() {
+        if end.send_event(SerialEvent::Closed).await.is_err() {
             return;
         }
     }
 }
 
-async fn wait_for_client(listener: &TcpListener, end: &mut End) -> Result<Newcomer, Gone> {
+async fn wait_for_client(listener: &TcpListener, end: &mut SerialTask) -> Result<NewConnection, DriverGone> {
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(Gone)? {
+            command = end.commands.recv() => match command.ok_or(DriverGone)? {
                 // Nobody is there to hear it.
-                Command::Send(_) => {}
-                Command::Robot(robot) => end.robot = robot,
+                TaskCommand::Send(_) => {}
+                TaskCommand::Settings(robot) => end.settings = robot,
             },
             accepted = accept(end.port, listener) => return Ok(accepted),
         }
     }
 }
 
-async fn accept(port: Port, listener: &TcpListener) -> Newcomer {
+async fn accept(port: Port, listener: &TcpListener) -> NewConnection {
     loop {
         match listener.accept().await {
             Ok(accepted) => return accepted,
@@ -123,31 +128,31 @@ impl Client {
     async fn carry(
         &mut self,
         listener: &TcpListener,
-        end: &mut End,
+        end: &mut SerialTask,
         second: SecondConnection,
-        waiting: &mut VecDeque<Newcomer>,
-    ) -> Result<(), Gone> {
+        waiting: &mut VecDeque<NewConnection>,
+    ) -> Result<(), DriverGone> {
         let port = end.port;
         let mut grace = Instant::now() + CLOSE_GRACE;
         loop {
             self.flush();
             let credit = Arc::clone(&end.credit);
             tokio::select! {
-                command = end.commands.recv() => match command.ok_or(Gone)? {
-                    Command::Send(bytes) => self.held.push(port, &bytes),
-                    Command::Robot(robot) => {
-                        end.robot = robot;
+                command = end.commands.recv() => match command.ok_or(DriverGone)? {
+                    TaskCommand::Send(bytes) => self.unsent.push(port, &bytes),
+                    TaskCommand::Settings(robot) => {
+                        end.settings = robot;
                         if let Some(server) = &mut self.server {
                             server.set_robot(robot);
                         }
                     }
                 },
-                ready = socket::writable(&self.stream), if !self.outgoing.is_empty() => {
+                ready = socket::writable(&self.stream), if !self.write_buffer.is_empty() => {
                     if ready.is_err() || !self.write(port) {
                         return Ok(());
                     }
                 },
-                (ready, most) = readable(&self.stream, &credit), if !self.outgoing.is_full() => {
+                (ready, most) = readable(&self.stream, &credit), if !self.write_buffer.is_full() => {
                     let mut buffer = vec![0; most];
                     match ready.and_then(|()| self.stream.try_read(&mut buffer)) {
                         Ok(0) => return Ok(()),
@@ -172,7 +177,7 @@ impl Client {
                         grace = Instant::now() + CLOSE_GRACE;
                     }
                     waiting.push_back((stream, peer));
-                    if waiting.len() > WAITING_NEWCOMERS {
+                    if waiting.len() > MAX_WAITING_CONNECTIONS {
                         self.refuse(port, waiting);
                     }
                 },
@@ -187,7 +192,7 @@ impl Client {
         }
     }
 
-    fn refuse(&self, port: Port, waiting: &mut VecDeque<Newcomer>) {
+    fn refuse(&self, port: Port, waiting: &mut VecDeque<NewConnection>) {
         for (stream, peer) in waiting.drain(..) {
             info!(
                 port = port.name(),
@@ -199,23 +204,23 @@ impl Client {
 
     /// What comes off the line, and what the access server has to say, in this order.
     fn flush(&mut self) {
-        if !self.suspended && !self.held.is_empty() && !self.outgoing.is_full() {
-            let bytes = self.held.take();
+        if !self.suspended && !self.unsent.is_empty() && !self.write_buffer.is_full() {
+            let bytes = self.unsent.take();
             match &mut self.server {
                 Some(server) => server.send(&bytes),
-                None => self.outgoing.put(&bytes),
+                None => self.write_buffer.append(&bytes),
             }
         }
         if let Some(server) = &mut self.server {
             let bytes = server.take_output();
-            self.outgoing.put(&bytes);
+            self.write_buffer.append(&bytes);
         }
     }
 
     fn write(&mut self, port: Port) -> bool {
-        match self.stream.try_write(self.outgoing.next()) {
+        match self.stream.try_write(self.write_buffer.as_slice()) {
             Ok(count) => {
-                self.outgoing.written(port, count);
+                self.write_buffer.consume(port, count);
                 true
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => true,
@@ -226,17 +231,17 @@ impl Client {
         }
     }
 
-    async fn received(&mut self, end: &End, bytes: Vec<u8>) -> Result<(), Gone> {
+    async fn received(&mut self, end: &SerialTask, bytes: Vec<u8>) -> Result<(), DriverGone> {
         let Some(server) = &mut self.server else {
-            return end.tell_bytes(bytes).await;
+            return end.send_received(bytes).await;
         };
         for event in server.receive(&bytes) {
             match event {
-                Event::Data(bytes) => end.tell_bytes(bytes).await?,
-                Event::Settings(settings) => end.tell_settings(settings).await?,
-                Event::PurgeToRobot => end.tell(LineEvent::Purged).await?,
-                Event::PurgeToClient => self.held.clear(),
-                Event::Break => end.tell(LineEvent::Faults(vec![0])).await?,
+                Event::Data(bytes) => end.send_received(bytes).await?,
+                Event::Settings(settings) => end.send_host_settings(settings).await?,
+                Event::PurgeToRobot => end.send_event(SerialEvent::Purged).await?,
+                Event::PurgeToClient => self.unsent.clear(),
+                Event::Break => end.send_event(SerialEvent::Faults(vec![0])).await?,
                 Event::Suspended(suspended) => self.suspended = suspended,
             }
         }
@@ -246,6 +251,6 @@ impl Client {
 
 /// Ready to be read, and how much of it.
 async fn readable(stream: &TcpStream, credit: &Semaphore) -> (io::Result<()>, usize) {
-    let most = End::allowed(credit).await;
+    let most = SerialTask::readable_bytes(credit).await;
     (socket::readable(stream).await, most)
 }

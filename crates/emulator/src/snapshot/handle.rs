@@ -1,12 +1,12 @@
 //! Where one who is not the hub asks for snapshots: the embedding API, the control interface. The hub does what is
 //! asked between two inputs.
 
-use super::{FileError, NamedError, TextError};
+use super::{FileError, NamedError, ParseError};
 use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::Controller;
 
 /// Orders that may wait for the hub.
-pub const WAITING_ORDERS: usize = 16;
+pub const REQUEST_QUEUE: usize = 16;
 
 /// Why a snapshot was not taken or restored.
 #[derive(Debug, thiserror::Error)]
@@ -19,13 +19,13 @@ pub enum SnapshotRequestError {
     Named(#[from] NamedError),
     /// Its text.
     #[error(transparent)]
-    Text(#[from] TextError),
+    Parse(#[from] ParseError),
     /// Its file.
     #[error(transparent)]
     File(#[from] FileError),
     /// The ports it asks for cannot be opened.
     #[error("the snapshot is restored, but no port is open: {0}")]
-    Links(String),
+    Channels(String),
     /// The emulator takes no more orders.
     #[error("the emulator takes no more orders: too many are waiting, or it has ended")]
     Busy,
@@ -35,13 +35,13 @@ pub enum SnapshotRequestError {
 #[derive(Debug)]
 pub enum SnapshotTask {
     /// The present state is kept under this name.
-    Keep(String),
+    Save(String),
     /// The state of this name becomes the present one.
     Restore(String),
     /// This one does.
     Replace(Box<Controller>),
     /// The state of this name is forgotten.
-    Forget(String),
+    Remove(String),
     /// The names are told.
     List,
     /// The present state is told.
@@ -77,12 +77,12 @@ pub struct SnapshotHandle(mpsc::Sender<SnapshotRequest>);
 impl SnapshotHandle {
     /// A desk and the hub's side of it.
     #[must_use]
-    pub fn open() -> (SnapshotHandle, mpsc::Receiver<SnapshotRequest>) {
-        let (sender, receiver) = mpsc::channel(WAITING_ORDERS);
+    pub fn channel() -> (SnapshotHandle, mpsc::Receiver<SnapshotRequest>) {
+        let (sender, receiver) = mpsc::channel(REQUEST_QUEUE);
         (SnapshotHandle(sender), receiver)
     }
 
-    fn order(
+    fn send(
         &self,
         task: SnapshotTask,
     ) -> Result<oneshot::Receiver<Result<SnapshotReply, SnapshotRequestError>>, SnapshotRequestError> {
@@ -97,16 +97,16 @@ impl SnapshotHandle {
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
-    pub async fn ask(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
-        self.order(task)?.await.map_err(|_| SnapshotRequestError::Busy)?
+    pub async fn request(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
+        self.send(task)?.await.map_err(|_| SnapshotRequestError::Busy)?
     }
 
     /// Has something done and waits for it, in a thread outside of every runtime.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
-    pub fn ask_blocking(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
-        self.order(task)?
+    pub fn request_blocking(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
+        self.send(task)?
             .blocking_recv()
             .map_err(|_| SnapshotRequestError::Busy)?
     }

@@ -19,7 +19,7 @@ pub const MAX_NAME: usize = 64;
 
 /// Why text is no snapshot.
 #[derive(Debug, thiserror::Error)]
-pub enum TextError {
+pub enum ParseError {
     /// It is no JSON, or not of the form of a snapshot; the words name line and column.
     #[error("no snapshot: {0}")]
     Json(serde_json::Error),
@@ -28,9 +28,9 @@ pub enum TextError {
     Snapshot(#[from] SnapshotError),
 }
 
-impl From<serde_json::Error> for TextError {
-    fn from(error: serde_json::Error) -> TextError {
-        TextError::Json(error)
+impl From<serde_json::Error> for ParseError {
+    fn from(error: serde_json::Error) -> ParseError {
+        ParseError::Json(error)
     }
 }
 
@@ -49,17 +49,17 @@ pub enum FileError {
     },
     /// What is in it.
     #[error("{}: {reason}", path.display())]
-    Text {
+    Parse {
         /// Which file.
         path: PathBuf,
         /// What is wrong with it.
-        reason: TextError,
+        reason: ParseError,
     },
 }
 
 /// The controller as text: JSON, one value a line.
 #[must_use]
-pub fn to_text(controller: &Controller) -> String {
+pub fn to_pretty_json(controller: &Controller) -> String {
     // Fails only for maps with keys that are no text, and there is none.
     let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
     text.push('\n');
@@ -68,7 +68,7 @@ pub fn to_text(controller: &Controller) -> String {
 
 /// The controller as JSON on one line.
 #[must_use]
-pub fn to_line(controller: &Controller) -> String {
+pub fn to_json_line(controller: &Controller) -> String {
     // As above.
     serde_json::to_string(&controller.snapshot()).unwrap_or_default()
 }
@@ -76,8 +76,8 @@ pub fn to_line(controller: &Controller) -> String {
 /// The controller of a text.
 ///
 /// # Errors
-/// [`TextError`].
-pub fn from_text(text: &str) -> Result<Controller, TextError> {
+/// [`ParseError`].
+pub fn from_json(text: &str) -> Result<Controller, ParseError> {
     // The head first: of another version every other field may differ.
     serde_json::from_str::<SnapshotHead>(text)?.check()?;
     let snapshot: Snapshot = serde_json::from_str(text)?;
@@ -95,7 +95,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
         reason,
     };
     let text = files::read_text(path, MAX_BYTES).map_err(io_error)?;
-    from_text(&text).map_err(|reason| FileError::Text {
+    from_json(&text).map_err(|reason| FileError::Parse {
         path: path.to_path_buf(),
         reason,
     })
@@ -106,7 +106,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
 /// # Errors
 /// [`FileError::Io`].
 pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
-    files::replace(path, to_text(controller).as_bytes()).map_err(unwritten(path))
+    files::replace(path, to_pretty_json(controller).as_bytes()).map_err(unwritten(path))
 }
 
 /// Whether [`write()`] could write there.
@@ -154,7 +154,7 @@ impl SnapshotStore {
     ///
     /// # Errors
     /// [`NamedError::Name`] or [`NamedError::Full`].
-    pub fn keep(&mut self, name: &str, controller: Controller) -> Result<(), NamedError> {
+    pub fn insert(&mut self, name: &str, controller: Controller) -> Result<(), NamedError> {
         let letter = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
         if name.is_empty() || name.len() > MAX_NAME || !name.bytes().all(letter) {
             return Err(NamedError::Name(name.chars().take(MAX_NAME).collect()));
@@ -178,7 +178,7 @@ impl SnapshotStore {
     ///
     /// # Errors
     /// [`NamedError::Unknown`].
-    pub fn forget(&mut self, name: &str) -> Result<(), NamedError> {
+    pub fn remove(&mut self, name: &str) -> Result<(), NamedError> {
         self.0.remove(name).map(drop).ok_or_else(|| self.unknown(name))
     }
 
@@ -222,17 +222,17 @@ mod tests {
         let mut shelf = SnapshotStore::default();
         assert!(shelf.get("a").unwrap_err().to_string().contains("there is none"));
         for number in 0..MAX_NAMED {
-            shelf.keep(&format!("n{number}"), fresh()).unwrap();
+            shelf.insert(&format!("n{number}"), fresh()).unwrap();
         }
-        assert_eq!(shelf.keep("more", fresh()), Err(NamedError::Full));
-        shelf.keep("n3", fresh()).unwrap();
-        shelf.forget("n3").unwrap();
-        shelf.keep("more", fresh()).unwrap();
+        assert_eq!(shelf.insert("more", fresh()), Err(NamedError::Full));
+        shelf.insert("n3", fresh()).unwrap();
+        shelf.remove("n3").unwrap();
+        shelf.insert("more", fresh()).unwrap();
         assert_eq!(shelf.list().len(), MAX_NAMED);
         assert!(shelf.get("n3").unwrap_err().to_string().contains("more, n0, n1"));
         for name in ["", "a b", "../a", &"x".repeat(MAX_NAME + 1)] {
             assert!(
-                matches!(shelf.keep(name, fresh()), Err(NamedError::Name(_))),
+                matches!(shelf.insert(name, fresh()), Err(NamedError::Name(_))),
                 "{name}"
             );
         }
@@ -249,7 +249,7 @@ mod tests {
             1,
             "no part is left"
         );
-        let text = to_text(&fresh());
+        let text = to_pretty_json(&fresh());
         for (from, to, expected) in [
             ("\"version\": 1", "\"version\": 9", "version: expected 1, found 9"),
             ("\"servo\": false", "\"servo\": 5", "line "),

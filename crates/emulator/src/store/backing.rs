@@ -19,13 +19,13 @@ pub enum WhenFull {
 
 /// How it is with the directory.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Condition {
+pub struct BackingStatus {
     /// Changes that it did not take since the start.
     pub failures: u64,
     /// Why it did not take the last one; none if it did.
     pub error: Option<String>,
     /// Files of the RAM drive, or erased there, that it does not have as they are: they are lost at a restart.
-    pub unkept: BTreeSet<String>,
+    pub unsaved: BTreeSet<String>,
 }
 
 /// A directory, and what became of the changes.
@@ -33,9 +33,9 @@ pub struct Condition {
 pub struct Backing {
     store: Store,
     when_full: WhenFull,
-    condition: Condition,
+    status: BackingStatus,
     /// What the log has said about it.
-    told: Option<String>,
+    last_logged: Option<String>,
 }
 
 impl Backing {
@@ -45,44 +45,44 @@ impl Backing {
         Backing {
             store,
             when_full,
-            condition: Condition::default(),
-            told: None,
+            status: BackingStatus::default(),
+            last_logged: None,
         }
     }
 
     /// How it is.
     #[must_use]
-    pub fn condition(&self) -> &Condition {
-        &self.condition
+    pub fn status(&self) -> &BackingStatus {
+        &self.status
     }
 
     /// Keeps a change of a file that the controller is about to make; none: it is erased.
     ///
     /// # Errors
     /// Why it is not kept, and therefore must not be made.
-    pub fn keep(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), String> {
+    pub fn persist(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), String> {
         let Err(reason) = self.write(name, content) else {
-            self.kept(name);
+            self.note_saved(name);
             return Ok(());
         };
-        self.failed(now, name, &reason);
+        self.note_failure(now, name, &reason);
         match self.when_full {
             WhenFull::Refuse => Err(reason.to_string()),
             WhenFull::Memory => {
-                self.condition.unkept.insert(name.to_owned());
+                self.status.unsaved.insert(name.to_owned());
                 Ok(())
             }
         }
     }
 
     /// Makes up for what the directory lacks of the files of `controller`, now that it takes files again.
-    pub fn catch_up(&mut self, controller: &Controller) {
-        while self.condition.error.is_none()
-            && let Some(name) = self.condition.unkept.pop_first()
+    pub fn retry_unsaved(&mut self, controller: &Controller) {
+        while self.status.error.is_none()
+            && let Some(name) = self.status.unsaved.pop_first()
         {
             if let Err(reason) = self.write(&name, controller.drive().get(&name)) {
-                self.failed(controller.now(), &name, &reason);
-                self.condition.unkept.insert(name);
+                self.note_failure(controller.now(), &name, &reason);
+                self.status.unsaved.insert(name);
             }
         }
     }
@@ -91,16 +91,16 @@ impl Backing {
     ///
     /// # Errors
     /// Why it did not take the first of them.
-    pub fn follow<'a>(
+    pub fn replace_files<'a>(
         &mut self,
         before: impl Iterator<Item = (&'a str, &'a [u8])>,
         next: &Controller,
     ) -> Result<(), StoreError> {
         let mut before: BTreeMap<&str, &[u8]> = before.collect();
-        for name in &self.condition.unkept {
+        for name in &self.status.unsaved {
             before.remove(name.as_str());
         }
-        let lacking = std::mem::take(&mut self.condition.unkept);
+        let lacking = std::mem::take(&mut self.status.unsaved);
         let gone = before.keys().copied().chain(lacking.iter().map(String::as_str));
         let gone: BTreeSet<&str> = gone.filter(|name| !next.drive().contains(name)).collect();
         let changed = next
@@ -114,10 +114,10 @@ impl Backing {
                 result = self.write(name, content);
             }
             match &result {
-                Ok(()) => self.kept(name),
+                Ok(()) => self.note_saved(name),
                 Err(reason) => {
-                    self.failed(next.now(), name, reason);
-                    self.condition.unkept.insert(name.to_owned());
+                    self.note_failure(next.now(), name, reason);
+                    self.status.unsaved.insert(name.to_owned());
                 }
             }
         }
@@ -125,9 +125,9 @@ impl Backing {
     }
 
     /// Keeps the error history for the next start.
-    pub fn keep_history(&mut self, controller: &Controller) {
-        if let Err(reason) = self.store.keep_history(controller.alarms().history()) {
-            self.failed(controller.now(), "the error history", &reason);
+    pub fn save_history(&mut self, controller: &Controller) {
+        if let Err(reason) = self.store.save_history(controller.alarms().history()) {
+            self.note_failure(controller.now(), "the error history", &reason);
         }
     }
 
@@ -138,10 +138,10 @@ impl Backing {
         }
     }
 
-    fn kept(&mut self, name: &str) {
-        self.condition.unkept.remove(name);
-        self.told = None;
-        if let Some(reason) = self.condition.error.take() {
+    fn note_saved(&mut self, name: &str) {
+        self.status.unsaved.remove(name);
+        self.last_logged = None;
+        if let Some(reason) = self.status.error.take() {
             info!(
                 event = "store-recovered",
                 reason, "the directory of the RAM drive takes files again"
@@ -149,20 +149,20 @@ impl Backing {
         }
     }
 
-    fn failed(&mut self, now: Time, file: &str, error: &StoreError) {
+    fn note_failure(&mut self, now: Time, file: &str, error: &StoreError) {
         let reason = error.to_string();
-        self.condition.failures = self.condition.failures.saturating_add(1);
+        self.status.failures = self.status.failures.saturating_add(1);
         // A host that tries again and again, with one file or another, is one line of the log.
         let cause = error.cause();
-        if self.told.as_ref() != Some(&cause) {
+        if self.last_logged.as_ref() != Some(&cause) {
             let (t, what) = (now.to_string(), self.consequence());
             error!(
                 event = "store-failed",
                 t, file, reason, "the directory of the RAM drive does not keep {file}: {reason}; {what}"
             );
-            self.told = Some(cause);
+            self.last_logged = Some(cause);
         }
-        self.condition.error = Some(reason);
+        self.status.error = Some(reason);
     }
 
     fn consequence(&self) -> &'static str {

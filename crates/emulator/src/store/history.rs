@@ -41,7 +41,7 @@ impl Store {
     ///
     /// # Errors
     /// The system's; it is tried again the next time.
-    pub fn keep_history<'a>(
+    pub fn save_history<'a>(
         &mut self,
         history: impl Iterator<Item = &'a Alarm> + Clone,
     ) -> Result<(), StoreError> {

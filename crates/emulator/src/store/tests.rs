@@ -99,7 +99,7 @@ fn names_never_lead_out_of_the_directory() {
         "TOOLONGNAME.PAR",
     ] {
         assert!(
-            matches!(store.put(name, b"x"), Err(StoreError::Foreign { .. })),
+            matches!(store.put(name, b"x"), Err(StoreError::NotADriveFile { .. })),
             "{name}"
         );
     }
@@ -170,12 +170,12 @@ fn the_error_history_is_kept_and_a_damaged_one_is_named() {
     let history = [alarm(ALARMS[0]), alarm(ALARMS[1])];
     let (mut store, _) = Store::open(directory.path()).unwrap();
     assert!(store.history().is_empty());
-    store.keep_history(history.iter()).unwrap();
+    store.save_history(history.iter()).unwrap();
     let kept = directory.path().join(history::FILE);
-    assert!(store.place(history::FILE).is_err(), "no command reaches it");
+    assert!(store.path_of(history::FILE).is_err(), "no command reaches it");
     let content = fs::read(&kept).unwrap();
     fs::remove_file(&kept).unwrap();
-    store.keep_history(history.iter()).unwrap();
+    store.save_history(history.iter()).unwrap();
     assert!(!kept.exists(), "what has not changed is not written");
     drop(store);
     // Whole, and cut off at each byte as a disk may leave it.
@@ -242,7 +242,7 @@ fn a_link_planted_where_a_file_is_written_is_not_followed() {
             second: 0,
         },
     };
-    store.keep_history([&alarm].into_iter()).unwrap();
+    store.save_history([&alarm].into_iter()).unwrap();
     assert_eq!(fs::read(&theirs).unwrap(), b"theirs");
     assert_eq!(names(&directory), [history::FILE, "PICK"]);
     assert!(

@@ -4,9 +4,9 @@
 
 mod relay;
 
-use crate::clock::calendar_now;
+use crate::clock::system_calendar;
 use crate::log::Readable;
-use crate::tcp::{LinkError, bind};
+use crate::tcp::{ChannelError, bind};
 use crate::transcript::{
     EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
     without_port,
@@ -52,7 +52,7 @@ pub struct TapSettings {
 pub enum TapError {
     /// A port of its own.
     #[error(transparent)]
-    Link(#[from] LinkError),
+    Link(#[from] ChannelError),
     /// A transcript.
     #[error(transparent)]
     Recorder(#[from] RecorderError),
@@ -87,7 +87,7 @@ impl Tap {
                 env!("CARGO_PKG_VERSION"),
                 real.join(" ")
             ),
-            calendar: Some(calendar_now()),
+            calendar: Some(system_calendar()),
             ..Header::default()
         };
         let base = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();

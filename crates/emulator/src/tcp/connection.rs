@@ -1,7 +1,7 @@
 //! One TCP connection: a reading and a writing task around one socket. Each text leaves in one write; the
 //! end is reported exactly once, whatever ended it.
 
-use super::LinkMessage;
+use super::ChannelMessage;
 use crate::log::Readable;
 use crate::socket;
 use socket2::{SockRef, TcpKeepalive};
@@ -24,11 +24,11 @@ use ts3100_controller::port::Port;
 /// of what the system buffers.
 pub(super) const WRITE_QUEUE: usize = 256;
 /// Turns the writing task gets to empty a full queue into the system's buffers.
-const WRITE_TURNS: u32 = 8;
+const WRITE_YIELDS: u32 = 8;
 /// Bytes read at once.
 const READ_BUFFER: usize = 4_096;
 /// How long a peer that has closed its sending half may take to read what was queued before.
-const FINISH: Duration = Duration::from_secs(5);
+const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
 /// A silent peer is asked after this long whether it is still there, and again as often as
 /// [`KEEPALIVE_PROBES`] at [`KEEPALIVE_INTERVAL`] (decision D3).
 const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
@@ -40,7 +40,7 @@ const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
 const KEEPALIVE_PROBES: u32 = 3;
 /// Longest time sent bytes may stay without the peer's acknowledgement: keepalive does not run meanwhile.
 #[cfg(target_os = "linux")]
-const UNACKNOWLEDGED: Duration = Duration::from_secs(30);
+const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// The write queue is full.
 pub(super) struct Overflow;
@@ -54,9 +54,9 @@ pub(super) struct Connection {
     reader: JoinHandle<()>,
     writer: JoinHandle<()>,
     /// Nothing is written any more.
-    deaf: bool,
+    stalled: bool,
     /// Dropped with the connection.
-    _gone: Option<oneshot::Sender<()>>,
+    _on_drop: Option<oneshot::Sender<()>>,
 }
 
 impl Connection {
@@ -67,7 +67,7 @@ impl Connection {
         stream: TcpStream,
         peer: SocketAddr,
         gone: Option<oneshot::Sender<()>>,
-        hub: mpsc::Sender<LinkMessage>,
+        hub: mpsc::Sender<ChannelMessage>,
     ) -> Connection {
         let stream = Arc::new(stream);
         let (queue, queued) = mpsc::channel(WRITE_QUEUE);
@@ -80,8 +80,8 @@ impl Connection {
             queue,
             reader,
             writer,
-            deaf: false,
-            _gone: gone,
+            stalled: false,
+            _on_drop: gone,
         }
     }
 
@@ -96,10 +96,10 @@ impl Connection {
     /// Queues one write. A full queue is no proof of a peer that does not read, since the controller may
     /// have much to say at once: the writing task gets its turn first.
     pub(super) async fn send(&self, mut bytes: Vec<u8>) -> Result<(), Overflow> {
-        if self.deaf {
+        if self.stalled {
             return Ok(());
         }
-        for _ in 0..=WRITE_TURNS {
+        for _ in 0..=WRITE_YIELDS {
             match self.queue.try_send(bytes) {
                 // Closed: the writing task met an error, and the reading task is about to report the end.
                 Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => return Ok(()),
@@ -116,7 +116,7 @@ impl Connection {
     }
 
     /// Ends the connection at once; its tasks have nothing more to say.
-    pub(super) fn cut(self) {
+    pub(super) fn abort(self) {
         self.reader.abort();
         self.writer.abort();
         close(&self.stream, Shutdown::Both);
@@ -134,10 +134,10 @@ impl Connection {
     }
 
     /// Nothing is read or written any more; the connection stays open.
-    pub(super) fn deafen(&mut self) {
+    pub(super) fn stall(&mut self) {
         self.reader.abort();
         self.writer.abort();
-        self.deaf = true;
+        self.stalled = true;
     }
 
     /// The peer has closed: what is queued is still sent, within limits.
@@ -151,7 +151,7 @@ impl Connection {
         reader.abort();
         drop(queue);
         tokio::spawn(async move {
-            if timeout(FINISH, &mut writer).await.is_err() {
+            if timeout(FLUSH_TIMEOUT, &mut writer).await.is_err() {
                 writer.abort();
             }
         });
@@ -170,7 +170,7 @@ pub(crate) fn prepare(port: Port, stream: &TcpStream) {
         socket.set_tcp_nodelay(true)?;
         socket.set_tcp_keepalive(&keepalive)?;
         #[cfg(target_os = "linux")]
-        socket.set_tcp_user_timeout(Some(UNACKNOWLEDGED))?;
+        socket.set_tcp_user_timeout(Some(ACKNOWLEDGE_TIMEOUT))?;
         Ok(())
     };
     if let Err(error) = set() {
@@ -198,7 +198,7 @@ fn close(stream: &TcpStream, how: Shutdown) {
     let _ = SockRef::from(stream).shutdown(how);
 }
 
-async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<LinkMessage>) {
+async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<ChannelMessage>) {
     let mut buffer = [0; READ_BUFFER];
     loop {
         if socket::readable(&stream).await.is_err() {
@@ -210,7 +210,11 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
                 let bytes = buffer.get(..length).unwrap_or_default().to_vec();
                 log_bytes(port, '<', &bytes);
                 acknowledge(&stream);
-                if hub.send(LinkMessage::Received { port, id, bytes }).await.is_err() {
+                if hub
+                    .send(ChannelMessage::Received { port, id, bytes })
+                    .await
+                    .is_err()
+                {
                     return;
                 }
             }
@@ -222,7 +226,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Lin
         }
     }
     // Fails only when the hub is gone, and then nobody wants to know.
-    let _ = hub.send(LinkMessage::Ended { port, id }).await;
+    let _ = hub.send(ChannelMessage::Ended { port, id }).await;
 }
 
 /// Has the system tell the peer at once that its bytes have come. A host that sends OK to an FL text, which nothing

@@ -1,6 +1,6 @@
 //! Client channels (ETH-04, ETH-05): dialled at power-on and again whenever there is no connection.
 
-use super::LinkMessage;
+use super::ChannelMessage;
 use super::connection::prepare;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -11,21 +11,21 @@ use tracing::debug;
 use ts3100_controller::port::Port;
 
 /// Longest wait for a peer to answer one attempt.
-const ATTEMPT: Duration = Duration::from_secs(5);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Dials until the hub is gone, `pause` after each failure and each lost connection.
-pub(super) async fn dial(port: Port, peer: SocketAddr, pause: Duration, hub: mpsc::Sender<LinkMessage>) {
+pub(super) async fn dial(port: Port, peer: SocketAddr, pause: Duration, hub: mpsc::Sender<ChannelMessage>) {
     loop {
-        match timeout(ATTEMPT, TcpStream::connect(peer)).await {
+        match timeout(CONNECT_TIMEOUT, TcpStream::connect(peer)).await {
             Ok(Ok(stream)) => {
                 prepare(port, &stream);
                 let (gone, lost) = oneshot::channel();
                 if hub
-                    .send(LinkMessage::Arrived {
+                    .send(ChannelMessage::Connected {
                         port,
                         stream,
                         peer,
-                        gone: Some(gone),
+                        on_drop: Some(gone),
                     })
                     .await
                     .is_err()
@@ -38,7 +38,7 @@ pub(super) async fn dial(port: Port, peer: SocketAddr, pause: Duration, hub: mps
             Ok(Err(error)) => debug!(port = port.name(), "{port}: {peer} does not answer: {error}"),
             Err(_) => debug!(
                 port = port.name(),
-                "{port}: {peer} does not answer within {ATTEMPT:?}"
+                "{port}: {peer} does not answer within {CONNECT_TIMEOUT:?}"
             ),
         }
         sleep(pause).await;

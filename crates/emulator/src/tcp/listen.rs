@@ -1,6 +1,6 @@
 //! Server channels: binding, with errors that name the remedies, and accepting.
 
-use super::LinkMessage;
+use super::ChannelMessage;
 use super::connection::prepare;
 use std::io;
 use std::net::SocketAddr;
@@ -17,7 +17,7 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Why a channel cannot be opened.
 #[derive(Debug, thiserror::Error)]
-pub enum LinkError {
+pub enum ChannelError {
     /// Somebody else has the port.
     #[error(
         "{channel} cannot listen on {address}: the port is in use.\n\
@@ -67,7 +67,7 @@ pub enum LinkError {
 
 /// What a port is bound for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
+enum BindPurpose {
     /// To listen there, alone.
     Listen,
     /// To listen there beside the socket that keeps the port reserved.
@@ -76,7 +76,7 @@ enum Purpose {
     Reserve,
 }
 
-fn bound(address: SocketAddr, purpose: Purpose) -> io::Result<TcpSocket> {
+fn bound(address: SocketAddr, purpose: BindPurpose) -> io::Result<TcpSocket> {
     let socket = if address.is_ipv4() {
         TcpSocket::new_v4()?
     } else {
@@ -84,16 +84,16 @@ fn bound(address: SocketAddr, purpose: Purpose) -> io::Result<TcpSocket> {
     };
     // Connections that ended a moment ago do not count. A reserved port is nobody else's, though nobody listens; and on
     // Windows this option would let two programs share the port.
-    if cfg!(unix) && purpose != Purpose::Reserve {
+    if cfg!(unix) && purpose != BindPurpose::Reserve {
         socket.set_reuseaddr(true)?;
     }
     #[cfg(target_os = "linux")]
-    socket.set_reuseport(purpose != Purpose::Listen)?;
+    socket.set_reuseport(purpose != BindPurpose::Listen)?;
     socket.bind(address)?;
     Ok(socket)
 }
 
-fn listening(address: SocketAddr, purpose: Purpose) -> io::Result<(TcpListener, SocketAddr)> {
+fn listening(address: SocketAddr, purpose: BindPurpose) -> io::Result<(TcpListener, SocketAddr)> {
     let listener = bound(address, purpose)?.listen(BACKLOG)?;
     let actual = listener.local_addr()?;
     Ok((listener, actual))
@@ -101,7 +101,7 @@ fn listening(address: SocketAddr, purpose: Purpose) -> io::Result<(TcpListener, 
 
 /// A listening socket and its address; port 0 asks for a free one.
 pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
-    listening(address, Purpose::Listen)
+    listening(address, BindPurpose::Listen)
 }
 
 /// A free port that stays with its channel while nobody listens there, as during a power cycle: with many emulators on
@@ -109,31 +109,31 @@ pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)>
 /// dials is refused. Elsewhere than on Linux such a socket would take connections from the one that listens: there the
 /// port is free meanwhile.
 #[derive(Debug)]
-pub(super) struct Reserved {
+pub(super) struct ReservedPort {
     socket: Option<TcpSocket>,
     port: u16,
 }
 
-impl Reserved {
+impl ReservedPort {
     /// A free port at this address.
-    pub(super) fn new(channel: Port, address: SocketAddr) -> Result<Reserved, LinkError> {
-        let socket = bound(address, Purpose::Reserve);
+    pub(super) fn new(channel: Port, address: SocketAddr) -> Result<ReservedPort, ChannelError> {
+        let socket = bound(address, BindPurpose::Reserve);
         let named = socket.and_then(|socket| Ok((socket.local_addr()?.port(), socket)));
-        let (port, socket) = named.map_err(|reason| LinkError::of(channel, address, reason))?;
+        let (port, socket) = named.map_err(|reason| ChannelError::from_io(channel, address, reason))?;
         let socket = cfg!(target_os = "linux").then_some(socket);
-        Ok(Reserved { socket, port })
+        Ok(ReservedPort { socket, port })
     }
 
     /// The listening socket of the channel.
-    pub(super) fn listen(&self, channel: Port, mut address: SocketAddr) -> Result<TcpListener, LinkError> {
+    pub(super) fn listen(&self, channel: Port, mut address: SocketAddr) -> Result<TcpListener, ChannelError> {
         address.set_port(self.port);
         let purpose = match self.socket {
-            Some(_) => Purpose::ListenReserved,
-            None => Purpose::Listen,
+            Some(_) => BindPurpose::ListenReserved,
+            None => BindPurpose::Listen,
         };
         match listening(address, purpose) {
             Ok((listener, _)) => Ok(listener),
-            Err(reason) => Err(LinkError::of(channel, address, reason)),
+            Err(reason) => Err(ChannelError::from_io(channel, address, reason)),
         }
     }
 
@@ -143,12 +143,12 @@ impl Reserved {
     }
 }
 
-impl LinkError {
-    fn of(channel: Port, address: SocketAddr, reason: io::Error) -> LinkError {
+impl ChannelError {
+    fn from_io(channel: Port, address: SocketAddr, reason: io::Error) -> ChannelError {
         match reason.kind() {
-            io::ErrorKind::AddrInUse => LinkError::InUse { channel, address },
-            io::ErrorKind::PermissionDenied => LinkError::Denied { channel, address },
-            _ => LinkError::Io {
+            io::ErrorKind::AddrInUse => ChannelError::InUse { channel, address },
+            io::ErrorKind::PermissionDenied => ChannelError::Denied { channel, address },
+            _ => ChannelError::Io {
                 channel,
                 address,
                 reason,
@@ -158,23 +158,23 @@ impl LinkError {
 }
 
 /// The listening socket of a channel and the port it has.
-pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), LinkError> {
+pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), ChannelError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
-    opened.map_err(|reason| LinkError::of(channel, address, reason))
+    opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
 /// Accepts until the hub is gone; who may stay is the hub's decision.
-pub(super) async fn accept(port: Port, listener: TcpListener, hub: mpsc::Sender<LinkMessage>) {
+pub(super) async fn accept(port: Port, listener: TcpListener, hub: mpsc::Sender<ChannelMessage>) {
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
                 prepare(port, &stream);
                 if hub
-                    .send(LinkMessage::Arrived {
+                    .send(ChannelMessage::Connected {
                         port,
                         stream,
                         peer,
-                        gone: None,
+                        on_drop: None,
                     })
                     .await
                     .is_err()

@@ -1,19 +1,19 @@
 //! The Ethernet channels as sockets: who is connected where, and bytes in both directions. Nothing here
-//! knows what the bytes mean. The hub owns [`Links`] and is the only one that changes it; accepting,
-//! dialling, reading and writing are tasks that talk to it by [`LinkMessage`]s.
+//! knows what the bytes mean. The hub owns [`Channels`] and is the only one that changes it; accepting,
+//! dialling, reading and writing are tasks that talk to it by [`ChannelMessage`]s.
 
 mod connection;
 mod dial;
 mod listen;
 
 pub(crate) use connection::{has_closed, prepare};
-pub use listen::LinkError;
+pub use listen::ChannelError;
 pub(crate) use listen::{bind, open};
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
-use crate::turns::{Divide, Turns, divide_bytes};
+use crate::port_queues::{PortQueues, SplitPortion, split_bytes};
 use connection::Connection;
-use listen::Reserved;
+use listen::ReservedPort;
 use std::collections::{BTreeMap, VecDeque};
 use std::net::{IpAddr, SocketAddr};
 use std::task::{Context, Poll};
@@ -30,9 +30,9 @@ use ts3100_proto::parameter::OpenMode;
 
 /// What a link task tells the hub.
 #[derive(Debug)]
-pub enum LinkMessage {
+pub enum ChannelMessage {
     /// A peer has connected, or was dialled.
-    Arrived {
+    Connected {
         /// To which channel.
         port: Port,
         /// The connection.
@@ -40,7 +40,7 @@ pub enum LinkMessage {
         /// The peer's address.
         peer: SocketAddr,
         /// Dropped with the connection: tells the dialling task to dial again.
-        gone: Option<oneshot::Sender<()>>,
+        on_drop: Option<oneshot::Sender<()>>,
     },
     /// Bytes came in.
     Received {
@@ -67,26 +67,26 @@ pub enum LinkMessage {
     },
 }
 
-impl LinkMessage {
+impl ChannelMessage {
     /// The port it is about.
     #[must_use]
     pub fn port(&self) -> Port {
         match self {
-            LinkMessage::Arrived { port, .. }
-            | LinkMessage::Received { port, .. }
-            | LinkMessage::Overdue { port, .. }
-            | LinkMessage::Ended { port, .. } => *port,
+            ChannelMessage::Connected { port, .. }
+            | ChannelMessage::Received { port, .. }
+            | ChannelMessage::Overdue { port, .. }
+            | ChannelMessage::Ended { port, .. } => *port,
         }
     }
 }
 
-impl Divide for LinkMessage {
-    fn divide(&mut self, port: Port) -> Option<LinkMessage> {
-        let LinkMessage::Received { id, bytes, .. } = self else {
+impl SplitPortion for ChannelMessage {
+    fn split_portion(&mut self, port: Port) -> Option<ChannelMessage> {
+        let ChannelMessage::Received { id, bytes, .. } = self else {
             return None;
         };
-        let (id, bytes) = (*id, divide_bytes(port, bytes)?);
-        Some(LinkMessage::Received { port, id, bytes })
+        let (id, bytes) = (*id, split_bytes(port, bytes)?);
+        Some(ChannelMessage::Received { port, id, bytes })
     }
 }
 
@@ -95,10 +95,10 @@ impl Divide for LinkMessage {
 pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
 
 /// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
-const WAITING_NEWCOMERS: usize = 4;
+const MAX_WAITING_CONNECTIONS: usize = 4;
 
 /// A connection that came while its predecessor was not read to its end.
-type Waiting = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
+type NewConnection = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 
 #[derive(Default)]
 struct Channel {
@@ -106,35 +106,35 @@ struct Channel {
     source: Option<JoinHandle<()>>,
     connection: Option<Connection>,
     /// In the order in which they came.
-    waiting: VecDeque<Waiting>,
+    waiting: VecDeque<NewConnection>,
 }
 
 /// All Ethernet channels.
-pub struct Links {
+pub struct Channels {
     listen: IpAddr,
     ports: Ports,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
     /// Own port of ETHERNET.PAR and the free port in its place, kept so that a power cycle gives the same again.
-    reserved: BTreeMap<Port, (u16, Reserved)>,
+    reserved: BTreeMap<Port, (u16, ReservedPort)>,
     next_id: u64,
     /// What the tasks say: when the peers are read no further, TCP tells them.
-    messages: Turns<LinkMessage>,
+    messages: PortQueues<ChannelMessage>,
 }
 
-impl Links {
+impl Channels {
     /// No channel open yet.
     #[must_use]
-    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Links {
+    pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Channels {
         let (channels, reserved) = (BTreeMap::new(), BTreeMap::new());
-        Links {
+        Channels {
             listen,
             ports,
             options,
             channels,
             reserved,
             next_id: 0,
-            messages: Turns::default(),
+            messages: PortQueues::default(),
         }
     }
 
@@ -143,7 +143,7 @@ impl Links {
     ///
     /// # Errors
     /// The first port that cannot be had; then none is open.
-    pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, LinkError> {
+    pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, ChannelError> {
         let mut bound = Vec::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
             bound.push((port, self.bind(port, channel.own_port)?));
@@ -174,12 +174,12 @@ impl Links {
                 let _ = source.await;
             }
             if let Some(connection) = channel.connection {
-                connection.cut();
+                connection.abort();
                 connected.push(port);
             }
         }
         // What the tasks of closed connections still had to say goes with the old queues.
-        self.messages = Turns::default();
+        self.messages = PortQueues::default();
         connected
     }
 
@@ -191,30 +191,30 @@ impl Links {
             return Vec::new();
         };
         info!(port = port.name(), "{port}: {} is dropped", connection.peer());
-        connection.cut();
-        self.ended(port)
+        connection.abort();
+        self.on_ended(port)
     }
 
     /// The next message of a link task; the channels take turns. Ready when there is one.
-    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<LinkMessage> {
+    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<ChannelMessage> {
         self.messages.poll_next(context)
     }
 
     /// Takes note of a message and says what it means for the controller, in order.
-    pub fn take(&mut self, message: LinkMessage) -> Vec<Input> {
+    pub fn handle_message(&mut self, message: ChannelMessage) -> Vec<Input> {
         match message {
-            LinkMessage::Arrived {
+            ChannelMessage::Connected {
                 port,
                 stream,
                 peer,
-                gone,
-            } => self.arrived(port, (stream, peer, gone)),
-            LinkMessage::Received { port, id, bytes } if self.is_current(port, id) => {
+                on_drop: gone,
+            } => self.on_connected(port, (stream, peer, gone)),
+            ChannelMessage::Received { port, id, bytes } if self.is_current(port, id) => {
                 vec![Input::Received { port, bytes }]
             }
-            LinkMessage::Ended { port, id } if self.is_current(port, id) => self.ended(port),
-            LinkMessage::Overdue { port, peer } => self.overdue(port, peer).into_iter().collect(),
-            LinkMessage::Received { .. } | LinkMessage::Ended { .. } => Vec::new(),
+            ChannelMessage::Ended { port, id } if self.is_current(port, id) => self.on_ended(port),
+            ChannelMessage::Overdue { port, peer } => self.on_overdue(port, peer).into_iter().collect(),
+            ChannelMessage::Received { .. } | ChannelMessage::Ended { .. } => Vec::new(),
         }
     }
 
@@ -238,13 +238,13 @@ impl Links {
             connection::WRITE_QUEUE
         );
         if let Some(connection) = channel.connection.take() {
-            connection.cut();
+            connection.abort();
         }
         vec![Input::Backlogged { port }, Input::Disconnected { port }]
     }
 
     /// Ends the connection of a channel on purpose. Says what that means for the controller.
-    pub fn end(&mut self, port: Port, how: DisconnectMode) -> Vec<Input> {
+    pub fn disconnect(&mut self, port: Port, how: DisconnectMode) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
         let Some(connection) = channel.connection.take() else {
             return Vec::new();
@@ -262,7 +262,7 @@ impl Links {
     }
 
     /// From now on nothing is read from the connection of a channel and nothing written to it.
-    pub fn deafen(&mut self, port: Port) {
+    pub fn stall(&mut self, port: Port) {
         let connection = self
             .channels
             .get_mut(&port)
@@ -273,24 +273,24 @@ impl Links {
                 "{port}: {} is half-open on purpose",
                 connection.peer()
             );
-            connection.deafen();
+            connection.stall();
         }
     }
 
     /// The listening socket of a channel and the port it has.
-    fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), LinkError> {
+    fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), ChannelError> {
         let free = SocketAddr::new(self.listen, 0);
         let Ports::Offset(offset) = self.ports else {
             let kept = self.reserved.remove(&port).filter(|(same, _)| *same == own);
             let reserved = match kept {
                 Some((_, reserved)) => reserved,
-                None => Reserved::new(port, free)?,
+                None => ReservedPort::new(port, free)?,
             };
             let bound = (reserved.listen(port, free)?, reserved.port());
             self.reserved.insert(port, (own, reserved));
             return Ok(bound);
         };
-        let wanted = own.checked_add(offset).ok_or(LinkError::PortRange {
+        let wanted = own.checked_add(offset).ok_or(ChannelError::PortRange {
             channel: port,
             own,
             offset,
@@ -305,7 +305,7 @@ impl Links {
             .is_some_and(|connection| connection.id() == id)
     }
 
-    fn arrived(&mut self, port: Port, newcomer: Waiting) -> Vec<Input> {
+    fn on_connected(&mut self, port: Port, newcomer: NewConnection) -> Vec<Input> {
         let second = self.options.second;
         let channel = self.channels.entry(port).or_default();
         match &channel.connection {
@@ -313,7 +313,7 @@ impl Links {
             // A host that has closed and is already back is not refused: it is served as soon as the old
             // connection is read to its end.
             Some(old)
-                if channel.waiting.len() < WAITING_NEWCOMERS
+                if channel.waiting.len() < MAX_WAITING_CONNECTIONS
                     && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
             {
                 let peer = newcomer.1;
@@ -333,7 +333,7 @@ impl Links {
                         old.peer(),
                         newcomer.1
                     );
-                    old.cut();
+                    old.abort();
                 }
                 let second = second_peer(port, &newcomer, true);
                 vec![second, Input::Disconnected { port }, self.connect(port, newcomer)]
@@ -347,12 +347,12 @@ impl Links {
         tokio::spawn(async move {
             tokio::time::sleep(CLOSE_GRACE).await;
             // Fails only when the hub is gone, and then nobody waits.
-            let _ = sender.send(LinkMessage::Overdue { port, peer }).await;
+            let _ = sender.send(ChannelMessage::Overdue { port, peer }).await;
         });
     }
 
     /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
-    fn overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
+    fn on_overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
         let channel = self.channels.entry(port).or_default();
         let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
         let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
@@ -360,7 +360,7 @@ impl Links {
         Some(refuse(port, &newcomer, old))
     }
 
-    fn connect(&mut self, port: Port, (stream, peer, gone): Waiting) -> Input {
+    fn connect(&mut self, port: Port, (stream, peer, gone): NewConnection) -> Input {
         self.next_id += 1;
         info!(port = port.name(), "{port}: {peer} connected");
         let connection =
@@ -372,7 +372,7 @@ impl Links {
         }
     }
 
-    fn ended(&mut self, port: Port) -> Vec<Input> {
+    fn on_ended(&mut self, port: Port) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
         if let Some(connection) = channel.connection.take() {
             info!(port = port.name(), "{port}: {} disconnected", connection.peer());
@@ -396,7 +396,7 @@ impl Links {
     }
 }
 
-fn refuse(port: Port, newcomer: &Waiting, old: &Connection) -> Input {
+fn refuse(port: Port, newcomer: &NewConnection, old: &Connection) -> Input {
     info!(
         port = port.name(),
         "{port}: {} refused, {} is connected (channel.second=refuse)",
@@ -407,7 +407,7 @@ fn refuse(port: Port, newcomer: &Waiting, old: &Connection) -> Input {
     second_peer(port, newcomer, false)
 }
 
-fn second_peer(port: Port, newcomer: &Waiting, kept: bool) -> Input {
+fn second_peer(port: Port, newcomer: &NewConnection, kept: bool) -> Input {
     Input::SecondPeer {
         port,
         peer: newcomer.1.to_string(),

@@ -24,12 +24,12 @@ fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkPlan {
     }
 }
 
-fn links(options: LinkOptions) -> Links {
-    Links::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, options)
+fn links(options: LinkOptions) -> Channels {
+    Channels::new(IpAddr::from([127, 0, 0, 1]), Ports::Auto, options)
 }
 
 /// A server on IP0 and its port.
-fn server(second: SecondConnection) -> (Links, u16) {
+fn server(second: SecondConnection) -> (Channels, u16) {
     let mut links = links(LinkOptions {
         second,
         ..LinkOptions::default()
@@ -43,12 +43,12 @@ async fn dial(port: u16) -> TcpStream {
 }
 
 /// The inputs of the next message that means something.
-async fn next(links: &mut Links) -> Vec<Input> {
+async fn next(links: &mut Channels) -> Vec<Input> {
     loop {
         let message = timeout(LONG, poll_fn(|context| links.poll_next(context)))
             .await
             .expect("a message");
-        let inputs = links.take(message);
+        let inputs = links.handle_message(message);
         if !inputs.is_empty() {
             return inputs;
         }
@@ -111,13 +111,13 @@ async fn a_second_connection_is_closed_and_the_first_untouched() {
     let mut second = dial(port).await;
     let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
-        links.take(message),
+        links.handle_message(message),
         [],
         "it may wait for a predecessor that is about to end"
     );
     let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
-        links.take(message),
+        links.handle_message(message),
         [second_peer(&second, false)],
         "that time is over"
     );
@@ -135,10 +135,10 @@ async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
     next(&mut links).await;
     let mut second = dial(port).await;
     let message = poll_fn(|context| links.poll_next(context)).await;
-    assert_eq!(links.take(message), [], "the first is still there");
+    assert_eq!(links.handle_message(message), [], "the first is still there");
     let passing = dial(port).await;
     let message = poll_fn(|context| links.poll_next(context)).await;
-    assert_eq!(links.take(message), [], "so is the second");
+    assert_eq!(links.handle_message(message), [], "so is the second");
     drop((first, passing));
     assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
     second.write_all(b"x").await.unwrap();
@@ -303,7 +303,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let mut plan = plan(OpenMode::Server, OpenMode::Server, 0);
     plan.channels[0].own_port = 0;
     plan.channels[1].own_port = number;
-    let mut links = Links::new(
+    let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(0),
         LinkOptions::default(),
@@ -311,7 +311,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     let error = links.open(&plan).unwrap_err();
     assert!(matches!(
         error,
-        LinkError::InUse {
+        ChannelError::InUse {
             channel: Port::Ip1,
             ..
         }
@@ -323,7 +323,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     );
     assert!(links.channels.is_empty());
     plan.channels[1].own_port = 65_535;
-    let mut links = Links::new(
+    let mut links = Channels::new(
         IpAddr::from([127, 0, 0, 1]),
         Ports::Offset(1),
         LinkOptions::default(),
@@ -331,7 +331,7 @@ async fn when_one_port_cannot_be_had_none_is_open() {
     plan.channels[0].own_port = 65_535;
     assert!(matches!(
         links.open(&plan),
-        Err(LinkError::PortRange {
+        Err(ChannelError::PortRange {
             own: 65_535,
             offset: 1,
             ..

@@ -77,7 +77,7 @@ impl LinkRecord {
     pub fn restored(controller: &Controller) -> LinkRecord {
         LinkRecord::Restored {
             at: controller.now(),
-            snapshot: snapshot::to_line(controller),
+            snapshot: snapshot::to_json_line(controller),
         }
     }
 

@@ -289,7 +289,7 @@ impl Recording {
     fn checked(self) -> Result<Recording, (usize, String)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
             if let RecordKind::Edge(LinkRecord::Restored { snapshot, .. }) = &record.what {
-                crate::snapshot::from_text(snapshot).map_err(|error| (*line, error.to_string()))?;
+                crate::snapshot::from_json(snapshot).map_err(|error| (*line, error.to_string()))?;
             }
         }
         Ok(self)

@@ -1,7 +1,7 @@
 //! The names of pseudo terminals: a directory that belongs to one daemon at a time, and symbolic links that are
 //! replaced whole.
 
-use super::super::{LineError, io_error};
+use super::super::{SerialError, io_error};
 use std::collections::BTreeMap;
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -15,11 +15,11 @@ const LOCK: &str = ".ts3100-serial.lock";
 
 /// The directories of one daemon, for nobody else until this is dropped.
 #[derive(Debug, Default)]
-pub(in super::super) struct Locks(BTreeMap<PathBuf, File>);
+pub(in super::super) struct DirectoryLocks(BTreeMap<PathBuf, File>);
 
-impl Locks {
+impl DirectoryLocks {
     /// Locks the directory in which `link` is to stand; it is made if it is missing.
-    pub(in super::super) fn take(&mut self, port: Port, link: &Path) -> Result<(), LineError> {
+    pub(in super::super) fn take(&mut self, port: Port, link: &Path) -> Result<(), SerialError> {
         let directory = directory_of(link);
         fs::create_dir_all(directory).map_err(io_error(port, "make the directory", directory.display()))?;
         let directory = directory
@@ -37,7 +37,7 @@ impl Locks {
         let file = file.map_err(io_error(port, "open", path.display()))?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(LineError::InUse { path: directory }),
+            Err(TryLockError::WouldBlock) => return Err(SerialError::InUse { path: directory }),
             Err(TryLockError::Error(error)) => return Err(io_error(port, "lock", path.display())(error)),
         }
         self.0.insert(directory, file);
@@ -54,11 +54,11 @@ pub(super) struct Link {
 
 impl Link {
     /// Puts a link in place of whatever link an ended daemon left there.
-    pub(super) fn put(port: Port, path: &Path, target: &Path) -> Result<Link, LineError> {
+    pub(super) fn create(port: Port, path: &Path, target: &Path) -> Result<Link, SerialError> {
         match fs::symlink_metadata(path) {
             Ok(found) if !found.file_type().is_symlink() => {
                 let path = path.to_path_buf();
-                return Err(LineError::Occupied { port, path });
+                return Err(SerialError::Occupied { port, path });
             }
             _ => {}
         }

@@ -6,10 +6,10 @@
 
 mod directory;
 
-use super::end::{Command, End, Gone, Outgoing};
-use super::{LineError, LineEvent, io_error};
+use super::task::{DriverGone, SerialTask, TaskCommand, WriteBuffer};
+use super::{SerialError, SerialEvent, io_error};
+pub(super) use directory::DirectoryLocks;
 use directory::Link;
-pub(super) use directory::Locks;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{Mode, OFlags};
 use rustix::io::Errno;
@@ -34,9 +34,9 @@ use ts3100_controller::{HostSettings, Port};
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// How often it is looked whether a host has opened the terminal: the system does not tell.
-const LOOK: Duration = Duration::from_millis(10);
+const OPEN_POLL_INTERVAL: Duration = Duration::from_millis(10);
 /// How often the settings of an open one are looked at, besides before every byte.
-const LOOK_AT_SETTINGS: Duration = Duration::from_millis(20);
+const SETTINGS_POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A pseudo terminal and its name.
 pub(super) struct Pty {
@@ -45,27 +45,28 @@ pub(super) struct Pty {
     /// The system's name for the end of the host.
     slave: PathBuf,
     link: Link,
-    robot: SerialSettings,
+    robot_settings: SerialSettings,
     /// The settings it was given by us.
-    given: Option<SerialSettings>,
+    initial_settings: Option<SerialSettings>,
     /// A host has set it otherwise since: from then on its settings are the hosts' own.
-    is_hosts: bool,
+    set_by_host: bool,
 }
 
 impl Pty {
     /// Makes one and puts a link to it at `path`, whose directory is locked; what an ended daemon left there is
     /// replaced.
-    pub(super) fn open(port: Port, path: &Path, robot: SerialSettings) -> Result<Pty, LineError> {
-        let (master, slave) = make().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
-        let link = Link::put(port, path, &slave)?;
+    pub(super) fn open(port: Port, path: &Path, robot: SerialSettings) -> Result<Pty, SerialError> {
+        let (master, slave) =
+            create().map_err(io_error(port, "make a pseudo terminal for", path.display()))?;
+        let link = Link::create(port, path, &slave)?;
         let mut pty = Pty {
             port,
             master,
             slave,
             link,
-            robot,
-            given: None,
-            is_hosts: false,
+            robot_settings: robot,
+            initial_settings: None,
+            set_by_host: false,
         };
         let set_up = io_error(port, "set up the pseudo terminal of", path.display());
         pty.reset().map_err(set_up)?;
@@ -77,12 +78,13 @@ impl Pty {
     fn reset(&mut self) -> io::Result<()> {
         let slave = open_slave(&self.slave)?;
         let mut termios = tcgetattr(&slave)?;
-        let is_ours =
-            |given: SerialSettings| !self.is_hosts && given != self.robot && is_set(&termios, given);
-        if self.given.is_none_or(is_ours) {
-            set(&mut termios, self.robot)?;
+        let is_ours = |given: SerialSettings| {
+            !self.set_by_host && given != self.robot_settings && has_settings(&termios, given)
+        };
+        if self.initial_settings.is_none_or(is_ours) {
+            apply_settings(&mut termios, self.robot_settings)?;
             tcsetattr(&slave, OptionalActions::Now, &termios)?;
-            self.given = Some(self.robot);
+            self.initial_settings = Some(self.robot_settings);
         }
         tcflush(&slave, QueueSelector::IFlush)?;
         Ok(())
@@ -108,7 +110,7 @@ impl Pty {
 
     fn replace(&mut self) -> io::Result<()> {
         let termios = tcgetattr(&self.master)?;
-        let (master, slave) = make()?;
+        let (master, slave) = create()?;
         tcsetattr(open_slave(&slave)?, OptionalActions::Now, &termios)?;
         self.link.point_to(&slave)?;
         (self.master, self.slave) = (master, slave);
@@ -117,26 +119,27 @@ impl Pty {
 
     /// Whether a host has it open, or has left bytes in it.
     fn is_open(&self) -> bool {
-        self.polled()
+        self.poll_master()
             .is_some_and(|found| !found.contains(PollFlags::HUP) || found.contains(PollFlags::IN))
     }
 
     /// Whether a host has it open now.
     fn has_host(&self) -> bool {
-        self.polled().is_some_and(|found| !found.contains(PollFlags::HUP))
+        self.poll_master()
+            .is_some_and(|found| !found.contains(PollFlags::HUP))
     }
 
-    fn polled(&self) -> Option<PollFlags> {
+    fn poll_master(&self) -> Option<PollFlags> {
         let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
         poll(&mut fds, Some(&Timespec::default())).ok()?;
         fds.first().map(PollFd::revents)
     }
 
     /// Writes what goes. Returns whether another host than the one waited for has it open now.
-    fn write(&self, writing: &pipe::Sender, ready: io::Result<Ready>, outgoing: &mut Outgoing) -> bool {
+    fn write(&self, writing: &pipe::Sender, ready: io::Result<Ready>, outgoing: &mut WriteBuffer) -> bool {
         let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
-        match ready.and_then(|_| writing.try_write(outgoing.next())) {
-            Ok(count) => outgoing.written(self.port, count),
+        match ready.and_then(|_| writing.try_write(outgoing.as_slice())) {
+            Ok(count) => outgoing.consume(self.port, count),
             // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
             Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
                 if self.has_host() {
@@ -157,13 +160,15 @@ impl Pty {
         let Ok(termios) = tcgetattr(&self.master) else {
             return HostSettings::default();
         };
-        self.is_hosts |= self.given.is_some_and(|given| !is_set(&termios, given));
-        shown(&termios, self.robot)
+        self.set_by_host |= self
+            .initial_settings
+            .is_some_and(|given| !has_settings(&termios, given));
+        host_settings(&termios, self.robot_settings)
     }
 }
 
 /// A new pseudo terminal: our end, and the name of the host's.
-fn make() -> io::Result<(OwnedFd, PathBuf)> {
+fn create() -> io::Result<(OwnedFd, PathBuf)> {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
     grantpt(&master)?;
     unlockpt(&master)?;
@@ -180,14 +185,14 @@ fn open_slave(name: &Path) -> io::Result<OwnedFd> {
 }
 
 /// Whether a terminal is still set so, as far as it shows.
-fn is_set(termios: &Termios, line: SerialSettings) -> bool {
+fn has_settings(termios: &Termios, line: SerialSettings) -> bool {
     let modes = termios.control_modes;
     termios.output_speed() == line.speed
         && modes.contains(ControlModes::CSTOPB) == (line.stop == 2)
         && modes.contains(ControlModes::PARODD) == (line.parity == Parity::Odd)
 }
 
-fn set(termios: &mut Termios, line: SerialSettings) -> io::Result<()> {
+fn apply_settings(termios: &mut Termios, line: SerialSettings) -> io::Result<()> {
     termios.make_raw();
     termios.input_modes -= InputModes::INPCK;
     termios.set_speed(line.speed)?;
@@ -210,7 +215,7 @@ fn set(termios: &mut Termios, line: SerialSettings) -> io::Result<()> {
 }
 
 /// What a pseudo terminal shows of the settings a host gave it.
-fn shown(termios: &Termios, robot: SerialSettings) -> HostSettings {
+fn host_settings(termios: &Termios, robot: SerialSettings) -> HostSettings {
     let modes = termios.control_modes;
     let parity = match (modes.contains(ControlModes::PARODD), robot.parity) {
         (true, _) => Some(Parity::Odd),
@@ -227,32 +232,32 @@ fn shown(termios: &Termios, robot: SerialSettings) -> HostSettings {
 }
 
 /// Carries bytes until the hub is gone.
-pub(super) async fn serve(mut pty: Pty, mut end: End) {
+pub(super) async fn serve(mut pty: Pty, mut end: SerialTask) {
     // The only error is that the hub is gone.
     while let Ok(()) = serve_one(&mut pty, &mut end).await {}
 }
 
-async fn serve_one(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
+async fn serve_one(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
     wait_for_host(pty, end).await?;
     let peer = pty.link.path().display().to_string();
-    end.tell(LineEvent::Opened { peer }).await?;
+    end.send_event(SerialEvent::Opened { peer }).await?;
     let carried = carry(pty, end).await;
     carried?;
     // At once: the next host may be about to set the terminal.
     pty.renew();
-    end.tell(LineEvent::Closed).await
+    end.send_event(SerialEvent::Closed).await
 }
 
-async fn wait_for_host(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
-    let mut look = interval(LOOK);
+async fn wait_for_host(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
+    let mut look = interval(OPEN_POLL_INTERVAL);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(Gone)? {
+            command = end.commands.recv() => match command.ok_or(DriverGone)? {
                 // Nobody is there to hear it.
-                Command::Send(_) => {}
-                Command::Robot(robot) => {
-                    pty.robot = robot;
+                TaskCommand::Send(_) => {}
+                TaskCommand::Settings(robot) => {
+                    pty.robot_settings = robot;
                     pty.renew();
                 }
             },
@@ -264,13 +269,13 @@ async fn wait_for_host(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
 }
 
 /// Carries bytes while a host is there.
-async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
-    let mut outgoing = Outgoing::default();
+async fn carry(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
+    let mut outgoing = WriteBuffer::default();
     let mut told = None;
-    let mut look = interval(LOOK_AT_SETTINGS);
+    let mut look = interval(SETTINGS_POLL_INTERVAL);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     let port = end.port;
-    let Some((mut reading, mut writing)) = registered(port, &pty.master) else {
+    let Some((mut reading, mut writing)) = register(port, &pty.master) else {
         return Ok(());
     };
     loop {
@@ -279,20 +284,20 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
         let settings = pty.settings();
         if told != Some(settings) {
             told = Some(settings);
-            end.tell_settings(settings).await?;
+            end.send_host_settings(settings).await?;
         }
         let credit = Arc::clone(&end.credit);
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(Gone)? {
-                Command::Send(bytes) => outgoing.push(port, &bytes),
-                Command::Robot(robot) => {
-                    pty.robot = robot;
+            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+                TaskCommand::Send(bytes) => outgoing.push(port, &bytes),
+                TaskCommand::Settings(robot) => {
+                    pty.robot_settings = robot;
                     told = None;
                 }
             },
             ready = writing.ready(Interest::WRITABLE), if !outgoing.is_empty() => {
                 if pty.write(&writing, ready, &mut outgoing) {
-                    let Some(ends) = registered(port, &pty.master) else {
+                    let Some(ends) = register(port, &pty.master) else {
                         return Ok(());
                     };
                     (reading, writing) = ends;
@@ -307,15 +312,15 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
                     Ok(count) if count > 0 => {
                         if told != Some(settings) {
                             told = Some(settings);
-                            end.tell_settings(settings).await?;
+                            end.send_host_settings(settings).await?;
                         }
                         buffer.truncate(count);
-                        end.tell_bytes(buffer).await?;
+                        end.send_received(buffer).await?;
                     }
                     // One host has closed it and another has opened it since; whose bytes are whose cannot be told,
                     // so they are one host.
                     Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
-                        let Some(ends) = registered(port, &pty.master) else {
+                        let Some(ends) = register(port, &pty.master) else {
                             return Ok(());
                         };
                         (reading, writing) = ends;
@@ -338,7 +343,7 @@ async fn carry(pty: &mut Pty, end: &mut End) -> Result<(), Gone> {
 /// Two further descriptors of the terminal, to be waited for. The runtime has no type for terminals; the one for
 /// pipes reads, writes and waits for any descriptor. It keeps the end of one for good, and hosts come back: so
 /// each host has its own.
-fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sender)> {
+fn register(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sender)> {
     let registered = || -> io::Result<(pipe::Receiver, pipe::Sender)> {
         let reading = pipe::Receiver::from_owned_fd_unchecked(master.try_clone()?)?;
         let writing = pipe::Sender::from_owned_fd_unchecked(master.try_clone()?)?;
@@ -356,7 +361,7 @@ fn registered(port: Port, master: &OwnedFd) -> Option<(pipe::Receiver, pipe::Sen
 
 /// Ready to be read, and how much of it.
 async fn readable(reading: &pipe::Receiver, credit: &Semaphore) -> (io::Result<Ready>, usize) {
-    let most = End::allowed(credit).await;
+    let most = SerialTask::readable_bytes(credit).await;
     (reading.ready(Interest::READABLE).await, most)
 }
 
@@ -378,7 +383,7 @@ mod tests {
     fn set_by_host(pty: &Pty, speed: u32) {
         let slave = open_slave(&pty.slave).unwrap();
         let mut termios = tcgetattr(&slave).unwrap();
-        set(&mut termios, line(speed)).unwrap();
+        apply_settings(&mut termios, line(speed)).unwrap();
         tcsetattr(&slave, OptionalActions::Now, &termios).unwrap();
     }
 
@@ -393,7 +398,7 @@ mod tests {
         let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
         set_by_host(&pty, 115_200);
         assert_eq!(pty.settings().speed, Some(115_200));
-        pty.robot = line(38_400);
+        pty.robot_settings = line(38_400);
         set_by_host(&pty, 9_600);
         pty.reset().unwrap();
         assert_eq!(speed(&pty), 9_600);
@@ -404,7 +409,7 @@ mod tests {
         let directory = TempDir::new("pty");
         let mut pty = Pty::open(Port::Host, &directory.path().join("host"), line(9_600)).unwrap();
         assert_eq!(pty.settings().speed, Some(9_600));
-        pty.robot = line(38_400);
+        pty.robot_settings = line(38_400);
         pty.reset().unwrap();
         assert_eq!((speed(&pty), pty.settings().speed), (38_400, Some(38_400)));
     }

@@ -36,19 +36,16 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
     let mut backing = backing(&directory, WhenFull::Refuse);
     let way = block(&directory, "A");
     for failures in 1..=3 {
-        let reason = backing.keep(NOW, "A", Some(b"A\n")).unwrap_err();
-        let condition = backing.condition();
+        let reason = backing.persist(NOW, "A", Some(b"A\n")).unwrap_err();
+        let condition = backing.status();
         assert_eq!((condition.failures, &condition.error), (failures, &Some(reason)));
-        assert!(condition.unkept.is_empty(), "the drive is as before");
+        assert!(condition.unsaved.is_empty(), "the drive is as before");
     }
     fs::remove_dir(way).unwrap();
-    backing.keep(NOW, "A", Some(b"A\n")).unwrap();
-    assert_eq!(
-        (backing.condition().failures, &backing.condition().error),
-        (3, &None)
-    );
+    backing.persist(NOW, "A", Some(b"A\n")).unwrap();
+    assert_eq!((backing.status().failures, &backing.status().error), (3, &None));
     assert_eq!(content(directory.path(), "A").as_deref(), Some(b"A\n".as_slice()));
-    backing.keep(NOW, "A", None).unwrap();
+    backing.persist(NOW, "A", None).unwrap();
     assert_eq!(content(directory.path(), "A"), None);
 }
 
@@ -56,25 +53,25 @@ fn a_change_that_is_not_kept_is_refused_and_told() {
 fn what_is_in_memory_alone_is_made_up_for_with_the_next_file_that_is_kept() {
     let directory = TempDir::new("backing-memory");
     let mut backing = backing(&directory, WhenFull::Memory);
-    backing.keep(NOW, "GONE", Some(b"G\n")).unwrap();
+    backing.persist(NOW, "GONE", Some(b"G\n")).unwrap();
     let ways = [block(&directory, "A"), block(&directory, "B")];
-    backing.keep(NOW, "A", Some(b"A\n")).unwrap();
-    backing.keep(NOW, "B", Some(b"B\n")).unwrap();
+    backing.persist(NOW, "A", Some(b"A\n")).unwrap();
+    backing.persist(NOW, "B", Some(b"B\n")).unwrap();
     let robot = controller(&[("A", b"A\n"), ("B", b"B\n"), ("C", b"C\n")]);
-    backing.catch_up(&robot);
-    assert_eq!(backing.condition().unkept, ["A", "B"].map(str::to_owned).into());
+    backing.retry_unsaved(&robot);
+    assert_eq!(backing.status().unsaved, ["A", "B"].map(str::to_owned).into());
     assert_eq!(content(directory.path(), "A"), None);
     for way in ways {
         fs::remove_dir(way).unwrap();
     }
-    backing.catch_up(&robot);
+    backing.retry_unsaved(&robot);
     assert!(
-        !backing.condition().unkept.is_empty(),
+        !backing.status().unsaved.is_empty(),
         "nothing says yet that it takes files again"
     );
-    backing.keep(NOW, "C", Some(b"C\n")).unwrap();
-    backing.catch_up(&robot);
-    assert!(backing.condition().unkept.is_empty());
+    backing.persist(NOW, "C", Some(b"C\n")).unwrap();
+    backing.retry_unsaved(&robot);
+    assert!(backing.status().unsaved.is_empty());
     for name in ["A", "B", "C"] {
         assert_eq!(
             content(directory.path(), name).unwrap(),
@@ -91,21 +88,18 @@ fn another_state_is_followed_and_what_was_there_goes_last() {
         controller(&[("OLD", b"O\n"), ("SAME", b"S\n")]),
         controller(&[("NEW", b"N\n"), ("SAME", b"S\n")]),
     );
-    backing.follow([].into_iter(), &before).unwrap();
+    backing.replace_files([].into_iter(), &before).unwrap();
     let way = block(&directory, "NEW");
-    backing.follow(before.files(), &next).unwrap_err();
+    backing.replace_files(before.files(), &next).unwrap_err();
     assert_eq!(
         content(directory.path(), "OLD").as_deref(),
         Some(b"O\n".as_slice())
     );
-    assert_eq!(
-        backing.condition().unkept,
-        ["NEW", "OLD"].map(str::to_owned).into()
-    );
+    assert_eq!(backing.status().unsaved, ["NEW", "OLD"].map(str::to_owned).into());
     fs::remove_dir(way).unwrap();
     // The next state makes up for what this one lacks, though the drive does not change.
-    backing.follow(next.files(), &next).unwrap();
-    assert!(backing.condition().unkept.is_empty());
+    backing.replace_files(next.files(), &next).unwrap();
+    assert!(backing.status().unsaved.is_empty());
     assert_eq!(content(directory.path(), "OLD"), None);
     assert_eq!(
         content(directory.path(), "NEW").as_deref(),

@@ -10,11 +10,11 @@ use ts3100_controller::port::Port;
 use ts3100_proto::status::ExecutionStatus;
 
 /// Bytes of what was printed that are kept for [`Condition::Printed`].
-pub const KEPT_PRINT: usize = 4_096;
+pub const PRINT_WINDOW: usize = 4_096;
 
 /// Something that may happen.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Condition {
+pub enum WaitCondition {
     /// Nothing: only time passes.
     Never,
     /// The execution status is this.
@@ -22,7 +22,7 @@ pub enum Condition {
     /// A line shows this state.
     Signal {
         /// Input or output.
-        side: IoKind,
+        kind: IoKind,
         /// Its number.
         line: u16,
         /// The state.
@@ -47,24 +47,24 @@ pub enum Condition {
 #[derive(Debug, Clone)]
 pub struct Wait {
     /// What is looked for.
-    pub condition: Condition,
+    pub condition: WaitCondition,
     /// For so much virtual time.
-    pub within: Duration,
+    pub timeout: Duration,
     /// Time jumps from deadline to deadline until then, whatever the mode.
     pub advance: bool,
-    seen: bool,
+    occurred: bool,
     printed: VecDeque<u8>,
 }
 
 impl Wait {
     /// Nothing has been seen yet.
     #[must_use]
-    pub fn new(condition: Condition, within: Duration, advance: bool) -> Wait {
+    pub fn new(condition: WaitCondition, within: Duration, advance: bool) -> Wait {
         Wait {
             condition,
-            within,
+            timeout: within,
             advance,
-            seen: false,
+            occurred: false,
             printed: VecDeque::new(),
         }
     }
@@ -72,67 +72,69 @@ impl Wait {
     /// Something was put out.
     pub fn observe(&mut self, output: &Output) {
         match (&self.condition, output) {
-            (Condition::Status(wanted), Output::Event(Event::Status { status, .. })) => {
-                self.seen |= *status == words(*wanted);
+            (WaitCondition::Status(wanted), Output::Event(Event::Status { status, .. })) => {
+                self.occurred |= *status == status_description(*wanted);
             }
-            (Condition::Statement(wanted), Output::Event(Event::Statement { line, .. })) => {
-                self.seen |= line == wanted;
+            (WaitCondition::Statement(wanted), Output::Event(Event::Statement { line, .. })) => {
+                self.occurred |= line == wanted;
             }
-            (Condition::Alarm(wanted), Output::Event(Event::Alarm { number, .. })) => {
-                self.seen |= wanted.as_ref().is_none_or(|wanted| wanted == number);
+            (WaitCondition::Alarm(wanted), Output::Event(Event::Alarm { number, .. })) => {
+                self.occurred |= wanted.as_ref().is_none_or(|wanted| wanted == number);
             }
             (
-                Condition::Printed {
+                WaitCondition::Printed {
                     port: Some(wanted), ..
                 },
                 Output::Send { port, bytes },
             ) if wanted == port => {
                 let bytes = bytes.clone();
-                self.print(&bytes);
+                self.observe_print(&bytes);
             }
-            (Condition::Printed { port: None, .. }, Output::Pendant(text)) => self.print(text.as_bytes()),
+            (WaitCondition::Printed { port: None, .. }, Output::Pendant(text)) => {
+                self.observe_print(text.as_bytes())
+            }
             _ => {}
         }
     }
 
-    fn print(&mut self, bytes: &[u8]) {
+    fn observe_print(&mut self, bytes: &[u8]) {
         self.printed.extend(bytes);
-        let Condition::Printed { text, .. } = &self.condition else {
+        let WaitCondition::Printed { text, .. } = &self.condition else {
             return;
         };
         let printed = self.printed.make_contiguous();
-        self.seen |= text.is_empty() || printed.windows(text.len()).any(|found| found == text);
-        let surplus = self.printed.len().saturating_sub(KEPT_PRINT);
+        self.occurred |= text.is_empty() || printed.windows(text.len()).any(|found| found == text);
+        let surplus = self.printed.len().saturating_sub(PRINT_WINDOW);
         self.printed.drain(..surplus);
     }
 
     /// Whether it has happened, or holds now.
     #[must_use]
     pub fn is_met(&self, controller: &Controller) -> bool {
-        self.seen
+        self.occurred
             || match &self.condition {
-                Condition::Never | Condition::Statement(_) | Condition::Printed { .. } => false,
-                Condition::Status(wanted) => controller.status() == *wanted,
-                Condition::Signal { side, line, on } => {
+                WaitCondition::Never | WaitCondition::Statement(_) | WaitCondition::Printed { .. } => false,
+                WaitCondition::Status(wanted) => controller.status() == *wanted,
+                WaitCondition::Signal { kind: side, line, on } => {
                     let signals = controller.signals();
                     *on == match side {
                         IoKind::Input => signals.input(*line),
                         IoKind::Output => signals.output(*line),
                     }
                 }
-                Condition::Alarm(wanted) => controller.alarms().active().iter().any(|alarm| {
+                WaitCondition::Alarm(wanted) => controller.alarms().active().iter().any(|alarm| {
                     wanted
                         .as_ref()
                         .is_none_or(|wanted| *wanted == alarm.code.number())
                 }),
-                Condition::Idle => controller.is_idle(),
+                WaitCondition::Idle => controller.is_idle(),
             }
     }
 }
 
 /// The manual's words for an execution status, as events tell it.
 #[must_use]
-pub fn words(status: ExecutionStatus) -> &'static str {
+pub fn status_description(status: ExecutionStatus) -> &'static str {
     match status {
         ExecutionStatus::Reset => "stop (reset)",
         ExecutionStatus::Running => "running",

@@ -1,7 +1,7 @@
 //! What a line task has of the hub: where to tell, what it is told, how much it may read; and what it still has
 //! to write.
 
-use super::{LineEvent, LineMessage, SerialSettings};
+use super::{SerialEvent, SerialMessage, SerialSettings};
 use crate::log::Readable;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -12,55 +12,56 @@ use ts3100_controller::{HostLine, HostSettings, Port};
 /// Bytes read at once.
 pub(super) const READ_BUFFER: usize = 1_024;
 /// Bytes that may wait for a host that does not read; of more, the newest are lost.
-const WAITING_BYTES: usize = 16 * 1_024;
+const WRITE_BUFFER: usize = 16 * 1_024;
 
 /// What the hub tells a line task.
 #[derive(Debug)]
-pub(super) enum Command {
+pub(super) enum TaskCommand {
     /// Bytes off the line, for the host.
     Send(Vec<u8>),
     /// The robot's settings are these from now on.
-    Robot(SerialSettings),
+    Settings(SerialSettings),
 }
 
 /// The hub's end of a line task.
-pub(super) struct End {
+pub(super) struct SerialTask {
     pub(super) port: Port,
     pub(super) id: u64,
-    pub(super) hub: mpsc::Sender<LineMessage>,
-    pub(super) commands: mpsc::Receiver<Command>,
+    pub(super) driver: mpsc::Sender<SerialMessage>,
+    pub(super) commands: mpsc::Receiver<TaskCommand>,
     pub(super) credit: Arc<Semaphore>,
-    pub(super) robot: SerialSettings,
+    pub(super) settings: SerialSettings,
 }
 
 /// The hub is gone, and nobody wants to know any more.
-pub(super) struct Gone;
+pub(super) struct DriverGone;
 
-impl End {
+impl SerialTask {
     /// Tells the hub.
-    pub(super) async fn tell(&self, event: LineEvent) -> Result<(), Gone> {
+    pub(super) async fn send_event(&self, event: SerialEvent) -> Result<(), DriverGone> {
         let (port, id) = (self.port, self.id);
-        let message = LineMessage { port, id, event };
-        self.hub.send(message).await.map_err(|_| Gone)
+        let message = SerialMessage { port, id, event };
+        self.driver.send(message).await.map_err(|_| DriverGone)
     }
 
     /// Tells it how the host's port is set.
-    pub(super) async fn tell_settings(&self, settings: HostSettings) -> Result<(), Gone> {
-        self.tell(LineEvent::Settings(HostLine::Modelled(settings))).await
+    pub(super) async fn send_host_settings(&self, settings: HostSettings) -> Result<(), DriverGone> {
+        self.send_event(SerialEvent::Settings(HostLine::Modelled(settings)))
+            .await
     }
 
     /// Tells it of bytes of the host; of those it was allowed, the rest may be read later.
-    pub(super) async fn tell_bytes(&self, bytes: Vec<u8>) -> Result<(), Gone> {
+    pub(super) async fn send_received(&self, bytes: Vec<u8>) -> Result<(), DriverGone> {
         if bytes.is_empty() {
             return Ok(());
         }
         log_bytes(self.port, '<', &bytes);
         self.credit.forget_permits(bytes.len());
-        self.tell(LineEvent::Received(bytes)).await
+        self.send_event(SerialEvent::Received(bytes)).await
     }
 
     /// Waits until bytes may be read; returns how many. Cancel safe.
-    pub(super) async fn allowed(credit: &Semaphore) -> usize {
+    pub(super) async fn readable_bytes(credit: &Semaphore) -> usize {
         // Never closed, so an error cannot be.
         let permit = credit.acquire().await;
         drop(permit);
@@ -70,14 +71,14 @@ impl End {
 
 /// Bytes for the host.
 #[derive(Default)]
-pub(super) struct Outgoing {
+pub(super) struct WriteBuffer {
     bytes: VecDeque<u8>,
 }
 
-impl Outgoing {
+impl WriteBuffer {
     /// Puts bytes in, as many as there is room for.
     pub(super) fn push(&mut self, port: Port, bytes: &[u8]) {
-        let room = WAITING_BYTES.saturating_sub(self.bytes.len());
+        let room = WRITE_BUFFER.saturating_sub(self.bytes.len());
         if bytes.len() > room {
             debug!(
                 port = port.name(),
@@ -94,16 +95,16 @@ impl Outgoing {
 
     /// Whether so much waits that nothing more is to be asked for.
     pub(super) fn is_full(&self) -> bool {
-        self.bytes.len() >= WAITING_BYTES
+        self.bytes.len() >= WRITE_BUFFER
     }
 
     /// The bytes to be written next.
-    pub(super) fn next(&mut self) -> &[u8] {
+    pub(super) fn as_slice(&mut self) -> &[u8] {
         self.bytes.make_contiguous()
     }
 
     /// So many have been written.
-    pub(super) fn written(&mut self, port: Port, count: usize) {
+    pub(super) fn consume(&mut self, port: Port, count: usize) {
         let bytes: Vec<u8> = self.bytes.drain(..count.min(self.bytes.len())).collect();
         log_bytes(port, '>', &bytes);
     }
@@ -114,7 +115,7 @@ impl Outgoing {
     }
 
     /// Puts bytes in that were counted before.
-    pub(super) fn put(&mut self, bytes: &[u8]) {
+    pub(super) fn append(&mut self, bytes: &[u8]) {
         self.bytes.extend(bytes);
     }
 

@@ -3,7 +3,7 @@
 
 /// What stands in what a port delivers, in its order.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum Marked {
+pub(super) enum CharacterRun {
     /// Good characters.
     Good(Vec<u8>),
     /// Bad ones, as read.
@@ -11,7 +11,7 @@ pub(super) enum Marked {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum State {
+enum MarkState {
     #[default]
     Plain,
     Mark,
@@ -20,28 +20,28 @@ enum State {
 
 /// Takes the marks out of a stream, however it is cut.
 #[derive(Debug, Default)]
-pub(super) struct Marks {
-    state: State,
+pub(super) struct MarkDecoder {
+    state: MarkState,
 }
 
-impl Marks {
+impl MarkDecoder {
     /// What these bytes complete. On a system whose ports mark nothing every byte is good.
-    pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<Marked> {
+    pub(super) fn push(&mut self, bytes: &[u8]) -> Vec<CharacterRun> {
         if !cfg!(unix) {
-            return vec![Marked::Good(bytes.to_vec())];
+            return vec![CharacterRun::Good(bytes.to_vec())];
         }
         let mut found = Vec::new();
         for &byte in bytes {
             self.state = match (self.state, byte) {
-                (State::Plain, 0xFF) => State::Mark,
-                (State::Mark, 0) => State::Bad,
-                (State::Plain | State::Mark, byte) => {
+                (MarkState::Plain, 0xFF) => MarkState::Mark,
+                (MarkState::Mark, 0) => MarkState::Bad,
+                (MarkState::Plain | MarkState::Mark, byte) => {
                     put(&mut found, byte, true);
-                    State::Plain
+                    MarkState::Plain
                 }
-                (State::Bad, byte) => {
+                (MarkState::Bad, byte) => {
                     put(&mut found, byte, false);
-                    State::Plain
+                    MarkState::Plain
                 }
             };
         }
@@ -49,11 +49,11 @@ impl Marks {
     }
 }
 
-fn put(found: &mut Vec<Marked>, byte: u8, good: bool) {
+fn put(found: &mut Vec<CharacterRun>, byte: u8, good: bool) {
     match (found.last_mut(), good) {
-        (Some(Marked::Good(bytes)), true) | (Some(Marked::Bad(bytes)), false) => bytes.push(byte),
-        (_, true) => found.push(Marked::Good(vec![byte])),
-        (_, false) => found.push(Marked::Bad(vec![byte])),
+        (Some(CharacterRun::Good(bytes)), true) | (Some(CharacterRun::Bad(bytes)), false) => bytes.push(byte),
+        (_, true) => found.push(CharacterRun::Good(vec![byte])),
+        (_, false) => found.push(CharacterRun::Bad(vec![byte])),
     }
 }
 
@@ -65,18 +65,18 @@ mod tests {
     fn marks_are_taken_out_wherever_the_stream_is_cut() {
         let stream = [b'a', 0xFF, 0xFF, 0xFF, 0, b'x', 0xFF, 0, 0xFF, b'b', 0];
         let expected = [
-            Marked::Good(vec![b'a', 0xFF]),
-            Marked::Bad(vec![b'x', 0xFF]),
-            Marked::Good(vec![b'b', 0]),
+            CharacterRun::Good(vec![b'a', 0xFF]),
+            CharacterRun::Bad(vec![b'x', 0xFF]),
+            CharacterRun::Good(vec![b'b', 0]),
         ];
         for cut in 0..=stream.len() {
-            let mut marks = Marks::default();
-            let mut found: Vec<Marked> = Vec::new();
+            let mut marks = MarkDecoder::default();
+            let mut found: Vec<CharacterRun> = Vec::new();
             let (first, second) = stream.split_at(cut);
             for part in [marks.push(first), marks.push(second)].concat() {
                 match (found.last_mut(), part) {
-                    (Some(Marked::Good(bytes)), Marked::Good(more))
-                    | (Some(Marked::Bad(bytes)), Marked::Bad(more)) => bytes.extend(more),
+                    (Some(CharacterRun::Good(bytes)), CharacterRun::Good(more))
+                    | (Some(CharacterRun::Bad(bytes)), CharacterRun::Bad(more)) => bytes.extend(more),
                     (_, part) => found.push(part),
                 }
             }
