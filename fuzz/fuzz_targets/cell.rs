@@ -1,12 +1,14 @@
-//! A program and, behind a zero byte, what happens around the cell while it runs: records, signals, keys, stops,
-//! starts, feed hold, commands, time. The controller never panics, never hangs and tells a new host its status.
+//! Fuzzes a whole controller that runs a program: after a zero byte the choices for records, signals, keys, stops,
+//! starts, feed hold, commands and time.
+//!
+//! The controller never panics, never hangs, and answers SU of a new host. `protocol.rs` stresses the ports instead.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use ts3100_controller::{Input, PanelAction, Time};
 use ts3100_fuzz::{Cell, text_and_choices};
 
-/// Things that happen in one run.
+/// Events of one run.
 const EVENTS: u32 = 200;
 
 fuzz_target!(|data: &[u8]| {
@@ -21,17 +23,17 @@ fuzz_target!(|data: &[u8]| {
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
     let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
     let port = ts3100_controller::Port::Ip0;
-    let answer = cell.hear(Input::Received { port, bytes: text });
+    let answer = cell.feed_and_collect(Input::Received { port, bytes: text });
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
     cell.feed(Input::Panel(PanelAction::Start));
-    cell.pass(50);
+    cell.advance(50);
     for _ in 0..EVENTS {
-        if choices.is_over() {
+        if choices.is_empty() {
             break;
         }
         cell.act(&mut choices);
     }
-    cell.pass(2_000);
+    cell.advance(2_000);
     cell.new_host();
     let status = cell.ask("SU");
     assert!(status.starts_with(b"FL,MODE:"), "{}", status.escape_ascii());

@@ -1,5 +1,7 @@
-//! Any bytes as the text of a program: it is cut, parsed, compiled, checked and laid out. Nothing panics, the
-//! diagnostics stay bounded and can be shown, laying out is done once and changes no meaning.
+//! Fuzzes the compiler front end: any bytes as the source of a program, which is compiled, checked and formatted.
+//!
+//! Nothing panics, diagnostics stay bounded and can be rendered, and formatting is idempotent and keeps the meaning.
+//! The machine that runs programs is fuzzed by `run.rs`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -8,9 +10,9 @@ use scol_mini::{
     compile_direct, format, print_channels, rewrite_value,
 };
 
-fn said(compilation: &Compilation) -> Vec<(&'static str, String)> {
-    let remarks = compilation.diagnostics.iter();
-    let mut list: Vec<_> = remarks
+fn messages(compilation: &Compilation) -> Vec<(&'static str, String)> {
+    let diagnostics = compilation.diagnostics.iter();
+    let mut list: Vec<_> = diagnostics
         .map(|d| (d.code, d.message.to_ascii_uppercase()))
         .collect();
     list.sort();
@@ -44,7 +46,7 @@ fuzz_target!(|data: &[u8]| {
     let formatted = format(&source);
     assert_eq!(format(&formatted), formatted);
     let again = compile(&formatted, &options);
-    assert_eq!(said(&again), said(&compilation), "{formatted:?}");
+    assert_eq!(messages(&again), messages(&compilation), "{formatted:?}");
     assert!(print_channels(&source).len() <= 4);
     let empty = Program::empty(&options);
     let base = compilation.program.as_ref().unwrap_or(&empty);

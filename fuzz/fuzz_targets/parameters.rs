@@ -1,5 +1,7 @@
-//! Arbitrary contents of ETHERNET.PAR and USER.PAR: reading them, changing a value in them, and a power cycle with them
-//! on the drive. Nothing panics; a value that was changed is read back; broken files keep the last good values.
+//! Fuzzes the parameter files: arbitrary contents of ETHERNET.PAR and USER.PAR are read, one value is changed, and a
+//! power cycle happens with them on the drive.
+//!
+//! Nothing panics, a changed value is read back, and broken files keep the last good values.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -14,10 +16,10 @@ fuzz_target!(|data: &[u8]| {
     let content = text.as_bytes();
     let (ethernet, _) = EthernetParameters::parse(content, &EthernetParameters::factory());
     let (user, _) = UserParameters::parse(content, &UserParameters::factory(), Edition::SixAxis);
-    // What was read is kept where nothing else is said, and read again from a file of its own.
+    // An empty file keeps every value, and an encoded one reads the same.
     assert_eq!(EthernetParameters::parse(b"", &ethernet).0, ethernet);
     assert_eq!(UserParameters::parse(b"", &user, Edition::SixAxis).0, user);
-    let written = ethernet.text(LineEnd::Lf);
+    let written = ethernet.encode(LineEnd::Lf);
     assert_eq!(
         EthernetParameters::parse(&written, &EthernetParameters::factory()).0,
         ethernet
@@ -48,7 +50,7 @@ fuzz_target!(|data: &[u8]| {
     let (network, lines) = (stored("ETHERNET.PAR"), stored("USER.PAR"));
     let (before, lines_before) = (cell.controller.ethernet().clone(), *cell.controller.user());
     cell.feed(Input::Panel(PanelAction::PowerCycle));
-    cell.pass(1_000);
+    cell.advance(1_000);
     // The power-on takes what the files say, and for the rest the values of before.
     let expected = EthernetParameters::parse(&network.unwrap_or_default(), &before).0;
     assert_eq!(*cell.controller.ethernet(), expected);

@@ -1,6 +1,8 @@
-//! Arbitrary bytes on every port, cut anywhere, with time in between, connections that come and go, and everything one
-//! can do at the panel. The controller never panics, never hangs, never grows without bound, and afterwards lists its
-//! files to a new host as they are.
+//! Fuzzes the ports: arbitrary bytes on each of them, split anywhere, with time in between, connections that open and
+//! close, and every panel action.
+//!
+//! The controller never panics, never hangs, never grows without bound, and afterwards lists its files to a new host as
+//! they are. `cell.rs` stresses programs instead.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -8,7 +10,7 @@ use ts3100_controller::{ControlRight, Input, KeySwitch, PanelAction};
 use ts3100_fuzz::{Cell, Choices};
 use ts3100_proto::parameter::OpenMode;
 
-/// Things that happen in one run.
+/// Events of one run.
 const EVENTS: u32 = 300;
 const PROGRAM: &[u8] =
     b"GLOBAL\rN=0\rEND\rPROGRAM M\rX=0.0\rL:\rINPUT IP1,N,X\rPRINT IP1,N,X,CR\rGOTO L\rEND\rDATA\r\
@@ -26,13 +28,13 @@ fuzz_target!(|data: &[u8]| {
     let stored = cell.controller.put_file("TEST", PROGRAM);
     assert!(stored.is_ok());
     for _ in 0..EVENTS {
-        if choices.is_over() {
+        if choices.is_empty() {
             break;
         }
         cell.act(&mut choices);
     }
-    // Texts left open run out, and a new host is served.
-    cell.pass(30_000);
+    // Long enough for every time limit of an unfinished text; then a new host is served.
+    cell.advance(30_000);
     cell.feed(Input::Panel(PanelAction::Key(KeySwitch::Ext)));
     cell.feed(Input::Panel(PanelAction::ControlRight(ControlRight::Ether)));
     cell.feed(Input::Panel(PanelAction::PowerCycle));
@@ -42,11 +44,11 @@ fuzz_target!(|data: &[u8]| {
     cell.new_host();
     let listed = String::from_utf8(cell.file("CA")).expect("a directory is characters");
     let found: Vec<(&str, usize)> = listed.split_terminator('\r').map(entry).collect();
-    let mut kept: Vec<(&str, usize)> = cell
+    let mut stored_files: Vec<(&str, usize)> = cell
         .controller
         .files()
         .map(|(name, content)| (name, content.len()))
         .collect();
-    kept.sort_unstable();
-    assert_eq!(found, kept, "{listed:?}");
+    stored_files.sort_unstable();
+    assert_eq!(found, stored_files, "{listed:?}");
 });

@@ -1,5 +1,8 @@
-//! A program and, behind a zero byte, what the world does: signals, answers, cancellations, skips. The machine never
-//! panics, uses no more fuel than it is given, and can be copied at any statement.
+//! Fuzzes the SCOL machine alone: a program and, after a zero byte, the choices for signals, answers, cancellations and
+//! skips.
+//!
+//! The machine never panics, uses no more fuel than it is given, and a copy of it behaves the same at any statement. The
+//! whole controller is fuzzed by `cell.rs`.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +15,7 @@ use ts3100_fuzz::{Choices, text_and_choices};
 
 /// Statements of one run.
 const FUEL: u32 = 3_000;
-/// Times the machine is let go on.
+/// Times the machine is resumed in one run.
 const ROUNDS: u32 = 2_000;
 
 struct World(u8);
@@ -45,14 +48,14 @@ fn number(choices: &mut Choices<'_>) -> Number {
 }
 
 fn answer(machine: &mut Machine, memory: &mut Memory, request: &Request, choices: &mut Choices<'_>) {
-    let what = choices.byte();
+    let choice = choices.byte();
     let answer = match request {
-        _ if what % 16 == 15 => {
+        _ if choice % 16 == 15 => {
             machine.skip();
             return;
         }
-        Request::Input { wanted, .. } if what % 4 == 3 => {
-            let some = usize::from(what) % (wanted + 1);
+        Request::Input { wanted, .. } if choice % 4 == 3 => {
+            let some = usize::from(choice) % (wanted + 1);
             Answer::Cancelled((0..some).map(|_| number(choices)).collect())
         }
         Request::Input { wanted, .. } => Answer::Values((0..*wanted).map(|_| number(choices)).collect()),
@@ -95,15 +98,15 @@ fuzz_target!(|data: &[u8]| {
         }
         let before = fuel;
         let mut slice = fuel.min(u32::from(choices.byte()) + 1);
-        let given = slice;
+        let fuel_slice = slice;
         let copy = (machine.clone(), memory.clone());
         let pause = machine.run(&mut memory, &world, &mut slice);
-        fuel -= given - slice;
-        assert!(fuel <= before && slice <= given);
+        fuel -= fuel_slice - slice;
+        assert!(fuel <= before && slice <= fuel_slice);
         if choices.byte() == 77 {
             // The same again from the copy: a snapshot is worth as much as the machine.
             let (mut other, mut its_memory) = copy;
-            let mut again = given;
+            let mut again = fuel_slice;
             let repeated = other.run(&mut its_memory, &world, &mut again);
             assert_eq!(format!("{repeated:?}"), format!("{pause:?}"));
             assert_eq!(again, slice);
@@ -117,7 +120,7 @@ fuzz_target!(|data: &[u8]| {
             Pause::Waiting => machine.skip(),
             Pause::Fuel if fuel == 0 => return,
             Pause::Fuel => {}
-            Pause::Ended if choices.is_over() => return,
+            Pause::Ended if choices.is_empty() => return,
             Pause::Ended => {
                 if !machine.go_to_rcycle() {
                     machine.restart();

@@ -1,13 +1,17 @@
-//! What the fuzz targets share: bytes read as choices, and a cell of a controller and its peers under virtual time.
-//! What must hold is said in the targets.
+//! What the fuzz targets share: [`Choices`] reads the fuzzer's bytes as decisions, [`Cell`] is a controller and its peers
+//! under virtual time.
+//!
+//! The properties that must hold are asserted in `fuzz_targets/`; `README.md` lists them.
 
 use std::time::Duration;
 use ts3100_controller::options::Config;
-use ts3100_controller::{ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, Port, Time};
+use ts3100_controller::{
+    ControlRight, Controller, Dialect, Input, KeySwitch, Output, PanelAction, Port, Time,
+};
 
-/// Deadlines the controller may want served within one step of time before it is taken to hang.
+/// Deadlines the controller may want served within one step of time before it is considered hung.
 const MAX_DEADLINES: u32 = 200_000;
-/// Most bytes that may come out of one input: more is growth without bound.
+/// Most bytes that may come out of one input: more counts as unbounded growth.
 const MAX_OUT: usize = 16 * 1024 * 1024;
 
 /// Longest text, from STX to ETX.
@@ -17,9 +21,9 @@ const MAX_TEXT: usize = 255;
 pub struct Choices<'a>(pub &'a [u8]);
 
 impl<'a> Choices<'a> {
-    /// Whether nothing is left.
+    /// Whether all bytes are used up.
     #[must_use]
-    pub fn is_over(&self) -> bool {
+    pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
@@ -46,7 +50,7 @@ impl<'a> Choices<'a> {
     }
 }
 
-/// The text before the first zero byte, and what stands behind it.
+/// The text before the first zero byte, and the bytes after it.
 #[must_use]
 pub fn text_and_choices(data: &[u8]) -> (String, Choices<'_>) {
     let at = data.iter().position(|byte| *byte == 0).unwrap_or(data.len());
@@ -62,8 +66,8 @@ pub struct Cell {
     /// The controller.
     pub controller: Controller,
     now: Time,
-    /// Changes of files that it has asked for.
-    asked: u32,
+    /// File changes that it has asked to persist so far.
+    persist_requests: u32,
 }
 
 const PORTS: [Port; 6] = [Port::Host, Port::Ip0, Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
@@ -80,7 +84,7 @@ impl Cell {
         let mut cell = Cell {
             controller,
             now: Time::ZERO,
-            asked: 0,
+            persist_requests: 0,
         };
         cell.controller.persist_outside(true);
         for port in PORTS {
@@ -93,20 +97,20 @@ impl Cell {
         cell
     }
 
-    /// Hands one input in and drains what comes out.
+    /// Feeds one input and drains the outputs.
     ///
     /// # Panics
-    /// As [`Cell::hear`] does.
+    /// As [`Cell::feed_and_collect`] does.
     pub fn feed(&mut self, input: Input) {
-        self.hear(input);
+        self.feed_and_collect(input);
     }
 
-    /// The same; what is sent on IP0.
+    /// As [`Cell::feed`]; returns the bytes sent on IP0.
     ///
     /// # Panics
     /// When more comes out than any input can ask for.
-    pub fn hear(&mut self, input: Input) -> Vec<u8> {
-        let (mut size, mut heard) = (0, Vec::new());
+    pub fn feed_and_collect(&mut self, input: Input) -> Vec<u8> {
+        let (mut size, mut sent) = (0, Vec::new());
         let mut next = Some(input);
         while let Some(input) = next.take() {
             for output in self.controller.feed(self.now, input) {
@@ -114,13 +118,13 @@ impl Cell {
                     Output::Send { port, bytes } => {
                         let length = bytes.len();
                         if port == Port::Ip0 {
-                            heard.extend(bytes);
+                            sent.extend(bytes);
                         }
                         length
                     }
                     Output::Stored { content, .. } => content.len(),
                     Output::Persist { .. } => {
-                        next = Some(Input::Persisted(self.answer()));
+                        next = Some(Input::Persisted(self.persist_result()));
                         64
                     }
                     _ => 64,
@@ -128,17 +132,17 @@ impl Cell {
             }
         }
         assert!(size < MAX_OUT, "{size} bytes came of one input");
-        heard
+        sent
     }
 
-    /// A host that has just come to IP0 sends a command: the data section of its answer.
+    /// Sends a command on IP0 and returns the data section of the answer.
     ///
     /// # Panics
     /// When the answer is not exactly one text of at most 255 bytes.
     pub fn ask(&mut self, command: &str) -> Vec<u8> {
         let bytes = [b"\x02", command.as_bytes(), b"\r\x03"].concat();
         let port = Port::Ip0;
-        let answer = self.hear(Input::Received { port, bytes });
+        let answer = self.feed_and_collect(Input::Received { port, bytes });
         let data = answer
             .strip_prefix(b"\x02")
             .and_then(|rest| rest.strip_suffix(b"\x03"));
@@ -147,10 +151,10 @@ impl Cell {
             .to_vec()
     }
 
-    /// The file that a command is answered with, every text acknowledged.
+    /// The file that answers a command; acknowledges every text with OK.
     ///
     /// # Panics
-    /// When the texts are not those of a file.
+    /// When the answer is not a file.
     pub fn file(&mut self, command: &str) -> Vec<u8> {
         let first = self.ask(command);
         let mut content = first.strip_prefix(b"FL,").map(<[u8]>::to_vec).unwrap_or_else(|| {
@@ -164,7 +168,7 @@ impl Cell {
         content
     }
 
-    /// Everyone on IP0 is gone, and another host comes.
+    /// Disconnects the host on IP0 and connects another.
     pub fn new_host(&mut self) {
         let port = Port::Ip0;
         self.feed(Input::Disconnected { port });
@@ -172,21 +176,21 @@ impl Cell {
         self.feed(Input::Connected { port, peer });
     }
 
-    /// Every third change of a file is not kept.
-    fn answer(&mut self) -> Result<(), String> {
-        self.asked = self.asked.wrapping_add(1);
-        if self.asked.is_multiple_of(3) {
+    /// Every third request to persist a file fails, so that the targets cover a full disk.
+    fn persist_result(&mut self) -> Result<(), String> {
+        self.persist_requests = self.persist_requests.wrapping_add(1);
+        if self.persist_requests.is_multiple_of(3) {
             Err(String::from("full"))
         } else {
             Ok(())
         }
     }
 
-    /// Lets time pass, every deadline served at its own time.
+    /// Advances the virtual time by `millis` and serves every deadline at its own time.
     ///
     /// # Panics
-    /// When the controller does not get on.
-    pub fn pass(&mut self, millis: u64) {
+    /// When the controller makes no progress.
+    pub fn advance(&mut self, millis: u64) {
         let end = self.now + Duration::from_millis(millis);
         for _ in 0..MAX_DEADLINES {
             match self.controller.poll_deadline() {
@@ -199,15 +203,15 @@ impl Cell {
             }
             self.feed(Input::Tick);
         }
-        panic!("{MAX_DEADLINES} deadlines before {end}: the controller does not get on");
+        panic!("{MAX_DEADLINES} deadlines before {end}: the controller makes no progress");
     }
 
-    /// One thing that happens, as the bytes say.
+    /// Feeds one event that the bytes choose.
     pub fn act(&mut self, choices: &mut Choices<'_>) {
-        let what = choices.byte();
-        let port = PORTS[usize::from(what >> 5) % PORTS.len()];
-        let on = what & 0x80 != 0;
-        match what % 24 {
+        let choice = choices.byte();
+        let port = PORTS[usize::from(choice >> 5) % PORTS.len()];
+        let on = choice & 0x80 != 0;
+        match choice % 24 {
             0..=8 => {
                 let bytes = choices.chunk().to_vec();
                 self.feed(Input::Received { port, bytes });
@@ -220,8 +224,8 @@ impl Cell {
                 let text = b"\x02OK\r\x03".to_vec();
                 self.feed(Input::Received { port, bytes: text });
             }
-            12 => self.pass(u64::from(choices.byte())),
-            13 => self.pass(u64::from(choices.word())),
+            12 => self.advance(u64::from(choices.byte())),
+            13 => self.advance(u64::from(choices.word())),
             14 => self.feed(Input::Disconnected { port }),
             15 => self.feed(Input::Connected {
                 port,

@@ -1,5 +1,7 @@
-//! Date and time as numbers, for the error history and the version file. Which time it is, is the
-//! caller's to know; time zones and leap seconds do not exist here.
+//! Date and time as numbers, for the error history (EU), the alarm lists (AC, AH) and the version file (VR).
+//!
+//! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
+//! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -28,7 +30,7 @@ const DAYS_PER_ERA: i64 = 146_097;
 const YEARS_PER_ERA: i64 = 400;
 
 impl CalendarTime {
-    /// The last second that can be told.
+    /// The last second that this type can hold.
     pub const MAX: CalendarTime = CalendarTime {
         year: u16::MAX,
         month: 12,

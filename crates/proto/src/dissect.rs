@@ -1,7 +1,9 @@
-//! What the controller's texts are made of, part by part with its bytes: the fields of SF, the items of SU and
-//! SM, the records of EU, VR, CA and the alarm lists, the words of IO, the lines of a file. For people who
-//! compare two answers; nothing here refuses anything, and what cannot be told apart is one part.
-//! Reading for use is the decoders' business.
+//! Splits a text of the controller into named fields with their bytes, as a protocol analyser does: the fields of
+//! SF, the items of SU and SM, the records of EU, VR, CA and the alarm lists, the words of IO, the lines of a file.
+//!
+//! It serves people who compare two answers, so it never fails: bytes that fit no field become one field of their own.
+//! Programs that need values use the decoders in [`crate::status`]. The layout of SF is in
+//! [`crate::status::sf::table`].
 
 use crate::reply::Reply;
 use crate::status::io;
@@ -13,28 +15,28 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// Longest piece that is shown as it is.
+/// Bytes of a field that `value` quotes; the rest is cut.
 const MAX_SHOWN: usize = 256;
-/// Longest content that is told apart line by line; behind it one part stands for the rest.
+/// Fields of one content; one further field covers the rest.
 const MAX_FIELDS: usize = 4_096;
-/// What the first text of a file begins with.
+/// The first bytes of the first text of a file.
 const FL: &[u8] = b"FL,";
 
-/// A part of an answer.
+/// A field of an answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DissectedField {
     /// Stable name with dots, beginning with the command in lower case: `sf.servo`, `su.status`, `ca.TEST`.
     pub key: String,
-    /// For people.
+    /// Description for people.
     pub name: String,
-    /// Its bytes in the text given.
+    /// Its bytes in the text that was dissected.
     pub range: Range<usize>,
-    /// What they say.
+    /// The value in words, or the bytes in backquotes.
     pub value: String,
 }
 
-/// The parts of one text as it stood on the wire, framing included, which answered the command with these
-/// letters (empty when not known).
+/// The fields of one text as it was on the wire, framing included. `letters` is the command it answers; empty if
+/// unknown.
 #[must_use]
 pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
     let start = usize::from(wire.first() == Some(&STX));
@@ -63,9 +65,9 @@ pub fn dissect(letters: &str, wire: &[u8]) -> Vec<DissectedField> {
     found.0
 }
 
-/// Length in bytes on the wire, from STX through ETX, of the text that begins `wire`, where `letters` is the
-/// command it answers; none if more bytes are needed. The binary contents of SF and IO may hold ETX, so the
-/// lengths they can have are tried first (hosts SF).
+/// Length in bytes, from STX through ETX, of the text at the start of `wire`, which answers the command `letters`;
+/// `None` if more bytes are needed. The binary contents of SF and IO may contain ETX, so the lengths they can have
+/// are tried first (hosts SF).
 #[must_use]
 pub fn text_length(letters: &str, wire: &[u8]) -> Option<usize> {
     let stx = usize::from(wire.first() == Some(&STX));
@@ -123,13 +125,13 @@ impl Dissector {
         });
     }
 
-    /// A text that begins `FL,`, which stands at `start` of the wire.
+    /// A text that begins with `FL,` at offset `start` of the wire.
     fn file(&mut self, letters: &str, data: &[u8], start: usize) {
         let from = start + FL.len();
         let rest = data.get(FL.len()..).unwrap_or_default();
         let body = rest.strip_suffix(&[CR]).unwrap_or(rest);
         let content = match (letters, rest.get(..io::LENGTH)) {
-            // Its last word may look like an EOF.
+            // The last byte of its last word may equal EOF, so only the length tells the end.
             ("IO", Some(words)) => words,
             _ => body.strip_suffix(&[EOF]).unwrap_or(rest),
         };
@@ -190,7 +192,7 @@ impl Dissector {
         self.rest("io.rest", content, end, from);
     }
 
-    /// The items of SU and SM: records where there is a CR, else what stands between blanks in front of a label.
+    /// The items of SU and SM: records if there is a CR, otherwise words between blanks.
     fn items(&mut self, key: &str, content: &[u8], from: usize) {
         let separator = if content.contains(&CR) { CR } else { b' ' };
         let mut at = from;
@@ -253,7 +255,7 @@ impl Dissector {
         self.rest(&format!("{key}.rest"), content, at, from);
     }
 
-    /// A record of AC or AH: number, message and date of an alarm; the count stands before the first.
+    /// A record of AC or AH: number, message and date of an alarm; the first record begins with the count.
     fn alarm(&mut self, key: &str, number: usize, record: &[u8], range: Range<usize>) {
         let names: &[&str] = if number == 1 {
             &["count", "alarm", "message", "date"]

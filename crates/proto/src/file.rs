@@ -1,5 +1,9 @@
-//! FL files over one or many texts (FL-*, CMD-DL-03), and what may stand in a file of the RAM drive
-//! (RAM-01, RAM-02, RAM-08). Where files are kept, and how large they may be, is the controller's.
+//! FL files that travel in one or several texts (FL-*, CMD-DL-03), and the rules for the content of a file on the
+//! RAM drive (RAM-01, RAM-02, RAM-08).
+//!
+//! [`FlSender`] cuts a file into data sections, [`FlReceiver`] puts one together and checks it as it arrives. The RAM
+//! drive itself and its capacity are the controller's. For framing see [`crate::text`], for the content of
+//! parameter files [`crate::parameter`].
 
 use crate::text::{CR, EOF, LF, MAX_DATA};
 use alloc::collections::VecDeque;
@@ -8,10 +12,10 @@ use thiserror::Error;
 
 /// Characters a line of a user file may have, without its line end (RAM-01).
 pub const MAX_LINE: usize = 252;
-/// What the first text of a file begins with.
+/// The first bytes of the first text of a file.
 const PREFIX: &[u8] = b"FL,";
 
-/// What is asked of the content of a file.
+/// Which rules the content of a file must follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum FileRule {
@@ -21,29 +25,29 @@ pub enum FileRule {
     Parameter,
 }
 
-/// Why a file was not taken.
+/// Why a file is rejected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FileError {
     /// The first text does not begin with `FL,`.
     #[error("FL, expected at the start of the file's first text")]
     NoPrefix,
-    /// The file is larger than there is room for.
+    /// The file is larger than the free space.
     #[error("at most {limit} bytes expected, more found")]
     TooLarge {
-        /// Bytes there was room for.
+        /// Bytes that were free.
         limit: usize,
     },
-    /// Something stands after EOF.
+    /// There are data after EOF.
     #[error("the end of the text expected after EOF, more found")]
     DataAfterEnd,
-    /// A character that a file must not hold.
+    /// A byte that the rule does not allow.
     #[error("line {line}, character {column}: printable ASCII expected, {found:02X} found")]
     Character {
         /// Line, from 1.
         line: u32,
         /// Character in the line, from 1.
         column: usize,
-        /// The byte.
+        /// The byte at this position.
         found: u8,
     },
     /// A line has too many characters.
@@ -70,7 +74,7 @@ pub fn check_user_file(content: &[u8]) -> Result<(), FileError> {
     check_file(content, FileRule::User)
 }
 
-/// Where the check of a file that comes in blocks stands.
+/// The check of a file that arrives in blocks: the position so far.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -128,7 +132,7 @@ impl LineCheck {
     }
 }
 
-/// Cuts a file into the data sections of its texts.
+/// Splits a file into the data sections of its texts.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -140,7 +144,7 @@ pub struct FlSender {
     bytes: Vec<u8>,
     sent: usize,
     per_text: usize,
-    /// Data bytes of the next texts, where they are not `per_text`.
+    /// Data bytes of the next texts, if they differ from `per_text`.
     lengths: VecDeque<usize>,
 }
 
@@ -163,7 +167,7 @@ impl FlSender {
         bytes.splice(0..0, PREFIX.iter().copied());
         bytes.extend_from_slice(tail);
         FlSender {
-            // Longer than a text that is cut, so that `to_be_cut` tells the two apart.
+            // More than MAX_DATA, so that `remaining_to_split` can tell the two constructors apart.
             per_text: bytes.len().max(MAX_DATA + 1),
             bytes,
             sent: 0,
@@ -171,54 +175,54 @@ impl FlSender {
         }
     }
 
-    /// The data section of the next text; none when all has been given out.
+    /// The data section of the next text; `None` after the last one.
     pub fn next_text(&mut self) -> Option<Vec<u8>> {
         let rest = self.bytes.get(self.sent..).filter(|rest| !rest.is_empty())?;
-        let wanted = self.lengths.pop_front().unwrap_or(self.per_text);
-        let wanted = wanted.clamp(1, self.per_text.max(1));
-        let text = rest.get(..wanted).unwrap_or(rest).to_vec();
+        let length = self.lengths.pop_front().unwrap_or(self.per_text);
+        let length = length.clamp(1, self.per_text.max(1));
+        let text = rest.get(..length).unwrap_or(rest).to_vec();
         self.sent += text.len();
         Some(text)
     }
 
-    /// Data bytes not given out yet, if the file travels in texts of 253; `None` for one that is a single text.
+    /// Data bytes left, if the file travels in texts of 253; `None` for a file in a single text.
     #[must_use]
     pub fn remaining_to_split(&self) -> Option<usize> {
         (self.per_text == MAX_DATA).then(|| self.bytes.len().saturating_sub(self.sent))
     }
 
-    /// Has the next texts carry so many data bytes each, at least 1 and at most 253; those behind them are full
-    /// again. Where files are cut is not said (FL-03).
+    /// Sets how many data bytes each of the next texts carries, 1 to 253; later ones are full again. The manual
+    /// does not say where files are split (FL-03).
     pub fn set_text_lengths(&mut self, lengths: impl IntoIterator<Item = usize>) {
         self.lengths = lengths.into_iter().collect();
     }
 
-    /// Whether texts come of it to the end, for one that was read.
+    /// Whether it can be sent to its end; to validate a deserialized one.
     #[cfg(feature = "serde")]
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.sent <= self.bytes.len() && self.per_text > 0
     }
 
-    /// Whether all texts have been given out.
+    /// Whether `next_text` has returned the whole file.
     #[must_use]
     pub fn is_done(&self) -> bool {
         self.sent >= self.bytes.len()
     }
 }
 
-/// What a text did to the file under way.
+/// The result of adding one text to the file under way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Received {
-    /// The text was taken; more is to come.
+    /// The text was accepted and the file is not complete.
     More,
     /// The file is complete: its content without EOF.
     Complete(Vec<u8>),
-    /// The file is refused; what had come is dropped.
+    /// The file is rejected; what was received of it is dropped.
     Refused(FileError),
 }
 
-/// Puts a file together from the data sections of its texts.
+/// Joins the data sections of texts to a file and checks it as it arrives.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -235,7 +239,7 @@ pub struct FlReceiver {
 }
 
 impl FlReceiver {
-    /// Awaits a file of at most `limit` bytes (without EOF) that keeps to `rule`.
+    /// Expects a file of at most `limit` bytes (without EOF) that follows `rule`.
     #[must_use]
     pub fn new(limit: usize, rule: FileRule) -> FlReceiver {
         FlReceiver {
@@ -247,7 +251,7 @@ impl FlReceiver {
         }
     }
 
-    /// Takes in the data section of one text.
+    /// Adds the data section of one text.
     pub fn push(&mut self, data: &[u8]) -> Received {
         match self.take(data) {
             Ok(received) => received,
@@ -259,14 +263,14 @@ impl FlReceiver {
         }
     }
 
-    /// Whether the content is within its limit and its place in it is one, for one that was read.
+    /// Whether the content and the position in it are within their limits; to validate a deserialized one.
     #[cfg(feature = "serde")]
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.content.len() <= self.limit && self.check.column <= self.content.len()
     }
 
-    /// Whether the first text has come.
+    /// Whether the first text has been received.
     #[must_use]
     pub fn has_begun(&self) -> bool {
         self.begun

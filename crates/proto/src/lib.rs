@@ -1,6 +1,11 @@
-//! What the bytes of the TS3100 simple protocol say, in both directions: texts, messages, commands,
-//! replies, files, status bodies, parameter files, permission tables. It leaves everything that has a
-//! state of the robot, a time, or a line to its users, so that host programs can use it too.
+//! The bytes of the TS3100 simple protocol in both directions: texts, messages, commands, replies, files,
+//! status bodies, parameter files and permission tables.
+//!
+//! Every module maps bytes to values and back. None knows the state of a robot, a clock or a connection, so that
+//! host programs can use the crate too; the crate `ts3100-controller` gives commands their meaning.
+//!
+//! A newcomer follows a command from the wire: [`text`] cuts a byte stream into framed texts, [`message`] joins texts
+//! to messages, [`command`] reads a message, [`status`] and [`reply`] are the way back.
 
 #![no_std]
 extern crate alloc;

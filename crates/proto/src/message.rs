@@ -1,5 +1,7 @@
-//! Messages longer than one text (TRN-07, TRN-08): exactly 253 data bytes without a final CR are a part,
-//! anything else ends the message. FL files are not messages in this sense; see `file`.
+//! Messages longer than one text (TRN-07, TRN-08): a text of exactly 253 data bytes without a final CR is a part
+//! of a longer message, any other text ends it.
+//!
+//! FL files are split in another way, see [`crate::file`]. A complete message is read by [`crate::command`].
 
 use crate::text::{CR, MAX_DATA};
 use alloc::vec::Vec;
@@ -7,10 +9,10 @@ use alloc::vec::Vec;
 /// Bytes a joined message may have, without its CR. The manual gives no limit; ours keeps memory bounded.
 pub const MAX_MESSAGE: usize = 1024;
 
-/// What a text did to the message under way.
+/// The result of adding one text to the message under way.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Joined {
-    /// A part was kept; more is to come. Nothing is answered yet (TRN-08).
+    /// The text is a part of a longer message. Nothing is answered yet (TRN-08).
     Partial,
     /// The message is complete; its CR is removed.
     Complete(Vec<u8>),
@@ -34,7 +36,7 @@ pub struct MessageJoiner {
 }
 
 impl MessageJoiner {
-    /// Takes in the data section of one text.
+    /// Adds the data section of one text.
     pub fn push(&mut self, data: &[u8]) -> Joined {
         let (body, has_cr) = match data.split_last() {
             Some((&CR, body)) => (body, true),
@@ -57,19 +59,19 @@ impl MessageJoiner {
         }
     }
 
-    /// Whether it holds no more than a message has, for one that was read.
+    /// Whether it holds no more than a message may have; to validate a deserialized one.
     #[cfg(feature = "serde")]
     #[must_use]
     pub fn is_valid(&self) -> bool {
         self.parts.len() <= MAX_MESSAGE
     }
 
-    /// Forgets the parts kept so far.
+    /// Discards the parts received so far.
     pub fn reset(&mut self) {
         *self = MessageJoiner::default();
     }
 
-    /// Whether a part was kept and the rest is awaited.
+    /// Whether a message has begun and is not complete.
     #[must_use]
     pub fn is_partial(&self) -> bool {
         self.too_long || !self.parts.is_empty()

@@ -1,5 +1,7 @@
 //! Names that travel in commands: files of the RAM drive (D13, CMD-DL-08, DIR-04) and global variables
-//! (CMD-MR-02, CMD-MR-03). Whether there is such a file or variable is the controller's to know.
+//! (CMD-MR-02, CMD-MR-03).
+//!
+//! This module checks spelling only. The controller knows which files and variables exist.
 
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -17,10 +19,10 @@ pub const MAX_VARIABLE_NAME: usize = 10;
 /// Subscripts an array element may have. The manual gives no limit; this one is ours.
 pub const MAX_SUBSCRIPTS: usize = 4;
 
-/// Why a name was not taken. Positions count characters from 0.
+/// Why a name is rejected. Positions count characters from 0.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum NameError {
-    /// Nothing stands where the name should.
+    /// The name is empty.
     #[error("a name expected, nothing found")]
     Empty,
     /// The name has too many characters.
@@ -34,11 +36,11 @@ pub enum NameError {
     /// The name, or its extension, does not begin as it must.
     #[error("{expected} expected, {found:?} found at character {at}")]
     Character {
-        /// What may stand there.
+        /// The characters allowed at this position.
         expected: &'static str,
-        /// What stands there.
+        /// The character found.
         found: char,
-        /// Where.
+        /// Its position in the name, in characters from 0.
         at: usize,
     },
     /// A dot without an extension.
@@ -203,7 +205,7 @@ impl fmt::Display for VariableName {
     }
 }
 
-/// What all names have in common: length, and a letter at the front.
+/// The rules that all names share: the length, and a letter at the front.
 fn check_first(text: &str, limit: usize) -> Result<(), NameError> {
     let found = text.chars().next().ok_or(NameError::Empty)?;
     if !found.is_ascii_alphabetic() {

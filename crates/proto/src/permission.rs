@@ -1,5 +1,9 @@
-//! Which command is valid on which port in which mode: tables 5.3 and 5.4 as data, and the extensions in the
-//! same form. What a refusal looks like, and when the robot counts as stopped, is the controller's business.
+//! Which command is valid on which port in which mode: tables 5.3 and 5.4 of the manual, and the extensions in the
+//! same form.
+//!
+//! The rows are data (`data/permissions.txt`) and users may replace them. The controller decides when the robot counts
+//! as stopped and how it refuses; the row of a command is
+//! [`Command::permission_row`](crate::command::Command::permission_row).
 
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
@@ -19,7 +23,7 @@ impl ProtocolPort {
     pub const ALL: [ProtocolPort; 2] = [ProtocolPort::Host, ProtocolPort::Ip0];
 }
 
-/// A cell of the tables.
+/// One cell of the tables: a command in a mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Permission {
@@ -37,13 +41,13 @@ pub const ROWS: [&str; 20] = [
     "IW", "VR", "DO",
 ];
 
-/// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms. A snapshot has them in this order: a new one
-/// goes to the end.
+/// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms. Snapshots store the cells in this order,
+/// so a new row goes to the end.
 pub const EXTENSION_ROWS: [&str; 16] = [
     "SM", "AC", "AH", "IO", "PR", "VL", "HI", "HO", "WD", "ZS", "MD", "RT", "SC", "JG", "RS,ERR", "MN",
 ];
 
-/// The columns as the file names them, in the order of [`MasterMode::ALL`].
+/// The columns by their names in the file, in the order of [`MasterMode::ALL`].
 const COLUMNS: [&str; 5] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
 
 type Row = [Permission; COLUMNS.len()];
@@ -65,9 +69,9 @@ pub struct PermissionTable {
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
-/// Rows that came later: a table or a snapshot that does not name one has it valid everywhere.
+/// Rows added after the first release: in a table or snapshot without them they are valid everywhere.
 const OPTIONAL_ROWS: [&str; 1] = ["MN"];
-/// Rows that every snapshot has.
+/// Number of rows that every snapshot has.
 #[cfg(feature = "serde")]
 const REQUIRED_EXTENSIONS: usize = EXTENSION_ROWS.len() - OPTIONAL_ROWS.len();
 
@@ -92,14 +96,14 @@ where
 pub struct PermissionError {
     /// Line of the file, from 1.
     pub line: usize,
-    /// What should stand there.
+    /// What the parser expected on this line.
     pub expected: String,
-    /// What stands there.
+    /// What it found; long lines are cut.
     pub found: String,
 }
 
 impl PermissionTable {
-    /// The tables as the manual prints them, and the extensions as decision D4 has them.
+    /// The tables as the manual prints them, and those of decision D4 for the extensions.
     #[must_use]
     pub fn printed() -> PermissionTable {
         PermissionTable::parse(include_str!("../data/permissions.txt"))
@@ -160,21 +164,21 @@ const IP0: &str = "[IP0]";
 const HOST_EXTENSIONS: &str = "[HOST extensions]";
 /// Heading of the extensions on IP0.
 const IP0_EXTENSIONS: &str = "[IP0 extensions]";
-/// What may stand where a table begins.
+/// Expected at the start of a table.
 const HEADINGS: &str = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
 
 /// Reads the table under a heading, unless it was there before.
 fn fill_table<const N: usize>(
-    place: &mut Option<Rows<N>>,
+    target: &mut Option<Rows<N>>,
     number: usize,
     heading: &str,
     names: &[&'static str; N],
     lines: &mut Lines<'_>,
 ) -> Result<(), PermissionError> {
-    if place.is_some() {
+    if target.is_some() {
         return Err(error(number, "each table once", heading));
     }
-    *place = Some(parse_table(lines, names)?);
+    *target = Some(parse_table(lines, names)?);
     Ok(())
 }
 
@@ -243,11 +247,11 @@ fn parse_table<const N: usize>(
         };
         let mut words = line.split_whitespace();
         let letters = words.next().unwrap_or_default();
-        let mut places = names.iter().zip(&mut rows);
-        let (name, place) = places
+        let mut named = names.iter().zip(&mut rows);
+        let (name, cells) = named
             .find(|(row, _)| **row == letters && !seen.contains(*row))
             .ok_or_else(|| error(number, &expected(), line))?;
-        *place = parse_row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
+        *cells = parse_row(words).ok_or_else(|| error(number, "five cells O, S or X", line))?;
         seen.insert(*name);
     }
     Ok(rows)
@@ -290,7 +294,7 @@ mod tests {
         MasterMode::ALL.map(|mode| table.get(port, letters, mode).unwrap())
     }
 
-    fn of(word: &str) -> [Permission; 5] {
+    fn cells_of(word: &str) -> [Permission; 5] {
         parse_row(word.split("").filter(|cell| !cell.is_empty())).unwrap()
     }
 
@@ -303,19 +307,19 @@ mod tests {
     #[test]
     fn the_printed_tables() {
         for letters in ["SP", "BR", "CA", "SU", "EU", "MW", "FD", "SF", "MR", "VR"] {
-            assert_eq!(cells(ProtocolPort::Host, letters), of("OOOOO"), "{letters}");
-            assert_eq!(cells(ProtocolPort::Ip0, letters), of("OOOOO"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Host, letters), cells_of("OOOOO"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), cells_of("OOOOO"), "{letters}");
         }
         for letters in ["UL", "DL", "ER"] {
-            assert_eq!(cells(ProtocolPort::Host, letters), of("SSSSS"), "{letters}");
-            assert_eq!(cells(ProtocolPort::Ip0, letters), of("SSSSS"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Host, letters), cells_of("SSSSS"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), cells_of("SSSSS"), "{letters}");
         }
         for letters in ["SO", "RS", "SL", "EC", "IW", "DO"] {
-            assert_eq!(cells(ProtocolPort::Host, letters), of("XXXOX"), "{letters}");
-            assert_eq!(cells(ProtocolPort::Ip0, letters), of("XXXXO"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Host, letters), cells_of("XXXOX"), "{letters}");
+            assert_eq!(cells(ProtocolPort::Ip0, letters), cells_of("XXXXO"), "{letters}");
         }
-        assert_eq!(cells(ProtocolPort::Host, "RN"), of("XXXSO"));
-        assert_eq!(cells(ProtocolPort::Ip0, "RN"), of("XXXXS"));
+        assert_eq!(cells(ProtocolPort::Host, "RN"), cells_of("XXXSO"));
+        assert_eq!(cells(ProtocolPort::Ip0, "RN"), cells_of("XXXXS"));
     }
 
     #[test]
@@ -332,8 +336,8 @@ mod tests {
                     assert_eq!(cells(port, row), cells(port, model), "{row}");
                 }
             }
-            assert_eq!(cells(port, "RS,ERR"), of("SSSSS"));
-            assert_eq!(cells(port, "rs,err"), of("SSSSS"));
+            assert_eq!(cells(port, "RS,ERR"), cells_of("SSSSS"));
+            assert_eq!(cells(port, "rs,err"), cells_of("SSSSS"));
         }
     }
 

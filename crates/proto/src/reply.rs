@@ -1,12 +1,13 @@
-//! What the controller sends (Table 5.2 and the unsolicited SP of CMD-SP-05), as hosts read it. The bodies
-//! that FL carries are in `status`; files over several texts are in `file`.
+//! The texts that the controller sends (Table 5.2, and the unsolicited SP of CMD-SP-05), as a host reads them.
+//!
+//! The content that FL carries is in [`crate::status`]; files that take several texts are in [`crate::file`].
 
 use crate::text::{CR, EOF};
 use alloc::string::String;
 use alloc::vec::Vec;
 use thiserror::Error;
 
-/// A text of the controller.
+/// A text of the controller, read by a host.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Reply {
     /// Affirmative (CMD-OK-01).

@@ -1,15 +1,17 @@
-//! Bytes on paper: a snapshot writes them as text, one character U+0000 to U+00FF a byte, so that what was sent can be
-//! read and nothing is lost. For the fields of snapshots alone; the wire knows nothing of it.
+//! Serde for byte strings in snapshots: one character U+0000 to U+00FF for each byte (Latin-1), so that ASCII stays
+//! readable and every byte survives.
+//!
+//! Use it as `#[serde(with = "ts3100_proto::serde_latin1")]`. The wire has its own encodings, see [`crate::text`].
 
 use core::fmt;
 use core::marker::PhantomData;
 use serde::de::{Deserializer, Error, Visitor};
 use serde::ser::Serializer;
 
-/// Writes bytes as text.
+/// Serializes bytes as one string.
 ///
 /// # Errors
-/// The serializer's.
+/// Those of the serializer.
 pub fn serialize<'a, T, S>(bytes: &'a T, to: S) -> Result<S::Ok, S::Error>
 where
     &'a T: IntoIterator<Item = &'a u8>,
@@ -18,10 +20,10 @@ where
     to.collect_str(&Text(bytes))
 }
 
-/// Reads them back.
+/// Deserializes the string of [`serialize`].
 ///
 /// # Errors
-/// A character above U+00FF, which stands for no byte.
+/// A character above U+00FF, which is no byte.
 pub fn deserialize<'de, T, D>(from: D) -> Result<T, D::Error>
 where
     T: FromIterator<u8>,
@@ -30,7 +32,7 @@ where
     from.deserialize_str(Bytes(PhantomData))
 }
 
-/// Bytes that are shown as text.
+/// Displays bytes as characters without collecting them in a string first.
 struct Text<'a, T>(&'a T);
 
 impl<'a, T> fmt::Display for Text<'a, T>

@@ -1,30 +1,32 @@
-//! Texts: STX, data section, ETX, and perhaps a checksum. Frames are cut by hand, in bounded memory, and
-//! find their way back after noise (FRM-01 to FRM-05, FRM-15 to FRM-17). What the data says is for `message`,
-//! `command`, `file` and `reply`.
+//! Texts, the frames of the protocol: STX, data section, ETX, and a checksum if the option asks for one.
+//!
+//! [`TextDecoder`] cuts a byte stream into texts in bounded memory and resynchronizes after noise (FRM-01 to FRM-05,
+//! FRM-15 to FRM-17); [`encode_text`] writes one. What the data section means is for [`crate::message`],
+//! [`crate::command`], [`crate::file`] and [`crate::reply`].
 
 use alloc::vec::Vec;
 use bytes::{Buf, BytesMut};
 
-/// Start of a text.
+/// STX, the first byte of a text.
 pub const STX: u8 = 0x02;
-/// End of a text.
+/// ETX, the last byte of a text before its checksum.
 pub const ETX: u8 = 0x03;
-/// Line feed.
+/// LF, a line end in files.
 pub const LF: u8 = 0x0A;
-/// Carriage return, the end of a message.
+/// CR, the last byte of a message.
 pub const CR: u8 = 0x0D;
-/// End of a file.
+/// EOF, the byte after the last one of a file.
 pub const EOF: u8 = 0x1A;
 /// Data bytes a text may have (FRM-02).
 pub const MAX_DATA: usize = 253;
 /// Bytes a text may have from STX through ETX (FRM-02).
 pub const MAX_TEXT: usize = 255;
-/// Bytes that may wait in a decoder to be read; the newest are dropped beyond that.
+/// Unread bytes that a decoder buffers. Beyond that the newest are dropped.
 pub const MAX_BUFFERED: usize = 65_536;
-/// Data bytes of the longest text that is cut by length.
+/// Data bytes of the longest text that is delimited by length instead of ETX.
 pub const MAX_BINARY: usize = 1024;
 
-/// Form of a text.
+/// Whether a text begins with STX.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Framing {
@@ -35,14 +37,14 @@ pub enum Framing {
     Bare,
 }
 
-/// What bytes outside a text mean (option `text.stx`).
+/// How bytes outside a text are read (option `text.stx`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum StxRule {
-    /// They begin a text without STX.
+    /// Any byte but ETX begins a text without STX.
     #[default]
     Detect,
-    /// They are noise.
+    /// They are noise until an STX comes.
     Required,
 }
 
@@ -50,14 +52,14 @@ pub enum StxRule {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Checksum {
-    /// No.
+    /// No checksum: a text ends with ETX.
     #[default]
     None,
     /// One byte: the low 8 bits of the sum of all bytes after STX through ETX (FRM-15).
     Sum,
 }
 
-/// How texts are formed.
+/// The framing options of a port; both sides must agree on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -65,13 +67,13 @@ pub enum Checksum {
     serde(deny_unknown_fields)
 )]
 pub struct TextOptions {
-    /// What bytes outside a text mean.
+    /// How bytes outside a text are read.
     pub stx: StxRule,
     /// Whether a checksum follows ETX.
     pub checksum: Checksum,
 }
 
-/// One text as it came.
+/// One text as it was received.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -79,9 +81,9 @@ pub struct TextOptions {
     serde(deny_unknown_fields)
 )]
 pub struct Text {
-    /// Its form; the answer takes the same.
+    /// Whether it began with STX. The answer is framed the same way.
     pub framing: Framing,
-    /// The bytes between STX and ETX; of an over-long text the first [`MAX_DATA`].
+    /// The bytes between STX and ETX. An over-long text keeps only the first [`MAX_DATA`].
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     pub data: Vec<u8>,
     /// What is wrong with it, if anything.
@@ -96,26 +98,26 @@ pub enum TextError {
     /// More than [`MAX_DATA`] data bytes (FRM-03).
     #[error("at most {MAX_DATA} data bytes expected, {length} found")]
     OverLong {
-        /// Data bytes found.
+        /// Data bytes received, those that were not kept included.
         length: usize,
     },
     /// The checksum is wrong (FRM-15).
     #[error("checksum {expected:02X} expected, {found:02X} found")]
     BadSum {
-        /// The sum of the bytes.
+        /// The sum computed from the received bytes.
         expected: u8,
-        /// The byte after ETX.
+        /// The checksum byte that followed ETX.
         found: u8,
     },
-    /// A text that is cut by length does not end where it should.
+    /// A text delimited by length is not followed by ETX.
     #[error("ETX expected after the announced length, {found:02X} found")]
     NoEtx {
-        /// The byte in its place.
+        /// The byte that was received instead of ETX.
         found: u8,
     },
 }
 
-/// What the decoder found.
+/// One result of [`TextDecoder::next`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Decoded {
     /// A complete text.
@@ -123,12 +125,12 @@ pub enum Decoded {
     /// Bytes that belong to no complete text: noise, an unfinished text that an STX restarted (FRM-04), or
     /// bytes for which there was no room.
     Skipped {
-        /// How many.
+        /// Number of bytes skipped.
         bytes: usize,
     },
 }
 
-/// A text that has begun.
+/// A text whose ETX has not been received yet.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -137,10 +139,10 @@ pub enum Decoded {
 )]
 struct Partial {
     framing: Framing,
-    /// The first bytes of the data section, as many as are kept.
+    /// The first bytes of the data section, at most the limit given to `add`.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
     data: Vec<u8>,
-    /// All bytes of the data section so far.
+    /// Bytes of the data section so far, those that were not kept included.
     length: usize,
     sum: u8,
 }
@@ -163,13 +165,13 @@ impl Partial {
         }
     }
 
-    /// Bytes that came for it, STX included.
+    /// Bytes received for it, STX included.
     fn wire_len(&self) -> usize {
         self.length
             .saturating_add(usize::from(self.framing == Framing::Stx))
     }
 
-    /// Whether it says OK, NG or SP and nothing else.
+    /// Whether its data section is OK, NG or SP and nothing else.
     fn is_reply(&self) -> bool {
         matches!(
             self.data.strip_suffix(&[CR]).unwrap_or(&self.data),
@@ -188,7 +190,7 @@ impl Partial {
     }
 }
 
-/// Where the decoder stands in the stream.
+/// The state of the decoder.
 ///
 /// ```text
 ///   Outside --STX, or any byte with Detect--> Inside --ETX--> Outside
@@ -202,9 +204,9 @@ enum DecoderState {
     Sum { text: Text, expected: u8 },
 }
 
-/// Cuts a stream of bytes into texts. Bytes wait in it until [`TextDecoder::next`] reads them, so that what is
-/// read may depend on the texts before (see [`TextDecoder::expect_binary`]); it holds at most
-/// [`MAX_BUFFERED`] bytes and one text.
+/// Cuts a stream of bytes into texts. Pushed bytes are buffered until [`TextDecoder::next`] reads them, so that
+/// the caller can change how the next text is read ([`TextDecoder::expect_binary`]) after it has seen the last one.
+/// It holds at most [`MAX_BUFFERED`] bytes and one text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -217,16 +219,16 @@ pub struct TextDecoder {
     input: BytesMut,
     #[cfg_attr(feature = "serde", serde(rename = "place"))]
     state: DecoderState,
-    /// Bytes read that belong to no text and are not reported yet.
+    /// Bytes read that belong to no text, not yet reported as [`Decoded::Skipped`].
     noise: usize,
-    /// Bytes that came when there was no room.
+    /// Bytes dropped because the buffer was full, not yet reported.
     lost: usize,
-    /// Length of the data section of the next text, if it is cut by length.
+    /// Length of the data section of the next text, if it is delimited by length.
     binary: Option<usize>,
 }
 
 impl TextDecoder {
-    /// A decoder that has seen nothing.
+    /// A decoder at the start of a stream.
     #[must_use]
     pub fn new(options: TextOptions) -> TextDecoder {
         TextDecoder {
@@ -239,8 +241,8 @@ impl TextDecoder {
         }
     }
 
-    /// Takes in bytes as they came; how they were cut into segments does not matter (FRM-05). Bytes for which
-    /// there is no room are dropped and reported by [`TextDecoder::next`] in their turn.
+    /// Appends received bytes; how they were split into segments does not matter (FRM-05). Bytes that do not
+    /// fit the buffer are dropped, and [`TextDecoder::next`] reports them in stream order.
     pub fn push(&mut self, bytes: &[u8]) {
         let room = if self.lost > 0 {
             0
@@ -252,7 +254,7 @@ impl TextDecoder {
         self.lost = self.lost.saturating_add(dropped.len());
     }
 
-    /// The next text or gap; none when more bytes are needed.
+    /// The next text or run of skipped bytes; `None` when more bytes are needed.
     #[expect(
         clippy::should_implement_trait,
         reason = "not an iterator: more may come after None"
@@ -280,7 +282,7 @@ impl TextDecoder {
         self.take_skipped()
     }
 
-    /// Whether a text has begun and its end has not come.
+    /// Whether a text has begun and is not complete, after all buffered bytes.
     #[must_use]
     pub fn is_partial(&self) -> bool {
         if self.input.is_empty() {
@@ -291,7 +293,7 @@ impl TextDecoder {
         ahead.state != DecoderState::Outside
     }
 
-    /// Forgets everything that is not given out yet; returns the number of bytes dropped.
+    /// Discards everything that `next` has not returned; returns the number of bytes discarded.
     pub fn reset(&mut self) -> usize {
         let seen = self.noise.saturating_add(self.lost);
         let dropped = seen
@@ -301,14 +303,14 @@ impl TextDecoder {
         dropped
     }
 
-    /// The next text has `data_len` data bytes (at most [`MAX_BINARY`]) and is cut by length, not by ETX
-    /// (FRM-17): for a host that awaits SF. If OK, NG or SP comes in its place, it is read as ever; after SP,
-    /// which is unsolicited, the long text is still awaited.
+    /// The next text has `data_len` data bytes (at most [`MAX_BINARY`]) and is delimited by length, not by ETX
+    /// (FRM-17): for a host that waits for SF. If OK, NG or SP arrives instead, it is read as usual. SP is
+    /// unsolicited, so the long text is still expected after it.
     pub fn expect_binary(&mut self, data_len: usize) {
         self.binary = Some(data_len.min(MAX_BINARY));
     }
 
-    /// Whether a decoder with these options can come to hold this, for one that was read.
+    /// Whether a decoder with these options can reach this state; to validate a deserialized one.
     #[cfg(feature = "serde")]
     #[must_use]
     pub fn is_valid(&self, options: TextOptions) -> bool {
@@ -322,7 +324,7 @@ impl TextDecoder {
             && self.binary.is_none_or(|length| length <= MAX_BINARY)
     }
 
-    /// Bytes held that are not given out yet.
+    /// Bytes held: unread ones and the data of the text under way.
     #[must_use]
     pub fn buffered(&self) -> usize {
         let held = match &self.state {
@@ -333,7 +335,7 @@ impl TextDecoder {
         self.input.len() + held
     }
 
-    /// Bytes that came for the text under way.
+    /// Bytes received for the text under way.
     fn partial_len(&self) -> usize {
         match &self.state {
             DecoderState::Outside => 0,
@@ -342,7 +344,7 @@ impl TextDecoder {
         }
     }
 
-    /// Reports the noise so far.
+    /// The noise so far as a result, if there is any.
     fn take_skipped(&mut self) -> Option<Decoded> {
         let bytes = core::mem::take(&mut self.noise);
         (bytes > 0).then_some(Decoded::Skipped { bytes })
@@ -403,7 +405,7 @@ impl TextDecoder {
         }
     }
 
-    /// ETX has come.
+    /// Ends the text at its ETX. With a checksum option the next byte completes it.
     fn end(&mut self, partial: Partial) -> Option<Decoded> {
         let unsolicited = partial.is_reply() && partial.data.starts_with(b"SP");
         if !unsolicited {
@@ -420,7 +422,7 @@ impl TextDecoder {
         }
     }
 
-    /// The byte after ETX.
+    /// Compares the checksum byte after ETX.
     fn sum(&mut self, mut text: Text, expected: u8, found: u8) -> Decoded {
         self.input.advance(1);
         if text.error.is_none() && found != expected {
@@ -430,7 +432,7 @@ impl TextDecoder {
     }
 }
 
-/// A text on the wire, to be sent in one write.
+/// The bytes of a text on the wire. The controller sends each text in one write (FRM-09, D2).
 #[must_use]
 pub fn encode_text(data: &[u8], framing: Framing, checksum: Checksum) -> Vec<u8> {
     let mut wire = Vec::with_capacity(data.len() + 3);

@@ -1,4 +1,6 @@
-//! SL, UL, DL, ER: one file name. And FL: the content of a file, taken as it is.
+//! SL, UL, DL, ER: one file name as operand. FL: the content of a file, taken as it is.
+//!
+//! Whether the file exists is the controller's to check. The spelling of names is in [`crate::name`].
 
 use crate::command::operand::Operands;
 use crate::command::{Command, CommandError};

@@ -1,5 +1,6 @@
-//! ZS: setting the work or the tool coordinate system, `ZS,<1|2> <name> <values>` (hosts 2). Whether there is
-//! such a variable, and which form of the values its arm takes, is the controller's to know.
+//! ZS: sets the work or the tool coordinate system, `ZS,<1|2> <name> <values>` (hosts 2).
+//!
+//! The controller knows whether the variable exists and which form of values its arm takes.
 
 use crate::command::number::number;
 use crate::command::operand::{Operands, list, separator, whole};
@@ -21,9 +22,9 @@ const SIX_AXIS_VALUES: usize = 6;
 /// Which coordinate system ZS sets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ZsFrame {
-    /// 1: work.
+    /// 1: the work coordinate system.
     Work,
-    /// 2: tool.
+    /// 2: the tool coordinate system.
     Tool,
 }
 
@@ -31,7 +32,7 @@ impl ZsFrame {
     /// Both, in the order of their numbers.
     pub const ALL: [ZsFrame; 2] = [ZsFrame::Work, ZsFrame::Tool];
 
-    /// The number, 1 or 2.
+    /// The number on the wire, 1 or 2.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {
@@ -40,7 +41,7 @@ impl ZsFrame {
         }
     }
 
-    /// The coordinate system with this number.
+    /// The coordinate system of this number.
     #[must_use]
     pub fn from_code(code: u8) -> Option<ZsFrame> {
         ZsFrame::ALL.into_iter().find(|frame| frame.code() == code)

@@ -1,5 +1,7 @@
-//! EC: internal commands. Their page of the manual is lost; the forms are those of public clients
-//! (CMD-EC-01 to CMD-EC-04, hosts 2).
+//! EC: internal commands.
+//!
+//! The page of the manual is lost; the forms are those of public clients (CMD-EC-01 to CMD-EC-04, hosts 2). The
+//! controller gives them their effect.
 
 use crate::command::operand::{GrammarError, Operands, ParseResult};
 use crate::command::{Command, CommandError};
@@ -11,7 +13,7 @@ use nom::combinator::{map_opt, success};
 use nom::error::context;
 use nom::sequence::preceded;
 
-/// Letters that an abbreviated operation mode must have.
+/// Letters that an abbreviated operation mode must have at least.
 const SHORTEST: usize = 2;
 /// Full speed in percent.
 const FULL: u8 = 100;
@@ -31,18 +33,18 @@ pub enum InternalCommand {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum RunMode {
-    /// Begins again at the end.
+    /// Starts again after the last statement.
     Continuous,
-    /// Once to the end.
+    /// Runs once to the end.
     Cycle,
-    /// One statement.
+    /// Runs one statement for each start.
     Step,
-    /// Through the next motion.
+    /// Runs through the next motion for each start.
     Segment,
 }
 
 impl RunMode {
-    /// All modes.
+    /// All modes, in the order of the `RM` codes of SM.
     pub const ALL: [RunMode; 4] = [
         RunMode::Continuous,
         RunMode::Cycle,

@@ -1,5 +1,6 @@
-//! JG: guiding one axis, `JG,<axis> <+|-|!>` (hosts 2). How far, how fast and in which coordinates was set by
-//! MD, RT and SC.
+//! JG: guides one axis, `JG,<axis> <+|-|!>` (hosts 2).
+//!
+//! How far, how fast and in which coordinates is set by MD, RT and SC before, see `request.rs`.
 
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
@@ -13,22 +14,22 @@ use nom::error::context;
 /// The axes that SF has room for (SF-42).
 const AXES: RangeInclusive<u8> = 1..=8;
 
-/// Where JG guides an axis.
+/// The direction of JG.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum JogDirection {
-    /// `+`: up.
+    /// `+`: towards larger values.
     Plus,
-    /// `-`: down.
+    /// `-`: towards smaller values.
     Minus,
-    /// `!`: nowhere, it stops.
+    /// `!`: stops the motion.
     Stop,
 }
 
 impl JogDirection {
-    /// All.
+    /// All directions.
     pub const ALL: [JogDirection; 3] = [JogDirection::Plus, JogDirection::Minus, JogDirection::Stop];
 
-    /// The sign.
+    /// The character on the wire.
     #[must_use]
     pub const fn sign(self) -> char {
         match self {
@@ -38,14 +39,14 @@ impl JogDirection {
         }
     }
 
-    /// The motion with this sign.
+    /// The direction of this character.
     #[must_use]
     pub fn from_sign(sign: char) -> Option<JogDirection> {
         JogDirection::ALL.into_iter().find(|motion| motion.sign() == sign)
     }
 }
 
-/// `axis sign`.
+/// The grammar `axis sign`.
 pub(super) fn jg(operands: Operands<'_>) -> Result<Command, CommandError> {
     const AXIS: &str = "an axis from 1 to 8";
     let motion = context("+, - or !", map_opt(anychar, JogDirection::from_sign));

@@ -1,5 +1,6 @@
-//! HI and HO: successive I/O lines as one number, `HI,<first> <count>` and `HO,<first> <count> <value>`
-//! (hosts 2). Which numbers are lines is the controller's to know.
+//! HI and HO: successive I/O lines as one number, `HI,<first> <count>` and `HO,<first> <count> <value>` (hosts 2).
+//!
+//! The controller knows which numbers are lines. IW, which sets single lines, is in `lines.rs`.
 
 use crate::command::operand::{GrammarError, Operands, separator, whole};
 use crate::command::{Command, CommandError};

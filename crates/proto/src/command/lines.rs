@@ -1,4 +1,6 @@
-//! IW: forcing I/O lines. Which numbers are lines is the controller's to know (CMD-IW-04).
+//! IW: forces I/O lines, `IW,<line> <0|1> ...`.
+//!
+//! The controller knows which numbers are lines (CMD-IW-04). HI and HO are in `line_value.rs`.
 
 use crate::command::operand::{Operands, ParseResult, list, separator};
 use crate::command::{Command, CommandError};
@@ -16,9 +18,9 @@ pub const MAX_LINES: usize = 32;
 /// One line that IW forces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LineWrite {
-    /// Number of the line.
+    /// Number of the line, as in the manual's line tables.
     pub line: u16,
-    /// ON or OFF.
+    /// The forced state: `true` is ON.
     pub on: bool,
 }
 

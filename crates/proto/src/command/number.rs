@@ -1,4 +1,6 @@
-//! Numbers as commands and variable data carry them.
+//! Numbers as commands and variable data carry them: 32-bit integers and finite reals.
+//!
+//! Operands use the grammar below, [`crate::status::mr`] the type.
 
 use crate::command::operand::{ParseResult, number_token};
 use alloc::format;
@@ -10,12 +12,12 @@ use nom::error::context;
 /// Decimals a real is written with at least, as the vendor's client library does (hosts 2).
 const DECIMALS: usize = 3;
 
-/// A number.
+/// A number of a command or of variable data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Number {
     /// Written without a decimal point or exponent, and within 32 bits.
     Integer(i32),
-    /// Any other; finite.
+    /// Any other number; always finite.
     Real(f64),
 }
 
@@ -40,7 +42,7 @@ impl Number {
             .map(Number::Real)
     }
 
-    /// Its value.
+    /// The value as a double.
     #[must_use]
     pub fn as_f64(self) -> f64 {
         match self {

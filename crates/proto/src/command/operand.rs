@@ -1,5 +1,7 @@
-//! What the grammars of the commands share: the comma after the letters, blanks, separators, and errors that
-//! say what was expected and where.
+//! The grammar parts that all commands share: the comma after the letters, blanks, separators, and errors that say
+//! what was expected and where.
+//!
+//! Each group of commands builds its own grammar from these; [`super::Command::parse`] picks the group.
 
 use crate::command::{Command, CommandError, excerpt};
 use alloc::string::String;
@@ -20,7 +22,7 @@ const LETTERS: usize = 2;
 /// What must follow the last operand.
 const END: &str = "the end of the message";
 
-/// Where a grammar did not fit, and what it wanted there.
+/// What a grammar expected, and the input from there on.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct GrammarError<'a> {
     pub(super) rest: &'a str,
@@ -38,7 +40,7 @@ impl<'a> ParseError<&'a str> for GrammarError<'a> {
 }
 
 impl<'a> ContextError<&'a str> for GrammarError<'a> {
-    /// The innermost name stands, at the start of what it names.
+    /// The innermost expectation wins, at the start of what it names.
     fn add_context(rest: &'a str, expected: &'static str, other: GrammarError<'a>) -> GrammarError<'a> {
         if other.expected.is_empty() {
             GrammarError { rest, expected }
@@ -63,14 +65,14 @@ pub(super) fn separator(input: &str) -> ParseResult<'_, ()> {
     context("a blank", alt((comma, space1.map(|_| ())))).parse(input)
 }
 
-/// Operands of one kind, one or more, up to the end. Blanks at the end announce no further one.
+/// Operands of one kind, one or more, up to the end. Trailing blanks do not begin a further one.
 pub(super) fn list<'a, T>(
     item: impl Parser<&'a str, Output = T, Error = GrammarError<'a>>,
 ) -> impl Parser<&'a str, Output = Vec<T>, Error = GrammarError<'a>> {
     separated_list1(preceded(not((space0, eof)), separator), cut(item))
 }
 
-/// A run of the characters that numbers are made of.
+/// A run of the characters that numbers consist of.
 pub(super) fn number_token(input: &str) -> ParseResult<'_, &str> {
     take_while1(|c: char| c.is_ascii_digit() || matches!(c, '+' | '-' | '.' | 'e' | 'E')).parse(input)
 }
@@ -84,7 +86,7 @@ pub(super) fn whole<'a, N: FromStr + PartialOrd>(
     context(expected, map_opt(digit1, within))
 }
 
-/// A message whose letters are known, about to be read on.
+/// A message whose letters are known and whose operands are not read yet.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Operands<'a> {
     letters: &'static str,
@@ -102,7 +104,7 @@ impl<'a> Operands<'a> {
         self.message.len()
     }
 
-    /// There are none; blanks at the end do not count.
+    /// `command` if there are no operands; trailing blanks do not count.
     pub(super) fn none(self, command: Command) -> Result<Command, CommandError> {
         let rest = self.message.get(LETTERS..).unwrap_or_default();
         if rest.trim_ascii_end().is_empty() {
@@ -137,7 +139,7 @@ impl<'a> Operands<'a> {
         }
     }
 
-    /// Reads the operands with a grammar; blanks may stand after them.
+    /// Parses the operands with a grammar; trailing blanks are allowed.
     pub(super) fn parse<T>(
         self,
         expected: &'static str,
@@ -154,7 +156,7 @@ impl<'a> Operands<'a> {
         }
     }
 
-    /// The error that wants `expected` at byte `at` of the message.
+    /// The error that `expected` is missing at byte `at` of the message.
     pub(super) fn malformed(self, expected: &str, at: usize) -> CommandError {
         let found = match self.message.get(at..) {
             None | Some([]) => String::from(END),

@@ -1,5 +1,6 @@
-//! SM, IO, PR, VL, MD, RT, SC: the extensions that carry one number (hosts 2). What is answered
-//! is the business of `status`; what MD, RT and SC set is the controller's.
+//! SM, IO, PR, VL, MD, RT, SC: extensions that carry one number (hosts 2).
+//!
+//! The answers are in [`crate::status`]; the controller keeps what MD, RT and SC set.
 
 use crate::command::operand::{Operands, whole};
 use crate::command::{Command, CommandError};
@@ -37,7 +38,7 @@ impl PositionQuery {
         PositionQuery::FeedbackWork,
     ];
 
-    /// The number, 0 to 5.
+    /// The number on the wire, 0 to 5.
     #[must_use]
     pub const fn code(self) -> u8 {
         match self {

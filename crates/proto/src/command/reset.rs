@@ -1,4 +1,6 @@
-//! RS: the five resets of the manual, and the one of alarms that hosts send (hosts 2).
+//! RS: the five resets of the manual, and the reset of alarms that hosts send (hosts 2).
+//!
+//! The controller gives them their effect. `RS,ERR` has its own permission row, see [`crate::permission`].
 
 use crate::command::operand::{Operands, ParseResult};
 use crate::command::{Command, CommandError};
@@ -34,7 +36,7 @@ impl Reset {
         Reset::Alarm,
     ];
 
-    /// The operand.
+    /// The operand on the wire, for example `PRG`.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {

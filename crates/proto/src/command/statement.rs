@@ -1,4 +1,6 @@
-//! DO: one statement of the robot language, kept as it came. What it means is scol-mini's.
+//! DO: one statement of the robot language, kept as it was received.
+//!
+//! The crate `scol-mini` compiles it, the controller executes it.
 
 use crate::command::operand::Operands;
 use crate::command::{Command, CommandError};

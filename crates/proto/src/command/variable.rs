@@ -1,5 +1,7 @@
-//! MR and MW: reading and writing global variables. Whether there is such a variable, and how many values it
-//! takes, is the controller's to know.
+//! MR and MW: reading and writing global variables.
+//!
+//! The controller knows which variables exist and how many values one takes. The answer of MR is in
+//! [`crate::status::mr`].
 
 use crate::command::number::number;
 use crate::command::operand::{Operands, ParseResult, list, number_token, separator};
@@ -18,7 +20,7 @@ use nom::error::context;
 /// Values an MW may carry. The manual's longest, a position, has nine.
 pub const MAX_VALUES: usize = 16;
 
-/// What MR asks for.
+/// The operands of MR.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct VariableRead {
     /// The variable or the element.
@@ -27,7 +29,7 @@ pub struct VariableRead {
     pub kind: VariableKind,
 }
 
-/// What MW asks for.
+/// The operands of MW.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VariableWrite {
     /// The value is written back to the program file too (CMD-MW-02).
@@ -45,9 +47,9 @@ pub struct VariableWrite {
 pub enum VariableKind {
     /// -1: the controller finds the type itself (CMD-MR-05).
     Unclarified,
-    /// 0.
+    /// 0: a 32-bit integer.
     Integer,
-    /// 1.
+    /// 1: a real number.
     Real,
     /// 2: mass, centre of gravity, size.
     Load,
@@ -83,7 +85,7 @@ impl VariableKind {
         VariableKind::PositionArray,
     ];
 
-    /// The code, -1 to 9.
+    /// The code on the wire, -1 to 9.
     #[must_use]
     pub fn code(self) -> i32 {
         match self {

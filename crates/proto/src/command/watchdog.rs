@@ -1,4 +1,6 @@
-//! WD: the host's watchdog, `WD,<time> <level>` (ste80722 S11). When it raises its alarm is the controller's business.
+//! WD: the host's watchdog, `WD,<time> <level>` (ste80722 S11).
+//!
+//! The controller runs the timer and raises the alarm.
 
 use crate::command::operand::{Operands, separator, whole};
 use crate::command::{Command, CommandError};
@@ -8,12 +10,12 @@ use alloc::string::String;
 use nom::combinator::map_opt;
 use nom::error::context;
 
-/// The level of no alarm.
+/// The level that stands for no alarm.
 const NONE: u8 = 0;
 /// Longest time, in ms (ste80722 S11).
 pub const MAX_WATCHDOG_MS: u32 = 99_999;
 
-/// `time level`. `WD,0 0` is what hosts stop the watchdog with.
+/// The grammar `time level`. Hosts stop the watchdog with `WD,0 0`.
 pub(super) fn wd(operands: Operands<'_>) -> Result<Command, CommandError> {
     const TIME: &str = "a time in milliseconds, at most 99999";
     const LEVEL: &str = "a level 0, 1, 2 or 8";

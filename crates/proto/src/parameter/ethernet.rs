@@ -1,4 +1,7 @@
-//! ETHERNET.PAR: sections \[E00\] to \[E10\] (manual 3.3). Opening the channels is the edge's business.
+//! ETHERNET.PAR, sections \[E00\] to \[E10\] (manual 3.3): values, reader and writer.
+//!
+//! It checks values one by one and against each other (PAR-E00-03, PAR-E05-02). Opening the channels is left to the
+//! emulator. The syntax of the file is in `reader.rs`.
 
 use super::{
     LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
@@ -14,7 +17,7 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OpenMode {
-    /// 0: not used.
+    /// 0: the channel is closed.
     NotUsed,
     /// 1: the controller is the TCP server.
     Server,
@@ -34,7 +37,7 @@ impl OpenMode {
     }
 }
 
-/// What ETHERNET.PAR holds. Arrays are in the order IP0, IP1, IP2, IP3.
+/// The values of ETHERNET.PAR. Arrays are in the order IP0, IP1, IP2, IP3.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -216,7 +219,7 @@ impl EthernetParameters {
         (next, problems.0)
     }
 
-    /// What each value allows and the whole does not.
+    /// Resolves values that are allowed one by one but not together.
     fn resolve_conflicts(&mut self, file: &ParameterFile, problems: &mut Problems) {
         let line = |tag: &str, key: &str| {
             let section = file.sections.iter().find(|section| section.tag == tag);
@@ -237,13 +240,13 @@ impl EthernetParameters {
         }
         for (later, key) in CHANNELS.into_iter().enumerate() {
             let port = self.own_port[later];
-            let twins: Vec<usize> = (0..later)
+            let same_port: Vec<usize> = (0..later)
                 .filter(|earlier| self.own_port[*earlier] == port)
                 .collect();
-            let Some(first) = twins.first() else { continue };
+            let Some(first) = same_port.first() else { continue };
             let expected = format!("another port than that of {}", CHANNELS[*first]);
             problems.add("E05", key, &expected, &port.to_string(), line("E05", key));
-            if twins
+            if same_port
                 .iter()
                 .any(|earlier| self.open_mode[*earlier] != OpenMode::NotUsed)
             {
@@ -301,10 +304,10 @@ fn four<T: Copy>(
     let line = section
         .and_then(|section| section.assignments.first())
         .map_or(0, |assignment| assignment.line);
-    for ((place, word), channel) in values.iter_mut().zip(&found).zip(CHANNELS) {
+    for ((target, word), channel) in values.iter_mut().zip(&found).zip(CHANNELS) {
         match parse(word) {
-            Some(value) => *place = value,
-            // Empty only where the number of values was wrong, which is told already.
+            Some(value) => *target = value,
+            // Empty only if the number of values was wrong, which is reported already.
             None if word.is_empty() => {}
             None => problems.add(name, channel, expected, word, line),
         }
@@ -315,12 +318,12 @@ fn four<T: Copy>(
 /// One value per channel.
 fn each<T>(
     mut section: SectionValues<'_>,
-    places: &mut [T; 4],
+    targets: &mut [T; 4],
     expected: &str,
     parse: impl Fn(&str) -> Option<T>,
 ) {
-    for (place, key) in places.iter_mut().zip(CHANNELS) {
-        section.read_keyed(key, place, expected, &parse);
+    for (target, key) in targets.iter_mut().zip(CHANNELS) {
+        section.read_keyed(key, target, expected, &parse);
     }
     section.refuse_other_keys(&CHANNELS);
 }

@@ -1,5 +1,8 @@
-//! Parameter files: their common shape, and what is wrong in one. What the values mean for the network
-//! and the serial lines is the edge's business, when they take effect is the controller's.
+//! Parameter files (`.PAR`): their common syntax, and reports about values that do not take effect.
+//!
+//! [`EthernetParameters`] and [`UserParameters`] are the two files the controller reads. Opening sockets and serial
+//! ports is left to the emulator, and when new values take effect to the controller. Start with [`ParameterFile`], the
+//! tolerant reader below both.
 
 mod ethernet;
 mod reader;
@@ -32,7 +35,7 @@ pub enum LineEnd {
 }
 
 impl LineEnd {
-    /// The byte.
+    /// LF or CR as a byte.
     #[must_use]
     pub const fn byte(self) -> u8 {
         match self {
@@ -49,9 +52,9 @@ pub struct ParameterProblem {
     pub section: &'static str,
     /// Which value of the section, for example `IP1`; empty when there is one only.
     pub key: String,
-    /// What should stand there.
+    /// The values that are allowed.
     pub expected: String,
-    /// What stands there.
+    /// The value found, in backquotes; `nothing` if it is missing.
     pub found: String,
     /// Line of the file, from 1; 0 when the value is missing.
     pub line: u32,
@@ -93,7 +96,7 @@ impl Problems {
     }
 }
 
-/// A piece of a file for a problem, cut and in backquotes.
+/// A quotation from a file for a problem: cut to [`MAX_QUOTE`] and in backquotes.
 fn quote(found: &str) -> String {
     match found {
         "" => String::from("nothing"),
@@ -101,7 +104,7 @@ fn quote(found: &str) -> String {
     }
 }
 
-/// One section of a file with the values it has to hold.
+/// Reads the values of one section and reports those that are bad.
 struct SectionValues<'a> {
     name: &'static str,
     section: Option<&'a Section>,
@@ -123,18 +126,24 @@ impl<'a> SectionValues<'a> {
         }
     }
 
-    /// The only value of the section, whatever comment stands before it.
-    fn read_single<T>(&mut self, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+    /// The only value of a section. Its key is ignored: in such sections braces hold comments.
+    fn read_single<T>(&mut self, target: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
         let assignments = self.section.map_or(&[][..], |section| &section.assignments);
         for surplus in assignments.iter().skip(1) {
             self.problems
                 .add(self.name, "", "one value", &surplus.value, surplus.line);
         }
-        self.read_assignment(assignments.first(), "", place, expected, parse);
+        self.read_assignment(assignments.first(), "", target, expected, parse);
     }
 
     /// The value of a key in braces.
-    fn read_keyed<T>(&mut self, key: &str, place: &mut T, expected: &str, parse: impl Fn(&str) -> Option<T>) {
+    fn read_keyed<T>(
+        &mut self,
+        key: &str,
+        target: &mut T,
+        expected: &str,
+        parse: impl Fn(&str) -> Option<T>,
+    ) {
         let assignments = self.section.map_or(&[][..], |section| &section.assignments);
         let mut assignments = assignments.iter().filter(|assignment| assignment.key == key);
         let first = assignments.next();
@@ -142,10 +151,10 @@ impl<'a> SectionValues<'a> {
             self.problems
                 .add(self.name, key, "one value", &surplus.value, surplus.line);
         }
-        self.read_assignment(first, key, place, expected, parse);
+        self.read_assignment(first, key, target, expected, parse);
     }
 
-    /// Values whose key is none of `keys`.
+    /// Reports values whose key is none of `keys`.
     fn refuse_other_keys(&mut self, keys: &[&str]) {
         let assignments = self.section.map_or(&[][..], |section| &section.assignments);
         for assignment in assignments
@@ -163,7 +172,7 @@ impl<'a> SectionValues<'a> {
         &mut self,
         assignment: Option<&Assignment>,
         key: &str,
-        place: &mut T,
+        target: &mut T,
         expected: &str,
         parse: impl Fn(&str) -> Option<T>,
     ) {
@@ -173,7 +182,7 @@ impl<'a> SectionValues<'a> {
             (None, None) => ("", 0),
         };
         match parse(value) {
-            Some(value) => *place = value,
+            Some(value) => *target = value,
             None => self.problems.add(self.name, key, expected, value, line),
         }
     }
@@ -195,7 +204,7 @@ fn number<N: core::str::FromStr>(word: &str) -> Option<N> {
         .flatten()
 }
 
-/// Blank-separated words, if there are exactly so many.
+/// Blank-separated words, if there are exactly `N`.
 fn split_words<const N: usize>(value: &str) -> Option<[&str; N]> {
     let mut words = value.split_whitespace();
     let mut found = [""; N];

@@ -1,13 +1,15 @@
-//! The shape that parameter files share: sections, keys in braces, values after `=`. Which sections and
-//! values there ought to be is told by the file's own module.
+//! The syntax that parameter files share: sections in brackets, keys in braces, values after `=`.
+//!
+//! The reader is tolerant and never fails. The modules `ethernet` and `user` know which sections and values a file must
+//! have.
 
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::ops::Range;
 
-/// Most sections kept of a file.
+/// Sections that are read of a file; further ones are dropped.
 pub const MAX_SECTIONS: usize = 64;
-/// Most values kept of a section.
+/// Values that are read of a section; further ones are dropped.
 pub const MAX_ASSIGNMENTS: usize = 256;
 
 /// A parameter file, read without regard to headings, comments and line ends (PAR-FILE-02).
@@ -17,7 +19,7 @@ pub struct ParameterFile {
     pub sections: Vec<Section>,
     /// Line of `[END]`, from 1; `None` if it is missing.
     pub end: Option<u32>,
-    /// Something was dropped because the file has more than [`MAX_SECTIONS`] or [`MAX_ASSIGNMENTS`].
+    /// The file has more than [`MAX_SECTIONS`] or [`MAX_ASSIGNMENTS`], and something was dropped.
     pub truncated: bool,
 }
 
@@ -32,21 +34,21 @@ pub struct Section {
     pub assignments: Vec<Assignment>,
 }
 
-/// One `= values`.
+/// One assignment, `{KEY} = value`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assignment {
     /// Content of the last braces before the `=`, without blanks, in upper case; empty if there are none.
     pub key: String,
     /// Line of the `=`, from 1.
     pub line: u32,
-    /// What stands after the `=`, blanks around it removed, quotes kept.
+    /// The value after the `=`, trimmed, with its quotes.
     pub value: String,
-    /// Where it stands in the file, in bytes, if the file is UTF-8.
+    /// Byte range of the value in the file; valid if the file is UTF-8.
     pub span: Range<usize>,
 }
 
 impl ParameterFile {
-    /// Reads a file; whatever it holds, something is read. A value ends with its line or before the next
+    /// Reads a file; it never fails. A value ends with its line or before the next
     /// `{`, `[` or `=`, so that a listing run together on one line reads the same.
     #[must_use]
     pub fn parse(content: &[u8]) -> ParameterFile {
@@ -83,12 +85,12 @@ impl ParameterFile {
                     let value = reader.value();
                     let through = text.len() - reader.rest.len();
                     let written = text.get(start..through).unwrap_or_default().trim_end();
-                    let place = start..start + written.len();
+                    let span = start..start + written.len();
                     let assignment = Assignment {
                         key: core::mem::take(&mut key),
                         line,
                         value,
-                        span: place,
+                        span,
                     };
                     if keep {
                         file.assign(assignment);
@@ -122,7 +124,7 @@ impl ParameterFile {
 /// The tag that ends a file.
 const END: &str = "END";
 
-/// What is left of the file, and the line it begins on.
+/// The rest of the file, and the number of its first line.
 struct Reader<'a> {
     rest: &'a str,
     line: u32,
@@ -148,7 +150,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What stands up to the first of some characters, which stays.
+    /// Takes everything before the first of `ends`.
     fn until(&mut self, ends: &[char]) -> &'a str {
         let length = self.rest.find(ends).unwrap_or(self.rest.len());
         let (head, rest) = self.rest.split_at_checked(length).unwrap_or((self.rest, ""));
@@ -156,7 +158,7 @@ impl<'a> Reader<'a> {
         head
     }
 
-    /// The tag after `[`; `None` if its line has no `]`, which makes it a part of a heading.
+    /// The tag after `[`; `None` if its line has no `]`: then the bracket is part of a heading.
     fn tag(&mut self) -> Option<String> {
         let (tag, rest) = self.rest.split_once(']')?;
         if tag.contains(['\r', '\n']) {
@@ -166,7 +168,7 @@ impl<'a> Reader<'a> {
         Some(normalize(tag))
     }
 
-    /// What stands between `{` and `}`, or the end of the file.
+    /// The key between `{` and `}`, or up to the end of the file.
     fn braces(&mut self) -> String {
         let mut inner = String::new();
         while let Some(char) = self.next().filter(|char| *char != '}') {
@@ -181,7 +183,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// What stands after `=` and the blanks and line ends behind it.
+    /// The value after `=` and any blanks and line ends.
     fn value(&mut self) -> String {
         if let Some(quoted) = self.quoted() {
             return quoted;
@@ -189,7 +191,7 @@ impl<'a> Reader<'a> {
         self.until(&['{', '[', '=', '\r', '\n']).trim().to_string()
     }
 
-    /// A value in quotes, and what stands after it on its line: within quotes no character is special.
+    /// A value in quotes, with the rest of its line: within quotes no character is special.
     fn quoted(&mut self) -> Option<String> {
         let inner = self.rest.strip_prefix('"')?;
         let (quoted, rest) = inner

@@ -1,5 +1,7 @@
-//! One value of a parameter file replaced, everything else as it was: comments, order, line ends. Whether the
-//! value makes sense is told by the file's own module.
+//! Replaces one value of a parameter file and leaves everything else as it is: comments, order, line ends.
+//!
+//! It rejects only values that would change the structure of the file. Whether a value makes sense is checked when the
+//! file is read, see `ethernet.rs` and `user.rs`.
 
 use super::reader::{Assignment, ParameterFile};
 use alloc::string::String;
@@ -9,27 +11,27 @@ use thiserror::Error;
 /// Why a value was not replaced.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum RewriteError {
-    /// The file is not text.
+    /// The file has bytes that are not ASCII.
     #[error("a parameter file of ASCII text expected")]
     NotText,
-    /// No such section.
+    /// The file has no such section.
     #[error("there is no section [{0}]")]
     NoSection(String),
     /// The section has no value of this key.
     #[error("section [{section}] has no value {{{key}}}")]
     NoValue {
-        /// The section.
+        /// Tag of the section, without brackets.
         section: String,
         /// The key; empty for the value without one.
         key: String,
     },
-    /// The new value would end the old one's line or begin a comment, a section or another value.
+    /// The new value would end its line, or begin a comment, a section or another value.
     #[error("a value of one line of ASCII without `{{`, `[`, `=` and a quote within expected, `{0}` found")]
     Value(String),
 }
 
-/// Replaces the value of `key` in `section`; an empty key is the section's first value whatever stands in the
-/// braces before it, since sections of one value have only comments there.
+/// Replaces the value of `key` in `section`. An empty key means the section's first value, whatever its braces say:
+/// in sections of one value they hold comments.
 ///
 /// # Errors
 /// See [`RewriteError`]; nothing is changed then.
@@ -56,14 +58,14 @@ pub fn rewrite(content: &[u8], section: &str, key: &str, value: &str) -> Result<
     let found = found.ok_or_else(|| RewriteError::NoSection(section.into()))?;
     let named = |assignment: &&Assignment| key.is_empty() || assignment.key.eq_ignore_ascii_case(key);
     let assignment = found.assignments.iter().find(named);
-    let place = assignment
+    let span = assignment
         .map(|assignment| assignment.span.clone())
         .ok_or_else(|| RewriteError::NoValue {
             section: section.into(),
             key: key.into(),
         })?;
-    let before = content.get(..place.start).unwrap_or_default();
-    let after = content.get(place.end..).unwrap_or_default();
+    let before = content.get(..span.start).unwrap_or_default();
+    let after = content.get(span.end..).unwrap_or_default();
     Ok([before, value.as_bytes(), after].concat())
 }
 

@@ -1,5 +1,7 @@
-//! USER.PAR: section \[U06\], the serial lines (manual 2.3). The real file has further sections, which other
-//! manuals describe: they are left alone. Setting the lines is the edge's business.
+//! USER.PAR, section \[U06\], the serial ports (manual 2.3): values, reader and writer.
+//!
+//! The real file has further sections that other manuals describe; they are ignored and kept. Configuring real ports is
+//! left to the emulator. The syntax of the file is in `reader.rs`.
 
 use super::{
     LineEnd, ParameterFile, ParameterProblem, Problems, SectionValues, check_size, join_lines, number,
@@ -13,11 +15,11 @@ use alloc::vec::Vec;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Parity {
-    /// 0: without.
+    /// 0: no parity bit.
     None,
-    /// 1: odd.
+    /// 1: odd parity.
     Odd,
-    /// 2: even.
+    /// 2: even parity.
     Even,
 }
 
@@ -41,7 +43,7 @@ impl Edition {
     }
 }
 
-/// One serial line.
+/// The settings of one serial port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -52,14 +54,15 @@ pub struct SerialSettings {
     /// Character length in bits, 7 or 8.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::length"))]
     pub length: u8,
-    /// Parity.
+    /// Parity bit, if any.
     pub parity: Parity,
-    /// Stop bits, 1 or 2.
+    /// Number of stop bits, 1 or 2.
     #[cfg_attr(feature = "serde", serde(deserialize_with = "bounded::stop"))]
     pub stop: u8,
 }
 
-/// The settings of a line that was read, which may be the far end's: whatever a port can be opened with.
+/// Bounds of deserialized settings. They may be the far end's, so they are those of any serial port, not of
+/// USER.PAR.
 #[cfg(feature = "serde")]
 mod bounded {
     use core::fmt::Display;
@@ -94,7 +97,7 @@ mod bounded {
     }
 }
 
-/// What the controller reads of USER.PAR.
+/// The values that the controller reads from USER.PAR.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(
     feature = "serde",
@@ -102,9 +105,9 @@ mod bounded {
     serde(deny_unknown_fields)
 )]
 pub struct UserParameters {
-    /// `{COM1}`.
+    /// `{COM1}`, the port for programs.
     pub com1: SerialSettings,
-    /// `{HOST}`.
+    /// `{HOST}`, the port for the simple protocol.
     pub host: SerialSettings,
 }
 

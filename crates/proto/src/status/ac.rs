@@ -1,5 +1,6 @@
-//! The alarm lists of AC and AH (hosts 7.2, decision D5). Which alarms they hold, and in which order, is the
-//! controller's business.
+//! The alarm lists of AC and AH (hosts 7.2, decision D5).
+//!
+//! The controller decides which alarms a list has, and in which order. Timestamps are shared with [`super::eu`].
 
 use super::BodyError;
 use super::eu::{MAX_ENTRIES, decode_stamp, stamp};
@@ -12,18 +13,18 @@ use alloc::vec::Vec;
 /// Characters of a message that are sent; the rest is cut. The limit is ours.
 pub const MAX_MESSAGE: usize = 80;
 
-/// An alarm as AC and AH tell it.
+/// One alarm of AC and AH.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct AlarmRecord {
     /// Level and code, for example `2-046`.
     pub number: String,
     /// What the operator reads; may be empty.
     pub message: String,
-    /// When; of the year the last two digits are written.
+    /// When it was raised. Only the last two digits of the year are written.
     pub at: CalendarTime,
 }
 
-/// The content of the file, records in the order given; CR ends each, and the count stands before the first.
+/// The content of the file, records in this order; CR ends each, and the count comes before the first.
 /// No alarm is `0`. Records beyond 99 are left out. Commas and control codes go as blanks, what is not ASCII
 /// as `?`.
 #[must_use]
@@ -85,7 +86,7 @@ fn decode_record(near: Field<'_>, parts: &[Field<'_>]) -> Result<AlarmRecord, Bo
     })
 }
 
-/// What may stand in a field: neither separators nor anything that is not printable ASCII.
+/// Text that fits a field: printable ASCII without the separator.
 fn plain(text: &str) -> String {
     let shown = text.chars().take(MAX_MESSAGE).map(|char| match char {
         ',' => ' ',

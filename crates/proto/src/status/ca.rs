@@ -1,5 +1,7 @@
-//! The directory file of CA (DIR-01 to DIR-04). Which files there are, and in which order, is the RAM
-//! drive's business.
+//! The directory file of CA (DIR-01 to DIR-04).
+//!
+//! The RAM drive of the controller decides which files are listed, and in which order. For the spelling of names see
+//! [`crate::name`].
 
 use super::BodyError;
 use super::fields::Field;

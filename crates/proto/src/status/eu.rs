@@ -1,4 +1,6 @@
-//! The error history file of EU (EU-01 to EU-07). Which errors are kept is the controller's business.
+//! The error history file of EU (EU-01 to EU-07).
+//!
+//! The controller decides which errors are kept. [`super::ac`] writes its timestamps with the functions below.
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
@@ -17,11 +19,11 @@ pub struct ErrorEntry {
     pub level: AlarmLevel,
     /// Code within the level, 1 to 999, written as the sub code.
     pub code: u16,
-    /// When; of the year the last two digits are written.
+    /// When it occurred. Only the last two digits of the year are written.
     pub at: CalendarTime,
 }
 
-/// The content of the file, entries in the order given: the controller's is newest first (EU-06). Entries
+/// The content of the file, entries in this order; the controller's is newest first (EU-06). Entries
 /// beyond 99 are left out.
 #[must_use]
 pub fn encode_history(entries: &[ErrorEntry]) -> Vec<u8> {
@@ -53,7 +55,7 @@ pub fn decode_history(content: &[u8]) -> Result<Vec<ErrorEntry>, BodyError> {
     }
 }
 
-/// Largest sub code that three digits can tell.
+/// Largest sub code of three digits.
 const MAX_CODE: u16 = 999;
 
 /// Century of the two digits of a year.
@@ -112,7 +114,7 @@ pub(super) fn decode_stamp(field: Field<'_>) -> Result<CalendarTime, BodyError> 
     }
 }
 
-/// The first `length` bytes, and what stands behind the separator that follows them.
+/// The first `length` bytes, and everything after the separator that follows them.
 fn take<'a>(
     field: Field<'a>,
     length: usize,

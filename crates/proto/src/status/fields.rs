@@ -1,5 +1,6 @@
-//! Cutting the content of a status file into records and fields, with positions for errors. What a field
-//! means is the business of the file it stands in.
+//! Splits the content of a status file into records and fields, and keeps the byte position for error messages.
+//!
+//! Only mechanics: the modules next to it know what a field means.
 
 use super::BodyError;
 use alloc::string::String;
@@ -7,7 +8,7 @@ use alloc::string::String;
 /// Longest piece of a foreign content that an error quotes, in bytes.
 const MAX_QUOTE: usize = 32;
 
-/// A stretch of the content.
+/// A part of the content, with its position.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Field<'a> {
     file: &'static str,
@@ -34,7 +35,7 @@ impl<'a> Field<'a> {
             .ok_or_else(|| self.error(expected))
     }
 
-    /// An error that quotes the stretch.
+    /// An error that quotes this part.
     pub(super) fn error(self, expected: &'static str) -> BodyError {
         let quoted = self.bytes.get(..MAX_QUOTE).unwrap_or(self.bytes);
         let found = match quoted {

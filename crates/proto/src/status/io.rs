@@ -1,5 +1,7 @@
-//! The input and output words of IO: binary, big-endian, 20 of each direction, four words for each group of lines
-//! 1-64, 101-164, 201-264, 301-364, 401-464 (ste80722 S27). SF has the first 16 of them.
+//! The input and output words of IO: binary, big-endian, 20 words of each direction, four for each group of lines
+//! 1-64, 101-164, 201-264, 301-364, 401-464 (ste80722 S27).
+//!
+//! SF carries the first 16 of them ([`super::sf`]). The controller maps lines to signals.
 
 use super::BodyError;
 use super::fields::Field;
@@ -10,7 +12,7 @@ pub const WORDS: usize = 20;
 /// Length of the file in bytes.
 pub const LENGTH: usize = 2 * WORDS * 2;
 
-/// What IO tells; bit 0 of a word is its lowest line.
+/// The content of IO; bit 0 of a word is its lowest line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct LineWords {
     /// Input words, in the order of SF.

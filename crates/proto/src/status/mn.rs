@@ -1,5 +1,6 @@
-//! The maintenance information of MN (S29): what the axes have done, and how long the controller was in which state.
-//! Counting it is the controller's.
+//! The maintenance information of MN (S29): what each axis has done, and how long the controller was in which state.
+//!
+//! This module writes and reads the file. The controller counts.
 
 use super::BodyError;
 use super::fields::Field;

@@ -1,6 +1,8 @@
-//! The files a host asks for with SU, SF, EU, VR, CA and MR, and with the extensions SM, AC, AH, PR, VL, IO
-//! and MN, as values with encoder and decoder. All of them are contents: what stands between `FL,` and EOF.
-//! Cutting them into texts is `file`'s, filling them is the controller's.
+//! The files that a host asks for with SU, SF, EU, VR, CA and MR, and with the extensions SM, AC, AH, PR, VL, IO
+//! and MN: one module each, with value, encoder and decoder.
+//!
+//! All of them are contents, the bytes between `FL,` and EOF. [`crate::file`] cuts them into texts; the controller fills
+//! them. This file has the types that several of them share.
 
 pub mod ac;
 pub mod ca;
@@ -44,7 +46,7 @@ impl MasterMode {
         MasterMode::ExtEther,
     ];
 
-    /// The words of the tables' columns, for logs and people.
+    /// The name of the tables' column, for example `EXT (SIG)`.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -154,9 +156,9 @@ impl AlarmLevel {
 pub struct BodyError {
     /// The command that asks for such a file, for example `SU`.
     pub file: &'static str,
-    /// What should stand there.
+    /// What the decoder expected.
     pub expected: &'static str,
-    /// What stands there; long content is cut.
+    /// What it found; long content is cut.
     pub found: String,
     /// Where, in bytes from the start of the content.
     pub at: usize,

@@ -1,4 +1,6 @@
-//! The variable read data of MR (MR-01 to MR-05). How many values a variable has is the arm's business.
+//! The variable data that answers MR (MR-01 to MR-05).
+//!
+//! The arm decides how many values a variable has. The types of variables are in [`crate::command::VariableKind`].
 
 use super::BodyError;
 use super::fields::Field;

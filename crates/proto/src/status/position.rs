@@ -1,5 +1,7 @@
-//! The current position file of the SCARA edition (S28): its 20 items are known, the letters that ask for it are not,
-//! so that no command answers it. What it holds is the controller's.
+//! The current position file of the SCARA edition (S28).
+//!
+//! The manual lists its 20 items but not the letters that ask for it, so no command answers with it. The controller
+//! supplies the values.
 
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus};

@@ -1,5 +1,6 @@
-//! The positions of PR and the speeds of VL (hosts 2): numbers with commas between them. How many there are is
-//! the arm's business.
+//! The positions of PR and the speeds of VL (hosts 2): numbers separated by commas.
+//!
+//! The arm decides how many there are. Which position PR asks for is [`crate::command::PositionQuery`].
 
 use super::BodyError;
 use super::fields::Field;
@@ -13,7 +14,7 @@ pub const MAX_VALUES: usize = 8;
 /// Largest configuration: five digits.
 pub const MAX_CONFIGURATION: i64 = 99_999;
 
-/// What PR or VL tells.
+/// The content of PR or VL.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Position {
     /// Coordinates in mm and degrees, or speeds in mm/s and degrees/s.

@@ -1,5 +1,8 @@
-//! The system total status of SF: a binary file of fixed offsets, big-endian, in the two lengths that
-//! real hosts read (hosts SF). What the values are is the controller's business.
+//! The system total status of SF: a binary file of fixed offsets, big-endian, in the two lengths that real hosts
+//! read (hosts SF).
+//!
+//! [`SystemStatus`] is the whole file as a value; the controller fills it. [`table`] describes the same bytes field by
+//! field, and a test holds the two together.
 
 pub mod table;
 
@@ -15,7 +18,7 @@ pub const NO_ALARM: u16 = 0xFFFF;
 /// Bytes of a coordinate system's name, filled with NUL (SF-45).
 pub const NAME_LENGTH: usize = 20;
 
-/// What SF tells. Coordinates in mm and degrees; in the six-axis layout only the first six count.
+/// The content of SF. Coordinates in mm and degrees; in the six-axis layout only the first six count.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SystemStatus {
     /// Servo power is on.
@@ -239,7 +242,7 @@ fn put_name(out: &mut Vec<u8>, name: &str) {
     out.extend(bytes.chain(core::iter::repeat(0)).take(NAME_LENGTH));
 }
 
-/// What is left of the content.
+/// Reads the content from front to back.
 struct Cursor<'a>(Field<'a>);
 
 impl<'a> Cursor<'a> {
@@ -332,7 +335,7 @@ pub fn alarm_word(level: AlarmLevel, code: u16) -> Option<u16> {
         })
 }
 
-/// Level and code of a word; `None` where the word means no alarm.
+/// Level and code of a word; `None` if the word is no alarm.
 #[must_use]
 pub fn alarm_from_word(word: u16) -> Option<(AlarmLevel, u16)> {
     let row = ALARM_RANGES

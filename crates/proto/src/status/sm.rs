@@ -1,12 +1,14 @@
-//! The quick status of SM (hosts SM). Who asks how often, and what that means for the watchdog, is the
-//! controller's business.
+//! The quick status of SM (hosts SM): 14 labelled items in one line.
+//!
+//! The watchdog that hosts feed by polling SM is the controller's. For the long forms see [`super::su`] and
+//! [`super::sf`].
 
 use super::fields::Field;
 use super::{AlarmLevel, BodyError};
 use alloc::format;
 use alloc::vec::Vec;
 
-/// What SM tells. Hosts read the items by position; the labels are those they were seen to accept.
+/// The content of SM. Hosts read the items by position; the labels are those they were seen to accept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct QuickStatus {
     /// `EE`: emergency stop.

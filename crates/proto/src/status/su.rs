@@ -1,4 +1,7 @@
-//! The status file of SU in both layouts (decision D5). When it is sent is the controller's business.
+//! The status file of SU in both layouts (decision D5).
+//!
+//! The controller fills [`StatusBody`] and decides when it is sent. SF tells the same and more in binary, see
+//! [`super::sf`].
 
 use super::fields::Field;
 use super::{BodyError, ExecutionStatus, MasterMode};
@@ -8,7 +11,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// What SU tells.
+/// The content of SU.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -24,7 +27,7 @@ pub struct StatusBody {
     pub file: String,
     /// Speed override in percent, 1 to 100.
     pub override_percent: u8,
-    /// Speed limit in percent; our reading of the reserved field. The six records do not tell it.
+    /// Speed limit in percent; our reading of the reserved field. The six records do not carry it.
     pub speed_limit_percent: u8,
     /// Machine lock: programs run without motion of the axes (SU-09).
     pub machine_lock: bool,
@@ -42,7 +45,7 @@ pub enum SuLayout {
     SixRecords,
 }
 
-/// What a file without a speed limit is taken to mean, in percent.
+/// Speed limit of a file without one, in percent.
 const FULL_SPEED: u8 = 100;
 
 impl StatusBody {
@@ -175,7 +178,7 @@ fn decode_percent(field: Field<'_>) -> Result<u8, BodyError> {
     }
 }
 
-/// The value whose word stands in the field, blanks within it and case aside.
+/// The value whose word is in the field; blanks within it and case are ignored.
 fn find<T: Copy, const N: usize>(
     field: Field<'_>,
     expected: &'static str,

@@ -1,5 +1,6 @@
-//! The version file of VR in both layouts (hosts VR, VR-01 to VR-03). Names, dates and checksums are the
-//! caller's.
+//! The version file of VR in both layouts (hosts VR, VR-01 to VR-03).
+//!
+//! The caller supplies names, dates and checksums.
 
 use super::BodyError;
 use super::fields::Field;

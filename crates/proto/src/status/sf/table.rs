@@ -1,5 +1,7 @@
-//! Where each field of SF stands and what its bytes say to people (sf-layout, SF-04 to SF-46): for transcripts,
-//! differences and dissectors, which tell bytes apart one by one. Reading the whole is [`super::SystemStatus`]'s.
+//! The layout of SF as a table: name, offset, size and meaning of each field (sf-layout, SF-04 to SF-46).
+//!
+//! It is for transcripts, differences and dissectors, which look at single bytes. To read the whole file use
+//! [`super::SystemStatus`].
 
 use super::{ALARM_SLOTS, NAME_LENGTH, NO_ALARM, SfLayout, alarm_from_word};
 use alloc::format;
@@ -21,7 +23,7 @@ pub enum SfFieldKind {
     Float,
     /// ASCII, filled with NUL.
     Name,
-    /// Nothing.
+    /// Reserved bytes without a meaning.
     Reserved,
 }
 
@@ -36,7 +38,7 @@ pub struct SfField {
     pub offset: usize,
     /// Length in bytes.
     pub size: usize,
-    /// How it is read.
+    /// How its bytes are read.
     pub kind: SfFieldKind,
 }
 
@@ -106,7 +108,7 @@ const WORDS: [(&str, &str, u16); 12] = [
     ("system.3", "system", 233),
     ("system.4", "system", 249),
 ];
-/// Words behind them: lines of the SCARA edition (ste80722 S27), reserved in the six-axis one.
+/// Number of words after those: lines of the SCARA edition (ste80722 S27), reserved in the six-axis one.
 const LAST_WORDS: u16 = 4;
 /// Letters of the values of a position (default reading of sf-layout).
 const LETTERS: [&str; 8] = ["X", "Y", "Z", "A", "B", "C", "axis 7", "axis 8"];
@@ -181,7 +183,7 @@ impl Table {
         self.0.last().map_or(0, |field| field.offset + field.size)
     }
 
-    /// One of the words behind those that both editions name.
+    /// One of the words after those that both editions name.
     fn add_last_word(&mut self, layout: SfLayout, direction: &str, prefix: &'static str, number: u16) {
         let first = 301 + 16 * (number - 1);
         let (key, name, kind) = match layout {
@@ -212,7 +214,7 @@ impl Table {
 }
 
 impl SfFieldKind {
-    /// What these bytes of a field say. Bytes of a length the kind does not have are shown as they are.
+    /// The value of these bytes of a field in words. Bytes of an unexpected length are quoted.
     #[must_use]
     pub fn describe(self, bytes: &[u8]) -> String {
         let number = match *bytes {
