@@ -116,7 +116,7 @@ impl Robot {
     pub fn feed(&mut self, input: Input) {
         for output in self.controller.feed(self.now, input) {
             if let Output::Event(event) = &output {
-                self.findings.take(event);
+                self.findings.record(event);
             }
             match output {
                 Output::Send { port, bytes } => self.sent.entry(port).or_default().extend(bytes),

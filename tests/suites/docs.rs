@@ -17,7 +17,7 @@ fn document(name: &str) -> String {
 fn every_alarm_has_its_row() {
     let protocol = document("PROTOCOL.md");
     for alarm in ALARMS {
-        let whose = if alarm.ours { "ours" } else { "known" };
+        let whose = if alarm.is_assumed { "ours" } else { "known" };
         let row = format!(
             "| {} | {whose} | {} | {} | {} |",
             alarm.number(),
@@ -43,7 +43,7 @@ fn every_command_has_its_row() {
 fn every_rule_of_findings_has_its_row() {
     let findings = document("FINDINGS.md");
     for rule in RULES {
-        let severity = rule.severity.word();
+        let severity = rule.severity.as_str();
         let row = format!(
             "| `{}` | {severity} | {} | {} | {} |",
             rule.id, rule.source, rule.title, rule.remedy

@@ -241,7 +241,7 @@ fn says_why(world: &World, kind: &str) {
         (1, 1, false),
         "{kind}"
     );
-    assert!(report.line().contains("fired 1 times"), "{}", report.line());
+    assert!(report.summary().contains("fired 1 times"), "{}", report.summary());
     assert_eq!(world.controller.faults().never_fired().count(), 0);
 }
 
@@ -281,7 +281,7 @@ fn a_fault_that_waits_for_something_else_is_reported_as_never_fired() {
         .controller
         .faults()
         .never_fired()
-        .map(ts3100_controller::faults::FaultReport::line)
+        .map(ts3100_controller::faults::FaultReport::summary)
         .collect();
     assert_eq!(
         lines,

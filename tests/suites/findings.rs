@@ -6,7 +6,7 @@ mod channels;
 
 use cases::{PROGRAM, cases, commands, download};
 use std::collections::BTreeSet;
-use ts3100_controller::findings::{FIRST_KEPT, MAX_BYTES, RULES, rules};
+use ts3100_controller::findings::{MAX_BYTES, MAX_PER_RULE, RULES, rules};
 use ts3100_controller::{Event, KeySwitch, Output, PanelAction, Port, Severity};
 use ts3100_tests::Robot;
 
@@ -245,7 +245,7 @@ fn each_break_is_counted_and_only_the_first_are_kept() {
     let robot = after(|r| (0..30).for_each(|_| commands(r, &["so"])));
     let (rule, tally) = robot.findings.broken().next().unwrap();
     assert_eq!((rule.id, tally.count), ("lower-case", 30));
-    assert_eq!(tally.first.len(), FIRST_KEPT);
+    assert_eq!(tally.first.len(), MAX_PER_RULE);
 }
 
 #[test]

@@ -5,7 +5,7 @@
 use crate::{programs, simulation, transcripts};
 use serde_json::Value as Json;
 use std::time::Duration;
-use ts3100_controller::faults::FaultOrder;
+use ts3100_controller::faults::FaultAction;
 use ts3100_controller::{
     Config, Controller, Dialect, PanelAction, Port, Snapshot, SnapshotError, SnapshotHead,
 };
@@ -73,7 +73,7 @@ fn busy() -> Robot {
         "lost-record:times=2,probability=0.5",
     ] {
         let fault = Box::new(spec.parse().unwrap());
-        robot.feed(FaultOrder::Arm(fault).into());
+        robot.feed(FaultAction::Arm(fault).into());
     }
     robot.panel(PanelAction::Servo(true));
     for command in ["SU", "WD,9000 2", "RN"] {

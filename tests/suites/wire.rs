@@ -2,7 +2,7 @@
 //! back for the wire to go on.
 
 use super::extended::text;
-use ts3100_controller::faults::FaultOrder;
+use ts3100_controller::faults::FaultAction;
 use ts3100_controller::{Config, Controller, Dialect, Event, Output, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
@@ -307,7 +307,7 @@ fn a_snapshot_brings_back_the_keys_that_were_typed() {
 fn a_snapshot_brings_back_the_texts_that_wait_to_leave() {
     let mut robot = field();
     let late = "late-reply:command=SP,delay=1500".parse().unwrap();
-    robot.feed(FaultOrder::Arm(Box::new(late)).into());
+    robot.feed(FaultAction::Arm(Box::new(late)).into());
     robot.send(Port::Ip0, b"SP\r");
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Ip0), b"");

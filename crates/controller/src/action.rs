@@ -5,7 +5,7 @@ use crate::Controller;
 use crate::alarm::ALARMS;
 use crate::controller::SelectError;
 use crate::drive::DriveError;
-use crate::faults::FaultOrder;
+use crate::faults::FaultAction;
 use crate::input::{Input, PanelAction};
 use crate::output::Output;
 use crate::persistence::PendingChange;
@@ -107,11 +107,11 @@ pub enum Action {
         name: String,
     },
     /// Faults are armed and disarmed.
-    Fault(FaultOrder),
+    Fault(FaultAction),
 }
 
-impl From<FaultOrder> for Input {
-    fn from(order: FaultOrder) -> Input {
+impl From<FaultAction> for Input {
+    fn from(order: FaultAction) -> Input {
         Input::Action(Action::Fault(order))
     }
 }
@@ -234,7 +234,7 @@ impl Controller {
                 if !Signals::is_user_output(line) {
                     return Err(ActionError::missing("output", range, line.to_string()));
                 }
-                self.signals.switch(line, on);
+                self.signals.set_output(line, on);
                 Ok(())
             }
             Action::Force { side, line, on } => self.force(side, line, Some(on)),
@@ -248,7 +248,7 @@ impl Controller {
             Action::PutFile { name, content } => self.put(&name, &content),
             Action::EraseFile { name } => self.erase(&name),
             Action::Select { name } => self.select_by_name(&name),
-            Action::Fault(order) => self.fault_order(order),
+            Action::Fault(order) => self.handle_fault_action(order),
         }
     }
 
@@ -274,7 +274,7 @@ impl Controller {
         match side {
             IoKind::Input => {
                 self.drive_input(line, on);
-                self.signals.end_drive_at(line, until, !on);
+                self.signals.schedule_input(line, until, !on);
             }
             IoKind::Output => {
                 if !Signals::is_user_output(line) || !on {
@@ -282,7 +282,7 @@ impl Controller {
                     let found = format!("{line} to {}", if on { "on" } else { "off" });
                     return Err(ActionError::conflict("output", expected, found));
                 }
-                self.signals.pulse(line, until);
+                self.signals.pulse_output(line, until);
             }
         }
         Ok(())

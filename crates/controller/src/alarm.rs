@@ -1,5 +1,8 @@
-//! Alarms: the table of codes, what is active now, and the error history. What an alarm does to the
-//! robot is decided in `stop`; how it looks on the wire is proto's.
+//! Alarms: the table of codes, the active alarms and the error history.
+//!
+//! Each alarm the controller can raise is one row of [`ALARMS`]. What an alarm does to the robot (stop, servo off) is
+//! decided in `run_control`; how it is encoded in EU, AC, AH and SF is `ts3100_proto::status`. The level rules are
+//! decision D6.
 
 use crate::limits::{MAX_ALARMS, MAX_HISTORY};
 use alloc::collections::VecDeque;
@@ -14,25 +17,25 @@ use ts3100_proto::status::sf::alarm_word;
 /// One row of the alarm table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AlarmCode {
-    /// Level: 8 the worst, 1 a warning (D6).
+    /// Severity: 8 is the worst, 1 is a warning (D6).
     pub level: AlarmLevel,
     /// Code within the level, from 1.
     pub code: u16,
-    /// What the operator reads.
+    /// Message on the teach pendant and in AC and AH; without commas, which separate fields there.
     pub text: &'static str,
-    /// What brought it about.
+    /// Why the alarm is raised, in one sentence.
     pub cause: &'static str,
-    /// What to do.
+    /// What the operator does about it, in one sentence.
     pub remedy: &'static str,
-    /// Whether code and meaning are known of the real controller (scol.md 5.2), or are ours.
-    pub ours: bool,
+    /// True if the code is assumed, false if it is known of a real controller (scol.md 5.2).
+    pub is_assumed: bool,
 }
 
 macro_rules! alarms {
-    ($($name:ident = $level:ident $code:literal $ours:literal $text:literal, $cause:literal, $remedy:literal;)*) => {
+    ($($name:ident = $level:ident $code:literal $is_assumed:literal $text:literal, $cause:literal, $remedy:literal;)*) => {
         $(#[doc = $text]
         pub const $name: AlarmCode = AlarmCode {
-            level: AlarmLevel::$level, code: $code, text: $text, cause: $cause, remedy: $remedy, ours: $ours,
+            level: AlarmLevel::$level, code: $code, text: $text, cause: $cause, remedy: $remedy, is_assumed: $is_assumed,
         };)*
         /// Every alarm the controller can raise.
         pub const ALARMS: &[AlarmCode] = &[$($name),*];
@@ -101,9 +104,9 @@ alarms! {
         "Reconnect.";
 }
 
-/// The alarm of a lost peer at the level \[E10\] asks for (PAR-E10-03).
+/// The alarm raised when the peer of a channel leaves, at the level set by \[E10\] (PAR-E10-03).
 #[must_use]
-pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
+pub const fn ethernet_disconnected(level: AlarmLevel) -> AlarmCode {
     match level {
         AlarmLevel::L8 => ETHERNET_8,
         AlarmLevel::L4 => ETHERNET_4,
@@ -112,9 +115,11 @@ pub const fn ethernet(level: AlarmLevel) -> AlarmCode {
     }
 }
 
-/// The alarm of a watchdog at the level WD asked for (ste80722 S11); its grammar takes no level 4.
+/// The alarm raised when the watchdog runs out, at the level set by WD (ste80722 S11).
+///
+/// The grammar of WD has no level 4; level 4 maps to the alarm of level 2.
 #[must_use]
-pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
+pub const fn host_timeout(level: AlarmLevel) -> AlarmCode {
     match level {
         AlarmLevel::L8 => HOST_TIME_OUT_8,
         AlarmLevel::L4 | AlarmLevel::L2 => HOST_TIME_OUT_2,
@@ -122,7 +127,7 @@ pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
     }
 }
 
-/// An alarm that was raised.
+/// One occurrence of an alarm.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -130,11 +135,11 @@ pub const fn watchdog(level: AlarmLevel) -> AlarmCode {
     serde(deny_unknown_fields)
 )]
 pub struct Alarm {
-    /// Its row.
+    /// The row of [`ALARMS`] it belongs to.
     pub code: AlarmCode,
-    /// What exactly was found, and where; empty when the row says it all.
+    /// The specific cause and location; empty if the row says everything.
     pub detail: String,
-    /// When.
+    /// Controller date and time when it was raised.
     pub at: CalendarTime,
 }
 
@@ -153,7 +158,7 @@ impl AlarmCode {
 }
 
 impl Alarm {
-    /// What the operator reads: the text of the row, and what exactly was found.
+    /// The text of the row, followed by the detail if there is one.
     #[must_use]
     pub fn message(&self) -> String {
         if self.detail.is_empty() {
@@ -163,9 +168,9 @@ impl Alarm {
         }
     }
 
-    /// The entry of EU.
+    /// The alarm as an entry of the error history (EU).
     #[must_use]
-    pub fn entry(&self) -> ErrorEntry {
+    pub fn history_entry(&self) -> ErrorEntry {
         ErrorEntry {
             level: self.code.level,
             code: self.code.code,
@@ -174,7 +179,7 @@ impl Alarm {
     }
 }
 
-/// Active alarms and the history.
+/// The active alarms and the error history.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -187,7 +192,7 @@ pub struct Alarms {
 }
 
 impl Alarms {
-    /// Records an alarm, active and in the history. One that is active already is not doubled.
+    /// Adds an alarm to the history and to the active alarms. An alarm that is active already stays active once.
     pub fn raise(&mut self, alarm: Alarm) {
         self.history.push_front(alarm.clone());
         self.history.truncate(MAX_HISTORY);
@@ -197,13 +202,13 @@ impl Alarms {
         }
     }
 
-    /// Puts alarms of the time before, newest first, behind those of the history.
-    pub fn remember(&mut self, earlier: impl IntoIterator<Item = Alarm>) {
+    /// Appends alarms of an earlier run, newest first, after the entries of the history.
+    pub fn append_history(&mut self, earlier: impl IntoIterator<Item = Alarm>) {
         self.history.extend(earlier);
         self.history.truncate(MAX_HISTORY);
     }
 
-    /// Ends every alarm for which `persists` does not hold; true if any ended.
+    /// Clears every active alarm for which `persists` is false; returns whether one was cleared.
     pub fn reset(&mut self, persists: impl Fn(&AlarmCode) -> bool) -> bool {
         let before = self.active.len();
         self.active.retain(|alarm| persists(&alarm.code));
@@ -230,9 +235,9 @@ impl Alarms {
         self.active.iter().any(|alarm| alarm.code.level == AlarmLevel::L8)
     }
 
-    /// The words of SF, oldest first.
+    /// The alarm words of SF, oldest first (SF-22).
     #[must_use]
-    pub fn words(&self) -> Vec<u16> {
+    pub fn status_words(&self) -> Vec<u16> {
         self.active
             .iter()
             .filter_map(|alarm| alarm_word(alarm.code.level, alarm.code.code))
@@ -244,9 +249,9 @@ impl Alarms {
         self.history.iter()
     }
 
-    /// The worst level active.
+    /// The worst level among the active alarms; `None` if there are none.
     #[must_use]
-    pub fn worst(&self) -> Option<AlarmLevel> {
+    pub fn worst_level(&self) -> Option<AlarmLevel> {
         self.active
             .iter()
             .map(|alarm| alarm.code.level)
@@ -271,11 +276,11 @@ mod tests {
 
     // clause: SF-22
     #[test]
-    fn every_row_has_a_word_and_stands_once() {
+    fn every_row_has_a_word_and_a_unique_number() {
         let mut seen = alloc::collections::BTreeSet::new();
         for row in ALARMS {
             assert!(alarm_word(row.level, row.code).is_some(), "{}", row.number());
-            assert!(seen.insert(row.number()), "{} stands twice", row.number());
+            assert!(seen.insert(row.number()), "{} appears twice", row.number());
             assert!(!row.text.contains(','), "AC and AH separate by commas");
         }
     }

@@ -162,7 +162,7 @@ impl Controller {
     /// This controller, whose error history (EU) goes on from before the power came on: newest first.
     #[must_use]
     pub fn remembering(mut self, history: impl IntoIterator<Item = Alarm>) -> Controller {
-        self.alarms.remember(history);
+        self.alarms.append_history(history);
         self
     }
 
@@ -331,7 +331,7 @@ impl Controller {
 
     /// Stores what was checked.
     fn put_in_place(&mut self, name: &FileName, content: &[u8]) {
-        self.drive.put(name, content);
+        self.drive.store_checked(name, content);
         self.push_output(Output::Stored {
             name: name.as_str().to_string(),
             content: content.to_vec(),

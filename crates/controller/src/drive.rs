@@ -1,5 +1,8 @@
-//! The RAM drive: user files and parameter files, kept whole or not at all. What the files say is
-//! scol-mini's and proto's; keeping them over a restart is the edge's.
+//! The RAM drive: user files and parameter files in memory.
+//!
+//! A file is stored whole or not at all, so a failed download leaves the old file in place. The rules for the content
+//! are in `ts3100_proto::file`; programs are compiled from it elsewhere. The embedding program persists the drive over a
+//! restart (see `persistence`).
 
 use crate::limits::{MAX_FILE, MAX_FILES};
 use alloc::collections::BTreeMap;
@@ -10,21 +13,21 @@ use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::status::ca::DirectoryEntry;
 
-/// Why a file was not taken.
+/// Why a file was not stored.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DriveError {
-    /// Not a file name of the RAM drive.
+    /// The name is not a valid file name.
     #[error("file name: {0}")]
     Name(NameError),
-    /// Its text breaks the rules of a user file.
+    /// The content breaks the rules for a user file.
     #[error("file {name}: {fault}")]
     Content {
         /// The file.
         name: String,
-        /// What is wrong.
+        /// The rule that is broken, and where.
         fault: FileError,
     },
-    /// More than the directory can state.
+    /// The file is larger than the directory can show (RAM-03).
     #[error("file {name}: at most {MAX_FILE} bytes expected, {size} found")]
     TooLarge {
         /// The file.
@@ -32,25 +35,25 @@ pub enum DriveError {
         /// Its size in bytes.
         size: usize,
     },
-    /// The drive is full.
+    /// The drive has too little room.
     #[error("file {name}: {size} bytes found, {free} free on the RAM drive")]
     Full {
         /// The file.
         name: String,
         /// Its size in bytes.
         size: usize,
-        /// Bytes that are free.
+        /// Free bytes.
         free: usize,
     },
-    /// It is kept outside of the controller too, and cannot be kept there.
+    /// The embedding program could not persist the file, so it is not stored here either.
     #[error("file {name}: {reason}")]
-    Unkept {
+    NotPersisted {
         /// The file.
         name: String,
-        /// What whoever keeps it says.
+        /// Reason given by the embedding program.
         reason: String,
     },
-    /// Too many files.
+    /// The drive holds the maximum number of files already.
     #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]
     TooMany {
         /// The file.
@@ -64,7 +67,7 @@ impl From<NameError> for DriveError {
     }
 }
 
-/// The files.
+/// The files of the RAM drive, by name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -93,22 +96,22 @@ impl Drive {
         self.files.get(name).map(Vec::as_slice)
     }
 
-    /// The files in alphabetical order.
+    /// Name and content of each file, in alphabetical order.
     pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
         self.files
             .iter()
             .map(|(name, content)| (name.as_str(), content.as_slice()))
     }
 
-    /// Whether the file is there.
+    /// Whether a file of this name exists.
     #[must_use]
     pub fn contains(&self, name: &str) -> bool {
         self.files.contains_key(name)
     }
 
-    /// The rules for what stands in a file of this name.
+    /// The rules for the content of a file of this name.
     #[must_use]
-    pub fn rule(name: &FileName) -> FileRule {
+    pub fn file_rule(name: &FileName) -> FileRule {
         if name.is_parameter() {
             FileRule::Parameter
         } else {
@@ -116,10 +119,9 @@ impl Drive {
         }
     }
 
-    /// Bytes that a file of this name may have. The capacity is that of the user files; the parameter files have
-    /// their place besides.
+    /// Most bytes that a file of this name may have now. Parameter files do not count towards the capacity.
     #[must_use]
-    pub fn room_for(&self, name: &FileName) -> usize {
+    pub fn free_bytes_for(&self, name: &FileName) -> usize {
         if name.is_parameter() {
             return MAX_FILE;
         }
@@ -132,27 +134,27 @@ impl Drive {
         self.capacity.saturating_sub(taken).min(MAX_FILE)
     }
 
-    /// Stores a file, in place of one of the same name.
+    /// Stores a file; replaces a file of the same name.
     ///
     /// # Errors
-    /// Too large, no room, too many files, or text that breaks the rules; the drive is then as before.
+    /// [`DriveError`]; the drive is then unchanged.
     pub fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         self.check(name, content)?;
-        self.put(name, content);
+        self.store_checked(name, content);
         Ok(())
     }
 
-    /// Whether [`Drive::store`] would take a file.
+    /// Checks whether [`Drive::store`] would succeed.
     ///
     /// # Errors
-    /// As of [`Drive::store`].
+    /// The error of [`Drive::store`].
     pub fn check(&self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
         let label = || String::from(name.as_str());
         let size = content.len();
         if size > MAX_FILE {
             return Err(DriveError::TooLarge { name: label(), size });
         }
-        let free = self.room_for(name);
+        let free = self.free_bytes_for(name);
         if size > free {
             return Err(DriveError::Full {
                 name: label(),
@@ -163,15 +165,16 @@ impl Drive {
         if !self.contains(name.as_str()) && self.files.len() >= MAX_FILES {
             return Err(DriveError::TooMany { name: label() });
         }
-        check_file(content, Drive::rule(name)).map_err(|fault| DriveError::Content { name: label(), fault })
+        check_file(content, Drive::file_rule(name))
+            .map_err(|fault| DriveError::Content { name: label(), fault })
     }
 
-    /// Stores what was checked.
-    pub(crate) fn put(&mut self, name: &FileName, content: &[u8]) {
+    /// Stores a file that [`Drive::check`] accepted.
+    pub(crate) fn store_checked(&mut self, name: &FileName, content: &[u8]) {
         self.files.insert(String::from(name.as_str()), content.to_vec());
     }
 
-    /// Erases a file; false if there is none.
+    /// Erases a file; false if it does not exist.
     pub fn erase(&mut self, name: &str) -> bool {
         self.files.remove(name).is_some()
     }

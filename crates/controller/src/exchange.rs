@@ -2,7 +2,7 @@
 //! does is decided in `ops`.
 
 use crate::Controller;
-use crate::faults::Point;
+use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
 use crate::limits::HOST_DELAY;
@@ -55,7 +55,7 @@ impl Controller {
     }
 
     pub(crate) fn disconnected(&mut self, port: Port) {
-        self.check_departure(port);
+        self.check_disconnect(port);
         if let Some(line) = self.lines.get_mut(&port) {
             let inbound = core::mem::take(&mut line.inbound);
             *line = SerialLine {
@@ -77,7 +77,10 @@ impl Controller {
             .ethernet_index()
             .and_then(|index| self.ethernet.alarm_level[index]);
         if let Some(level) = level.filter(|_| self.executor.program_runs()) {
-            self.raise(crate::alarm::ethernet(level), format!("{port}: the peer left"));
+            self.raise(
+                crate::alarm::ethernet_disconnected(level),
+                format!("{port}: the peer left"),
+            );
         }
     }
 
@@ -110,7 +113,7 @@ impl Controller {
             return;
         }
         let prey = FaultSite {
-            point: Point::Bytes,
+            point: InjectionPoint::Bytes,
             port,
             command: "",
             block: 0,
@@ -118,7 +121,7 @@ impl Controller {
             data: &[],
         };
         let came = match self.apply_fault(&prey) {
-            Effect::Came(came) => Cow::Owned(came),
+            Effect::ReplaceInput(came) => Cow::Owned(came),
             _ => Cow::Borrowed(bytes),
         };
         if self.sessions.contains_key(&port) {
@@ -127,7 +130,7 @@ impl Controller {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             self.report(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
-            let kept = self.surviving(port, &came);
+            let kept = self.drop_lost_records(port, &came);
             self.received_data(port, &kept);
         }
     }
@@ -248,7 +251,7 @@ impl Controller {
         if let Some(watchdog) = &mut self.state.watchdog {
             watchdog.fed_at = now;
         }
-        let surprised = session.history.surprised;
+        let surprised = session.history.unsolicited_sp_sent;
         // What has not left yet was not heard by anyone.
         let early = session
             .sent_at
@@ -261,7 +264,7 @@ impl Controller {
         }
         if let Some(since) = early.filter(|since| *since < HOST_DELAY) {
             if !surprised {
-                self.check_pace(port, since, &data);
+                self.check_reply_pace(port, since, &data);
             }
             if self.config.options.strict_50ms {
                 self.event(Event::Dropped {
@@ -450,7 +453,7 @@ impl Controller {
         if let Some(session) = self.sessions.get_mut(&port) {
             (session.asked, session.block) = (letters, 0);
         }
-        self.faults.free = None;
+        self.faults.drive_free = None;
         match self.apply_pending_fault(port) {
             Effect::Lost => return,
             Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
@@ -461,7 +464,7 @@ impl Controller {
 
     pub(crate) fn answer_command(&mut self, port: Port, message: &[u8], command: Command) {
         let letters = command.letters();
-        let risk = self.risk_of(&command);
+        let risk = self.command_risk(&command);
         let again = self.persistence.is_enabled().then(|| command.clone());
         let outcome = self.command(port, command);
         if let (Outcome::Held, Some(command)) = (&outcome, again) {
@@ -472,7 +475,7 @@ impl Controller {
                 command,
             });
         }
-        self.faults.free = None;
+        self.faults.drive_free = None;
         if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
             self.report(rule, port, message, text);
         }
@@ -519,10 +522,10 @@ impl Controller {
             .get(&port)
             .map(|session| (session.asked, session.block))
         else {
-            return Effect::Pass;
+            return Effect::Unchanged;
         };
         let prey = FaultSite {
-            point: Point::Command,
+            point: InjectionPoint::Command,
             port,
             command: asked,
             block,

@@ -22,8 +22,8 @@ impl Controller {
         }
         let index = usize::from(hand).saturating_sub(1);
         if let Some(&(opens, closes)) = HANDS.get(index) {
-            self.signals.switch(opens, open);
-            self.signals.switch(closes, !open);
+            self.signals.set_output(opens, open);
+            self.signals.set_output(closes, !open);
         }
         self.answer(task, Answer::Done, false)
     }
@@ -37,7 +37,7 @@ impl Controller {
             return Step::Trouble(alarm::OUT_OF_RANGE, detail);
         }
         let pulse = program_seconds(seconds, LONGEST_DELAY);
-        self.signals.pulse(output, self.now + pulse);
+        self.signals.pulse_output(output, self.now + pulse);
         self.answer(task, Answer::Done, false)
     }
 

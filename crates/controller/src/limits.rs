@@ -63,9 +63,9 @@ pub const GUIDE_HALVINGS: u32 = 16;
 /// Faults that can be armed, those that have fired included.
 pub const MAX_FAULTS: usize = 256;
 /// Moments kept of each fault.
-pub const FAULT_MOMENTS: usize = 100;
+pub const MAX_FAULT_TIMES: usize = 100;
 /// Actions of faults that can wait for their time.
-pub const MAX_STRIKES: usize = 256;
+pub const MAX_SCHEDULED_ACTIONS: usize = 256;
 /// Most bytes that wait on a port because a fault or a variation delays them.
 pub const OUTBOX: usize = 65_536;
 /// Parcels that can wait on a port: more of them than bytes there are none, and few that hold no bytes.

@@ -220,7 +220,7 @@ impl Controller {
             ..self.state.as_left_by_hand(self.now)
         };
         self.arm.power_off(self.now);
-        self.signals.drop_outputs();
+        self.signals.clear_outputs();
         self.alarms.reset(|_| false);
         self.pendant.clear();
         self.keys = Channel::default();

@@ -105,7 +105,7 @@ impl Controller {
     /// # Errors
     /// [`DriveError::Unkept`]: it is not kept, or that is asked only now ([`Keeping::is_asked`]).
     pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
-        let unkept = |reason: String| DriveError::Unkept {
+        let unkept = |reason: String| DriveError::NotPersisted {
             name: name.to_string(),
             reason,
         };

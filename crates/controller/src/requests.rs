@@ -304,7 +304,7 @@ impl Controller {
             return Step::Trouble(alarm::OUT_OF_RANGE, detail);
         }
         for &(output, on) in switches {
-            self.signals.switch(output, on);
+            self.signals.set_output(output, on);
         }
         self.answer(task, Answer::Done, false)
     }

@@ -28,7 +28,7 @@ impl Controller {
             session.waiting_sp = false;
         }
         self.state.running_since = Some(self.now);
-        self.signals.switch(dout::CYC_END, false);
+        self.signals.set_output(dout::CYC_END, false);
         self.report_status();
     }
 

@@ -67,8 +67,8 @@ impl Controller {
             // Whatever moves next is no guided motion any more.
             self.jogging = None;
         }
-        self.signals.expire(self.now);
-        for (line, on) in self.signals.ended_drives(self.now) {
+        self.signals.end_due_pulses(self.now);
+        for (line, on) in self.signals.take_due_inputs(self.now) {
             self.drive_input(line, on);
         }
         if self.state.powered {

@@ -51,7 +51,10 @@ impl SendQueue {
     /// Puts a parcel behind what waits; returns when it is due.
     fn push(&mut self, port: Port, earliest: Time, parcel: Segment) -> Time {
         let queue = self.queues.entry(port).or_default();
-        let Segment { after, what } = parcel;
+        let Segment {
+            delay: after,
+            departure: what,
+        } = parcel;
         // What was held back leaves with what comes now, in front of it.
         let held = match (queue.back_mut(), &what) {
             (Some((_, Departure::Held(held))), Departure::Bytes(bytes))
@@ -95,18 +98,19 @@ impl Controller {
     /// Sends parcels behind what waits on the port; what is due leaves at once. Returns when the last of the bytes
     /// leaves, as far as that is known.
     pub(crate) fn enqueue(&mut self, port: Port, parcels: Vec<Segment>) -> Time {
-        let at_once = |parcel: &Segment| parcel.after.is_zero() && matches!(parcel.what, Departure::Bytes(_));
+        let at_once =
+            |parcel: &Segment| parcel.delay.is_zero() && matches!(parcel.departure, Departure::Bytes(_));
         let mut parcels = VecDeque::from(parcels);
         if parcels.len() == 1
             && parcels.iter().all(at_once)
             && !self.send_queue.is_busy(port)
-            && let Some(Departure::Bytes(bytes)) = parcels.pop_front().map(|parcel| parcel.what)
+            && let Some(Departure::Bytes(bytes)) = parcels.pop_front().map(|parcel| parcel.departure)
         {
             return self.put_on_line(port, bytes);
         }
         let mut last = self.now;
         for parcel in parcels {
-            let surplus = parcel.what.length();
+            let surplus = parcel.departure.length();
             let (bytes, parcels) = self.send_queue.waiting(port);
             if bytes + surplus > OUTBOX || parcels >= MAX_PARCELS {
                 self.event(Event::Dropped {
@@ -130,15 +134,15 @@ impl Controller {
                 Departure::Bytes(bytes) | Departure::Held(bytes) => {
                     self.put_on_line(port, bytes);
                 }
-                Departure::Deaf => {
+                Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {
                         self.push_output(Output::Stall { port });
                     }
                 }
                 // A serial line has no connection that could end.
-                Departure::Cut(_) if port.ethernet_index().is_none() => self.faults.forget_peer(port),
-                Departure::Cut(how) => {
+                Departure::Disconnect(_) if port.ethernet_index().is_none() => self.faults.forget_peer(port),
+                Departure::Disconnect(how) => {
                     // Until the edge says that the peer is gone nothing more is said to it.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
@@ -206,7 +210,7 @@ mod tests {
         outbox.push(
             Port::Ip0,
             Time::from_millis(5),
-            Segment::after(Duration::ZERO, Departure::Cut(DisconnectMode::Close)),
+            Segment::after(Duration::ZERO, Departure::Disconnect(DisconnectMode::Close)),
         );
         assert_eq!(outbox.waiting(Port::Ip0), (1, 2));
         outbox.clear(Port::Ip0);

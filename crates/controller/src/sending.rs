@@ -2,7 +2,7 @@
 //! answered is decided in `talk` and `ops`; what leaves later waits in `outbox`.
 
 use crate::Controller;
-use crate::faults::Point;
+use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite, Segment};
 use crate::limits::MAX_SEND;
 use crate::output::Event;
@@ -45,7 +45,7 @@ impl Controller {
             data: data.to_vec(),
         });
         let prey = FaultSite {
-            point: Point::Reply,
+            point: InjectionPoint::Reply,
             port,
             command,
             block,
@@ -55,7 +55,7 @@ impl Controller {
         let sent = self.leave(&prey, delay);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
-            session.history.surprised = data == Reply::Sp.encode();
+            session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
             if matches!(Reply::parse(data), Ok(Reply::Ok | Reply::Ng)) {
                 session.replied_at = Some(sent);
             }
@@ -65,7 +65,7 @@ impl Controller {
     /// Bytes of PRINT leave.
     pub(crate) fn send_bytes(&mut self, port: Port, bytes: &[u8]) {
         let prey = FaultSite {
-            point: Point::Print,
+            point: InjectionPoint::Print,
             port,
             command: "",
             block: 0,
@@ -83,7 +83,7 @@ impl Controller {
         }
         let parcels = match (self.apply_fault(prey), &mut self.variation) {
             (Effect::Lost, _) => return self.now,
-            (Effect::Sent(parcels), _) => parcels,
+            (Effect::ReplaceOutput(parcels), _) => parcels,
             (_, Some(vary)) => vary.segments(delay, prey.bytes),
             (_, None) => [Segment::bytes(prey.bytes.to_vec())].into(),
         };

@@ -3,7 +3,7 @@
 //! `line`'s, what the bytes mean is `talk`'s.
 
 use crate::Controller;
-use crate::faults::Point;
+use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, LINE_SENDING};
@@ -220,7 +220,7 @@ impl Controller {
             return arrivals;
         }
         let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
-        if let Effect::Garbled(place) = self.apply_fault(&characters(port, &bytes))
+        if let Effect::ParityError(place) = self.apply_fault(&characters(port, &bytes))
             && let Some(arrival) = arrivals.get_mut(place)
         {
             arrival.fault = Some(Fault::Parity);
@@ -232,7 +232,7 @@ impl Controller {
     fn received_from_device(&mut self, port: Port, bytes: &[u8]) {
         let now = self.now;
         let mut bytes = bytes.to_vec();
-        if let Effect::Garbled(place) = self.apply_fault(&characters(port, &bytes)) {
+        if let Effect::ParityError(place) = self.apply_fault(&characters(port, &bytes)) {
             let keeps = self.config.options.bad_character == BadCharacter::Keep;
             if place < bytes.len() && !keeps {
                 bytes.remove(place);
@@ -361,7 +361,7 @@ impl Controller {
 /// Characters off a line as a fault sees them.
 fn characters(port: Port, bytes: &[u8]) -> FaultSite<'_> {
     FaultSite {
-        point: Point::Character,
+        point: InjectionPoint::Character,
         port,
         command: "",
         block: 0,

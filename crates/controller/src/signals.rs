@@ -1,5 +1,7 @@
-//! The digital lines: what is driven from outside (Din) and what the controller drives (Dout), by the
-//! numbers of the manual's SF tables. Their meaning (RUN, STOP, ACK) belongs to others.
+//! The digital lines: inputs (Din), driven from outside, and outputs (Dout), driven by the controller.
+//!
+//! Lines have the numbers of the manual's SF tables. A line can be forced to a state, outputs can be pulsed, and inputs
+//! can be scheduled to change. What a line means to the controller (RUN, STOP, ACK ...) is in `system_signals`.
 
 use crate::action::IoKind;
 use crate::time::Time;
@@ -7,8 +9,9 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 use ts3100_proto::status::io::{LineWords, WORDS};
 
-/// Number ranges of the lines, each with the word of IO at which it begins (SF-25 to SF-38, ste80722 S27). The six-axis
-/// manual leaves out the last two; what hosts of its sister may ask for is there on every arm.
+/// Ranges of line numbers: first, last, and index of the first word in IO (SF-25 to SF-38, ste80722 S27).
+///
+/// The six-axis manual does not list the last two ranges. Hosts written for the SCARA read them, so every arm has them.
 const RANGES: [(u16, u16, usize); 5] = [
     (1, 64, 0),
     (101, 164, 4),
@@ -16,12 +19,12 @@ const RANGES: [(u16, u16, usize); 5] = [
     (301, 364, 12),
     (401, 464, 16),
 ];
-/// Outputs a program or IW may set: general, extension, hand (CMD-IW-04).
+/// Outputs that a program or IW may set: general, extension, hand (CMD-IW-04).
 const USER_OUTPUTS: [(u16, u16); 3] = [(1, 64), (101, 164), (201, 208)];
 /// Outputs that RS,SIG turns off (CMD-RS-07, CMD-RS-08).
 const RESET_OUTPUTS: (u16, u16) = (1, 24);
 
-/// State of all lines.
+/// State of all digital lines.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -31,11 +34,12 @@ const RESET_OUTPUTS: (u16, u16) = (1, 24);
 pub struct Signals {
     inputs: BTreeSet<u16>,
     outputs: BTreeSet<u16>,
-    /// Outputs that drop by themselves, and when.
+    /// Outputs that turn off by themselves, and when.
     pulses: BTreeMap<u16, Time>,
-    /// Inputs that the outside drives the other way by itself: when, and to what.
-    drives: BTreeMap<u16, (Time, bool)>,
-    /// Lines that show this state whatever drives them.
+    /// Inputs that change by themselves: when, and to which state.
+    #[cfg_attr(feature = "serde", serde(rename = "drives"))]
+    scheduled_inputs: BTreeMap<u16, (Time, bool)>,
+    /// Lines that read as this state, whatever drives them.
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::field::pairs"))]
     forced: BTreeMap<(IoKind, u16), bool>,
 }
@@ -44,7 +48,7 @@ fn within(ranges: &[(u16, u16)], line: u16) -> bool {
     ranges.iter().any(|&(first, last)| (first..=last).contains(&line))
 }
 
-fn set(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
+fn set_line(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
     if on {
         lines.insert(line);
     } else {
@@ -52,7 +56,7 @@ fn set(lines: &mut BTreeSet<u16>, line: u16, on: bool) {
     }
 }
 
-fn words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
+fn pack_words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
     let mut words = [0u16; WORDS];
     for (first, last, word) in RANGES {
         for line in (first..=last).filter(|line| is_on(*line)) {
@@ -66,7 +70,7 @@ fn words(is_on: impl Fn(u16) -> bool) -> [u16; WORDS] {
 }
 
 impl Signals {
-    /// Whether a line of this number exists.
+    /// Whether an input and an output of this number exist.
     #[must_use]
     pub fn exists(line: u16) -> bool {
         RANGES
@@ -80,105 +84,105 @@ impl Signals {
         within(&USER_OUTPUTS, line)
     }
 
-    /// Drives an input from outside; false if there is no such line.
-    pub fn drive(&mut self, line: u16, on: bool) -> bool {
+    /// Drives an input from outside and cancels its scheduled change; false if the line does not exist.
+    pub fn drive_input(&mut self, line: u16, on: bool) -> bool {
         let exists = Signals::exists(line);
         if exists {
-            set(&mut self.inputs, line, on);
-            self.drives.remove(&line);
+            set_line(&mut self.inputs, line, on);
+            self.scheduled_inputs.remove(&line);
         }
         exists
     }
 
-    /// The outside drives an input to `on` by itself at that time, unless it is driven before.
-    pub fn end_drive_at(&mut self, line: u16, at: Time, on: bool) {
+    /// Schedules an input to change to `on` at `at`. Driving the input before then cancels the change.
+    pub fn schedule_input(&mut self, line: u16, at: Time, on: bool) {
         if Signals::exists(line) {
-            self.drives.insert(line, (at, on));
+            self.scheduled_inputs.insert(line, (at, on));
         }
     }
 
-    /// Inputs that are to be driven by now, and to what; each is told once.
-    pub fn ended_drives(&mut self, now: Time) -> Vec<(u16, bool)> {
-        let mut ended = Vec::new();
-        self.drives.retain(|line, (at, on)| {
-            let lasts = *at > now;
-            if !lasts {
-                ended.push((*line, *on));
+    /// Removes and returns the scheduled changes that are due: line and state.
+    pub fn take_due_inputs(&mut self, now: Time) -> Vec<(u16, bool)> {
+        let mut due = Vec::new();
+        self.scheduled_inputs.retain(|line, (at, on)| {
+            let pending = *at > now;
+            if !pending {
+                due.push((*line, *on));
             }
-            lasts
+            pending
         });
-        ended
+        due
     }
 
-    /// A line shows this state whatever drives it, or again what drives it; false if there is no such line.
-    pub fn force(&mut self, side: IoKind, line: u16, state: Option<bool>) -> bool {
+    /// Forces a line to a state, or releases it (`None`); false if the line does not exist.
+    pub fn force(&mut self, kind: IoKind, line: u16, state: Option<bool>) -> bool {
         let exists = Signals::exists(line);
         match state.filter(|_| exists) {
-            Some(on) => self.forced.insert((side, line), on),
-            None => self.forced.remove(&(side, line)),
+            Some(on) => self.forced.insert((kind, line), on),
+            None => self.forced.remove(&(kind, line)),
         };
         exists
     }
 
-    /// The state a line is forced to.
+    /// The state a line is forced to; `None` if it is not forced.
     #[must_use]
-    pub fn forced(&self, side: IoKind, line: u16) -> Option<bool> {
-        self.forced.get(&(side, line)).copied()
+    pub fn forced(&self, kind: IoKind, line: u16) -> Option<bool> {
+        self.forced.get(&(kind, line)).copied()
     }
 
-    /// Numbers of all lines of one direction.
+    /// Numbers of all lines; inputs and outputs have the same.
     pub fn numbers() -> impl Iterator<Item = u16> {
         RANGES.into_iter().flat_map(|(first, last, _)| first..=last)
     }
 
-    /// State of an input.
+    /// State of an input as the controller reads it.
     #[must_use]
     pub fn input(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Input, line);
         forced.unwrap_or_else(|| self.inputs.contains(&line))
     }
 
-    /// State of an output.
+    /// State of an output as it is seen from outside.
     #[must_use]
     pub fn output(&self, line: u16) -> bool {
         let forced = self.forced(IoKind::Output, line);
         forced.unwrap_or_else(|| self.outputs.contains(&line))
     }
 
-    /// Switches an output; false if there is no such line.
-    pub fn switch(&mut self, line: u16, on: bool) -> bool {
+    /// Switches an output and cancels its pulse; false if the line does not exist.
+    pub fn set_output(&mut self, line: u16, on: bool) -> bool {
         let exists = Signals::exists(line);
         if exists {
-            set(&mut self.outputs, line, on);
+            set_line(&mut self.outputs, line, on);
             self.pulses.remove(&line);
         }
         exists
     }
 
-    /// Switches an output on until then; false if there is no such line.
-    pub fn pulse(&mut self, line: u16, until: Time) -> bool {
-        let exists = self.switch(line, true);
+    /// Switches an output on until `until`; false if the line does not exist.
+    pub fn pulse_output(&mut self, line: u16, until: Time) -> bool {
+        let exists = self.set_output(line, true);
         if exists {
             self.pulses.insert(line, until);
         }
         exists
     }
 
-    /// When the pulse of an output ends; `None` while there is none.
+    /// When the pulse of an output ends; `None` if it is not pulsed.
     #[must_use]
     pub fn pulse_end(&self, line: u16) -> Option<Time> {
         self.pulses.get(&line).copied()
     }
 
-    /// When the next pulse ends.
+    /// When the next pulse ends or the next scheduled input changes.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
-        let drives = self.drives.values().map(|(at, _)| *at);
+        let drives = self.scheduled_inputs.values().map(|(at, _)| *at);
         self.pulses.values().copied().chain(drives).min()
     }
 
-    /// Ends the pulses whose time has come.
-    pub fn expire(&mut self, now: Time) {
+    /// Turns off the outputs whose pulse has ended.
+    pub fn end_due_pulses(&mut self, now: Time) {
         let outputs = &mut self.outputs;
         self.pulses.retain(|line, until| {
             let lasts = *until > now;
@@ -189,40 +193,40 @@ impl Signals {
         });
     }
 
-    /// The lines that are on or end a pulse, for a snapshot: each with its field. A pulse of an output that is off
-    /// counts as line 0.
+    /// Every line that a snapshot holds, with the name of its field. A pulse of an output that is off is
+    /// inconsistent and is reported as line 0, which does not exist.
     #[cfg(feature = "serde")]
-    pub(crate) fn lines_held(&self) -> impl Iterator<Item = (&'static str, u16)> {
+    pub(crate) fn snapshot_lines(&self) -> impl Iterator<Item = (&'static str, u16)> {
         let inputs = self.inputs.iter().map(|line| ("inputs", *line));
         let outputs = self.outputs.iter().map(|line| ("outputs", *line));
         let pulses = self.pulses.keys().map(|line| {
             let line = if self.outputs.contains(line) { *line } else { 0 };
             ("pulses", line)
         });
-        let drives = self.drives.keys().map(|line| ("drives", *line));
+        let drives = self.scheduled_inputs.keys().map(|line| ("drives", *line));
         let forced = self.forced.keys().map(|(_, line)| ("forced", *line));
         inputs.chain(outputs).chain(pulses).chain(drives).chain(forced)
     }
 
-    /// RS,SIG: Dout1 to Dout24 off.
+    /// RS,SIG: turns off Dout1 to Dout24 (CMD-RS-07).
     pub fn reset_outputs(&mut self) {
         self.outputs
             .retain(|line| !(RESET_OUTPUTS.0..=RESET_OUTPUTS.1).contains(line));
     }
 
-    /// Power off: every output drops, a forced one too; the inputs are the outside's.
-    pub fn drop_outputs(&mut self) {
+    /// Power off: turns off every output, forced ones too. Inputs keep their state: they are driven from outside.
+    pub fn clear_outputs(&mut self) {
         self.outputs.clear();
         self.pulses.clear();
-        self.forced.retain(|(side, _), _| *side == IoKind::Input);
+        self.forced.retain(|(kind, _), _| *kind == IoKind::Input);
     }
 
-    /// The words of IO; SF has the first sixteen of each direction.
+    /// The words of IO; SF sends the first sixteen of each direction.
     #[must_use]
-    pub fn words(&self) -> LineWords {
+    pub fn line_words(&self) -> LineWords {
         LineWords {
-            inputs: words(|line| self.input(line)),
-            outputs: words(|line| self.output(line)),
+            inputs: pack_words(|line| self.input(line)),
+            outputs: pack_words(|line| self.output(line)),
         }
     }
 }
@@ -233,12 +237,12 @@ mod tests {
 
     // clause: SF-25 SF-26 SF-27 SF-33 SF-34 SF-41 S27
     #[test]
-    fn lines_stand_in_their_words() {
+    fn each_line_has_its_bit() {
         let mut signals = Signals::default();
         for line in [1, 32, 64, 101, 164, 201, 301, 364, 401, 464] {
-            assert!(signals.drive(line, true));
+            assert!(signals.drive_input(line, true));
         }
-        let inputs = signals.words().inputs;
+        let inputs = signals.line_words().inputs;
         assert_eq!(inputs[0], 1);
         assert_eq!(inputs[1], 1 << 15);
         assert_eq!(inputs[3], 1 << 15);
@@ -247,8 +251,8 @@ mod tests {
         assert_eq!(inputs[8], 1);
         assert_eq!((inputs[12], inputs[15]), (1, 1 << 15));
         assert_eq!((inputs[16], inputs[19]), (1, 1 << 15));
-        signals.switch(109, true);
-        assert_eq!(signals.words().outputs[4], 1 << 8);
+        signals.set_output(109, true);
+        assert_eq!(signals.line_words().outputs[4], 1 << 8);
     }
 
     // clause: CMD-RS-07 CMD-RS-08
@@ -256,7 +260,7 @@ mod tests {
     fn signal_reset_touches_24_outputs() {
         let mut signals = Signals::default();
         for line in [1, 24, 25, 101] {
-            signals.switch(line, true);
+            signals.set_output(line, true);
         }
         signals.reset_outputs();
         assert!(!signals.output(1) && !signals.output(24));
@@ -267,8 +271,8 @@ mod tests {
     fn lines_that_do_not_exist_are_refused() {
         let mut signals = Signals::default();
         for line in [0, 65, 100, 165, 200, 265, 300, 365, 400, 465] {
-            assert!(!signals.drive(line, true));
-            assert!(!signals.switch(line, true));
+            assert!(!signals.drive_input(line, true));
+            assert!(!signals.set_output(line, true));
         }
         assert_eq!(signals, Signals::default());
     }

@@ -61,7 +61,7 @@ impl Controller {
     /// An input line is driven from outside.
     pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
         let was = self.signals.input(line);
-        if !self.signals.drive(line, on) {
+        if !self.signals.drive_input(line, on) {
             let message = format!("input 1-64, 101-164 or 201-264 expected, {line} found");
             self.report(&rules::NO_SUCH_LINE, None, &[], message);
             return;
@@ -155,7 +155,7 @@ impl Controller {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
             Ok(()) => {
-                self.signals.pulse(dout::ACK, self.now + PULSE);
+                self.signals.pulse_output(dout::ACK, self.now + PULSE);
             }
             Err(reason) => {
                 let message = format!("Din{line} had no effect: {reason}");
@@ -167,9 +167,9 @@ impl Controller {
     /// CYC_END: on from END until the next start; in continuous operation a pulse.
     pub(crate) fn show_cycle_end(&mut self) {
         if self.executor.program_runs() {
-            self.signals.pulse(dout::CYC_END, self.now + PULSE);
+            self.signals.pulse_output(dout::CYC_END, self.now + PULSE);
         } else {
-            self.signals.switch(dout::CYC_END, true);
+            self.signals.set_output(dout::CYC_END, true);
         }
     }
 
@@ -204,7 +204,7 @@ impl Controller {
         ];
         for (line, on) in shown {
             if self.signals.output(line) != on {
-                self.signals.switch(line, on);
+                self.signals.set_output(line, on);
             }
         }
     }

@@ -87,16 +87,16 @@ impl Variation {
     /// Everything follows from the seed.
     #[must_use]
     pub fn new(seed: u64) -> Variation {
-        let dice = |name| Rng::new(seed, name);
+        let rng = |name| Rng::new(seed, name);
         Variation {
             seed,
-            segments: dice("segments"),
-            reply: dice("reply-delay"),
-            sp: dice("sp-timing"),
-            cuts: dice("text-cuts"),
-            order: dice("directory-order"),
-            blanks: dice("directory-blanks"),
-            oldest_first: dice("history-order").happens(500_000),
+            segments: rng("segments"),
+            reply: rng("reply-delay"),
+            sp: rng("sp-timing"),
+            cuts: rng("text-cuts"),
+            order: rng("directory-order"),
+            blanks: rng("directory-blanks"),
+            oldest_first: rng("history-order").happens(500_000),
         }
     }
 
@@ -109,7 +109,7 @@ impl Variation {
     /// `segments`: the writes in which these bytes leave, the first one after `delay`.
     pub fn segments(&mut self, delay: Duration, bytes: &[u8]) -> Vec<Segment> {
         let pieces = self.segments.between(1, VARY_PIECES);
-        let mut cuts: Vec<usize> = (1..pieces).map(|_| self.segments.place(bytes.len())).collect();
+        let mut cuts: Vec<usize> = (1..pieces).map(|_| self.segments.index(bytes.len())).collect();
         cuts.sort_unstable();
         cuts.dedup();
         let mut parcels = Vec::new();
@@ -174,7 +174,7 @@ mod tests {
     use super::*;
 
     fn joined(parcels: &[Segment]) -> Vec<u8> {
-        let bytes = parcels.iter().map(|parcel| match &parcel.what {
+        let bytes = parcels.iter().map(|parcel| match &parcel.departure {
             Departure::Bytes(bytes) => bytes.clone(),
             other => panic!("{other:?}"),
         });
@@ -191,7 +191,7 @@ mod tests {
             let parcels = vary.segments(Duration::ZERO, &bytes);
             assert_eq!(joined(&parcels), bytes);
             counts.insert(parcels.len());
-            assert!(parcels.iter().all(|parcel| match &parcel.what {
+            assert!(parcels.iter().all(|parcel| match &parcel.departure {
                 Departure::Bytes(piece) => (1..=MAX_SEND).contains(&piece.len()),
                 _ => false,
             }));

@@ -30,7 +30,7 @@ use std::time::Duration;
 use tokio::runtime::{self, Runtime};
 use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::action::{Action, ActionError};
-use ts3100_controller::faults::{Fault, FaultError, FaultOrder, FaultReport};
+use ts3100_controller::faults::{Fault, FaultAction, FaultError, FaultReport};
 use ts3100_controller::findings::Findings;
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
@@ -361,7 +361,7 @@ impl Emulator {
     /// What is wrong with the specification, or [`PanelError`].
     pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
         let fault = Box::new(spec.parse::<Fault>()?);
-        self.order(Action::Fault(FaultOrder::Arm(fault)))
+        self.order(Action::Fault(FaultAction::Arm(fault)))
     }
 
     /// Disarms a fault by its number.
@@ -369,7 +369,7 @@ impl Emulator {
     /// # Errors
     /// No fault has it, or [`PanelError`].
     pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
-        self.order(Action::Fault(FaultOrder::Disarm(id)))
+        self.order(Action::Fault(FaultAction::Disarm(id)))
     }
 
     /// The faults, and what has become of them.

@@ -163,7 +163,7 @@ impl EventLog {
     ) {
         let rule = finding.map(|finding| finding.rule);
         let known = rule.and_then(Rule::by_id);
-        let severity = known.map(|rule| rule.severity.word());
+        let severity = known.map(|rule| rule.severity.as_str());
         let (Some(finding), Some(rule), true) = (
             finding,
             known,
@@ -206,7 +206,7 @@ impl EventLog {
     fn finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
         let known = Rule::by_id(rule);
-        let severity = known.map_or("", |rule| rule.severity.word());
+        let severity = known.map_or("", |rule| rule.severity.as_str());
         let remedy = known.map_or("", |rule| rule.remedy);
         if !self.found.insert((port, rule)) {
             debug!(

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
-use ts3100_controller::faults::{Fault, FaultOrder, FaultReport};
+use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, PanelAction, Port, Time};
 use ts3100_tests::paper::{self, Paper};
 
@@ -71,7 +71,7 @@ impl World {
     /// Arms a fault as it is written.
     pub fn arm(&mut self, spec: &str) {
         let fault: Fault = spec.parse().unwrap_or_else(|error| panic!("{spec}: {error}"));
-        self.put(Input::from(FaultOrder::Arm(Box::new(fault))));
+        self.put(Input::from(FaultAction::Arm(Box::new(fault))));
     }
 
     pub fn reports(&self) -> Vec<FaultReport> {

@@ -1,5 +1,7 @@
-//! What a kind of fault is: its name, its parameters with units and bounds, where it bites, and what it does there.
-//! The kinds themselves are in `kinds`, one a file; which of them are armed is `mod`'s.
+//! What a kind of fault is: its name, its parameters with units and bounds, where it applies, and what it does there.
+//!
+//! [`FaultKind`] is one row of the table in `kinds`, which has one file a kind. `mod` decides which fault fires at a
+//! [`FaultSite`]; `spec` parses and writes faults.
 
 use crate::Controller;
 use crate::faults::FaultError;
@@ -11,100 +13,100 @@ use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
 
-/// Where a fault can bite.
+/// Where a fault can be injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Point {
-    /// A command, or an FL text of a download, has come whole on HOST or IP0 and is about to be served.
+pub enum InjectionPoint {
+    /// A command, or an FL text of a download, was received whole on HOST or IP0 and is about to be served.
     Command,
-    /// A text is about to leave on HOST or IP0.
+    /// A text is about to be sent on HOST or IP0.
     Reply,
-    /// What PRINT sends is about to leave on COM1, IP1 or IP2.
+    /// The output of PRINT is about to be sent on COM1, IP1 or IP2.
     Print,
-    /// Bytes have come in, on any port.
+    /// Bytes were received, on any port.
     Bytes,
-    /// Characters have come off a serial line.
+    /// Characters were received on a serial line.
     Character,
     /// A record for INPUT begins on COM1, IP1 or IP2.
     Record,
 }
 
-impl Point {
-    /// In words, for lists.
+impl InjectionPoint {
+    /// The phrase for lists and messages.
     #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub const fn description(self) -> &'static str {
         match self {
-            Point::Command => "a command or an FL text that came in",
-            Point::Reply => "a text that goes out",
-            Point::Print => "what PRINT sends",
-            Point::Bytes => "bytes that came in",
-            Point::Character => "a character that came off a serial line",
-            Point::Record => "a record for INPUT",
+            InjectionPoint::Command => "a command or an FL text that came in",
+            InjectionPoint::Reply => "a text that goes out",
+            InjectionPoint::Print => "what PRINT sends",
+            InjectionPoint::Bytes => "bytes that came in",
+            InjectionPoint::Character => "a character that came off a serial line",
+            InjectionPoint::Record => "a record for INPUT",
         }
     }
 }
 
-/// What a parameter takes.
+/// Type of a parameter, with its bounds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Takes {
+pub enum ParameterType {
     /// A whole number.
     Number {
-        /// What it counts: `ms`, `bytes`, ...; durations also take `2s` and `500ms`.
+        /// Unit: `ms`, `bytes`, ... A value in `ms` can also be written `2s` or `500ms`.
         unit: &'static str,
-        /// The least.
-        least: u64,
-        /// The most.
-        most: u64,
+        /// Smallest value.
+        min: u64,
+        /// Largest value.
+        max: u64,
     },
-    /// One of these words.
+    /// One of these words, in any case.
     Word(&'static [&'static str]),
-    /// The data section of a text; control codes as `<CR>`, `<1A>`.
+    /// The data section of a text; control codes are written `<CR>` or `<1A>`.
     Text {
-        /// Most bytes of it.
+        /// Longest data section in bytes.
         most: usize,
     },
-    /// The number of an alarm of the table, as `2-046`.
+    /// The number of an alarm of [`crate::alarm::ALARMS`], for example `2-046`.
     Alarm,
 }
 
-/// A parameter of a kind.
+/// A parameter of a kind of fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parameter {
-    /// Its key.
+    /// Key in a specification.
     pub name: &'static str,
-    /// What it takes.
-    pub takes: Takes,
-    /// Its value when nothing is said; `None`: drawn, or as `what` says.
+    /// Accepted values.
+    pub value_type: ParameterType,
+    /// Default; `None` if it is chosen at random or as `description` says.
     pub default: Option<&'static str>,
-    /// What it is.
-    pub what: &'static str,
+    /// One line for help.
+    pub description: &'static str,
 }
 
-/// A value of a parameter.
+/// Value of a parameter.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Value {
-    /// Of [`Takes::Number`].
+pub enum ParameterValue {
+    /// A value of [`ParameterType::Number`].
     Number(u64),
-    /// Of the others, as written.
+    /// A value of [`ParameterType::Word`] or [`ParameterType::Alarm`].
     Word(String),
-    /// Of [`Takes::Text`].
+    /// A value of [`ParameterType::Text`], without escapes.
     Text(Vec<u8>),
 }
 
-/// The parameters of a fault: those given, and the defaults of the others.
+/// The parameters of a fault: the given ones, and the defaults of the others.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Values(pub(super) BTreeMap<&'static str, Value>);
+pub struct ParameterValues(pub(super) BTreeMap<&'static str, ParameterValue>);
 
-impl Values {
+impl ParameterValues {
     /// A number, if it is set.
     #[must_use]
     pub fn number(&self, name: &str) -> Option<u64> {
         match self.0.get(name) {
-            Some(Value::Number(number)) => Some(*number),
+            Some(ParameterValue::Number(number)) => Some(*number),
             _ => None,
         }
     }
 
-    /// A number of milliseconds as a duration; none at all when it is not set.
+    /// A number of milliseconds as a duration; zero if it is not set.
     #[must_use]
     pub fn millis(&self, name: &str) -> Duration {
         Duration::from_millis(self.number(name).unwrap_or(0))
@@ -116,211 +118,215 @@ impl Values {
         usize::try_from(self.number(name)?).ok()
     }
 
-    /// A word; empty when it is not set.
+    /// A word; empty if it is not set.
     #[must_use]
     pub fn word(&self, name: &str) -> &str {
         match self.0.get(name) {
-            Some(Value::Word(word)) => word,
+            Some(ParameterValue::Word(word)) => word,
             _ => "",
         }
     }
 
-    /// A text, if it is set.
+    /// A data section, if it is set.
     #[must_use]
     pub fn text(&self, name: &str) -> Option<&[u8]> {
         match self.0.get(name) {
-            Some(Value::Text(text)) => Some(text),
+            Some(ParameterValue::Text(text)) => Some(text),
             _ => None,
         }
     }
 
-    /// All that are set.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+    /// Every parameter that is set, by key.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &ParameterValue)> {
         self.0.iter().map(|(name, value)| (*name, value))
     }
 }
 
-impl fmt::Display for Value {
+impl fmt::Display for ParameterValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Value::Number(number) => write!(f, "{number}"),
-            Value::Word(word) => f.write_str(word),
-            Value::Text(text) => super::spec::write_text(f, text),
+            ParameterValue::Number(number) => write!(f, "{number}"),
+            ParameterValue::Word(word) => f.write_str(word),
+            ParameterValue::Text(text) => super::spec::write_escaped(f, text),
         }
     }
 }
 
-/// One part of what leaves in place of a text.
+/// One part of what is sent instead of a text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Segment {
-    /// How long behind the part before it.
-    pub after: Duration,
-    /// What.
-    pub what: Departure,
+    /// Pause after the previous part.
+    pub delay: Duration,
+    /// What happens after the pause.
+    pub departure: Departure,
 }
 
-/// What leaves a port.
+/// Something that happens at the sending side of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Departure {
-    /// These bytes, in one write.
+    /// These bytes are sent in one write.
     Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
-    /// These bytes, in one write with what is sent next, if that comes before their time.
+    /// These bytes are sent in one write with the next ones, or alone when their pause is over.
     Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
     /// The connection ends.
-    Cut(DisconnectMode),
+    #[cfg_attr(feature = "serde", serde(rename = "Cut"))]
+    Disconnect(DisconnectMode),
     /// From now on nothing is read or written, until the connection ends.
-    Deaf,
+    #[cfg_attr(feature = "serde", serde(rename = "Deaf"))]
+    Stall,
 }
 
 impl Departure {
-    /// Bytes of it.
+    /// Number of bytes it sends.
     #[must_use]
     pub fn length(&self) -> usize {
         match self {
             Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
-            Departure::Cut(_) | Departure::Deaf => 0,
+            Departure::Disconnect(_) | Departure::Stall => 0,
         }
     }
 }
 
 impl Segment {
-    /// Bytes without a pause before them.
+    /// Bytes that are sent without a pause.
     #[must_use]
     pub fn bytes(bytes: Vec<u8>) -> Segment {
         Segment::after(Duration::ZERO, Departure::Bytes(bytes))
     }
 
-    /// Something behind a pause.
+    /// Something that happens after a pause.
     #[must_use]
-    pub fn after(after: Duration, what: Departure) -> Segment {
-        Segment { after, what }
+    pub fn after(delay: Duration, departure: Departure) -> Segment {
+        Segment { delay, departure }
     }
 }
 
-/// What has become of the thing that was bitten.
+/// What a fault changes at its site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
-    /// It goes on as it is.
-    Pass,
-    /// It is as if it had never come, or been sent.
+    /// Nothing: the command, text or bytes go on as they are.
+    Unchanged,
+    /// They are dropped, as if never received or sent.
     Lost,
-    /// A command: NG, for this reason.
+    /// The command is answered NG, for this reason.
     Refused(String),
-    /// What leaves in its place.
-    Sent(Vec<Segment>),
-    /// What came in in its place.
-    Came(Vec<u8>),
-    /// The character at this place has a parity error.
-    Garbled(usize),
+    /// This is sent instead.
+    ReplaceOutput(Vec<Segment>),
+    /// These bytes were received instead.
+    ReplaceInput(Vec<u8>),
+    /// The character at this index has a parity error.
+    ParityError(usize),
 }
 
-/// What a fault did, and the words for it.
+/// What a fault did, and the message about it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Applied {
-    /// What has become of the thing.
+    /// The change.
     pub effect: Effect,
-    /// What happened, for the log: `the answer to SU is not sent`.
-    pub words: String,
+    /// Message for the log: `the answer to SU is not sent`.
+    pub description: String,
 }
 
 impl Applied {
-    pub(super) fn new(effect: Effect, words: impl Into<String>) -> Applied {
-        let words = words.into();
-        Applied { effect, words }
+    pub(super) fn new(effect: Effect, description: impl Into<String>) -> Applied {
+        let description = description.into();
+        Applied { effect, description }
     }
 }
 
-/// The thing that is bitten.
+/// The command, text or bytes a fault can be applied to.
 #[derive(Debug, Clone, Copy)]
 pub struct FaultSite<'a> {
-    /// Where.
-    pub point: Point,
-    /// On which port.
+    /// Where in the controller.
+    pub point: InjectionPoint,
+    /// The port it was received on, or is sent on.
     pub port: Port,
-    /// Letters of the command it belongs to; empty if to none.
+    /// Letters of the command it belongs to; empty if it belongs to none.
     pub command: &'a str,
-    /// Number of the FL text in its exchange, from 1; 0 for what is none and acknowledges none.
+    /// Number of the FL text in its exchange, from 1; 0 if it is not an FL text and does not answer one.
     pub block: u32,
-    /// Its bytes as they are on the line; none of a command.
+    /// Its bytes as transmitted; empty for a command.
     pub bytes: &'a [u8],
-    /// What comes in on a record or a command has none; of a text that goes out, its data section.
+    /// The data section of a text that is sent; empty otherwise.
     pub data: &'a [u8],
 }
 
 impl FaultSite<'_> {
-    /// What it is, in words.
+    /// The phrase for messages: `the answer to SU`.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         match (self.point, self.command, self.block) {
-            (Point::Command, command, 0) => command.to_string(),
-            (Point::Command, command, block) => alloc::format!("text {block} of {command}"),
-            (Point::Reply, "", _) => "the text".to_string(),
-            // What answers a text of a download is OK or NG.
-            (Point::Reply, "DL", 1..) => alloc::format!("the answer to text {} of DL", self.block),
-            (Point::Reply, command, 0 | 1) => alloc::format!("the answer to {command}"),
-            (Point::Reply, command, block) => alloc::format!("text {block} of the answer to {command}"),
-            (Point::Print, ..) => "what PRINT sends".to_string(),
-            (Point::Bytes, ..) => "the bytes that came in".to_string(),
-            (Point::Character, ..) => "the characters that came in".to_string(),
-            (Point::Record, ..) => "the record".to_string(),
+            (InjectionPoint::Command, command, 0) => command.to_string(),
+            (InjectionPoint::Command, command, block) => alloc::format!("text {block} of {command}"),
+            (InjectionPoint::Reply, "", _) => "the text".to_string(),
+            // A text of a download is answered OK or NG, never by a text of its own number.
+            (InjectionPoint::Reply, "DL", 1..) => alloc::format!("the answer to text {} of DL", self.block),
+            (InjectionPoint::Reply, command, 0 | 1) => alloc::format!("the answer to {command}"),
+            (InjectionPoint::Reply, command, block) => {
+                alloc::format!("text {block} of the answer to {command}")
+            }
+            (InjectionPoint::Print, ..) => "what PRINT sends".to_string(),
+            (InjectionPoint::Bytes, ..) => "the bytes that came in".to_string(),
+            (InjectionPoint::Character, ..) => "the characters that came in".to_string(),
+            (InjectionPoint::Record, ..) => "the record".to_string(),
         }
     }
 }
 
-/// What a kind does when it bites.
-pub type Act = fn(&mut Controller, &Values, &FaultSite<'_>) -> Applied;
+/// Applies a fault at a site.
+pub type ApplyFn = fn(&mut Controller, &ParameterValues, &FaultSite<'_>) -> Applied;
 
 /// A kind of fault.
 #[derive(Debug)]
-pub struct Kind {
-    /// Its name.
+pub struct FaultKind {
+    /// Name in a specification; stays the same from release to release.
     pub name: &'static str,
-    /// What it does, in one sentence.
-    pub what: &'static str,
-    /// What a host that lives with it does, in one sentence.
+    /// What the fault does, in one sentence.
+    pub summary: &'static str,
+    /// How a host copes with it, in one sentence.
     pub remedy: &'static str,
-    /// Its parameters.
+    /// Its parameters, besides the keys every kind has.
     pub parameters: &'static [Parameter],
-    /// Where it can bite.
-    pub points: &'static [Point],
-    /// The command it waits for when nothing is said; it alone when the kind means nothing elsewhere.
+    /// Where it can be injected.
+    pub points: &'static [InjectionPoint],
+    /// Default of the key `command`; `None`: any command.
     pub command: Option<&'static str>,
-    /// The block it waits for when nothing is said.
+    /// Default of the key `block`; `None`: any block.
     pub block: Option<u32>,
-    /// Whether it bites at this point, on the FL text of this number, with these parameters; asked for points of the
-    /// list alone.
-    pub bites: fn(&Values, Point, u32) -> bool,
-    /// What cannot be meant.
-    pub check: fn(&super::On, &Values) -> Result<(), FaultError>,
-    /// What it does.
-    pub act: Act,
+    /// Whether it applies at this point, to the FL text of this number, with these parameters. Called only for the
+    /// points of `points`.
+    pub applies: fn(&ParameterValues, InjectionPoint, u32) -> bool,
+    /// Rejects combinations of filter and parameters that make no sense.
+    pub validate: fn(&super::FaultFilter, &ParameterValues) -> Result<(), FaultError>,
+    /// Applies it.
+    pub apply: ApplyFn,
 }
 
-impl Kind {
-    /// What most kinds have: no parameters, every point of the list, nothing that cannot be meant.
-    pub(super) const PLAIN: Kind = Kind {
+impl FaultKind {
+    /// Defaults of a row: no parameters, applies at each of its points, every combination is accepted.
+    pub(super) const DEFAULT: FaultKind = FaultKind {
         name: "",
-        what: "",
+        summary: "",
         remedy: "",
         parameters: &[],
         points: &[],
         command: None,
         block: None,
-        bites: |_, _, _| true,
-        check: |_, _| Ok(()),
-        act: |_, _, _| Applied {
-            effect: Effect::Pass,
-            words: String::new(),
+        applies: |_, _, _| true,
+        validate: |_, _| Ok(()),
+        apply: |_, _, _| Applied {
+            effect: Effect::Unchanged,
+            description: String::new(),
         },
     };
 }
 
-impl PartialEq for Kind {
-    /// Kinds are told apart by their names.
-    fn eq(&self, other: &Kind) -> bool {
+impl PartialEq for FaultKind {
+    /// Kinds are equal if their names are.
+    fn eq(&self, other: &FaultKind) -> bool {
         self.name == other.name
     }
 }
 
-impl Eq for Kind {}
+impl Eq for FaultKind {}

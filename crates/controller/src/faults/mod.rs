@@ -1,31 +1,34 @@
-//! Faults on purpose: what is armed, when it bites, and what has been. Each kind is a file in `kinds`; how a fault is
-//! written is `spec`'s; what leaves late is in `crate::outbox`.
+//! Fault injection: which faults are armed, when one fires, and what has happened.
+//!
+//! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
+//! `reachability` rejects one that can never fire. What a fault does to the machine later is in `scheduled`; what is sent
+//! later is in `crate::send_queue`.
 //!
 //! ```
 //! use ts3100_controller::{Config, Controller, Dialect, Input, Time};
-//! use ts3100_controller::faults::{Fault, FaultOrder};
+//! use ts3100_controller::faults::{Fault, FaultAction};
 //! let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
 //! let fault: Fault = "no-reply:command=SU,after=1".parse().unwrap();
-//! robot.feed(Time::ZERO, Input::from(FaultOrder::Arm(Box::new(fault))));
+//! robot.feed(Time::ZERO, Input::from(FaultAction::Arm(Box::new(fault))));
 //! assert_eq!(robot.faults().reports().next().unwrap().fired, 0);
 //! ```
 
 pub mod kind;
 mod kinds;
-mod occasions;
+mod reachability;
 pub mod rng;
 mod scheduled;
 mod spec;
 
-pub use kind::{Kind, Parameter, Point, Takes, Value, Values};
+pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
 pub use kinds::KINDS;
 pub use spec::FaultError;
 
 use crate::Controller;
 use crate::action::ActionError;
 #[cfg(feature = "serde")]
-use crate::limits::MAX_STRIKES;
-use crate::limits::{FAULT_MOMENTS, MAX_FAULTS};
+use crate::limits::MAX_SCHEDULED_ACTIONS;
+use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS};
 use crate::output::Event;
 use crate::port::Port;
 use crate::time::Time;
@@ -37,49 +40,49 @@ use kind::{Applied, Effect, FaultSite};
 use rng::{MILLION, Rng};
 use scheduled::ScheduledAction;
 
-/// What a fault waits for. What is not said does not matter.
+/// Which sites a fault applies to. `None` matches everything.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct On {
-    /// Letters of a command: the command itself, the texts of its exchange, its answers.
+pub struct FaultFilter {
+    /// Letters of a command: matches the command, the texts of its exchange and its answers.
     pub command: Option<String>,
-    /// The port.
+    /// The port it is received or sent on.
     pub channel: Option<Port>,
-    /// Number of an FL text in its exchange, from 1, or of the OK to it; 0 is the answer that is no FL text and
-    /// belongs to none, and the command itself.
+    /// Number of an FL text in its exchange, from 1: matches the text and the OK to it. 0 matches the command
+    /// itself and answers that are not FL texts.
     pub block: Option<u32>,
 }
 
-/// A fault to be armed.
+/// A fault that can be armed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Fault {
-    /// Its number; 0: the next free one. A fault of the same number is replaced.
+    /// Number, from 1; 0 means the next free one. Arming replaces a fault of the same number.
     pub id: u32,
-    /// Its kind.
-    pub kind: &'static Kind,
-    /// What it waits for.
-    pub on: On,
-    /// How many occasions pass before the first one it can take.
+    /// What the fault does.
+    pub kind: &'static FaultKind,
+    /// Where it applies.
+    pub filter: FaultFilter,
+    /// How many matching sites pass before it can fire.
     pub after: u32,
-    /// How often it bites at most; 0: as often as it can.
+    /// How often it fires at most; 0: without limit.
     pub times: u32,
-    /// How probably it takes an occasion, in millionths.
+    /// Probability that it fires at a matching site, in millionths.
     pub probability: u32,
-    /// The parameters of the kind.
-    pub values: Values,
+    /// Values of the parameters of its kind.
+    pub values: ParameterValues,
 }
 
-/// What is done with faults.
+/// An action on the faults of a controller.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub enum FaultOrder {
-    /// A fault is armed from now on.
+pub enum FaultAction {
+    /// Arms a fault.
     Arm(alloc::boxed::Box<Fault>),
-    /// The fault of this number does not bite any more; it stays in the report.
+    /// Disarms the fault of this number; it stays in the report.
     Disarm(u32),
-    /// No fault bites any more, and the report is empty.
+    /// Disarms every fault and empties the report.
     Clear,
 }
 
-/// A fault and what has become of it.
+/// A fault and what has happened since it was armed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -87,22 +90,22 @@ pub enum FaultOrder {
     serde(deny_unknown_fields)
 )]
 pub struct FaultReport {
-    /// The fault.
+    /// The fault as it was armed, with its number.
     pub fault: Fault,
-    /// It can still bite.
+    /// Whether it can still fire.
     pub armed: bool,
-    /// Occasions it saw while it was armed.
+    /// Matching sites while it was armed.
     pub seen: u32,
-    /// How often it bit.
+    /// How often it fired.
     pub fired: u32,
-    /// When, the first [`FAULT_MOMENTS`] times.
+    /// When it fired, for the first [`MAX_FAULT_TIMES`] times.
     pub at: Vec<Time>,
 }
 
 impl FaultReport {
-    /// One line for people: what it was, and what has become of it.
+    /// One line for people: the fault and what has happened.
     #[must_use]
-    pub fn line(&self) -> String {
+    pub fn summary(&self) -> String {
         let Fault { id, .. } = self.fault;
         match (self.fired, self.at.first()) {
             (0, _) if self.seen == 0 => {
@@ -122,7 +125,7 @@ impl FaultReport {
     }
 }
 
-/// All faults of a controller.
+/// The faults of a controller, and the state they leave behind.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -131,87 +134,95 @@ impl FaultReport {
 )]
 pub struct Faults {
     reports: Vec<FaultReport>,
-    dice: Rng,
+    #[cfg_attr(feature = "serde", serde(rename = "dice"))]
+    rng: Rng,
     /// Ports on which nothing is read or written.
-    deaf: BTreeSet<Port>,
-    /// Where the record that comes in stands: it is being lost.
-    records: BTreeMap<Port, Record>,
-    /// What a fault does later.
-    strikes: Vec<(Time, ScheduledAction)>,
-    /// Bytes the RAM drive has for the file of the command that is being served.
-    pub(crate) free: Option<usize>,
+    #[cfg_attr(feature = "serde", serde(rename = "deaf"))]
+    stalled: BTreeSet<Port>,
+    /// Per SCOL channel, the record for INPUT that is being received.
+    records: BTreeMap<Port, RecordState>,
+    /// Actions of faults that are due later.
+    #[cfg_attr(feature = "serde", serde(rename = "strikes"))]
+    scheduled: Vec<(Time, ScheduledAction)>,
+    /// Bytes free on the RAM drive for the file of the command that is being served; `None`: no fault limits them.
+    #[cfg_attr(feature = "serde", serde(rename = "free"))]
+    pub(crate) drive_free: Option<usize>,
 }
 
-/// Where a record that comes in stands.
+/// What happens to the rest of a record that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum Record {
-    /// It goes through.
-    Taken,
-    /// It is being lost.
+enum RecordState {
+    /// It reaches the program.
+    #[cfg_attr(feature = "serde", serde(rename = "Taken"))]
+    Kept,
+    /// It is dropped up to its CR.
     Lost,
 }
 
 impl Faults {
-    /// None armed; what is drawn follows from the seed.
+    /// No fault armed; probabilities and random parameters follow from the seed.
     #[must_use]
     pub(crate) fn new(seed: u64) -> Faults {
         Faults {
             reports: Vec::new(),
-            dice: Rng::new(seed, "faults"),
-            deaf: BTreeSet::new(),
+            rng: Rng::new(seed, "faults"),
+            stalled: BTreeSet::new(),
             records: BTreeMap::new(),
-            strikes: Vec::new(),
-            free: None,
+            scheduled: Vec::new(),
+            drive_free: None,
         }
     }
 
-    /// Every fault that was armed since the start or the last [`FaultOrder::Clear`], in the order of their numbers.
+    /// Every fault armed since the start or the last [`FaultAction::Clear`], by number.
     pub fn reports(&self) -> impl Iterator<Item = &FaultReport> {
         self.reports.iter()
     }
 
-    /// Whether none was armed.
+    /// Whether no fault was armed.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.reports.is_empty()
     }
 
-    /// Those of them that never bit.
+    /// The reports of the faults that never fired.
     pub fn never_fired(&self) -> impl Iterator<Item = &FaultReport> {
         self.reports.iter().filter(|report| report.fired == 0)
     }
 
-    /// When a fault acts by itself.
+    /// When the next scheduled action is due.
     pub(crate) fn deadline(&self) -> Option<Time> {
-        self.strikes.iter().map(|(due, _)| *due).min()
+        self.scheduled.iter().map(|(due, _)| *due).min()
     }
 
     /// Whether nothing is read or written on this port.
     #[must_use]
     pub fn is_stalled(&self, port: Port) -> bool {
-        self.deaf.contains(&port)
+        self.stalled.contains(&port)
     }
 
     pub(crate) fn stall(&mut self, port: Port) {
-        self.deaf.insert(port);
+        self.stalled.insert(port);
     }
 
-    /// A peer came or went: what held for the last one is over.
+    /// Forgets what applied to the previous peer, when a peer connects or leaves.
     pub(crate) fn forget_peer(&mut self, port: Port) {
-        self.deaf.remove(&port);
+        self.stalled.remove(&port);
         self.records.remove(&port);
     }
 
-    /// Whether they are such as a run leads to, for those that were read: where not, what was expected and found.
+    /// Checks the values read from a snapshot.
+    ///
+    /// # Errors
+    /// The field, what was expected, and what was found.
     #[cfg(feature = "serde")]
-    pub(crate) fn check(&self) -> Result<(), (&'static str, String, String)> {
+    pub(crate) fn validate(&self) -> Result<(), (&'static str, String, String)> {
         let at_most = |place, found: usize, most: usize| match found <= most {
             true => Ok(()),
             false => Err((place, format!("at most {most}"), found.to_string())),
         };
         at_most("reports", self.reports.len(), MAX_FAULTS)?;
-        at_most("strikes", self.strikes.len(), MAX_STRIKES)?;
+        at_most("strikes", self.scheduled.len(), MAX_SCHEDULED_ACTIONS)?;
         let ids: Vec<u32> = self.reports.iter().map(|report| report.fault.id).collect();
         if !(ids.first().is_none_or(|first| *first > 0) && ids.is_sorted_by(|one, other| one < other)) {
             return Err((
@@ -228,9 +239,9 @@ impl Faults {
             at,
         } in &self.reports
         {
-            at_most("reports.at", at.len(), FAULT_MOMENTS)?;
-            let over = fault.times > 0 && (*fired > fault.times || *armed && *fired == fault.times);
-            if fired > seen || at.len() > *fired as usize || over {
+            at_most("reports.at", at.len(), MAX_FAULT_TIMES)?;
+            let beyond_times = fault.times > 0 && (*fired > fault.times || *armed && *fired == fault.times);
+            if fired > seen || at.len() > *fired as usize || beyond_times {
                 let expected =
                     "no more bites than occasions and times, and a moment for each of the first".to_string();
                 return Err((
@@ -268,72 +279,73 @@ impl Faults {
         Ok(id)
     }
 
-    /// The fault that takes this occasion: the first armed one, by number, whose turn it is.
-    fn taken(&mut self, now: Time, prey: &FaultSite<'_>) -> Option<Fault> {
-        let mut taken = None;
+    /// Counts the site for every armed fault that matches it, and returns the one that fires: the first by number
+    /// that is due and passes its probability.
+    fn firing_fault(&mut self, now: Time, site: &FaultSite<'_>) -> Option<Fault> {
+        let mut firing = None;
         for report in self.reports.iter_mut().filter(|report| report.armed) {
-            if !report.fault.waits_for(prey) {
+            if !report.fault.waits_for(site) {
                 continue;
             }
             report.seen = report.seen.saturating_add(1);
-            let ready = taken.is_none() && report.seen > report.fault.after;
-            if !ready || !self.dice.happens(report.fault.probability) {
+            let ready = firing.is_none() && report.seen > report.fault.after;
+            if !ready || !self.rng.happens(report.fault.probability) {
                 continue;
             }
             report.fired = report.fired.saturating_add(1);
-            if report.at.len() < FAULT_MOMENTS {
+            if report.at.len() < MAX_FAULT_TIMES {
                 report.at.push(now);
             }
             report.armed = report.fault.times == 0 || report.fired < report.fault.times;
-            taken = Some(report.fault.clone());
+            firing = Some(report.fault.clone());
         }
-        taken
+        firing
     }
 }
 
 impl Fault {
-    /// A fault of this kind with everything at its default.
+    /// A fault of this kind with default parameters.
     ///
     /// # Errors
-    /// No kind has this name.
-    pub fn of(kind: &str) -> Result<Fault, FaultError> {
-        spec::build(kind, &[])
+    /// No kind of fault has this name.
+    pub fn new(kind: &str) -> Result<Fault, FaultError> {
+        spec::from_pairs(kind, &[])
     }
 
-    /// A fault from its kind and its keys, as a specification, a file or a request has them.
+    /// A fault from its kind and the pairs of key and value of a specification, a file or a request.
     ///
     /// # Errors
-    /// What was expected and found, and at which key.
+    /// A key or value is invalid, or the fault can never fire.
     pub fn from_pairs(kind: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
-        let fault = spec::build(kind, pairs)?;
-        fault.check_occasions()?;
+        let fault = spec::from_pairs(kind, pairs)?;
+        fault.check_can_fire()?;
         Ok(fault)
     }
 
-    /// A fault that was armed once, as a snapshot has it: one that can never fire is taken as it was then.
+    /// A fault from a snapshot. It may be one that can never fire: an earlier version could arm it.
     ///
     /// # Errors
     /// As [`Fault::from_pairs`].
     #[cfg(feature = "serde")]
-    pub(crate) fn restored(spec: &str) -> Result<Fault, FaultError> {
-        spec::read(spec)
+    pub(crate) fn from_snapshot(spec: &str) -> Result<Fault, FaultError> {
+        spec::parse(spec)
     }
 
-    fn waits_for(&self, prey: &FaultSite<'_>) -> bool {
+    fn waits_for(&self, site: &FaultSite<'_>) -> bool {
         let kind = self.kind;
-        let On {
+        let FaultFilter {
             command,
             channel,
             block,
-        } = &self.on;
-        kind.points.contains(&prey.point)
-            && (kind.bites)(&self.values, prey.point, prey.block)
-            && command.as_ref().is_none_or(|command| command == prey.command)
-            && channel.is_none_or(|channel| channel == prey.port)
-            && block.is_none_or(|block| block == prey.block)
+        } = &self.filter;
+        kind.points.contains(&site.point)
+            && (kind.applies)(&self.values, site.point, site.block)
+            && command.as_ref().is_none_or(|command| command == site.command)
+            && channel.is_none_or(|channel| channel == site.port)
+            && block.is_none_or(|block| block == site.block)
     }
 
-    /// Its probability as a number from 0 to 1.
+    /// The probability as a number from 0 to 1.
     #[must_use]
     pub fn chance(&self) -> f64 {
         f64::from(self.probability) / f64::from(MILLION)
@@ -341,15 +353,15 @@ impl Fault {
 }
 
 impl Controller {
-    /// The faults and what has become of them.
+    /// The faults and their reports.
     #[must_use]
     pub fn faults(&self) -> &Faults {
         &self.faults
     }
 
-    /// This controller with nothing broken and nothing varied: every text leaves at once, whatever was armed.
+    /// A copy of this controller without faults and variation: it sends every text at once.
     #[must_use]
-    pub fn unbroken(&self) -> Controller {
+    pub fn without_faults(&self) -> Controller {
         Controller {
             faults: Faults::new(self.config.fault_seed),
             variation: None,
@@ -357,11 +369,11 @@ impl Controller {
         }
     }
 
-    pub(crate) fn fault_order(&mut self, order: FaultOrder) -> Result<(), ActionError> {
-        match order {
-            FaultOrder::Arm(fault) => {
+    pub(crate) fn handle_fault_action(&mut self, action: FaultAction) -> Result<(), ActionError> {
+        match action {
+            FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
-                fault.check_occasions().map_err(|error| {
+                fault.check_can_fire().map_err(|error| {
                     ActionError::conflict(&spec, "a fault that can fire", error.to_string())
                 })?;
                 let armed = self.faults.arm(*fault);
@@ -376,7 +388,7 @@ impl Controller {
                     fired: false,
                 });
             }
-            FaultOrder::Disarm(id) => {
+            FaultAction::Disarm(id) => {
                 let found = self
                     .faults
                     .reports
@@ -387,63 +399,63 @@ impl Controller {
                 })?;
                 report.armed = false;
             }
-            FaultOrder::Clear => {
+            FaultAction::Clear => {
                 self.faults.reports.clear();
-                self.faults.strikes.clear();
+                self.faults.scheduled.clear();
             }
         }
         Ok(())
     }
 
-    /// Gives the faults their occasion: what has become of the thing.
-    pub(crate) fn apply_fault(&mut self, prey: &FaultSite<'_>) -> Effect {
+    /// Lets at most one armed fault fire at a site; returns what it changes there.
+    pub(crate) fn apply_fault(&mut self, site: &FaultSite<'_>) -> Effect {
         let now = self.now;
-        let Some(fault) = self.faults.taken(now, prey) else {
-            return Effect::Pass;
+        let Some(fault) = self.faults.firing_fault(now, site) else {
+            return Effect::Unchanged;
         };
         let Fault { id, kind, values, .. } = fault;
-        let Applied { effect, words } = (kind.act)(self, &values, prey);
+        let Applied { effect, description } = (kind.apply)(self, &values, site);
         self.event(Event::Fault {
             id,
             kind: kind.name,
-            port: Some(prey.port),
-            message: words,
+            port: Some(site.port),
+            message: description,
             fired: true,
         });
         effect
     }
 
-    /// Bytes that come in on a SCOL channel, without the records that are lost.
-    pub(crate) fn surviving(&mut self, port: Port, bytes: &[u8]) -> Vec<u8> {
+    /// Bytes received on a SCOL channel, without the records that a fault drops.
+    pub(crate) fn drop_lost_records(&mut self, port: Port, bytes: &[u8]) -> Vec<u8> {
         if self.faults.is_empty() {
             return bytes.to_vec();
         }
         let mut kept = Vec::new();
         for &byte in bytes {
-            let inside = self.faults.records.get(&port).copied();
-            let state = match inside {
+            let current = self.faults.records.get(&port).copied();
+            let state = match current {
                 Some(state) => state,
-                // What ends a record and blanks begin none.
+                // Line ends and blanks between records belong to none.
                 None if matches!(byte, b'\r' | b'\n' | b' ') => {
                     kept.push(byte);
                     continue;
                 }
                 None => {
-                    let prey = FaultSite {
-                        point: Point::Record,
+                    let site = FaultSite {
+                        point: InjectionPoint::Record,
                         port,
                         command: "",
                         block: 0,
                         bytes: &[],
                         data: &[],
                     };
-                    match self.apply_fault(&prey) {
-                        Effect::Lost => Record::Lost,
-                        _ => Record::Taken,
+                    match self.apply_fault(&site) {
+                        Effect::Lost => RecordState::Lost,
+                        _ => RecordState::Kept,
                     }
                 }
             };
-            if state == Record::Taken {
+            if state == RecordState::Kept {
                 kept.push(byte);
             }
             if byte == ts3100_proto::text::CR {

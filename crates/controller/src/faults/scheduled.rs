@@ -1,43 +1,44 @@
-//! What a fault does to the machine, at once or later: the panel is worked, an alarm comes. What that leads to is
-//! the controller's ordinary business.
+//! Actions of faults on the machine, at once or later: an operation at the panel, or an alarm.
+//!
+//! This module keeps the schedule. The panel and the alarms handle the actions like any others.
 
 use crate::Controller;
 use crate::alarm::AlarmCode;
 use crate::input::PanelAction;
-use crate::limits::MAX_STRIKES;
+use crate::limits::MAX_SCHEDULED_ACTIONS;
 use alloc::string::ToString;
 use core::time::Duration;
 
-/// One action of a fault.
+/// An action of a fault on the machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum ScheduledAction {
-    /// Something is done at the panel.
+    /// An operation at the panel.
     Panel(PanelAction),
-    /// An alarm comes.
+    /// An alarm is raised.
     Alarm(AlarmCode),
 }
 
 impl Controller {
-    /// Does it at once, or in a while. More than [`MAX_STRIKES`] that wait are forgotten.
+    /// Performs an action now or after a delay. It is dropped if [`MAX_SCHEDULED_ACTIONS`] are waiting.
     pub(super) fn schedule(&mut self, delay: Duration, strike: ScheduledAction) {
         if delay.is_zero() {
             self.perform_scheduled(strike);
-        } else if self.faults.strikes.len() < MAX_STRIKES {
-            self.faults.strikes.push((self.now + delay, strike));
+        } else if self.faults.scheduled.len() < MAX_SCHEDULED_ACTIONS {
+            self.faults.scheduled.push((self.now + delay, strike));
         }
     }
 
-    /// Does what is due.
+    /// Performs the actions that are due, in the order of their times.
     pub(crate) fn run_scheduled(&mut self) {
-        while let Some(place) = self.due_action() {
-            let (_, strike) = self.faults.strikes.remove(place);
+        while let Some(place) = self.next_due_action() {
+            let (_, strike) = self.faults.scheduled.remove(place);
             self.perform_scheduled(strike);
         }
     }
 
-    fn due_action(&self) -> Option<usize> {
-        let due = self.faults.strikes.iter().enumerate();
+    fn next_due_action(&self) -> Option<usize> {
+        let due = self.faults.scheduled.iter().enumerate();
         due.filter(|(_, (due, _))| *due <= self.now)
             .min_by_key(|(_, (due, _))| *due)
             .map(|(place, _)| place)
@@ -46,7 +47,7 @@ impl Controller {
     fn perform_scheduled(&mut self, strike: ScheduledAction) {
         match strike {
             ScheduledAction::Panel(panel) => self.panel(panel),
-            // Without power there is nobody to raise it.
+            // A controller without power raises no alarms.
             ScheduledAction::Alarm(_) if !self.state.powered => {}
             ScheduledAction::Alarm(code) => self.raise(code, "a fault on purpose".to_string()),
         }

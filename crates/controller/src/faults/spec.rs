@@ -1,9 +1,11 @@
-//! How a fault is written: `KIND` or `KIND:key=value,key=value`, the same keys as in a file and in a request. Values
-//! with a comma stand in double quotes. Written and read again it is the same fault.
+//! The text form of a fault: `KIND` or `KIND:key=value,key=value`, with the same keys as in a file and a request.
+//!
+//! Values with a comma are in double quotes. A fault that is written and parsed again is the same fault. Whether it can
+//! ever fire is checked in `reachability`.
 
-use super::kind::{Kind, Parameter, Takes, Value, Values};
+use super::kind::{FaultKind, Parameter, ParameterType, ParameterValue, ParameterValues};
 use super::rng::MILLION;
-use super::{Fault, KINDS, On};
+use super::{Fault, FaultFilter, KINDS};
 use crate::alarm::ALARMS;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
@@ -19,9 +21,9 @@ use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
-/// Most of `after` and `times`.
+/// Largest value of `id`, `block`, `after` and `times`.
 const MAX_COUNT: u64 = 1_000_000;
-/// The keys every kind has.
+/// The keys that every kind has.
 const COMMON: [&str; 7] = [
     "id",
     "command",
@@ -32,105 +34,115 @@ const COMMON: [&str; 7] = [
     "probability",
 ];
 
-/// Why a fault is none.
+/// Why a fault was rejected.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum FaultError {
-    /// No kind has this name.
+    /// The kind does not exist.
     #[error("kind of fault expected, `{found}` found; known are {known}")]
-    Kind {
-        /// What stood there.
+    UnknownKind {
+        /// The name found.
         found: String,
-        /// All names.
+        /// Names of all kinds.
         known: String,
     },
     /// The kind has no such key.
     #[error("{kind}: unknown key `{key}`; known are {known}")]
-    Key {
+    UnknownKey {
         /// The kind.
         kind: &'static str,
-        /// What stood there.
+        /// The key found.
         key: String,
-        /// All keys.
+        /// The keys of the kind.
         known: String,
     },
-    /// A key was given twice.
+    /// A key appears twice.
     #[error("{kind}: key `{key}` given once expected, twice found")]
-    Twice {
+    DuplicateKey {
         /// The kind.
         kind: &'static str,
         /// The key.
         key: String,
     },
-    /// A value does not fit.
+    /// A value has the wrong form or is out of range.
     #[error("{kind}: {key}: {expected} expected, `{found}` found")]
-    Value {
+    InvalidValue {
         /// The kind.
         kind: &'static str,
         /// The key.
         key: String,
-        /// What it takes.
+        /// Accepted values.
         expected: String,
-        /// What was given.
+        /// The value found.
         found: String,
     },
-    /// What it waits for never comes.
+    /// No site can match the fault.
     #[error("cannot arm {kind}: {reason}; {advice}")]
-    Never {
+    NeverFires {
         /// The kind.
         kind: &'static str,
-        /// What it waits for, and why that never comes.
+        /// Why it never fires.
         reason: String,
         /// What to give or to leave out.
         advice: String,
     },
-    /// The specification is not of the form.
+    /// The specification does not have the form `KIND:key=value`.
     #[error("KIND:key=value,key=value expected, `{found}` found")]
-    Form {
-        /// What stood there.
+    Syntax {
+        /// The part that could not be parsed.
         found: String,
     },
 }
 
-impl Takes {
-    /// What it takes, in words.
+impl ParameterType {
+    /// The phrase for error messages, after which "expected" follows.
     #[must_use]
-    pub fn words(&self) -> String {
+    pub fn description(&self) -> String {
         match self {
-            Takes::Number { unit, least, most } => format!("a whole number of {unit} from {least} to {most}"),
-            Takes::Word(words) => words.join(" or "),
-            Takes::Text { most } => format!("a text of at most {most} bytes, control codes as <CR> or <1A>,"),
-            Takes::Alarm => "the number of an alarm the controller has, as 2-046,".to_string(),
+            ParameterType::Number {
+                unit,
+                min: least,
+                max: most,
+            } => format!("a whole number of {unit} from {least} to {most}"),
+            ParameterType::Word(words) => words.join(" or "),
+            ParameterType::Text { most } => {
+                format!("a text of at most {most} bytes, control codes as <CR> or <1A>,")
+            }
+            ParameterType::Alarm => "the number of an alarm the controller has, as 2-046,".to_string(),
         }
     }
 
-    fn read(&self, text: &str) -> Option<Value> {
+    fn parse(&self, text: &str) -> Option<ParameterValue> {
         match self {
-            Takes::Number { unit, least, most } => {
+            ParameterType::Number {
+                unit,
+                min: least,
+                max: most,
+            } => {
                 let number = match *unit {
-                    "ms" => millis(text)?,
+                    "ms" => parse_millis(text)?,
                     _ => text.parse().ok()?,
                 };
                 (*least..=*most)
                     .contains(&number)
-                    .then_some(Value::Number(number))
+                    .then_some(ParameterValue::Number(number))
             }
-            Takes::Word(words) => words
+            ParameterType::Word(words) => words
                 .iter()
                 .find(|word| word.eq_ignore_ascii_case(text))
-                .map(|word| Value::Word((*word).to_string())),
-            Takes::Text { most } => read_text(text)
+                .map(|word| ParameterValue::Word((*word).to_string())),
+            ParameterType::Text { most } => parse_escaped(text)
                 .filter(|bytes| bytes.len() <= *most)
-                .map(Value::Text),
-            Takes::Alarm => ALARMS
+                .map(ParameterValue::Text),
+            ParameterType::Alarm => ALARMS
                 .iter()
                 .any(|row| row.number() == text)
-                .then(|| Value::Word(text.to_string())),
+                .then(|| ParameterValue::Word(text.to_string())),
         }
     }
 }
 
-/// `1500`, `500ms`, `1.5s`.
-fn millis(text: &str) -> Option<u64> {
+/// Parses milliseconds: `1500`, `500ms`, `1.5s`.
+fn parse_millis(text: &str) -> Option<u64> {
     let (number, factor) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
         (Some(number), _) => (number, 1.0),
         (None, Some(number)) => (number, 1_000.0),
@@ -151,7 +163,7 @@ fn millis(text: &str) -> Option<u64> {
 const CODES: [(&str, u8); 5] = [("STX", STX), ("ETX", ETX), ("CR", CR), ("LF", LF), ("EOF", EOF)];
 
 /// Printable ASCII as it is, control codes of the protocol by name, other bytes in hexadecimal.
-pub(super) fn write_text(f: &mut fmt::Formatter<'_>, text: &[u8]) -> fmt::Result {
+pub(super) fn write_escaped(f: &mut fmt::Formatter<'_>, text: &[u8]) -> fmt::Result {
     text.iter().try_for_each(|&byte| {
         if let Some((name, _)) = CODES.iter().find(|(_, code)| *code == byte) {
             return write!(f, "<{name}>");
@@ -164,7 +176,7 @@ pub(super) fn write_text(f: &mut fmt::Formatter<'_>, text: &[u8]) -> fmt::Result
     })
 }
 
-fn read_text(text: &str) -> Option<Vec<u8>> {
+fn parse_escaped(text: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -173,13 +185,13 @@ fn read_text(text: &str) -> Option<Vec<u8>> {
             rest = rest.get(1..)?;
             continue;
         }
-        let (code, behind) = rest.get(1..)?.split_once('>')?;
+        let (code, after) = rest.get(1..)?.split_once('>')?;
         let named = CODES.iter().find(|(name, _)| name.eq_ignore_ascii_case(code));
         bytes.push(match named {
             Some((_, byte)) => *byte,
             None => u8::from_str_radix(code, 16).ok()?,
         });
-        rest = behind;
+        rest = after;
     }
     Some(bytes)
 }
@@ -188,15 +200,15 @@ impl FromStr for Fault {
     type Err = FaultError;
 
     fn from_str(text: &str) -> Result<Fault, FaultError> {
-        let fault = read(text)?;
-        fault.check_occasions()?;
+        let fault = parse(text)?;
+        fault.check_can_fire()?;
         Ok(fault)
     }
 }
 
-/// A fault as it is written, whether it can ever fire or not.
-pub(super) fn read(text: &str) -> Result<Fault, FaultError> {
-    let form = |found: &str| FaultError::Form {
+/// Parses a fault without checking that it can fire.
+pub(super) fn parse(text: &str) -> Result<Fault, FaultError> {
+    let form = |found: &str| FaultError::Syntax {
         found: found.chars().take(80).collect(),
     };
     if text.len() > MAX_SPEC {
@@ -204,17 +216,17 @@ pub(super) fn read(text: &str) -> Result<Fault, FaultError> {
     }
     let (kind, rest) = text.split_once(':').unwrap_or((text, ""));
     let mut pairs = Vec::new();
-    for part in parts(rest).ok_or_else(|| form(rest))? {
+    for part in split_pairs(rest).ok_or_else(|| form(rest))? {
         let (key, value) = part.split_once('=').ok_or_else(|| form(part))?;
         let value = value.trim();
         let quoted = value.strip_prefix('"').and_then(|value| value.strip_suffix('"'));
         pairs.push((key.trim().to_string(), quoted.unwrap_or(value).to_string()));
     }
-    build(kind.trim(), &pairs)
+    from_pairs(kind.trim(), &pairs)
 }
 
-/// Cuts at the commas outside of quotes; `None` when a quote is left open.
-fn parts(text: &str) -> Option<Vec<&str>> {
+/// Splits at the commas outside of quotes; `None` if a quote is not closed.
+fn split_pairs(text: &str) -> Option<Vec<&str>> {
     let mut parts = Vec::new();
     let (mut start, mut quoted) = (0, false);
     for (at, character) in text.char_indices() {
@@ -243,13 +255,13 @@ impl fmt::Display for Fault {
             between = ",";
             Ok(())
         };
-        if let Some(command) = &self.on.command {
+        if let Some(command) = &self.filter.command {
             pair(f, "command", command)?;
         }
-        if let Some(channel) = self.on.channel {
+        if let Some(channel) = self.filter.channel {
             pair(f, "channel", &channel)?;
         }
-        if let Some(block) = self.on.block {
+        if let Some(block) = self.filter.block {
             pair(f, "block", &block)?;
         }
         if self.after != 0 {
@@ -263,7 +275,7 @@ impl fmt::Display for Fault {
         }
         for (key, value) in self.values.iter() {
             match value {
-                Value::Text(_) => pair(f, key, &format!("\"{value}\""))?,
+                ParameterValue::Text(_) => pair(f, key, &format!("\"{value}\""))?,
                 other => pair(f, key, other)?,
             }
         }
@@ -271,27 +283,27 @@ impl fmt::Display for Fault {
     }
 }
 
-/// A fault from its keys, whether it can ever fire or not.
-pub(super) fn build(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
+/// A fault from its keys, without checking that it can fire.
+pub(super) fn from_pairs(name: &str, pairs: &[(String, String)]) -> Result<Fault, FaultError> {
     let known = || KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>().join(", ");
     let kind = KINDS.iter().copied().find(|kind| kind.name == name);
-    let kind = kind.ok_or_else(|| FaultError::Kind {
+    let kind = kind.ok_or_else(|| FaultError::UnknownKind {
         found: name.to_string(),
         known: known(),
     })?;
     let mut fault = Fault {
         id: 0,
         kind,
-        on: On::default(),
+        filter: FaultFilter::default(),
         after: 0,
         times: 1,
         probability: MILLION,
-        values: Values::default(),
+        values: ParameterValues::default(),
     };
     let mut seen: Vec<&str> = Vec::new();
     for (key, value) in pairs {
         if seen.contains(&key.as_str()) {
-            return Err(FaultError::Twice {
+            return Err(FaultError::DuplicateKey {
                 kind: kind.name,
                 key: key.clone(),
             });
@@ -299,23 +311,23 @@ pub(super) fn build(name: &str, pairs: &[(String, String)]) -> Result<Fault, Fau
         seen.push(key);
         fault.set(key, value)?;
     }
-    fault.complete();
+    fault.apply_defaults();
     fault.check_channel()?;
-    (kind.check)(&fault.on, &fault.values)?;
+    (kind.validate)(&fault.filter, &fault.values)?;
     Ok(fault)
 }
 
-impl Kind {
-    /// Keys it takes, the common ones first.
+impl FaultKind {
+    /// The keys of this kind, the common ones first.
     #[must_use]
     pub fn keys(&self) -> Vec<&'static str> {
         let own = self.parameters.iter().map(|parameter| parameter.name);
         COMMON.into_iter().chain(own).collect()
     }
 
-    /// Something that does not fit.
-    pub(super) fn wrong(&self, key: &str, expected: impl Into<String>, found: &str) -> FaultError {
-        FaultError::Value {
+    /// The error for a value that is not accepted.
+    pub(super) fn invalid_value(&self, key: &str, expected: impl Into<String>, found: &str) -> FaultError {
+        FaultError::InvalidValue {
             kind: self.name,
             key: key.to_string(),
             expected: expected.into(),
@@ -323,8 +335,8 @@ impl Kind {
         }
     }
 
-    /// Whether it bites on this port at all.
-    fn reaches(&self, port: Port) -> bool {
+    /// Whether one of its points exists on this port.
+    fn supports(&self, port: Port) -> bool {
         let mut ports = self.points.iter().flat_map(|point| point.ports());
         ports.any(|other| other == port)
     }
@@ -338,51 +350,57 @@ impl Fault {
             let number = number.filter(|number| (least..=most).contains(number));
             number
                 .and_then(|number| u32::try_from(number).ok())
-                .ok_or_else(|| kind.wrong(key, format!("a whole number from {least} to {most}"), value))
+                .ok_or_else(|| {
+                    kind.invalid_value(key, format!("a whole number from {least} to {most}"), value)
+                })
         };
         match key {
             "id" => self.id = count(1, MAX_COUNT)?,
-            "command" => self.on.command = Some(command(kind, value)?),
+            "command" => self.filter.command = Some(parse_command(kind, value)?),
             "channel" => {
                 let port = Port::ALL
                     .into_iter()
                     .find(|port| port.name().eq_ignore_ascii_case(value));
-                let port = port.ok_or_else(|| kind.wrong(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value))?;
-                self.on.channel = Some(port);
+                let port =
+                    port.ok_or_else(|| kind.invalid_value(key, "HOST, COM1, IP0, IP1, IP2 or IP3", value))?;
+                self.filter.channel = Some(port);
             }
-            "block" => self.on.block = Some(count(0, MAX_COUNT)?),
+            "block" => self.filter.block = Some(count(0, MAX_COUNT)?),
             "after" => self.after = count(0, MAX_COUNT)?,
             "times" => self.times = count(0, MAX_COUNT)?,
-            "probability" => self.probability = probability(kind, value)?,
+            "probability" => self.probability = parse_probability(kind, value)?,
             _ => {
                 let parameter = kind.parameters.iter().find(|parameter| parameter.name == key);
-                let Some(Parameter { name, takes, .. }) = parameter else {
-                    return Err(FaultError::Key {
+                let Some(Parameter { name, value_type, .. }) = parameter else {
+                    return Err(FaultError::UnknownKey {
                         kind: kind.name,
                         key: key.to_string(),
                         known: kind.keys().join(", "),
                     });
                 };
-                let read = takes
-                    .read(value)
-                    .ok_or_else(|| kind.wrong(key, takes.words(), value))?;
-                self.values.0.insert(name, read);
+                let parsed = value_type
+                    .parse(value)
+                    .ok_or_else(|| kind.invalid_value(key, value_type.description(), value))?;
+                self.values.0.insert(name, parsed);
             }
         }
         Ok(())
     }
 
-    /// What was not said.
-    fn complete(&mut self) {
+    /// Fills in the defaults.
+    fn apply_defaults(&mut self) {
         for Parameter {
-            name, takes, default, ..
+            name,
+            value_type,
+            default,
+            ..
         } in self.kind.parameters
         {
-            if let Some(value) = default.and_then(|default| takes.read(default)) {
+            if let Some(value) = default.and_then(|default| value_type.parse(default)) {
                 self.values.0.entry(name).or_insert(value);
             }
         }
-        let on = &mut self.on;
+        let on = &mut self.filter;
         let on_protocol = on.channel.is_none_or(|port| port.protocol().is_some());
         if on.command.is_none() && on_protocol {
             on.command = self.kind.command.map(ToString::to_string);
@@ -391,17 +409,19 @@ impl Fault {
     }
 
     fn check_channel(&self) -> Result<(), FaultError> {
-        match self.on.channel {
-            Some(port) if !self.kind.reaches(port) => {
-                let reached = Port::ALL.into_iter().filter(|port| self.kind.reaches(*port));
+        match self.filter.channel {
+            Some(port) if !self.kind.supports(port) => {
+                let reached = Port::ALL.into_iter().filter(|port| self.kind.supports(*port));
                 let reached: Vec<&str> = reached.map(Port::name).collect();
-                Err(self.kind.wrong("channel", reached.join(" or "), port.name()))
+                Err(self
+                    .kind
+                    .invalid_value("channel", reached.join(" or "), port.name()))
             }
             _ => Ok(()),
         }
     }
 
-    /// The parameters of the kind as they are written, for reports.
+    /// The parameters of the kind in text form, for reports.
     #[must_use]
     pub fn parameters(&self) -> BTreeMap<&'static str, String> {
         let pairs = self.values.iter();
@@ -409,14 +429,14 @@ impl Fault {
     }
 }
 
-fn command(kind: &'static Kind, value: &str) -> Result<String, FaultError> {
+fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultError> {
     let rows = COMMANDS.iter().chain(EXTENSIONS);
     let mut letters: Vec<&str> = rows.map(|row| row.letters).collect();
     letters.retain(|letters| !matches!(*letters, "FL" | "OK" | "NG"));
     let found = letters.iter().find(|letters| letters.eq_ignore_ascii_case(value));
     found.map(ToString::to_string).ok_or_else(|| {
         letters.dedup();
-        kind.wrong(
+        kind.invalid_value(
             "command",
             format!("the letters of a command ({})", letters.join(" ")),
             value,
@@ -424,12 +444,12 @@ fn command(kind: &'static Kind, value: &str) -> Result<String, FaultError> {
     })
 }
 
-fn probability(kind: &'static Kind, value: &str) -> Result<u32, FaultError> {
+fn parse_probability(kind: &'static FaultKind, value: &str) -> Result<u32, FaultError> {
     let chance = value
         .parse::<f64>()
         .ok()
         .filter(|chance| (0.0..=1.0).contains(chance));
-    let chance = chance.ok_or_else(|| kind.wrong("probability", "a number from 0 to 1", value))?;
+    let chance = chance.ok_or_else(|| kind.invalid_value("probability", "a number from 0 to 1", value))?;
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,

@@ -21,7 +21,7 @@ fn robot() -> Controller {
 
 fn arm(robot: &mut Controller, spec: &str) {
     let fault: Fault = spec.parse().unwrap();
-    robot.feed(robot.now(), Input::from(FaultOrder::Arm(Box::new(fault))));
+    robot.feed(robot.now(), Input::from(FaultAction::Arm(Box::new(fault))));
 }
 
 /// What leaves IP0, with its time in ms, and how the connection ends.
@@ -54,8 +54,8 @@ fn sent(at: u64, bytes: &[u8]) -> (u64, Output) {
 #[test]
 fn every_kind_says_what_it_is_and_takes_its_own_defaults() {
     for kind in KINDS {
-        let fault = Fault::of(kind.name).unwrap();
-        assert!(!kind.what.is_empty() && !kind.remedy.is_empty() && !kind.points.is_empty());
+        let fault = Fault::new(kind.name).unwrap();
+        assert!(!kind.summary.is_empty() && !kind.remedy.is_empty() && !kind.points.is_empty());
         for parameter in kind.parameters {
             let set = fault.values.iter().any(|(name, _)| name == parameter.name);
             assert_eq!(
@@ -195,12 +195,12 @@ fn faults_are_numbered_replaced_disarmed_cleared_and_bounded() {
         .collect();
     assert_eq!(found, [(1, "no-reply"), (7, "lost-etx"), (8, "ng")]);
     for id in [1, 8] {
-        robot.feed(robot.now(), Input::from(FaultOrder::Disarm(id)));
+        robot.feed(robot.now(), Input::from(FaultAction::Disarm(id)));
     }
     assert_eq!(ask(&mut robot, b"SO", 10), [sent(0, b"\x02OK\r")]);
-    let refused = robot.feed(robot.now(), Input::from(FaultOrder::Disarm(99)));
+    let refused = robot.feed(robot.now(), Input::from(FaultAction::Disarm(99)));
     assert!(matches!(&refused[..], [Output::Rejected(_)]));
-    robot.feed(robot.now(), Input::from(FaultOrder::Clear));
+    robot.feed(robot.now(), Input::from(FaultAction::Clear));
     assert!(robot.faults().is_empty());
     for _ in 0..=MAX_FAULTS {
         arm(&mut robot, "ng");

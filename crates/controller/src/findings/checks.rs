@@ -1,5 +1,7 @@
-//! What a host's texts, files and manners are held against. Nothing here changes an answer; the conversation
-//! itself is `talk`'s.
+//! Checks of what a host sends and does against the rules of `rules`.
+//!
+//! Nothing here changes an answer: the exchange of commands itself is in `exchange`, which calls these checks.
+//! [`HostHistory`] is what they remember of a host between texts.
 
 use super::rules;
 use super::{MAX_BYTES, MAX_MESSAGE, Rule};
@@ -22,14 +24,14 @@ use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
-/// Shortest time between two requests for the same status: a request, 50 ms, OK, 50 ms.
-const POLL_PACE: Duration = HOST_DELAY.saturating_mul(2);
-/// A command refused this often in a row is repeated without thought.
-const REPEATS: u32 = 3;
-/// Symbols of 5.2.2, and blank, colon and underscore, which its list has lost (FRM-12).
+/// Shortest time between two requests for the same status: the request, 50 ms, OK, 50 ms (TRN-04).
+const MIN_POLL_INTERVAL: Duration = HOST_DELAY.saturating_mul(2);
+/// Refusals of the same command in a row that make a finding.
+const REPEATED_REFUSALS: u32 = 3;
+/// Symbols of 5.2.2; blank, colon and underscore are missing in its list but used elsewhere (FRM-12).
 const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
 
-/// What is remembered of a host from text to text.
+/// What the checks remember of a host between texts.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -37,27 +39,28 @@ const SYMBOLS: &[u8] = b"\"'()+-*/,.<>=![]{}%^&?; :_";
     serde(deny_unknown_fields)
 )]
 pub struct HostHistory {
-    /// The last request for each status, told apart by its letters, and when it came.
+    /// The last request for each status (by its letters) and when it was received.
     polls: Vec<(Vec<u8>, Time)>,
-    /// The message refused last, and how often in a row.
-    refused: Option<(Vec<u8>, u32)>,
-    /// The controller's last text was an SP nobody asked for: the host could not wait for what it did not expect.
-    pub surprised: bool,
-    /// A text of a file was refused and the file was not at its end: a host that does not look at the answer goes on
-    /// sending it.
+    /// The last message that was refused, and how often in a row.
+    #[cfg_attr(feature = "serde", serde(rename = "refused"))]
+    last_refused: Option<(Vec<u8>, u32)>,
+    /// The controller's last text was an unsolicited SP. A host cannot keep 50 ms after a text it does not expect.
+    #[cfg_attr(feature = "serde", serde(rename = "surprised"))]
+    pub unsolicited_sp_sent: bool,
+    /// A text of a file was refused before its end. A host that ignores the answer goes on sending the file.
     #[cfg_attr(feature = "serde", serde(default))]
     pub file_refused: bool,
 }
 
 impl HostHistory {
-    /// A request for a status has come; how long after the same one, if that was the last with its letters.
-    fn asks(&mut self, message: &[u8], now: Time) -> Option<Duration> {
-        let same_letters = |(asked, _): &(Vec<u8>, Time)| match (asked.get(..2), message.get(..2)) {
-            (Some(asked), Some(letters)) => asked.eq_ignore_ascii_case(letters),
+    /// Notes a request for a status; returns the time since the same request, if that was the last with its letters.
+    fn note_poll(&mut self, message: &[u8], now: Time) -> Option<Duration> {
+        let same_letters = |(poll, _): &(Vec<u8>, Time)| match (poll.get(..2), message.get(..2)) {
+            (Some(last), Some(letters)) => last.eq_ignore_ascii_case(letters),
             _ => false,
         };
-        let asked = self.polls.iter_mut().find(|asked| same_letters(asked));
-        let Some((last, at)) = asked else {
+        let poll = self.polls.iter_mut().find(|poll| same_letters(poll));
+        let Some((last, at)) = poll else {
             self.polls.push((message.to_vec(), now));
             return None;
         };
@@ -68,7 +71,7 @@ impl HostHistory {
 }
 
 impl Controller {
-    /// A rule was broken.
+    /// Emits a finding; cuts bytes and message to their bounds.
     pub(crate) fn report(
         &mut self,
         rule: &'static Rule,
@@ -89,8 +92,8 @@ impl Controller {
         });
     }
 
-    /// A text has come so long after the controller's last one.
-    pub(crate) fn check_pace(&mut self, port: Port, since: Duration, data: &[u8]) {
+    /// Reports a text received `since` after the controller's last one, less than the 50 ms of TRN-04.
+    pub(crate) fn check_reply_pace(&mut self, port: Port, since: Duration, data: &[u8]) {
         let millis = since.as_micros() as f64 / 1e3;
         let (rule, what) = match Reply::parse(data) {
             Ok(Reply::Ok | Reply::Ng) => (&rules::ANSWER_EARLY, "an answer"),
@@ -101,7 +104,7 @@ impl Controller {
         self.report(rule, port, data, message);
     }
 
-    /// How the first text of a file begins.
+    /// Checks how the first text of a file begins.
     pub(crate) fn check_file_begin(&mut self, port: Port, data: &[u8]) {
         if begins_file(data) && data.iter().take(2).any(u8::is_ascii_lowercase) {
             let text = "FL in lower case is taken as FL";
@@ -109,7 +112,8 @@ impl Controller {
         }
     }
 
-    /// Whether a text is part of a file although no download is open. Such texts have no CR by design (FL-01).
+    /// Whether a text belongs to a file although no download is open. Such a text ends without CR (FL-01), so it must
+    /// not be reported as one that lacks it.
     pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
         let Some(session) = self
             .sessions
@@ -122,14 +126,14 @@ impl Controller {
         begins_file(data) || session.history.file_refused && Command::parse(message).is_err()
     }
 
-    /// A text of a file was refused.
+    /// Remembers that a text of a file was refused, unless it was the last.
     pub(crate) fn check_refused_file(&mut self, port: Port, data: &[u8]) {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.history.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
         }
     }
 
-    /// How a message is written that is a command all the same.
+    /// Checks the spelling of a message that was accepted as a command.
     pub(crate) fn check_form(&mut self, port: Port, message: &[u8], command: &Command) {
         if let Command::Fl(_) = command {
             return;
@@ -144,11 +148,11 @@ impl Controller {
             (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
             (
                 &rules::COMMA_FOR_BLANK,
-                has_blanks(letters) && outer_commas(message) > 1,
+                separates_by_blanks(letters) && outer_commas(message) > 1,
             ),
             (
                 &rules::ODD_CHARACTER,
-                message.iter().any(|byte| !is_allowed(*byte)),
+                message.iter().any(|byte| !is_allowed_character(*byte)),
             ),
             (&rules::ABBREVIATED, is_abbreviated(message, command)),
         ];
@@ -158,7 +162,7 @@ impl Controller {
         }
     }
 
-    /// What a command means in the present state.
+    /// Checks a command against the present state and the previous commands.
     pub(crate) fn check_command(&mut self, port: Port, message: &[u8], command: &Command) {
         let letters = command.letters();
         if command.is_extension() {
@@ -177,16 +181,16 @@ impl Controller {
         };
         let since = session
             .history
-            .asks(message, now)
-            .filter(|since| *since < POLL_PACE);
+            .note_poll(message, now)
+            .filter(|since| *since < MIN_POLL_INTERVAL);
         if let Some(since) = since {
             let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
             self.report(&rules::POLL_FAST, port, message, text);
         }
     }
 
-    /// What a command that is obeyed now risks. One that is refused does no such thing.
-    pub(crate) fn risk_of(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
+    /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
+    pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
         match command {
             Command::Br if self.executor.status() == ExecutionStatus::Running => Some((
                 &rules::SERVO_OFF_RUNNING,
@@ -204,9 +208,10 @@ impl Controller {
         }
     }
 
-    /// A command that is valid now was refused, and nothing that has been found since `outputs` were waiting says why.
+    /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
+    /// says why.
     pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
-        if self.found_since(outputs) {
+        if self.has_finding_since(outputs) {
             return;
         }
         let rule = match command {
@@ -222,25 +227,25 @@ impl Controller {
         );
     }
 
-    /// Whether a host repeats what was refused already.
+    /// Counts refusals of the same message in a row.
     pub(crate) fn check_repeat(&mut self, port: Port, message: &[u8], refused: bool) {
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
-        let before = session.history.refused.take().filter(|_| refused);
+        let before = session.history.last_refused.take().filter(|_| refused);
         let before = before
             .filter(|(text, _)| text == message)
             .map_or(0, |(_, times)| times);
         if refused {
-            session.history.refused = Some((message.to_vec(), before.saturating_add(1)));
+            session.history.last_refused = Some((message.to_vec(), before.saturating_add(1)));
         }
-        if before + 1 >= REPEATS && refused {
+        if before + 1 >= REPEATED_REFUSALS && refused {
             let text = format!("the same command was refused {} times in a row", before + 1);
             self.report(&rules::REPEATED_REFUSAL, port, message, text);
         }
     }
 
-    /// A text of a file that is refused.
+    /// Reports a text of a file that is refused.
     pub(crate) fn check_file(&mut self, port: Port, fault: &FileError, data: &[u8]) {
         let rule = match fault {
             FileError::NoPrefix | FileError::DataAfterEnd => &rules::FILE_MALFORMED,
@@ -250,19 +255,19 @@ impl Controller {
         self.report(rule, port, data, fault.to_string());
     }
 
-    /// A file that has come whole is not stored.
+    /// Reports a complete file that could not be stored.
     pub(crate) fn check_store(&mut self, port: Port, error: &DriveError) {
         let rule = match error {
             DriveError::Content { .. } => &rules::FILE_BAD_LINE,
             DriveError::TooLarge { .. } | DriveError::Full { .. } => &rules::FILE_TOO_LARGE,
-            // Nothing of the host's doing.
-            DriveError::Unkept { .. } => return,
+            // Not the host's fault.
+            DriveError::NotPersisted { .. } => return,
             DriveError::TooMany { .. } | DriveError::Name(_) => &rules::REFUSED_BY_STATE,
         };
         self.report(rule, port, &[], error.to_string());
     }
 
-    /// A file was downloaded; `last` is the data of its last text.
+    /// Checks a file that was downloaded; `last` is the data of its last text.
     pub(crate) fn check_download(&mut self, port: Port, name: &FileName, content: &[u8], last: &[u8]) {
         let label = name.as_str();
         if last.ends_with(&[EOF, CR]) {
@@ -290,8 +295,8 @@ impl Controller {
         }
     }
 
-    /// The host of a port is gone.
-    pub(crate) fn check_departure(&mut self, port: Port) {
+    /// Checks in what state the peer of a port disconnected.
+    pub(crate) fn check_disconnect(&mut self, port: Port) {
         if self.jogging == Some(port) && self.is_jogging() {
             let text = "the connection ended while JG guided the arm; it stops";
             self.report(&rules::LEFT_JOGGING, port, &[], text);
@@ -323,7 +328,7 @@ impl Controller {
         }
     }
 
-    /// Bytes have come on a SCOL channel.
+    /// Checks bytes received on a SCOL channel.
     pub(crate) fn check_data(&mut self, port: Port, bytes: &[u8]) {
         if bytes.contains(&STX) || bytes.contains(&ETX) {
             let text = format!("STX or ETX came on {port}, which carries data for INPUT only (4)");
@@ -345,8 +350,8 @@ impl Controller {
         }
     }
 
-    /// Whether something was found since so many outputs were waiting.
-    fn found_since(&self, outputs: usize) -> bool {
+    /// Whether there is a finding among the waiting outputs after the first `outputs`.
+    fn has_finding_since(&self, outputs: usize) -> bool {
         let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
         self.waiting().skip(outputs).any(finding)
     }
@@ -357,7 +362,7 @@ fn begins_file(data: &[u8]) -> bool {
         .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"))
 }
 
-/// Commands that ask and change nothing.
+/// Commands that read a status and change nothing.
 fn is_status(letters: &str) -> bool {
     matches!(
         letters,
@@ -365,8 +370,8 @@ fn is_status(letters: &str) -> bool {
     )
 }
 
-/// Commands whose operands stand behind a blank each, but for the first (5.3.3).
-fn has_blanks(letters: &str) -> bool {
+/// Commands that separate their operands by blanks after the first one (5.3.3).
+fn separates_by_blanks(letters: &str) -> bool {
     matches!(
         letters,
         "IW" | "MW" | "MR" | "EC" | "WD" | "HI" | "HO" | "ZS" | "JG"
@@ -388,11 +393,11 @@ fn outer_commas(message: &[u8]) -> usize {
     commas
 }
 
-fn is_allowed(byte: u8) -> bool {
+fn is_allowed_character(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || SYMBOLS.contains(&byte)
 }
 
-/// `EC,MODE CYC`; CONT is what the maker's library sends.
+/// Whether a mode is abbreviated, as in `EC,MODE CYC`. CONT is not reported: the maker's own library sends it.
 fn is_abbreviated(message: &[u8], command: &Command) -> bool {
     let Command::Ec(InternalCommand::Mode(mode)) = command else {
         return false;

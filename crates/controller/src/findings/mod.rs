@@ -1,7 +1,8 @@
-//! Findings: what a host did that the manual advises against, or that was forgiven (decision D1). A finding never
-//! changes an answer. The rules are one table, [`RULES`]; each break of one is an
-//! [`Event::Finding`], and [`Findings`] counts them and keeps the first of each.
-//! Reports in the formats of other tools are the edge's.
+//! Findings: what a host did that the manual advises against, or that the controller forgave (decision D1).
+//!
+//! A finding never changes an answer. The rules are one table, [`RULES`]; `checks` compares what a host does with them.
+//! Each violation is an [`Event::Finding`]. [`Findings`] counts them and keeps the first of each rule. Reports in the
+//! formats of other tools (SARIF, JUnit) are written by the emulator.
 
 mod checks;
 pub mod rules;
@@ -16,31 +17,31 @@ use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Findings of one rule that are kept whole; the others are counted.
-pub const FIRST_KEPT: usize = 10;
-/// Bytes of the host that a finding keeps.
+/// Findings kept of one rule; further ones are only counted.
+pub const MAX_PER_RULE: usize = 10;
+/// Most bytes of the host that a finding keeps.
 pub const MAX_BYTES: usize = 64;
-/// Characters of the message of a finding.
+/// Most characters in the message of a finding.
 pub const MAX_MESSAGE: usize = 500;
 
-/// How much a broken rule matters.
+/// How serious the violation of a rule is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// It worked; another controller, or the letter of the manual, may see it otherwise.
+    /// It worked here; another controller, or a strict reading of the manual, may reject it.
     Note,
-    /// The manual advises against it, or the robot said NG to what the host could have known.
+    /// The manual advises against it, or the robot answered NG for a reason the host could have known.
     Warning,
-    /// Something was lost, refused as no text or command at all, or given up.
+    /// Data was lost, a text or command was invalid, or an exchange was abandoned.
     Error,
 }
 
 impl Severity {
-    /// All, the mildest first.
+    /// All severities, the mildest first.
     pub const ALL: [Severity; 3] = [Severity::Note, Severity::Warning, Severity::Error];
 
     /// `note`, `warning` or `error`.
     #[must_use]
-    pub const fn word(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Severity::Note => "note",
             Severity::Warning => "warning",
@@ -49,20 +50,21 @@ impl Severity {
     }
 }
 
-/// A rule a host can break.
+/// A rule that a host can break.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Rule {
-    /// Its name, which stays the same from release to release.
+    /// Name; stays the same from release to release.
     pub id: &'static str,
-    /// How much it matters.
+    /// How serious a violation is.
     pub severity: Severity,
     /// Section of the manual, and in brackets the clauses (docs/clauses.tsv) and decisions.
     pub source: &'static str,
-    /// What is wrong, in one line.
+    /// The violation, in one line.
     pub title: &'static str,
-    /// What to do.
+    /// What to change in the host, in one or two sentences.
     pub remedy: &'static str,
-    /// It compares the host's pace with virtual time, so it says nothing where the two are not the same.
+    /// Whether it measures the host's pace in virtual time. Such a rule means nothing if virtual time does not
+    /// follow the wall clock.
     pub timed: bool,
 }
 
@@ -74,27 +76,27 @@ impl Rule {
     }
 }
 
-/// One break of a rule.
+/// One violation of a rule.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Finding {
-    /// The rule.
+    /// The rule that was broken.
     pub rule: &'static Rule,
-    /// The port it concerns, if one.
+    /// The port it concerns; `None` for the panel and the digital lines.
     pub port: Option<Port>,
     /// When, in virtual time.
     pub at: Time,
-    /// The bytes concerned, at most [`MAX_BYTES`]; empty where none are.
+    /// The bytes concerned, at most [`MAX_BYTES`]; may be empty.
     pub bytes: Vec<u8>,
-    /// What happened.
+    /// What happened, with values, in one line.
     pub message: String,
 }
 
-/// What became of one rule.
+/// The violations of one rule.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Tally {
     /// How often it was broken.
     pub count: u64,
-    /// The first [`FIRST_KEPT`] breaks.
+    /// The first [`MAX_PER_RULE`] violations.
     pub first: Vec<Finding>,
 }
 
@@ -105,8 +107,8 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Takes note of an event if it is a finding.
-    pub fn take(&mut self, event: &Event) {
+    /// Counts an event if it is a finding; ignores other events.
+    pub fn record(&mut self, event: &Event) {
         let Event::Finding {
             rule,
             port,
@@ -120,7 +122,7 @@ impl Findings {
         let Some(rule) = Rule::by_id(rule) else { return };
         let tally = self.tallies.entry(rule.id).or_default();
         tally.count = tally.count.saturating_add(1);
-        if tally.first.len() < FIRST_KEPT {
+        if tally.first.len() < MAX_PER_RULE {
             tally.first.push(Finding {
                 rule,
                 port: *port,
@@ -150,7 +152,7 @@ impl Findings {
         self.tallies.is_empty()
     }
 
-    /// Forgets everything, for between two tests.
+    /// Removes all findings, for example between two tests.
     pub fn clear(&mut self) {
         self.tallies.clear();
     }
@@ -179,7 +181,7 @@ mod tests {
     fn the_first_of_a_rule_are_kept_and_all_are_counted() {
         let mut findings = Findings::default();
         for at in 0..25 {
-            findings.take(&Event::Finding {
+            findings.record(&Event::Finding {
                 rule: rules::NO_CR.id,
                 port: Some(Port::Ip0),
                 at: Time::from_millis(at),
@@ -187,11 +189,11 @@ mod tests {
                 message: String::new(),
             });
         }
-        findings.take(&Event::AlarmsReset);
+        findings.record(&Event::AlarmsReset);
         assert_eq!(findings.count(&rules::NO_CR), 25);
         let broken: Vec<_> = findings.broken().collect();
         assert_eq!(broken.len(), 1);
-        assert_eq!(broken[0].1.first.len(), FIRST_KEPT);
+        assert_eq!(broken[0].1.first.len(), MAX_PER_RULE);
         assert_eq!(broken[0].1.first[9].at, Time::from_millis(9));
         findings.clear();
         assert!(findings.is_empty());

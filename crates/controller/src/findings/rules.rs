@@ -1,9 +1,12 @@
-//! The table of rules: what the manual advises a host against, what this controller forgave, and what cost the
-//! host something. Where a rule is broken is seen at the place that sees the bytes; only what a rule is stands here.
+//! The table of rules: what the manual advises a host against, what this controller forgives, and what costs the host
+//! data or time.
+//!
+//! This file says what each rule is. `checks`, and the places in the crate that see the bytes, decide when one is
+//! broken. docs/FINDINGS.md lists the rules for users.
 
 use super::{Rule, Severity};
 
-/// Makes each rule a documented constant and puts all of them into [`RULES`], in this order.
+/// Makes each rule a documented static.
 macro_rules! rules {
     ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
         $(
@@ -20,7 +23,7 @@ macro_rules! rules {
     };
 }
 
-/// Rules that compare the host's pace with the clock: they say nothing where virtual time is not the host's time.
+/// The same for rules that measure the host's pace, see [`Rule::timed`].
 macro_rules! timed {
     ($($name:ident $id:literal $severity:ident $source:literal $title:literal $remedy:literal)*) => {
         $(

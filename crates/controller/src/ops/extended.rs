@@ -50,7 +50,7 @@ impl Controller {
             },
             run_status: self.executor.shown_status().code(),
             override_percent: self.state.override_percent,
-            alarm_level: self.alarms.worst().map_or(0, AlarmLevel::number),
+            alarm_level: self.alarms.worst_level().map_or(0, AlarmLevel::number),
             ended: self.executor.direct_ended,
             busy: self.executor.direct.is_some(),
         };
@@ -71,7 +71,7 @@ impl Controller {
 
     /// IO: all lines as words.
     pub(super) fn op_lines(&mut self) -> Outcome {
-        Outcome::File(FlSender::single_text(self.signals.words().encode(), &[]))
+        Outcome::File(FlSender::single_text(self.signals.line_words().encode(), &[]))
     }
 
     /// HI: inputs as one number, the first line being its lowest bit.
@@ -94,7 +94,7 @@ impl Controller {
         match lines(first, count, Signals::is_user_output) {
             Ok(lines) => {
                 for (bit, line) in lines.into_iter().enumerate() {
-                    self.signals.switch(line, value >> bit & 1 == 1);
+                    self.signals.set_output(line, value >> bit & 1 == 1);
                 }
                 Outcome::Ok
             }

@@ -38,9 +38,9 @@ impl Controller {
                 name.as_str()
             ));
         }
-        let room = self.drive.room_for(&name);
-        let room = self.faults.free.map_or(room, |free| free.min(room));
-        let receiver = FlReceiver::new(room, Drive::rule(&name));
+        let room = self.drive.free_bytes_for(&name);
+        let room = self.faults.drive_free.map_or(room, |free| free.min(room));
+        let receiver = FlReceiver::new(room, Drive::file_rule(&name));
         Outcome::Receive(name, receiver)
     }
 

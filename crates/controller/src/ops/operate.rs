@@ -140,7 +140,7 @@ impl Controller {
             ));
         }
         for write in writes {
-            self.signals.switch(write.line, write.on);
+            self.signals.set_output(write.line, write.on);
         }
         Outcome::Ok
     }

@@ -90,13 +90,13 @@ impl Controller {
         let (executed, execution_task) = self.executor.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.executor.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
-        let lines = self.signals.words();
+        let lines = self.signals.line_words();
         SystemStatus {
             servo: self.state.servo,
             emergency_stop: self.state.emergency_stop,
             execution: body.execution,
             su_request: asked.is_some_and(|asked| *asked != body),
-            alarms: self.alarms.words().into_iter().take(10).collect(),
+            alarms: self.alarms.status_words().into_iter().take(10).collect(),
             execution_line: line(executed),
             analysis_line: line(analysed),
             execution_task,
@@ -130,7 +130,7 @@ impl Controller {
 
     /// EU (EU-01 to EU-07).
     pub(super) fn op_error_history(&mut self) -> Outcome {
-        let mut entries: Vec<_> = self.alarms.history().map(Alarm::entry).collect();
+        let mut entries: Vec<_> = self.alarms.history().map(Alarm::history_entry).collect();
         if self.variation.as_ref().is_some_and(Variation::lists_oldest_first) {
             entries.reverse();
         }

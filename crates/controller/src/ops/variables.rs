@@ -145,7 +145,7 @@ impl Controller {
         let program = compilation
             .program
             .ok_or("the file does not compile with that value")?;
-        if let Some(free) = self.faults.free.filter(|free| source.len() > *free) {
+        if let Some(free) = self.faults.drive_free.filter(|free| source.len() > *free) {
             let size = source.len();
             let name = selected.name.clone();
             return Err(crate::DriveError::Full { name, size, free }.to_string());
@@ -154,7 +154,7 @@ impl Controller {
         let kept = self.drive.check(&file, source);
         kept.and_then(|()| self.persist(file.as_str(), Some(source)))
             .map_err(|error| error.to_string())?;
-        self.drive.put(&file, source);
+        self.drive.store_checked(&file, source);
         Ok(program)
     }
 

@@ -37,7 +37,7 @@ impl Controller {
                 self.report(&rules::WATCHDOG_LATE, port, &[], message);
             }
             let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
-            self.raise(alarm::watchdog(watchdog.level), detail);
+            self.raise(alarm::host_timeout(watchdog.level), detail);
         }
     }
 }

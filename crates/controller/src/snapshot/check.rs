@@ -226,7 +226,7 @@ impl Controller {
     }
 
     fn check_faults(&self) -> Checked {
-        self.faults.check().map_err(|(place, expected, found)| {
+        self.faults.validate().map_err(|(place, expected, found)| {
             SnapshotError::value(&format!("faults.{place}"), &expected, found)
         })?;
         let (vary, seed) = (self.variation.as_ref().map(Variation::seed), self.config.vary);
@@ -258,7 +258,7 @@ impl Controller {
 
 impl Signals {
     fn check(&self) -> Checked {
-        for (place, line) in self.lines_held() {
+        for (place, line) in self.snapshot_lines() {
             if !Signals::exists(line) {
                 let place = format!("signals.{place}");
                 let expected = "lines 1-64, 101-164, 201-264; a pulse of an output that is on";

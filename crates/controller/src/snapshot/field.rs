@@ -98,7 +98,7 @@ impl Serialize for Fault {
 impl<'de> Deserialize<'de> for Fault {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Fault, D::Error> {
         let SavedFault { id, spec } = SavedFault::deserialize(from)?;
-        let fault = Fault::restored(&spec);
+        let fault = Fault::from_snapshot(&spec);
         let fault = fault.map_err(|error: FaultError| D::Error::custom(error))?;
         Ok(Fault { id, ..fault })
     }

@@ -108,7 +108,7 @@ impl AlarmRow {
             text: row.text,
             cause: row.cause,
             remedy: row.remedy,
-            ours: row.ours,
+            ours: row.is_assumed,
         }
     }
 }

@@ -220,7 +220,7 @@ impl ApiEvent {
         let finding = ApiEvent {
             port: port.map(ts3100_controller::Port::name),
             rule: Some(rule),
-            severity: known.map(|rule| rule.severity.word()),
+            severity: known.map(|rule| rule.severity.as_str()),
             source: known.map(|rule| rule.source),
             message: Some(message.clone()),
             remedy: known.map(|rule| rule.remedy),

@@ -16,7 +16,7 @@ use std::fmt::Display;
 use ts3100_controller::Port;
 use ts3100_controller::action::Action;
 use ts3100_controller::faults::{
-    Fault, FaultError, FaultOrder, FaultReport, KINDS, Kind, Parameter, Point, Takes,
+    Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
 use utoipa::ToSchema;
 
@@ -181,7 +181,9 @@ pub struct KindDoc {
 
 impl FaultDoc {
     fn of(report: &FaultReport) -> FaultDoc {
-        let Fault { id, kind, on, .. } = &report.fault;
+        let Fault {
+            id, kind, filter: on, ..
+        } = &report.fault;
         let parameters = report.fault.parameters().into_iter();
         FaultDoc {
             id: *id,
@@ -216,18 +218,23 @@ impl FaultsDoc {
 }
 
 impl KindDoc {
-    fn of(kind: &&'static Kind) -> KindDoc {
+    fn of(kind: &&'static FaultKind) -> KindDoc {
         let parameter = |parameter: &Parameter| ParameterDoc {
             name: parameter.name,
-            takes: Takes::words(&parameter.takes),
+            takes: ParameterType::description(&parameter.value_type),
             default: parameter.default,
-            what: parameter.what,
+            what: parameter.description,
         };
         KindDoc {
             kind: kind.name,
-            what: kind.what,
+            what: kind.summary,
             remedy: kind.remedy,
-            bites: kind.points.iter().copied().map(Point::words).collect(),
+            bites: kind
+                .points
+                .iter()
+                .copied()
+                .map(InjectionPoint::description)
+                .collect(),
             command: kind.command,
             block: kind.block,
             parameters: kind.parameters.iter().map(parameter).collect(),
@@ -274,14 +281,16 @@ impl Arm {
             Problem::at(StatusCode::CONFLICT, place, expected, found)
         };
         read.map_err(|error| match error {
-            FaultError::Kind { found, known } => unfit("kind", known, found),
-            FaultError::Key { key, known, .. } => unfit("parameters", known, key),
-            FaultError::Twice { key, .. } => unfit("parameters", format!("{key} once"), "twice".to_owned()),
-            FaultError::Value {
+            FaultError::UnknownKind { found, known } => unfit("kind", known, found),
+            FaultError::UnknownKey { key, known, .. } => unfit("parameters", known, key),
+            FaultError::DuplicateKey { key, .. } => {
+                unfit("parameters", format!("{key} once"), "twice".to_owned())
+            }
+            FaultError::InvalidValue {
                 key, expected, found, ..
             } => unfit(&key, expected, found),
-            never @ FaultError::Never { .. } => Problem::new(StatusCode::CONFLICT, never.to_string()),
-            FaultError::Form { found } => unfit("body", "a fault".to_owned(), found),
+            never @ FaultError::NeverFires { .. } => Problem::new(StatusCode::CONFLICT, never.to_string()),
+            FaultError::Syntax { found } => unfit("body", "a fault".to_owned(), found),
         })
     }
 }
@@ -313,14 +322,14 @@ async fn get_faults(State(hub): State<Handle>) -> Result<Json<FaultsDoc>, Proble
 #[utoipa::path(post, path = "/faults", request_body = Order, responses((status = 200, body = FaultsDoc)))]
 async fn arm_fault(state: State<Handle>, Body(body): Body<Arm>) -> Result<Json<FaultsDoc>, Problem> {
     let fault = Box::new(body.fault()?);
-    state.action(Action::Fault(FaultOrder::Arm(fault))).await?;
+    state.action(Action::Fault(FaultAction::Arm(fault))).await?;
     get_faults(state).await
 }
 
 /// Forget all faults: none bites any more, and the report is empty
 #[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultsDoc)))]
 async fn clear_faults(state: State<Handle>, _: NoBody) -> Result<Json<FaultsDoc>, Problem> {
-    state.action(Action::Fault(FaultOrder::Clear)).await?;
+    state.action(Action::Fault(FaultAction::Clear)).await?;
     get_faults(state).await
 }
 
@@ -362,6 +371,6 @@ async fn disarm_fault(
     _: NoBody,
 ) -> Result<Json<FaultDoc>, Problem> {
     let Json(known) = fault(&hub, number.clone()).await?;
-    hub.action(Action::Fault(FaultOrder::Disarm(known.id))).await?;
+    hub.action(Action::Fault(FaultAction::Disarm(known.id))).await?;
     fault(&hub, number).await
 }

@@ -9,7 +9,7 @@ use crate::transcript::{LinkRecord, Side};
 use std::time::Duration;
 use tracing::{error, info};
 use ts3100_controller::action::{Action, ActionError, ActionErrorKind};
-use ts3100_controller::faults::FaultOrder;
+use ts3100_controller::faults::FaultAction;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
@@ -182,7 +182,7 @@ impl Driver {
     /// The first input, behind the power coming on.
     pub(super) async fn start(&mut self) {
         for fault in self.faults.clone() {
-            let order = FaultOrder::Arm(Box::new(fault));
+            let order = FaultAction::Arm(Box::new(fault));
             self.feed(Input::Action(Action::Fault(order))).await;
         }
         if self.servo_on {

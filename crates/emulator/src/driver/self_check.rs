@@ -36,7 +36,7 @@ impl Driver {
             return Ok(());
         };
         let address = SocketAddr::new(connectable(listen), *number);
-        let unbroken = self.controller.unbroken();
+        let unbroken = self.controller.without_faults();
         let before = std::mem::replace(&mut self.controller, unbroken);
         let evidence = std::mem::take(&mut self.run_record);
         let journal = self.journal.take();

@@ -142,10 +142,12 @@ impl File<'_> {
         };
         Fault::from_pairs(&kind, &pairs).map_err(|reason| {
             let key = match &reason {
-                FaultError::Key { key, .. }
-                | FaultError::Value { key, .. }
-                | FaultError::Twice { key, .. } => pairs.iter().position(|(name, _)| name == key),
-                FaultError::Kind { .. } | FaultError::Form { .. } | FaultError::Never { .. } => None,
+                FaultError::UnknownKey { key, .. }
+                | FaultError::InvalidValue { key, .. }
+                | FaultError::DuplicateKey { key, .. } => pairs.iter().position(|(name, _)| name == key),
+                FaultError::UnknownKind { .. }
+                | FaultError::Syntax { .. }
+                | FaultError::NeverFires { .. } => None,
             };
             let at = key.and_then(|key| places.get(key)).copied().unwrap_or(at);
             FaultFileError::Fault {

@@ -8,7 +8,7 @@ pub use file::{FaultFileError, read};
 pub use report::{AppliedFault, FaultLog, prepare, tell, write};
 
 use serde_json::{Value, json};
-use ts3100_controller::faults::{Fault, KINDS, Kind, Takes};
+use ts3100_controller::faults::{Fault, FaultKind, KINDS, ParameterType};
 use ts3100_controller::port::Port;
 use ts3100_controller::variation::VARIATIONS;
 
@@ -19,9 +19,9 @@ pub fn fault_json(fault: &Fault) -> Value {
         "id": fault.id,
         "kind": fault.kind.name,
         "on": {
-            "command": fault.on.command,
-            "channel": fault.on.channel.map(Port::name),
-            "block": fault.on.block,
+            "command": fault.filter.command,
+            "channel": fault.filter.channel.map(Port::name),
+            "block": fault.filter.block,
         },
         "after": fault.after,
         "times": fault.times,
@@ -33,19 +33,19 @@ pub fn fault_json(fault: &Fault) -> Value {
 /// Every kind and every variation, as JSON.
 #[must_use]
 pub fn kinds_json() -> Value {
-    let kind = |kind: &&Kind| {
+    let kind = |kind: &&FaultKind| {
         json!({
             "kind": kind.name,
-            "what": kind.what,
+            "what": kind.summary,
             "remedy": kind.remedy,
-            "bites": kind.points.iter().map(|point| point.words()).collect::<Vec<_>>(),
+            "bites": kind.points.iter().map(|point| point.description()).collect::<Vec<_>>(),
             "command": kind.command,
             "block": kind.block,
             "parameters": kind.parameters.iter().map(|parameter| json!({
                 "name": parameter.name,
-                "takes": parameter.takes.words(),
+                "takes": parameter.value_type.description(),
                 "default": parameter.default,
-                "what": parameter.what,
+                "what": parameter.description,
             })).collect::<Vec<_>>(),
         })
     };
@@ -66,16 +66,19 @@ pub fn kinds_text() -> String {
         "Kinds of faults (--fault KIND:key=value,...; each also takes command, channel, block, after, times, probability):\n",
     );
     for kind in KINDS {
-        text += &format!("\n{}\n  {}\n  The host: {}\n", kind.name, kind.what, kind.remedy);
-        let points: Vec<&str> = kind.points.iter().map(|point| point.words()).collect();
+        text += &format!(
+            "\n{}\n  {}\n  The host: {}\n",
+            kind.name, kind.summary, kind.remedy
+        );
+        let points: Vec<&str> = kind.points.iter().map(|point| point.description()).collect();
         text += &format!("  Bites: {}{}\n", points.join("; "), waits_for(kind));
         for parameter in kind.parameters {
             let default = parameter.default.map(|default| format!(" [default: {default}]"));
             text += &format!(
                 "  {}={}  {}{}\n",
                 parameter.name,
-                placeholder(parameter.takes),
-                parameter.what,
+                placeholder(parameter.value_type),
+                parameter.description,
                 default.unwrap_or_default()
             );
         }
@@ -90,7 +93,7 @@ pub fn kinds_text() -> String {
     text
 }
 
-fn waits_for(kind: &Kind) -> String {
+fn waits_for(kind: &FaultKind) -> String {
     let block = kind
         .block
         .map(|block| format!(" block={block}"))
@@ -100,12 +103,16 @@ fn waits_for(kind: &Kind) -> String {
         .unwrap_or_default()
 }
 
-fn placeholder(takes: Takes) -> String {
+fn placeholder(takes: ParameterType) -> String {
     match takes {
-        Takes::Number { unit, least, most } => format!("{least}..{most} {unit}"),
-        Takes::Word(words) => words.join("|"),
-        Takes::Text { .. } => "TEXT".to_owned(),
-        Takes::Alarm => "LEVEL-CODE".to_owned(),
+        ParameterType::Number {
+            unit,
+            min: least,
+            max: most,
+        } => format!("{least}..{most} {unit}"),
+        ParameterType::Word(words) => words.join("|"),
+        ParameterType::Text { .. } => "TEXT".to_owned(),
+        ParameterType::Alarm => "LEVEL-CODE".to_owned(),
     }
 }
 

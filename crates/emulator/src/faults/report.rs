@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use tracing::{info, warn};
 use ts3100_controller::faults::{Fault, FaultReport, Faults};
-use ts3100_controller::limits::FAULT_MOMENTS;
+use ts3100_controller::limits::MAX_FAULT_TIMES;
 use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
@@ -49,7 +49,7 @@ impl FaultLog {
             return;
         }
         let bites = self.0.entry(*id).or_default();
-        if bites.len() < FAULT_MOMENTS {
+        if bites.len() < MAX_FAULT_TIMES {
             let (port, what) = (*port, message.clone());
             bites.push(AppliedFault { at, port, what });
         }
@@ -62,15 +62,20 @@ impl FaultLog {
 
 /// What a fault waits for, in words.
 fn occasion(fault: &Fault) -> String {
-    let points: Vec<&str> = fault.kind.points.iter().map(|point| point.words()).collect();
+    let points: Vec<&str> = fault
+        .kind
+        .points
+        .iter()
+        .map(|point| point.description())
+        .collect();
     let mut words = points.join(", or ");
-    if let Some(command) = &fault.on.command {
+    if let Some(command) = &fault.filter.command {
         let _ = write!(words, "; command {command}");
     }
-    if let Some(channel) = fault.on.channel {
+    if let Some(channel) = fault.filter.channel {
         let _ = write!(words, "; channel {channel}");
     }
-    if let Some(block) = fault.on.block {
+    if let Some(block) = fault.filter.block {
         let _ = write!(words, "; block {block}");
     }
     words
@@ -82,7 +87,7 @@ fn report_json(report: &FaultReport, bites: &[AppliedFault]) -> Value {
     json!({
         "fault": fault_json(&report.fault),
         "spec": report.fault.to_string(),
-        "what": report.fault.kind.what,
+        "what": report.fault.kind.summary,
         "host": report.fault.kind.remedy,
         "waits_for": occasion(&report.fault),
         "armed": report.armed,
@@ -90,7 +95,7 @@ fn report_json(report: &FaultReport, bites: &[AppliedFault]) -> Value {
         "fired": report.fired,
         "at": at,
         "bites": bites.iter().map(bite).collect::<Vec<_>>(),
-        "words": report.line(),
+        "words": report.summary(),
     })
 }
 
@@ -124,14 +129,14 @@ fn junit(faults: &Faults, bites: &FaultLog) -> String {
             escape(&fault.to_string())
         );
         if report.fired == 0 {
-            let text = format!("{}\nIt waits for: {}\n", fault.kind.what, occasion(fault));
-            let (message, text) = (escape(&report.line()), escape(&text));
+            let text = format!("{}\nIt waits for: {}\n", fault.kind.summary, occasion(fault));
+            let (message, text) = (escape(&report.summary()), escape(&text));
             let _ = writeln!(
                 xml,
                 "      <failure message=\"{message}\" type=\"fault-never-fired\">{text}</failure>"
             );
         } else {
-            let mut text = format!("{}\n", report.line());
+            let mut text = format!("{}\n", report.summary());
             for AppliedFault { at, port, what } in bites.of(fault.id) {
                 let place = port.map(|port| format!("{port} ")).unwrap_or_default();
                 let _ = writeln!(text, "{place}at {at} s: {what}");
@@ -177,7 +182,7 @@ fn is_xml(path: &Path) -> bool {
 pub fn tell(faults: &Faults) {
     for report in faults.reports() {
         let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
-        let line = report.line();
+        let line = report.summary();
         if fired == 0 {
             warn!(
                 event = "fault-never-fired",

@@ -96,7 +96,7 @@ impl RuleView {
     fn of(rule: &'static Rule, tally: &Tally) -> RuleView {
         RuleView {
             rule: rule.id,
-            severity: rule.severity.word(),
+            severity: rule.severity.as_str(),
             source: rule.source,
             title: rule.title,
             remedy: rule.remedy,

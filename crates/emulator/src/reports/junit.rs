@@ -36,7 +36,7 @@ pub(super) fn fails(deny: &[Deny], rule: &Rule) -> bool {
 }
 
 fn case(xml: &mut String, rule: &Rule, tally: Option<&Tally>, fails: bool) {
-    let severity = rule.severity.word();
+    let severity = rule.severity.as_str();
     let head = format!(
         "    <testcase classname=\"ts3100.findings.{severity}\" name=\"{}\" time=\"0\"",
         rule.id

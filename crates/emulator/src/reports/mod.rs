@@ -54,7 +54,7 @@ impl RunRecord {
         let mut record = self.record();
         if let Output::Event(event) = output {
             record.bites.take(at, event);
-            record.findings.take(event);
+            record.findings.record(event);
             record.coverage.take(event);
         }
         record.executed.take(output);

@@ -53,7 +53,10 @@ impl FromStr for Deny {
         if word == NEVER_FIRED {
             return Ok(Deny::NeverFired);
         }
-        if let Some(severity) = Severity::ALL.into_iter().find(|severity| severity.word() == word) {
+        if let Some(severity) = Severity::ALL
+            .into_iter()
+            .find(|severity| severity.as_str() == word)
+        {
             return Ok(Deny::From(severity));
         }
         let rule = Rule::by_id(word);

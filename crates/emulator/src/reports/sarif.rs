@@ -43,7 +43,7 @@ fn descriptor(rule: &Rule) -> Value {
         "shortDescription": { "text": rule.title },
         "fullDescription": { "text": format!("{}. Manual: {}", rule.title, rule.source) },
         "help": { "text": rule.remedy },
-        "defaultConfiguration": { "level": rule.severity.word() },
+        "defaultConfiguration": { "level": rule.severity.as_str() },
         "properties": { "source": rule.source },
     })
 }

@@ -3,7 +3,7 @@
 
 use super::{notation, panel};
 use std::time::Duration;
-use ts3100_controller::faults::{Fault, FaultError, FaultOrder};
+use ts3100_controller::faults::{Fault, FaultAction, FaultError};
 use ts3100_controller::{Action, IoKind};
 use ts3100_proto::command::Number;
 
@@ -41,12 +41,12 @@ pub fn write(action: &Action) -> String {
         Action::PutFile { name, content } => format!("put {name} {}", notation::write(content)),
         Action::EraseFile { name } => format!("erase {name}"),
         Action::Select { name } => format!("select {name}"),
-        Action::Fault(FaultOrder::Arm(fault)) => match fault.id {
+        Action::Fault(FaultAction::Arm(fault)) => match fault.id {
             0 => format!("fault arm {fault}"),
             id => format!("fault arm {id} {fault}"),
         },
-        Action::Fault(FaultOrder::Disarm(id)) => format!("fault disarm {id}"),
-        Action::Fault(FaultOrder::Clear) => "fault clear".to_owned(),
+        Action::Fault(FaultAction::Disarm(id)) => format!("fault disarm {id}"),
+        Action::Fault(FaultAction::Clear) => "fault clear".to_owned(),
     }
 }
 
@@ -114,7 +114,7 @@ pub fn read(words: &str) -> Result<Action, String> {
     })
 }
 
-fn read_fault(rest: &str) -> Result<FaultOrder, String> {
+fn read_fault(rest: &str) -> Result<FaultAction, String> {
     let (verb, rest) = rest.split_once(' ').unwrap_or((rest, ""));
     let number = |word: &str| {
         word.parse::<u32>()
@@ -129,10 +129,10 @@ fn read_fault(rest: &str) -> Result<FaultOrder, String> {
             let mut fault: Fault = spec.parse().map_err(|error: FaultError| error.to_string())?;
             // One may stand among its keys too.
             fault.id = id.unwrap_or(fault.id);
-            FaultOrder::Arm(Box::new(fault))
+            FaultAction::Arm(Box::new(fault))
         }
-        "disarm" => FaultOrder::Disarm(number(rest)?),
-        "clear" if rest.is_empty() => FaultOrder::Clear,
+        "disarm" => FaultAction::Disarm(number(rest)?),
+        "clear" if rest.is_empty() => FaultAction::Clear,
         _ => return Err(wrong("arm, disarm or clear", verb)),
     })
 }

@@ -1,35 +1,37 @@
-//! Alarm N: the controller raises one of its alarms.
+//! Fault `alarm`: the controller raises one of its alarms.
+//!
+//! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Takes};
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
 use crate::alarm::ALARMS;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "alarm",
-    what: "An alarm of the table comes; its level acts as always.",
+    summary: "An alarm of the table comes; its level acts as always.",
     remedy: "Take the unsolicited SP, or a status that is no longer running, for what it is: read the alarm (EU, SF), \
              reset it, and start again where that is safe.",
     parameters: &[
         Parameter {
             name: "number",
-            takes: Takes::Alarm,
+            value_type: ParameterType::Alarm,
             default: Some("2-046"),
-            what: "its level and code",
+            description: "its level and code",
         },
         DELAY,
     ],
     points: MACHINE,
-    act: |controller, values, prey| {
+    apply: |controller, values, site| {
         let number = values.word("number");
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
             controller.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
         Applied::new(
-            Effect::Pass,
-            alloc::format!("alarm {number} follows {}", prey.words()),
+            Effect::Unchanged,
+            alloc::format!("alarm {number} follows {}", site.description()),
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

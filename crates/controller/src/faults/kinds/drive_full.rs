@@ -1,49 +1,53 @@
-//! RAM drive full: a download finds no room.
+//! Fault `drive-full`: a download or an MW finds no room on the RAM drive.
+//!
+//! It sets the free bytes for the file of one command; the commands that store files read them from `Faults`.
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
-use super::super::{FaultError, On};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use super::super::{FaultError, FaultFilter};
 use crate::limits::MAX_FILE;
 
-/// The commands that store a file.
+/// Commands that store a file.
 const STORING: [&str; 2] = ["DL", "MW"];
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "drive-full",
-    what: "The RAM drive has only so much room for the file of this DL, or of this MW that writes into the file: NG \
+    summary: "The RAM drive has only so much room for the file of this DL, or of this MW that writes into the file: NG \
            at the text that does not fit, and the file is as before.",
     remedy: "Look at every answer inside a download; after NG look at the directory, erase what is not needed, and \
              begin with DL again.",
     parameters: &[Parameter {
         name: "free",
-        takes: Takes::Number {
+        value_type: ParameterType::Number {
             unit: "bytes",
-            least: 0,
-            most: MAX_FILE as u64,
+            min: 0,
+            max: MAX_FILE as u64,
         },
         default: Some("0"),
-        what: "bytes that are free",
+        description: "bytes that are free",
     }],
-    points: &[Point::Command],
+    points: &[InjectionPoint::Command],
     command: Some("DL"),
     block: Some(0),
-    // The room is that of the whole file: it is known when the command comes.
-    bites: |_, _, block| block == 0,
-    check: stores,
-    act: |controller, values, prey| {
+    // The free bytes are those for the whole file, so they are set when the command is served.
+    applies: |_, _, block| block == 0,
+    validate: check_stores_file,
+    apply: |controller, values, site| {
         let free = values.bytes("free").unwrap_or(0);
-        controller.faults.free = Some(free);
-        let words = alloc::format!("{} finds {free} bytes free on the RAM drive", prey.words());
-        Applied::new(Effect::Pass, words)
+        controller.faults.drive_free = Some(free);
+        let message = alloc::format!("{} finds {free} bytes free on the RAM drive", site.description());
+        Applied::new(Effect::Unchanged, message)
     },
 };
 
-fn stores(on: &On, _: &super::super::Values) -> Result<(), FaultError> {
-    match on.command.as_deref() {
-        Some(command) if STORING.contains(&command) => match on.block {
+fn check_stores_file(filter: &FaultFilter, _: &super::super::ParameterValues) -> Result<(), FaultError> {
+    match filter.command.as_deref() {
+        Some(command) if STORING.contains(&command) => match filter.block {
             None | Some(0) => Ok(()),
-            Some(block) => Err(KIND.wrong("block", "0, the command itself,", &alloc::format!("{block}"))),
+            Some(block) => {
+                Err(KIND.invalid_value("block", "0, the command itself,", &alloc::format!("{block}")))
+            }
         },
-        other => Err(KIND.wrong("command", "DL or MW", other.unwrap_or(""))),
+        other => Err(KIND.invalid_value("command", "DL or MW", other.unwrap_or(""))),
     }
 }

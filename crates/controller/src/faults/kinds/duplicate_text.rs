@@ -1,22 +1,24 @@
-//! Duplicate text: the same text twice.
+//! Fault `duplicate-text`: a text is sent twice.
+//!
+//! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
-use super::{OUT, millis};
+use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::{OUTGOING, millis_parameter};
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "duplicate-text",
-    what: "What leaves, leaves twice.",
+    summary: "What leaves, leaves twice.",
     remedy: "Before a command is sent drop what has come unasked; compare each answer with its question.",
-    parameters: &[millis("pause", "10", "between the two")],
-    points: OUT,
-    act: |_, values, prey| {
-        let again = Segment::after(values.millis("pause"), Departure::Bytes(prey.bytes.to_vec()));
-        let words = alloc::format!("{} leaves twice", prey.words());
+    parameters: &[millis_parameter("pause", "10", "between the two")],
+    points: OUTGOING,
+    apply: |_, values, site| {
+        let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.to_vec()));
+        let message = alloc::format!("{} leaves twice", site.description());
         Applied::new(
-            Effect::Sent([Segment::bytes(prey.bytes.to_vec()), again].into()),
-            words,
+            Effect::ReplaceOutput([Segment::bytes(site.bytes.to_vec()), again].into()),
+            message,
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

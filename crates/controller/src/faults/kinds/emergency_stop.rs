@@ -1,25 +1,27 @@
-//! Emergency stop: somebody presses the button.
+//! Fault `emergency-stop`: the emergency stop button is pressed, and released later if the fault says so.
+//!
+//! The panel handles it like a press of the button by hand.
 
-use super::super::kind::{Applied, Effect, Kind};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::super::scheduled::ScheduledAction;
-use super::{DELAY, MACHINE, millis};
+use super::{DELAY, MACHINE, millis_parameter};
 use crate::input::PanelAction;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "emergency-stop",
-    what: "The emergency stop button is pressed, and released later.",
+    summary: "The emergency stop button is pressed, and released later.",
     remedy: "Stop asking for motion; when the button is out again reset the alarm, turn the servo on, start.",
     parameters: &[
         DELAY,
-        millis(
+        millis_parameter(
             "release",
             "0",
             "how long it stays pressed; 0: until somebody releases it",
         ),
     ],
     points: MACHINE,
-    act: |controller, values, prey| {
+    apply: |controller, values, site| {
         let (delay, release) = (values.millis("delay"), values.millis("release"));
         controller.schedule(delay, ScheduledAction::Panel(PanelAction::EmergencyStop(true)));
         if !release.is_zero() {
@@ -29,9 +31,9 @@ pub const KIND: Kind = Kind {
             );
         }
         Applied::new(
-            Effect::Pass,
-            alloc::format!("the emergency stop follows {}", prey.words()),
+            Effect::Unchanged,
+            alloc::format!("the emergency stop follows {}", site.description()),
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

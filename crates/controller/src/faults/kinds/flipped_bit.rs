@@ -1,78 +1,85 @@
-//! Flipped bit: one bit of what is on the line is the other way round.
+//! Fault `flipped-bit`: one bit of the bytes on a line is inverted.
+//!
+//! It applies to sent or to received bytes. Byte and bit are random by default.
 
-use super::super::Values;
-use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Segment, Takes};
+use super::super::ParameterValues;
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
 use crate::Controller;
 
-/// Towards the host.
+/// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";
-/// Towards the robot.
+/// Value of `way`: bytes received by the robot.
 const IN: &str = "in";
-/// Farthest byte that can be named.
+/// Largest value of `byte`.
 const FARTHEST: u64 = 511;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "flipped-bit",
-    what: "One bit of a text, of what PRINT sends, or of what comes in is inverted.",
+    summary: "One bit of a text, of what PRINT sends, or of what comes in is inverted.",
     remedy: "Compare every answer with the forms it can have, send the command again when it has none of them; for \
              files read back what was stored. A checksum (text.checksum) finds what forms do not.",
     parameters: &[
         Parameter {
             name: "way",
-            takes: Takes::Word(&[OUT, IN]),
+            value_type: ParameterType::Word(&[OUT, IN]),
             default: Some(OUT),
-            what: "out: towards the host; in: towards the robot",
+            description: "out: towards the host; in: towards the robot",
         },
         Parameter {
             name: "byte",
-            takes: Takes::Number {
+            value_type: ParameterType::Number {
                 unit: "bytes",
-                least: 0,
-                most: FARTHEST,
+                min: 0,
+                max: FARTHEST,
             },
             default: None,
-            what: "how many bytes stand before it, STX included; drawn if not said",
+            description: "how many bytes stand before it, STX included; drawn if not said",
         },
         Parameter {
             name: "bit",
-            takes: Takes::Number {
+            value_type: ParameterType::Number {
                 unit: "bits",
-                least: 0,
-                most: 7,
+                min: 0,
+                max: 7,
             },
             default: None,
-            what: "0 the lowest to 7 the highest; drawn if not said",
+            description: "0 the lowest to 7 the highest; drawn if not said",
         },
     ],
-    points: &[Point::Reply, Point::Print, Point::Bytes],
-    bites: |values, point, _| (values.word("way") == IN) == (point == Point::Bytes),
-    act: |controller, values, prey| {
-        let mut bytes = prey.bytes.to_vec();
-        let (byte, bit) = place(controller, values, bytes.len());
+    points: &[
+        InjectionPoint::Reply,
+        InjectionPoint::Print,
+        InjectionPoint::Bytes,
+    ],
+    applies: |values, point, _| (values.word("way") == IN) == (point == InjectionPoint::Bytes),
+    apply: |controller, values, site| {
+        let mut bytes = site.bytes.to_vec();
+        let (byte, bit) = position(controller, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
-            let words = alloc::format!("{} has no byte {byte}", prey.words());
-            return Applied::new(Effect::Pass, words);
+            let message = alloc::format!("{} has no byte {byte}", site.description());
+            return Applied::new(Effect::Unchanged, message);
         };
         let before = *found;
         *found ^= 1 << bit;
-        let words = alloc::format!(
+        let message = alloc::format!(
             "byte {byte} of {} is {:02X}, not {before:02X}",
-            prey.words(),
+            site.description(),
             *found
         );
-        let effect = match prey.point {
-            Point::Bytes => Effect::Came(bytes),
-            _ => Effect::Sent([Segment::bytes(bytes)].into()),
+        let effect = match site.point {
+            InjectionPoint::Bytes => Effect::ReplaceInput(bytes),
+            _ => Effect::ReplaceOutput([Segment::bytes(bytes)].into()),
         };
-        Applied::new(effect, words)
+        Applied::new(effect, message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };
 
-fn place(controller: &mut Controller, values: &Values, length: usize) -> (usize, u32) {
-    let dice = &mut controller.faults.dice;
-    let byte = values.bytes("byte").unwrap_or_else(|| dice.place(length));
-    let bit = values.number("bit").unwrap_or_else(|| dice.between(0, 7));
+/// Index of the byte and number of the bit; random where the fault does not say.
+fn position(controller: &mut Controller, values: &ParameterValues, length: usize) -> (usize, u32) {
+    let rng = &mut controller.faults.rng;
+    let byte = values.bytes("byte").unwrap_or_else(|| rng.index(length));
+    let bit = values.number("bit").unwrap_or_else(|| rng.between(0, 7));
     (byte, u32::try_from(bit).unwrap_or(0))
 }

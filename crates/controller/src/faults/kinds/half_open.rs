@@ -1,32 +1,34 @@
-//! Half-open: the other side is gone and the connection does not know.
+//! Fault `half-open`: the connection stalls although it stays open, then it is reset.
+//!
+//! The controller neither reads nor writes on the port while it is stalled.
 
-use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
-use super::{OUT, millis};
+use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::{OUTGOING, millis_parameter};
 use crate::output::DisconnectMode;
 use core::time::Duration;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "half-open",
-    what: "From this text on nothing is read or written on the connection, which stays open; then it is reset.",
+    summary: "From this text on nothing is read or written on the connection, which stays open; then it is reset.",
     remedy: "Give every answer a time limit; when it passes close the connection, connect again until the robot \
              serves, and ask for the status.",
-    parameters: &[millis(
+    parameters: &[millis_parameter(
         "lasts",
         "5000",
         "until the robot gives the connection up and takes another one",
     )],
-    points: OUT,
-    act: |_, values, prey| {
+    points: OUTGOING,
+    apply: |_, values, site| {
         let lasts = values.millis("lasts");
-        let words = alloc::format!(
+        let message = alloc::format!(
             "{} and all that follows is lost for {} ms; the connection stays open",
-            prey.words(),
+            site.description(),
             lasts.as_millis()
         );
-        let deaf = Segment::after(Duration::ZERO, Departure::Deaf);
-        let cut = Segment::after(lasts, Departure::Cut(DisconnectMode::Reset));
-        Applied::new(Effect::Sent([deaf, cut].into()), words)
+        let stall = Segment::after(Duration::ZERO, Departure::Stall);
+        let disconnect = Segment::after(lasts, Departure::Disconnect(DisconnectMode::Reset));
+        Applied::new(Effect::ReplaceOutput([stall, disconnect].into()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

@@ -1,32 +1,34 @@
-//! Key turned mid-cycle: somebody takes the robot out of external operation.
+//! Fault `key-turned`: the key switch is turned, and turned back to EXT if the fault says so.
+//!
+//! The panel handles it like a turn of the key by hand.
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Takes};
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::super::scheduled::ScheduledAction;
-use super::{MACHINE, millis};
+use super::{MACHINE, millis_parameter};
 use crate::input::{KeySwitch, PanelAction};
 
-/// The positions.
+/// Values of `to`.
 const POSITIONS: [(&str, KeySwitch); 3] = [
     ("teaching", KeySwitch::Teaching),
     ("internal", KeySwitch::Internal),
     ("ext", KeySwitch::Ext),
 ];
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "key-turned",
-    what: "The key switch is turned, by default in the middle of the cycle that RN starts; the program stops behind \
+    summary: "The key switch is turned, by default in the middle of the cycle that RN starts; the program stops behind \
            its step, and commands of the other mode are NG.",
     remedy: "After SP or NG read the mode (SU); wait until it is external again, then start again.",
     parameters: &[
         Parameter {
             name: "to",
-            takes: Takes::Word(&["teaching", "internal", "ext"]),
+            value_type: ParameterType::Word(&["teaching", "internal", "ext"]),
             default: Some("teaching"),
-            what: "where it is turned to",
+            description: "where it is turned to",
         },
-        millis("delay", "500", "how long after its occasion it is turned"),
-        millis(
+        millis_parameter("delay", "500", "how long after its occasion it is turned"),
+        millis_parameter(
             "back",
             "0",
             "how long until it is turned to EXT again; 0: until somebody does",
@@ -34,7 +36,7 @@ pub const KIND: Kind = Kind {
     ],
     points: MACHINE,
     command: Some("RN"),
-    act: |controller, values, prey| {
+    apply: |controller, values, site| {
         let word = values.word("to");
         let (delay, back) = (values.millis("delay"), values.millis("back"));
         let position = POSITIONS.iter().find(|(name, _)| *name == word);
@@ -46,12 +48,12 @@ pub const KIND: Kind = Kind {
                 ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
             );
         }
-        let words = alloc::format!(
+        let message = alloc::format!(
             "the key is turned to {word} {} ms behind {}",
             delay.as_millis(),
-            prey.words()
+            site.description()
         );
-        Applied::new(Effect::Pass, words)
+        Applied::new(Effect::Unchanged, message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

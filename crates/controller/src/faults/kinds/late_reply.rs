@@ -1,20 +1,22 @@
-//! Late reply: the answer comes, but later than a host may wait.
+//! Fault `late-reply`: the answer is sent after a delay.
+//!
+//! The default delay is longer than the time-out of most hosts.
 
-use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
-use super::{OUT, millis};
+use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::{OUTGOING, millis_parameter};
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "late-reply",
-    what: "The text leaves so much later.",
+    summary: "The text leaves so much later.",
     remedy: "Have a longer time limit than the delay, or drop what comes late before the command is sent again.",
-    parameters: &[millis("delay", "6000", "how late it leaves")],
-    points: OUT,
-    act: |_, values, prey| {
+    parameters: &[millis_parameter("delay", "6000", "how late it leaves")],
+    points: OUTGOING,
+    apply: |_, values, site| {
         let delay = values.millis("delay");
-        let parcel = Segment::after(delay, Departure::Bytes(prey.bytes.to_vec()));
-        let words = alloc::format!("{} leaves {} ms late", prey.words(), delay.as_millis());
-        Applied::new(Effect::Sent([parcel].into()), words)
+        let segment = Segment::after(delay, Departure::Bytes(site.bytes.to_vec()));
+        let message = alloc::format!("{} leaves {} ms late", site.description(), delay.as_millis());
+        Applied::new(Effect::ReplaceOutput([segment].into()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

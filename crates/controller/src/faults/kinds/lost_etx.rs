@@ -1,22 +1,24 @@
-//! Lost ETX: the end of a text does not come.
+//! Fault `lost-etx`: a text is sent without its ETX.
+//!
+//! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::super::kind::{Applied, Effect, Kind, Point, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Segment};
 use ts3100_proto::text::ETX;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "lost-etx",
-    what: "The text leaves without its ETX.",
+    summary: "The text leaves without its ETX.",
     remedy: "Give up a text that does not end in time, forget its beginning, and send the command again.",
-    points: &[Point::Reply],
-    act: |_, _, prey| {
-        let end = prey.bytes.iter().rposition(|byte| *byte == ETX);
-        let mut bytes = prey.bytes.to_vec();
+    points: &[InjectionPoint::Reply],
+    apply: |_, _, site| {
+        let end = site.bytes.iter().rposition(|byte| *byte == ETX);
+        let mut bytes = site.bytes.to_vec();
         if let Some(end) = end {
             bytes.remove(end);
         }
-        let words = alloc::format!("{} leaves without ETX", prey.words());
-        Applied::new(Effect::Sent([Segment::bytes(bytes)].into()), words)
+        let message = alloc::format!("{} leaves without ETX", site.description());
+        Applied::new(Effect::ReplaceOutput([Segment::bytes(bytes)].into()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

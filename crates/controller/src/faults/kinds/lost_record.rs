@@ -1,18 +1,20 @@
-//! Lost INPUT record: what a peer sent to the program does not reach it.
+//! Fault `lost-record`: a record for INPUT never reaches the program.
+//!
+//! `Faults` drops the bytes of the record up to its CR.
 
-use super::super::kind::{Applied, Effect, Kind, Point};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "lost-record",
-    what: "A record for INPUT, up to its CR, is lost on its way to the program.",
+    summary: "A record for INPUT, up to its CR, is lost on its way to the program.",
     remedy: "Let the program answer each record by PRINT; when no answer comes in time send the record again.",
-    points: &[Point::Record],
-    act: |_, _, prey| {
+    points: &[InjectionPoint::Record],
+    apply: |_, _, site| {
         Applied::new(
             Effect::Lost,
-            alloc::format!("a record for INPUT on {} is lost", prey.port),
+            alloc::format!("a record for INPUT on {} is lost", site.port),
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

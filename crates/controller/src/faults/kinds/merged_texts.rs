@@ -1,19 +1,21 @@
-//! Merged texts: two texts in one segment.
+//! Fault `merged-texts`: two texts are sent in one write.
+//!
+//! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::super::kind::{Applied, Departure, Effect, Kind, Segment};
-use super::{OUT, millis};
+use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::{OUTGOING, millis_parameter};
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "merged-texts",
-    what: "A text waits for the next one of its port, and both leave in one write; alone when its time is over.",
+    summary: "A text waits for the next one of its port, and both leave in one write; alone when its time is over.",
     remedy: "Cut what was read at each ETX (on channels at each CR) and keep what is behind it.",
-    parameters: &[millis("hold", "1000", "how long it waits at most")],
-    points: OUT,
-    act: |_, values, prey| {
-        let held = Segment::after(values.millis("hold"), Departure::Held(prey.bytes.to_vec()));
-        let words = alloc::format!("{} waits for what is sent next", prey.words());
-        Applied::new(Effect::Sent([held].into()), words)
+    parameters: &[millis_parameter("hold", "1000", "how long it waits at most")],
+    points: OUTGOING,
+    apply: |_, values, site| {
+        let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.to_vec()));
+        let message = alloc::format!("{} waits for what is sent next", site.description());
+        Applied::new(Effect::ReplaceOutput([held].into()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

@@ -1,4 +1,6 @@
-//! The table of all kinds of faults. What each does stands in its own file.
+//! The table of all kinds of faults. Each kind is a file of this directory; `faults::kind` says what a kind consists of.
+//!
+//! To add a kind, write its file after one of the short ones (`ng`, `late_reply`) and add it to [`KINDS`].
 
 mod alarm;
 mod drive_full;
@@ -21,10 +23,10 @@ mod slow_line;
 mod split_bytes;
 mod wrong_reply;
 
-use super::kind::{Kind, Parameter, Point, Takes};
+use super::kind::{FaultKind, InjectionPoint, Parameter, ParameterType};
 
-/// Every kind, in the order of lists.
-pub const KINDS: &[&Kind] = &[
+/// Every kind, in the order in which lists show them.
+pub const KINDS: &[&FaultKind] = &[
     &no_reply::KIND,
     &late_reply::KIND,
     &ng::KIND,
@@ -47,26 +49,26 @@ pub const KINDS: &[&Kind] = &[
     &lost_record::KIND,
 ];
 
-/// Whatever leaves.
-const OUT: &[Point] = &[Point::Reply, Point::Print];
-/// What a fault of the machine follows upon.
-const MACHINE: &[Point] = &[Point::Command, Point::Record];
-/// Longest time a fault takes: ten minutes, in ms.
+/// Points of faults in what is sent.
+const OUTGOING: &[InjectionPoint] = &[InjectionPoint::Reply, InjectionPoint::Print];
+/// Points that can trigger a fault of the machine.
+const MACHINE: &[InjectionPoint] = &[InjectionPoint::Command, InjectionPoint::Record];
+/// Longest duration of a parameter: ten minutes, in ms.
 const LONGEST: u64 = 600_000;
 
-/// A parameter in milliseconds.
-const fn millis(name: &'static str, default: &'static str, what: &'static str) -> Parameter {
+/// A parameter of type duration.
+const fn millis_parameter(name: &'static str, default: &'static str, description: &'static str) -> Parameter {
     Parameter {
         name,
-        takes: Takes::Number {
+        value_type: ParameterType::Number {
             unit: "ms",
-            least: 0,
-            most: LONGEST,
+            min: 0,
+            max: LONGEST,
         },
         default: Some(default),
-        what,
+        description,
     }
 }
 
-/// How long after its occasion a fault of the machine comes.
-const DELAY: Parameter = millis("delay", "0", "how long after its occasion it comes");
+/// Delay between the triggering site and a fault of the machine.
+const DELAY: Parameter = millis_parameter("delay", "0", "how long after its occasion it comes");

@@ -1,16 +1,18 @@
-//! NG: a command that could be obeyed is refused.
+//! Fault `ng`: a command that could be obeyed is answered NG.
+//!
+//! The command has no effect.
 
-use super::super::kind::{Applied, Effect, Kind, Point};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "ng",
-    what: "A command, or a text of a download, is answered NG and has no effect.",
+    summary: "A command, or a text of a download, is answered NG and has no effect.",
     remedy: "Send the command again after NG; after NG inside a download begin with DL again (TRN-02, TRN-03).",
-    points: &[Point::Command],
-    act: |_, _, prey| {
-        let words = alloc::format!("{} is refused", prey.words());
-        Applied::new(Effect::Refused("a fault on purpose (ng)".into()), words)
+    points: &[InjectionPoint::Command],
+    apply: |_, _, site| {
+        let message = alloc::format!("{} is refused", site.description());
+        Applied::new(Effect::Refused("a fault on purpose (ng)".into()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

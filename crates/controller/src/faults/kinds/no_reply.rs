@@ -1,32 +1,36 @@
-//! No reply: a command is obeyed and the host never hears of it, or it never reached the robot.
+//! Fault `no-reply`: a command is obeyed but its answer is not sent, or the command itself is lost.
+//!
+//! The parameter `lost` selects which of the two.
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
 
-/// Which of the two is lost.
+/// Value of `lost`: the reply is lost.
 const REPLY: &str = "reply";
-/// The other one.
+/// Value of `lost`: the command is lost.
 const COMMAND: &str = "command";
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "no-reply",
-    what: "The answer to a command, or a text of a file, never leaves; or the command never reached the robot.",
+    summary: "The answer to a command, or a text of a file, never leaves; or the command never reached the robot.",
     remedy: "Wait for the answer with a time limit, then send the command again; one that must not be done twice \
              only when the status shows that it was not done.",
     parameters: &[Parameter {
         name: "lost",
-        takes: Takes::Word(&[REPLY, COMMAND]),
+        value_type: ParameterType::Word(&[REPLY, COMMAND]),
         default: Some(REPLY),
-        what: "reply: the command is obeyed; command: it is not",
+        description: "reply: the command is obeyed; command: it is not",
     }],
-    points: &[Point::Command, Point::Reply],
-    bites: |values, point, _| (values.word("lost") == COMMAND) == (point == Point::Command),
-    act: |_, _, prey| {
-        let words = match prey.point {
-            Point::Command => alloc::format!("{} is lost before the robot sees it", prey.words()),
-            _ => alloc::format!("{} is not sent", prey.words()),
+    points: &[InjectionPoint::Command, InjectionPoint::Reply],
+    applies: |values, point, _| (values.word("lost") == COMMAND) == (point == InjectionPoint::Command),
+    apply: |_, _, site| {
+        let message = match site.point {
+            InjectionPoint::Command => {
+                alloc::format!("{} is lost before the robot sees it", site.description())
+            }
+            _ => alloc::format!("{} is not sent", site.description()),
         };
-        Applied::new(Effect::Lost, words)
+        Applied::new(Effect::Lost, message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

@@ -1,35 +1,37 @@
-//! Parity error: a character on a serial line arrives with the wrong number of ones.
+//! Fault `parity-error`: a character on a serial line is received with a parity error.
+//!
+//! What the controller does with such a character is the option `serial.bad_character`.
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Takes};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
 
-/// Farthest character that can be named.
+/// Largest value of `character`.
 const FARTHEST: u64 = 15;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "parity-error",
-    what: "A character that comes in on HOST or COM1 has a parity error; what becomes of it is \
+    summary: "A character that comes in on HOST or COM1 has a parity error; what becomes of it is \
            serial.bad_character.",
     remedy: "On HOST send the command again when no answer comes or NG; on COM1 let the program answer each record \
              with what it has read, and compare.",
     parameters: &[Parameter {
         name: "character",
-        takes: Takes::Number {
+        value_type: ParameterType::Number {
             unit: "characters",
-            least: 0,
-            most: FARTHEST,
+            min: 0,
+            max: FARTHEST,
         },
         default: None,
-        what: "how many of those that came at once stand before it; drawn if not said",
+        description: "how many of those that came at once stand before it; drawn if not said",
     }],
-    points: &[Point::Character],
-    act: |controller, values, prey| {
-        let last = prey.bytes.len().saturating_sub(1);
-        let place = values.bytes("character").map(|place| place.min(last));
-        let place = place.unwrap_or_else(|| controller.faults.dice.place(prey.bytes.len()));
-        let byte = prey.bytes.get(place).copied().unwrap_or_default();
-        let words = alloc::format!("a character on {} ({byte:02X}) has a parity error", prey.port);
-        Applied::new(Effect::Garbled(place), words)
+    points: &[InjectionPoint::Character],
+    apply: |controller, values, site| {
+        let last = site.bytes.len().saturating_sub(1);
+        let index = values.bytes("character").map(|index| index.min(last));
+        let index = index.unwrap_or_else(|| controller.faults.rng.index(site.bytes.len()));
+        let byte = site.bytes.get(index).copied().unwrap_or_default();
+        let message = alloc::format!("a character on {} ({byte:02X}) has a parity error", site.port);
+        Applied::new(Effect::ParityError(index), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

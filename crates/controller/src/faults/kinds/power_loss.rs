@@ -1,14 +1,16 @@
-//! Power loss, during a download or any other command.
+//! Fault `power-loss`: the power goes off and on again, by default during a download.
+//!
+//! The panel handles it like a power cycle by hand.
 
-use super::super::kind::{Applied, Effect, Kind};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
 use crate::input::PanelAction;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "power-loss",
-    what: "The power goes off and on again: connections, a half-finished download, outputs and the program's place \
+    summary: "The power goes off and on again: connections, a half-finished download, outputs and the program's place \
            are gone; the files are there.",
     remedy: "Connect again, look at the directory or read the file back, begin the download again with DL, turn the \
              servo on and start.",
@@ -16,16 +18,16 @@ pub const KIND: Kind = Kind {
     points: MACHINE,
     command: Some("DL"),
     block: Some(1),
-    act: |controller, values, prey| {
+    apply: |controller, values, site| {
         let delay = values.millis("delay");
-        let words = alloc::format!("the power goes at {}", prey.words());
+        let message = alloc::format!("the power goes at {}", site.description());
         controller.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
         let effect = if delay.is_zero() {
             Effect::Lost
         } else {
-            Effect::Pass
+            Effect::Unchanged
         };
-        Applied::new(effect, words)
+        Applied::new(effect, message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

@@ -1,23 +1,25 @@
-//! Servo failure: the servo drops out.
+//! Fault `servo-failure`: the servo fails (alarm 8-204).
+//!
+//! The alarm is ours: its real number is not known.
 
-use super::super::kind::{Applied, Effect, Kind};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::super::scheduled::ScheduledAction;
 use super::{DELAY, MACHINE};
 use crate::alarm::SERVO_FAILURE;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "servo-failure",
-    what: "The servo drops out: alarm 8-204, servo power goes off, the motion is given up.",
+    summary: "The servo drops out: alarm 8-204, servo power goes off, the motion is given up.",
     remedy: "See by SP and SF that the servo is off, reset the alarm, SO, and start again: the step is done again.",
     parameters: &[DELAY],
     points: MACHINE,
-    act: |controller, values, prey| {
+    apply: |controller, values, site| {
         controller.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
         Applied::new(
-            Effect::Pass,
-            alloc::format!("the servo drops out behind {}", prey.words()),
+            Effect::Unchanged,
+            alloc::format!("the servo drops out behind {}", site.description()),
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

@@ -1,38 +1,40 @@
-//! Split bytes: a text in small portions, with pauses.
+//! Fault `split-bytes`: a text is sent in small portions with pauses.
+//!
+//! Each portion is one write, which is usually one TCP segment.
 
-use super::super::kind::{Applied, Departure, Effect, Kind, Parameter, Segment, Takes};
-use super::{OUT, millis};
+use super::super::kind::{Applied, Departure, Effect, FaultKind, Parameter, ParameterType, Segment};
+use super::{OUTGOING, millis_parameter};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "split-bytes",
-    what: "What leaves is cut into portions, each in a write of its own behind a pause.",
+    summary: "What leaves is cut into portions, each in a write of its own behind a pause.",
     remedy: "Read on until ETX (SF: until its length), however many reads that takes.",
     parameters: &[
         Parameter {
             name: "size",
-            takes: Takes::Number {
+            value_type: ParameterType::Number {
                 unit: "bytes",
-                least: 1,
-                most: MAX_SEND as u64,
+                min: 1,
+                max: MAX_SEND as u64,
             },
             default: Some("1"),
-            what: "bytes of a portion",
+            description: "bytes of a portion",
         },
-        millis("pause", "20", "the pause before each but the first"),
+        millis_parameter("pause", "20", "the pause before each but the first"),
     ],
-    points: OUT,
-    act: |_, values, prey| {
+    points: OUTGOING,
+    apply: |_, values, site| {
         let size = values.bytes("size").unwrap_or(1).max(1);
         let pause = values.millis("pause");
-        let parcels = prey.bytes.chunks(size).enumerate().map(|(place, portion)| {
-            let after = if place == 0 { Duration::ZERO } else { pause };
+        let segments = site.bytes.chunks(size).enumerate().map(|(index, portion)| {
+            let after = if index == 0 { Duration::ZERO } else { pause };
             Segment::after(after, Departure::Bytes(portion.to_vec()))
         });
-        let words = alloc::format!("{} leaves in portions of {size} bytes", prey.words());
-        Applied::new(Effect::Sent(parcels.collect()), words)
+        let message = alloc::format!("{} leaves in portions of {size} bytes", site.description());
+        Applied::new(Effect::ReplaceOutput(segments.collect()), message)
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };

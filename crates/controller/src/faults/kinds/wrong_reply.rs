@@ -1,43 +1,49 @@
-//! Wrong reply: a whole, well-formed text that is not the answer to what was asked.
+//! Fault `wrong-reply`: a well-formed text that is not the answer is sent.
+//!
+//! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::super::kind::{Applied, Effect, Kind, Parameter, Point, Segment, Takes};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
 
-/// In place of a file.
+/// Sent instead of a file.
 const OK: &[u8] = b"OK\r";
-/// In place of OK or NG: a file with nothing in it.
+/// Sent instead of OK or NG: an empty file.
 const EMPTY_FILE: &[u8] = b"FL,\x1a";
 
-/// The kind.
-pub const KIND: Kind = Kind {
+/// The row of this kind in [`super::KINDS`].
+pub const KIND: FaultKind = FaultKind {
     name: "wrong-reply",
-    what: "Another text leaves in place of the answer.",
+    summary: "Another text leaves in place of the answer.",
     remedy: "Compare the answer with what the command can be answered with, not with NG alone; on anything else wait \
              for silence and send the command again.",
     parameters: &[Parameter {
         name: "text",
-        takes: Takes::Text { most: MAX_DATA },
+        value_type: ParameterType::Text { most: MAX_DATA },
         default: None,
-        what: "its data section; if not said, OK in place of a file and an empty file in place of OK and NG",
+        description: "its data section; if not said, OK in place of a file and an empty file in place of OK and NG",
     }],
-    points: &[Point::Reply],
-    act: |_, values, prey| {
-        let usual = match prey.data {
+    points: &[InjectionPoint::Reply],
+    apply: |_, values, site| {
+        let usual = match site.data {
             [b'O' | b'N', ..] => EMPTY_FILE,
             _ => OK,
         };
         let data = values.text("text").unwrap_or(usual);
-        let words = alloc::format!("in place of {} leaves \"{}\"", prey.words(), data.escape_ascii());
+        let message = alloc::format!(
+            "in place of {} leaves \"{}\"",
+            site.description(),
+            data.escape_ascii()
+        );
         Applied::new(
-            Effect::Sent([Segment::bytes(reframed(prey.bytes, prey.data, data))].into()),
-            words,
+            Effect::ReplaceOutput([Segment::bytes(reframed(site.bytes, site.data, data))].into()),
+            message,
         )
     },
-    ..Kind::PLAIN
+    ..FaultKind::DEFAULT
 };
 
-/// The bytes of a text with another data section; its sum, if it has one, is left as it was.
+/// The bytes of a text with another data section. A checksum is not corrected.
 fn reframed(bytes: &[u8], old: &[u8], new: &[u8]) -> Vec<u8> {
     let head = usize::from(bytes.first() == Some(&ts3100_proto::text::STX));
     let (head, rest) = bytes.split_at(head.min(bytes.len()));

@@ -2,7 +2,7 @@
 //! finds its occasion there, and what is refused finds none.
 
 use super::*;
-use crate::faults::spec::read;
+use crate::faults::spec::parse;
 use crate::options::SfTexts;
 use crate::{ControlRight, KeySwitch};
 use alloc::boxed::Box;
@@ -27,7 +27,7 @@ fn specs() -> Vec<String> {
     for kind in KINDS {
         let mut words = vec![String::new()];
         for parameter in kind.parameters {
-            if let Takes::Word(takes) = parameter.takes {
+            if let ParameterType::Word(takes) = parameter.value_type {
                 words.extend(takes.iter().map(|word| format!(",{}={word}", parameter.name)));
             }
         }
@@ -173,7 +173,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
         }
     }
     // What is never refused of itself is refused by another fault.
-    let ng = read("ng:times=0").unwrap();
+    let ng = parse("ng:times=0").unwrap();
     day.robot.faults.reports.push(armed(ng));
     for port in [Port::Host, Port::Ip0] {
         for row in COMMANDS.iter().chain(EXTENSIONS) {
@@ -186,7 +186,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
 #[test]
 fn what_is_armed_can_fire_and_what_cannot_is_refused() {
     let specs = specs();
-    let read: Vec<Fault> = specs.iter().filter_map(|spec| read(spec).ok()).collect();
+    let read: Vec<Fault> = specs.iter().filter_map(|spec| parse(spec).ok()).collect();
     assert!(read.len() > 10_000, "{} of {}", read.len(), specs.len());
     let mut wrong = Vec::new();
     let mut counts = [0, 0];
@@ -260,7 +260,7 @@ fn a_refusal_says_what_to_leave_out_or_to_give() {
         let mut robot = robot();
         robot.feed(
             Time::ZERO,
-            Input::from(FaultOrder::Arm(Box::new(read(spec).unwrap()))),
+            Input::from(FaultAction::Arm(Box::new(parse(spec).unwrap()))),
         );
         assert!(robot.faults().is_empty(), "{spec}");
     }

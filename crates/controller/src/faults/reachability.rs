@@ -1,8 +1,10 @@
-//! Which occasions there ever are: what a fault may wait for and what it would wait for in vain. A fault that no
-//! occasion fits is refused when it is armed; how faults are written is `spec`'s.
+//! Rejects a fault that can never fire: no site matches its filter and parameters.
+//!
+//! Without this check a misspelled fault would pass unnoticed in a test run. `spec` parses faults; the bounds used here
+//! are those of the protocol and of `crate::limits`.
 
-use super::kind::{Point, Takes, Value};
-use super::{Fault, FaultError, On};
+use super::kind::{InjectionPoint, ParameterType, ParameterValue};
+use super::{Fault, FaultError, FaultFilter};
 use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, VARY_BLANKS};
 use crate::port::Port;
 use crate::variation::SHORTEST_TEXT;
@@ -23,42 +25,56 @@ use ts3100_proto::text::MAX_DATA;
 
 /// Values of a position of a six-axis arm: the most that MR answers.
 const MR_VALUES: usize = 9;
-/// What an FL file has besides its content: `FL,` and EOF.
+/// Bytes of an FL file besides its content: `FL,` and EOF.
 const FL_EXTRA: usize = 4;
 
-impl Point {
-    /// The ports on which something passes it.
+impl InjectionPoint {
+    /// The ports that have this point.
     pub(super) fn ports(self) -> impl Iterator<Item = Port> {
         Port::ALL.into_iter().filter(move |port| match self {
-            Point::Command | Point::Reply => port.protocol().is_some(),
-            Point::Print | Point::Record => matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2),
-            Point::Bytes => true,
-            Point::Character => matches!(port, Port::Host | Port::Com1),
+            InjectionPoint::Command | InjectionPoint::Reply => port.protocol().is_some(),
+            InjectionPoint::Print | InjectionPoint::Record => {
+                matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2)
+            }
+            InjectionPoint::Bytes => true,
+            InjectionPoint::Character => matches!(port, Port::Host | Port::Com1),
         })
     }
 
-    /// Whether something with these letters and this number of its text ever passes it on such a port.
-    fn sees(self, on: &On) -> bool {
-        let reach = match (self, on.command.as_deref()) {
-            // What comes in has no letters yet; what PRINT sends and INPUT reads never has.
-            (Point::Print | Point::Record | Point::Bytes | Point::Character, Some(_)) => return false,
-            (Point::Print | Point::Record | Point::Bytes | Point::Character, None) => 0,
-            (Point::Command, Some("DL") | None) | (Point::Reply, None) => u32::MAX,
-            (Point::Command, Some(_)) => 0,
-            (Point::Reply, Some(command)) => most_texts(command),
+    /// Whether a site at this point can match the filter.
+    fn can_match(self, filter: &FaultFilter) -> bool {
+        let last_block = match (self, filter.command.as_deref()) {
+            // Received bytes have no command letters yet; the data of PRINT and INPUT never has.
+            (
+                InjectionPoint::Print
+                | InjectionPoint::Record
+                | InjectionPoint::Bytes
+                | InjectionPoint::Character,
+                Some(_),
+            ) => return false,
+            (
+                InjectionPoint::Print
+                | InjectionPoint::Record
+                | InjectionPoint::Bytes
+                | InjectionPoint::Character,
+                None,
+            ) => 0,
+            (InjectionPoint::Command, Some("DL") | None) | (InjectionPoint::Reply, None) => u32::MAX,
+            (InjectionPoint::Command, Some(_)) => 0,
+            (InjectionPoint::Reply, Some(command)) => max_texts(command),
         };
-        let port = on
+        let port = filter
             .channel
             .is_none_or(|port| self.ports().any(|other| other == port));
-        port && on.block.is_none_or(|block| block <= reach)
+        port && filter.block.is_none_or(|block| block <= last_block)
     }
 }
 
-/// More than any counter of MN comes to: ten thousand years in minutes.
-const MOST_COUNTED: f64 = 5.3e9;
+/// More than any counter of MN reaches: ten thousand years in minutes.
+const MAX_COUNTER: f64 = 5.3e9;
 
-/// The most FL texts that an exchange of this command has; 0 where it has none.
-fn most_texts(command: &str) -> u32 {
+/// Most FL texts in one exchange of this command; 0 if it has none.
+fn max_texts(command: &str) -> u32 {
     let at = CalendarTime::MAX;
     let alarms = |count: usize| {
         let (number, message) = ("8-999".to_string(), "x".repeat(MAX_MESSAGE));
@@ -66,7 +82,7 @@ fn most_texts(command: &str) -> u32 {
         encode_alarms(&alloc::vec![record; count]).len()
     };
     match command {
-        // How a host cuts its file is its own affair.
+        // The host decides into how many texts it cuts its file.
         "DL" => u32::MAX,
         "UL" => texts(MAX_FILE),
         "CA" => {
@@ -88,29 +104,30 @@ fn most_texts(command: &str) -> u32 {
         "SF" => texts(SfLayout::Eight.len()),
         "MR" => texts(encode_values(&[Number::Real(f64::MIN); MR_VALUES]).len()),
         "MN" => {
-            let (axes, information) = ([[MOST_COUNTED; _]; _], [MOST_COUNTED; _]);
+            let (axes, information) = ([[MAX_COUNTER; _]; _], [MAX_COUNTER; _]);
             texts(Maintenance { axes, information }.encode().len())
         }
-        // Their content fits into one text whatever it is.
+        // Their content always fits into one text.
         "SU" | "VR" | "SM" | "IO" | "HI" | "PR" | "VL" => 1,
         _ => 0,
     }
 }
 
-/// The most texts of a content: legal variation cuts what does not fit into one text shorter than need be.
+/// Most texts for a content of this size. Variation may cut texts shorter than necessary, down to
+/// [`SHORTEST_TEXT`], if the content does not fit into one.
 fn texts(content: usize) -> u32 {
     let shortest = usize::try_from(SHORTEST_TEXT).unwrap_or(1);
-    let behind = (content + FL_EXTRA).saturating_sub(MAX_DATA).div_ceil(shortest);
-    u32::try_from(behind + 1).unwrap_or(u32::MAX)
+    let after_first = (content + FL_EXTRA).saturating_sub(MAX_DATA).div_ceil(shortest);
+    u32::try_from(after_first + 1).unwrap_or(u32::MAX)
 }
 
 impl Fault {
-    /// Whether it can ever fire.
+    /// Checks that the fault can fire.
     ///
     /// # Errors
-    /// What it waits for never comes.
-    pub(super) fn check_occasions(&self) -> Result<(), FaultError> {
-        let never = |reason: String, advice: String| FaultError::Never {
+    /// [`FaultError::NeverFires`], with advice on what to change.
+    pub(super) fn check_can_fire(&self) -> Result<(), FaultError> {
+        let never = |reason: String, advice: String| FaultError::NeverFires {
             kind: self.kind.name,
             reason,
             advice,
@@ -121,12 +138,12 @@ impl Fault {
                 "give one from 0.000001 to 1".to_string(),
             ));
         }
-        if self.has_occasions() {
+        if self.can_fire() {
             return Ok(());
         }
-        let points: Vec<&str> = self.points().map(Point::words).collect();
+        let points: Vec<&str> = self.points().map(InjectionPoint::description).collect();
         let filters: Vec<String> = self
-            .filters()
+            .active_filters()
             .map(|(key, value)| format!("{key}={value}"))
             .collect();
         let reason = format!(
@@ -137,22 +154,22 @@ impl Fault {
         Err(never(reason, self.advice()))
     }
 
-    /// Where it can fire with its parameters.
-    fn points(&self) -> impl Iterator<Item = Point> {
+    /// The points where it applies with its parameters.
+    fn points(&self) -> impl Iterator<Item = InjectionPoint> {
         let points = self.kind.points.iter().copied();
-        points.filter(|point| (self.kind.bites)(&self.values, *point, self.on.block.unwrap_or(0)))
+        points.filter(|point| (self.kind.applies)(&self.values, *point, self.filter.block.unwrap_or(0)))
     }
 
-    fn has_occasions(&self) -> bool {
-        self.points().any(|point| point.sees(&self.on))
+    fn can_fire(&self) -> bool {
+        self.points().any(|point| point.can_match(&self.filter))
     }
 
-    fn filters(&self) -> impl Iterator<Item = (&'static str, String)> {
-        let On {
+    fn active_filters(&self) -> impl Iterator<Item = (&'static str, String)> {
+        let FaultFilter {
             command,
             channel,
             block,
-        } = &self.on;
+        } = &self.filter;
         let pairs = [
             ("command", command.clone()),
             ("channel", channel.map(|port| port.to_string())),
@@ -161,22 +178,22 @@ impl Fault {
         pairs.into_iter().filter_map(|(key, value)| Some((key, value?)))
     }
 
-    /// The least that makes it one that can fire: a filter less, or another word of a parameter.
+    /// The smallest changes after which it can fire: leave out one filter, or give another word for a parameter.
     fn advice(&self) -> String {
         let mut ways: Vec<String> = Vec::new();
-        for (key, _) in self.filters() {
+        for (key, _) in self.active_filters() {
             let mut other = self.clone();
             match key {
-                "command" => other.on.command = None,
-                "channel" => other.on.channel = None,
-                _ => other.on.block = None,
+                "command" => other.filter.command = None,
+                "channel" => other.filter.channel = None,
+                _ => other.filter.block = None,
             }
-            if other.has_occasions() {
+            if other.can_fire() {
                 ways.push(format!("leave out {key}"));
             }
         }
         for parameter in self.kind.parameters {
-            let Takes::Word(words) = parameter.takes else {
+            let ParameterType::Word(words) = parameter.value_type else {
                 continue;
             };
             for word in words {
@@ -184,14 +201,14 @@ impl Fault {
                 other
                     .values
                     .0
-                    .insert(parameter.name, Value::Word((*word).to_string()));
-                if other.has_occasions() {
+                    .insert(parameter.name, ParameterValue::Word((*word).to_string()));
+                if other.can_fire() {
                     ways.push(format!("give {}={word}", parameter.name));
                 }
             }
         }
         if ways.is_empty() {
-            let keys: Vec<&str> = self.filters().map(|(key, _)| key).collect();
+            let keys: Vec<&str> = self.active_filters().map(|(key, _)| key).collect();
             ways.push(format!("leave out {}", keys.join(" and ")));
         }
         ways.join(", or ")
