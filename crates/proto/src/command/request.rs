@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_malformed_where_it_is() {
+    fn other_operands_are_malformed_where_they_are() {
         for (letters, ..) in REQUESTS {
             for (rest, position) in [
                 ("", 2),

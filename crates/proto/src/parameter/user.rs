@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_and_surplus_values_are_told() {
+    fn missing_and_surplus_values_are_reported() {
         let factory = UserParameters::factory();
         let (parameters, problems) = UserParameters::parse(b"", &factory, Edition::SixAxis);
         assert_eq!((parameters, problems.len()), (factory, 2));

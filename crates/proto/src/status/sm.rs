@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_quick_status_is_refused() {
+    fn other_content_is_no_quick_status() {
         for end in 0..IDLE.len() {
             assert!(QuickStatus::decode(&IDLE[..end]).is_err(), "{end}");
         }
