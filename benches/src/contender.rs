@@ -9,7 +9,7 @@ use std::process::Command;
 use std::time::Duration;
 use ts3100_controller::{Config, Dialect};
 use ts3100_emulator::clock::TimeMode;
-use ts3100_emulator::headless::{self, Job, RunEnd, RunEvent};
+use ts3100_emulator::headless::{self, RunEnd, RunEvent, RunRequest};
 
 /// Who runs a loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -124,7 +124,7 @@ fn machine(source: &str) -> Result<(Lap, u32), String> {
 }
 
 fn controller(name: &str, source: &str) -> Result<Lap, String> {
-    let job = Job {
+    let job = RunRequest {
         config: Config::new(Dialect::default()),
         name: name.to_uppercase(),
         source: source.as_bytes().to_vec(),
@@ -144,7 +144,7 @@ fn controller(name: &str, source: &str) -> Result<Lap, String> {
     })
     .map_err(|error| error.to_string())?;
     let seconds = began.elapsed().as_secs_f64();
-    match report.ending {
+    match report.end {
         RunEnd::End => Ok(Lap {
             seconds,
             result: number(&String::from_utf8_lossy(&printed))?,

@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 /// Longest head of an answer in bytes.
 const MAX_HEAD: u64 = 16 * 1024;
 /// Longest answer in bytes: the state with every file and variable fits many times.
-const MAX_ANSWER: u64 = 16 * 1024 * 1024;
+const MAX_BODY: u64 = 16 * 1024 * 1024;
 /// Longest wait for a connection.
-const CONNECT: Duration = Duration::from_secs(5);
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Longest time for a whole call that does not say how long it may wait, and what is added to one that does.
-pub const LIMIT: Duration = Duration::from_secs(60);
+pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// Where a control interface is, and the token it wants.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub struct Client {
     authority: String,
     token: Option<String>,
     /// Longest time for a whole call, its answer included.
-    limit: Duration,
+    timeout: Duration,
 }
 
 /// Why there is no answer.
@@ -44,7 +44,7 @@ pub enum ClientError {
     },
     /// What came is no answer.
     #[error("no HTTP answer from http://{authority}: {reason}")]
-    Answer {
+    InvalidResponse {
         /// Where.
         authority: String,
         /// What is wrong with it.
@@ -53,7 +53,7 @@ pub enum ClientError {
 }
 
 /// An answer whose head has been read.
-pub struct Answer {
+pub struct Response {
     /// Its status.
     pub status: u16,
     /// Its body, still to be read.
@@ -85,26 +85,29 @@ impl Client {
         Ok(Client {
             authority: authority.to_owned(),
             token,
-            limit: LIMIT,
+            timeout: DEFAULT_TIMEOUT,
         })
     }
 
     /// The same with another limit for a whole call.
     #[must_use]
-    pub fn within(self, limit: Duration) -> Client {
-        Client { limit, ..self }
+    pub fn with_timeout(self, limit: Duration) -> Client {
+        Client {
+            timeout: limit,
+            ..self
+        }
     }
 
     /// Sends a request; `body` is JSON. The path must be encoded as a URL wants it; see [`encoded`].
     ///
     /// # Errors
     /// [`ClientError::Unreachable`], [`ClientError::Answer`].
-    pub fn send(&self, method: &str, path: &str, body: Option<&str>) -> Result<Answer, ClientError> {
+    pub fn send(&self, method: &str, path: &str, body: Option<&str>) -> Result<Response, ClientError> {
         let unreachable = |reason| ClientError::Unreachable {
             authority: self.authority.clone(),
             reason,
         };
-        let until = Instant::now() + self.limit;
+        let until = Instant::now() + self.timeout;
         let mut stream = self.connect(until).map_err(unreachable)?;
         let mut request = format!("{method} {path} HTTP/1.0\r\nHost: {}\r\n", self.authority);
         if let Some(token) = &self.token {
@@ -120,9 +123,9 @@ impl Client {
         request.push_str(body.unwrap_or_default());
         // A server that refuses early may close before it has read everything: its answer counts.
         let written = stream.write_all(request.as_bytes());
-        let stream = Timed {
+        let stream = DeadlineStream {
             stream,
-            until: Some(until),
+            deadline: Some(until),
         };
         match self.read_head(stream) {
             Ok(answer) => Ok(answer),
@@ -138,16 +141,16 @@ impl Client {
         let mut answer = self.send(method, path, body)?;
         let mut text = Vec::new();
         let read = answer.body.read_to_end(&mut text);
-        read.map_err(|error| self.no_answer(&error.to_string()))?;
+        read.map_err(|error| self.invalid_response(&error.to_string()))?;
         Ok((answer.status, String::from_utf8_lossy(&text).into_owned()))
     }
 
     fn connect(&self, until: Instant) -> io::Result<TcpStream> {
         let mut last = io::Error::from(io::ErrorKind::AddrNotAvailable);
         for address in self.authority.to_socket_addrs()? {
-            match TcpStream::connect_timeout(&address, left(until)?.min(CONNECT)) {
+            match TcpStream::connect_timeout(&address, time_left(until)?.min(CONNECT_TIMEOUT)) {
                 Ok(stream) => {
-                    stream.set_write_timeout(Some(left(until)?))?;
+                    stream.set_write_timeout(Some(time_left(until)?))?;
                     return Ok(stream);
                 }
                 Err(error) => last = error,
@@ -156,58 +159,60 @@ impl Client {
         Err(last)
     }
 
-    fn no_answer(&self, reason: &str) -> ClientError {
-        ClientError::Answer {
+    fn invalid_response(&self, reason: &str) -> ClientError {
+        ClientError::InvalidResponse {
             authority: self.authority.clone(),
             reason: reason.to_owned(),
         }
     }
 
-    fn read_head(&self, stream: Timed) -> Result<Answer, ClientError> {
+    fn read_head(&self, stream: DeadlineStream) -> Result<Response, ClientError> {
         let mut reader = BufReader::new(stream).take(MAX_HEAD);
-        let first = self.line(&mut reader)?;
+        let first = self.read_line(&mut reader)?;
         let mut words = first.split(' ');
         let status = match (words.next(), words.next().map(str::parse::<u16>)) {
             (Some(version), Some(Ok(status))) if version.starts_with("HTTP/1.") => status,
-            _ => return Err(self.no_answer(&format!("it begins with `{first}`"))),
+            _ => return Err(self.invalid_response(&format!("it begins with `{first}`"))),
         };
         let mut length = None;
         loop {
-            let line = self.line(&mut reader)?;
+            let line = self.read_line(&mut reader)?;
             let Some((name, value)) = line.split_once(':') else {
                 break;
             };
             if name.eq_ignore_ascii_case("content-length") {
                 let number = value.trim().parse::<u64>();
-                let number = number.map_err(|_| self.no_answer("its Content-Length is no number"))?;
+                let number = number.map_err(|_| self.invalid_response("its Content-Length is no number"))?;
                 length = Some(number);
             } else if name.eq_ignore_ascii_case("transfer-encoding") {
-                return Err(self.no_answer("it is encoded for its transfer, which nobody has asked for"));
+                return Err(
+                    self.invalid_response("it is encoded for its transfer, which nobody has asked for")
+                );
             }
         }
         let body = Body {
             reader: reader.into_inner(),
-            missing: length,
-            most: MAX_ANSWER,
+            remaining: length,
+            size_limit: MAX_BODY,
         };
-        Ok(Answer { status, body })
+        Ok(Response { status, body })
     }
 
     /// A line of the head.
-    fn line(&self, reader: &mut io::Take<BufReader<Timed>>) -> Result<String, ClientError> {
+    fn read_line(&self, reader: &mut io::Take<BufReader<DeadlineStream>>) -> Result<String, ClientError> {
         let mut text = Vec::new();
         let read = reader.read_until(b'\n', &mut text);
-        read.map_err(|error| self.no_answer(&error.to_string()))?;
+        read.map_err(|error| self.invalid_response(&error.to_string()))?;
         if text.ends_with(b"\n") {
             Ok(String::from_utf8_lossy(&text).trim_end().to_owned())
         } else {
-            Err(self.no_answer("its head is not complete"))
+            Err(self.invalid_response("its head is not complete"))
         }
     }
 }
 
 /// How long until then.
-fn left(until: Instant) -> io::Result<Duration> {
+fn time_left(until: Instant) -> io::Result<Duration> {
     let left = until.saturating_duration_since(Instant::now());
     if left.is_zero() {
         let reason = "the call has taken too long (--timeout)";
@@ -217,21 +222,21 @@ fn left(until: Instant) -> io::Result<Duration> {
 }
 
 /// A connection that is read until a moment at most, however little comes how often.
-struct Timed {
+struct DeadlineStream {
     stream: TcpStream,
-    until: Option<Instant>,
+    deadline: Option<Instant>,
 }
 
-impl Read for Timed {
+impl Read for DeadlineStream {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let limit = self.until.map(left).transpose()?;
+        let limit = self.deadline.map(time_left).transpose()?;
         self.stream.set_read_timeout(limit)?;
-        match (self.stream.read(buffer), self.until) {
+        match (self.stream.read(buffer), self.deadline) {
             (Err(error), Some(until))
                 if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
             {
                 // In our words, unless the wait has ended a little early.
-                left(until).and(Err(io::ErrorKind::Interrupted.into()))
+                time_left(until).and(Err(io::ErrorKind::Interrupted.into()))
             }
             (result, _) => result,
         }
@@ -240,48 +245,48 @@ impl Read for Timed {
 
 /// The body of an answer. One that is cut short, and one beyond all measure, is an error.
 pub struct Body {
-    reader: BufReader<Timed>,
+    reader: BufReader<DeadlineStream>,
     /// Bytes that have to come still, if the answer says how many it has.
-    missing: Option<u64>,
+    remaining: Option<u64>,
     /// Bytes that may come still.
-    most: u64,
+    size_limit: u64,
 }
 
 impl Body {
     /// It may be as long as it will: a file.
-    pub fn unbounded(&mut self) {
-        self.most = u64::MAX;
+    pub fn lift_size_limit(&mut self) {
+        self.size_limit = u64::MAX;
     }
 
     /// It may be as long as it will, and take its time: a stream.
-    pub fn endless(&mut self) {
-        self.most = u64::MAX;
-        self.reader.get_mut().until = None;
+    pub fn lift_limits(&mut self) {
+        self.size_limit = u64::MAX;
+        self.reader.get_mut().deadline = None;
     }
 }
 
 impl Read for Body {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let most = self.missing.unwrap_or(u64::MAX).min(self.most);
-        if most == 0 && self.missing != Some(0) {
-            return Err(io::Error::other(format!("more than {MAX_ANSWER} bytes")));
+        let most = self.remaining.unwrap_or(u64::MAX).min(self.size_limit);
+        if most == 0 && self.remaining != Some(0) {
+            return Err(io::Error::other(format!("more than {MAX_BODY} bytes")));
         }
         let read = (&mut self.reader).take(most).read(buffer)?;
-        if let Some(missing) = self.missing.filter(|missing| read == 0 && *missing > 0)
+        if let Some(missing) = self.remaining.filter(|missing| read == 0 && *missing > 0)
             && !buffer.is_empty()
         {
             let reason = format!("it is cut short: {missing} bytes are missing");
             return Err(io::Error::new(io::ErrorKind::UnexpectedEof, reason));
         }
-        self.missing = self.missing.map(|missing| missing - read as u64);
-        self.most -= read as u64;
+        self.remaining = self.remaining.map(|missing| missing - read as u64);
+        self.size_limit -= read as u64;
         Ok(read)
     }
 }
 
 /// One segment of a path as a URL wants it.
 #[must_use]
-pub fn encoded(segment: &str) -> String {
+pub fn percent_encoded(segment: &str) -> String {
     segment.bytes().fold(String::new(), |mut text, byte| {
         if byte.is_ascii_alphanumeric() || b"-._~".contains(&byte) {
             text.push(char::from(byte));
@@ -322,7 +327,7 @@ mod tests {
     }
 
     /// What is made of an answer of these bytes, after which the connection ends.
-    fn answered(bytes: &'static str) -> Result<(u16, String), String> {
+    fn response_to(bytes: &'static str) -> Result<(u16, String), String> {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}", listener.local_addr().unwrap());
         let server = std::thread::spawn(move || {
@@ -362,7 +367,7 @@ mod tests {
             ("HTTP/1.1 200 OK\r\nContent-Le", Err("its head is not complete")),
             ("\x1b[2J\r\n\r\n", Err("it begins with")),
         ] {
-            match (answered(bytes), expected) {
+            match (response_to(bytes), expected) {
                 (Ok((200, text)), Ok(expected)) => assert_eq!(text, expected, "{bytes}"),
                 (Err(error), Err(expected)) => assert!(error.contains(expected), "{bytes}: {error}"),
                 (found, _) => panic!("{bytes}: {found:?}"),
@@ -372,8 +377,8 @@ mod tests {
 
     #[test]
     fn a_segment_is_encoded() {
-        assert_eq!(encoded("A(1,2)"), "A%281%2C2%29");
-        assert_eq!(encoded("USER.PAR"), "USER.PAR");
-        assert_eq!(encoded("a/../b ü"), "a%2F..%2Fb%20%C3%BC");
+        assert_eq!(percent_encoded("A(1,2)"), "A%281%2C2%29");
+        assert_eq!(percent_encoded("USER.PAR"), "USER.PAR");
+        assert_eq!(percent_encoded("a/../b ü"), "a%2F..%2Fb%20%C3%BC");
     }
 }

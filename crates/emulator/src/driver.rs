@@ -233,7 +233,7 @@ impl Driver {
             reason,
         })?;
         let address = server.address();
-        let journal = Arc::new(Journal::beside(self.transcript.kept()));
+        let journal = Arc::new(Journal::with_transcript(self.transcript.kept()));
         self.journal = Some(Arc::clone(&journal));
         server.serve(requests.clone(), journal);
         Ok(Some(address))
@@ -361,7 +361,7 @@ impl Driver {
                 feeder.send(output);
             }
         }
-        self.log.settle();
+        self.log.flush();
         if let Some(play) = &self.scenario {
             play.settled(at, &self.controller);
         }

@@ -196,54 +196,54 @@ impl Builder {
     /// # Errors
     /// See [`StartError`].
     pub fn start(self) -> Result<Emulator, StartError> {
-        let (tell, told) = std::sync::mpsc::sync_channel(1);
+        let (started_sender, started) = std::sync::mpsc::sync_channel(1);
         let (stop, stopped) = oneshot::channel::<()>();
-        let (feeder, watch) = channel();
+        let (observer, watch) = channel();
         let settings = self.settings;
         let listen = settings.listen;
         let controller = settings.controller.clone();
         let thread = std::thread::Builder::new()
             .name("ts3100".to_owned())
             .spawn(move || {
-                let started = single_threaded().and_then(|runtime| {
-                    let (hub, requests, control) = runtime.block_on(async {
-                        let (mut hub, requests) = Driver::open(&settings).await?;
-                        let control = hub.open_control(&settings, &requests)?;
-                        Ok::<_, StartError>((hub, requests, control))
+                let opened = single_threaded().and_then(|runtime| {
+                    let (driver, requests, control) = runtime.block_on(async {
+                        let (mut driver, requests) = Driver::open(&settings).await?;
+                        let control = driver.open_control(&settings, &requests)?;
+                        Ok::<_, StartError>((driver, requests, control))
                     })?;
-                    Ok((runtime, hub, requests, control))
+                    Ok((runtime, driver, requests, control))
                 });
-                match started {
-                    Ok((runtime, mut hub, requests, control)) => {
-                        hub.set_observer(feeder);
-                        let (ports, evidence) = (hub.ports().clone(), hub.run_record());
-                        let (serial, desk) = (hub.serial_endpoints(), hub.snapshot_handle());
-                        if tell
-                            .send(Ok((ports, serial, control, requests, desk, evidence)))
+                match opened {
+                    Ok((runtime, mut driver, requests, control)) => {
+                        driver.set_observer(observer);
+                        let (ports, evidence) = (driver.ports().clone(), driver.run_record());
+                        let (serial, snapshots) = (driver.serial_endpoints(), driver.snapshot_handle());
+                        if started_sender
+                            .send(Ok((ports, serial, control, requests, snapshots, evidence)))
                             .is_ok()
                         {
-                            runtime.block_on(hub.run(async {
+                            runtime.block_on(driver.run(async {
                                 // An error means that the handle is gone, which ends it as well.
                                 let _ = stopped.await;
                             }));
                         }
                     }
                     // Fails only when nobody waits for it.
-                    Err(error) => drop(tell.send(Err(error))),
+                    Err(error) => drop(started_sender.send(Err(error))),
                 }
             })
             .map_err(|reason| StartError::System {
                 what: "thread",
                 reason,
             })?;
-        match told.recv() {
-            Ok(Ok((ports, serial, control, requests, desk, evidence))) => Ok(Emulator {
+        match started.recv() {
+            Ok(Ok((ports, serial, control, requests, snapshots, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 control,
                 requests,
-                desk,
+                snapshots,
                 evidence,
                 controller,
                 watch,
@@ -259,7 +259,7 @@ impl Builder {
     }
 }
 
-/// The runtime every emulator runs in: one thread, which is all the hub needs.
+/// The runtime every emulator runs in: one thread, which is all the driver needs.
 pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
     let built = runtime::Builder::new_current_thread().enable_all().build();
     built.map_err(|reason| StartError::System {
@@ -295,7 +295,7 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
-    desk: SnapshotHandle,
+    snapshots: SnapshotHandle,
     evidence: RunRecord,
     controller: Config,
     watch: Watch,
@@ -361,7 +361,7 @@ impl Emulator {
     /// What is wrong with the specification, or [`PanelError`].
     pub fn arm(&self, spec: &str) -> Result<(), ArmError> {
         let fault = Box::new(spec.parse::<Fault>()?);
-        self.order(Action::Fault(FaultAction::Arm(fault)))
+        self.send_action(Action::Fault(FaultAction::Arm(fault)))
     }
 
     /// Disarms a fault by its number.
@@ -369,7 +369,7 @@ impl Emulator {
     /// # Errors
     /// No fault has it, or [`PanelError`].
     pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
-        self.order(Action::Fault(FaultAction::Disarm(id)))
+        self.send_action(Action::Fault(FaultAction::Disarm(id)))
     }
 
     /// The faults, and what has become of them.
@@ -377,16 +377,16 @@ impl Emulator {
     /// # Errors
     /// [`PanelError`].
     pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
-        let (done, told) = std::sync::mpsc::channel();
-        let look = Request::Query(Box::new(move |sight| {
+        let (done, reports) = std::sync::mpsc::channel();
+        let query = Request::Query(Box::new(move |view| {
             // Fails only when nobody waits for it.
-            let _ = done.send(sight.controller.faults().reports().cloned().collect());
+            let _ = done.send(view.controller.faults().reports().cloned().collect());
         }));
-        self.requests.try_send(look).map_err(|_| PanelError)?;
-        told.recv().map_err(|_| PanelError)
+        self.requests.try_send(query).map_err(|_| PanelError)?;
+        reports.recv().map_err(|_| PanelError)
     }
 
-    fn order(&self, action: Action) -> Result<(), ArmError> {
+    fn send_action(&self, action: Action) -> Result<(), ArmError> {
         let (done, is_done) = std::sync::mpsc::channel();
         self.requests
             .try_send(Request::ActionBlocking { action, done })
@@ -399,7 +399,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
-        self.desk
+        self.snapshots
             .request_blocking(SnapshotTask::Save(name.to_owned()))
             .map(drop)
     }
@@ -410,7 +410,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
-        self.desk
+        self.snapshots
             .request_blocking(SnapshotTask::Restore(name.to_owned()))
             .map(drop)
     }
@@ -420,7 +420,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        if let SnapshotReply::State(controller) = self.desk.request_blocking(SnapshotTask::Get)? {
+        if let SnapshotReply::State(controller) = self.snapshots.request_blocking(SnapshotTask::Get)? {
             snapshot::write(path, &controller)?;
         }
         Ok(())
@@ -432,7 +432,7 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path)?);
-        self.desk
+        self.snapshots
             .request_blocking(SnapshotTask::Replace(controller))
             .map(drop)
     }

@@ -8,14 +8,14 @@ use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
 /// Ending of a file that is still being written; its name begins with a dot.
-pub(crate) const UNFINISHED: &str = ".unfinished";
+pub(crate) const UNFINISHED_SUFFIX: &str = ".unfinished";
 
 /// The content of a regular file of at most `most` bytes.
 ///
 /// # Errors
 /// The system's; another kind of file; a larger one.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
-    expect_file(&fs::metadata(path)?)?;
+    expect_regular(&fs::metadata(path)?)?;
     read_all(File::open(path)?, most)
 }
 
@@ -43,15 +43,15 @@ pub(crate) fn read_text(path: &Path, most: u64) -> io::Result<String> {
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
 }
 
-fn expect_file(found: &Metadata) -> io::Result<()> {
+fn expect_regular(found: &Metadata) -> io::Result<()> {
     if found.is_file() {
         return Ok(());
     }
-    let what = kind(found.file_type());
+    let what = kind_name(found.file_type());
     Err(io::Error::other(format!("expected a regular file, found {what}")))
 }
 
-fn kind(found: FileType) -> &'static str {
+fn kind_name(found: FileType) -> &'static str {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt as _;
@@ -75,7 +75,7 @@ fn kind(found: FileType) -> &'static str {
 }
 
 /// The streams of the process under the names that scripts know.
-fn stream(path: &Path) -> Option<Box<dyn io::Write>> {
+fn standard_stream(path: &Path) -> Option<Box<dyn io::Write>> {
     match path.to_str() {
         Some("/dev/stdout") => Some(Box::new(io::stdout())),
         Some("/dev/stderr") => Some(Box::new(io::stderr())),
@@ -84,7 +84,7 @@ fn stream(path: &Path) -> Option<Box<dyn io::Write>> {
 }
 
 /// The place that a path means, and what is there. A link to a file of the same directory means that file.
-fn target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
+fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
     let found = match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((path.to_path_buf(), None)),
         found => found?,
@@ -93,7 +93,7 @@ fn target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
         return Ok((path.to_path_buf(), Some(found)));
     }
     let Ok(end) = fs::canonicalize(path) else {
-        let what = kind(found.file_type());
+        let what = kind_name(found.file_type());
         return Err(io::Error::other(format!("expected a regular file, found {what}")));
     };
     if end.parent() != Some(&fs::canonicalize(directory_of(path))?) {
@@ -120,25 +120,25 @@ fn directory_of(path: &Path) -> &Path {
 /// # Errors
 /// The system's; a target of another kind, or a symbolic link out of its directory. What was there before is still there.
 pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
-    replace_by(path, |file| file.write_all(content))
+    replace_with(path, |file| file.write_all(content))
 }
 
 /// The same of what `write` writes; if that fails, nothing is replaced.
 ///
 /// # Errors
 /// As of [`replace`], and that of `write`.
-pub(crate) fn replace_by(
+pub(crate) fn replace_with(
     path: &Path,
     write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
 ) -> io::Result<()> {
-    if let Some(mut stream) = stream(path) {
+    if let Some(mut stream) = standard_stream(path) {
         return write(&mut stream).and_then(|()| stream.flush());
     }
-    let (place, found) = target(path)?;
-    found.as_ref().map_or(Ok(()), expect_file)?;
-    let beside = beside(&place, Some(std::process::id()))?;
+    let (place, found) = resolve_target(path)?;
+    found.as_ref().map_or(Ok(()), expect_regular)?;
+    let beside = unfinished_path(&place, Some(std::process::id()))?;
     let permissions = found.map(|found| found.permissions());
-    write_beside(&beside, |file| {
+    write_new(&beside, |file| {
         write(file)?;
         permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions))
     })?;
@@ -155,13 +155,13 @@ pub(crate) fn replace_by(
 /// # Errors
 /// As of [`replace`].
 pub(crate) fn check_target(path: &Path) -> io::Result<()> {
-    if stream(path).is_some() {
+    if standard_stream(path).is_some() {
         return Ok(());
     }
-    let (place, found) = target(path)?;
-    found.as_ref().map_or(Ok(()), expect_file)?;
-    let beside = beside(&place, Some(std::process::id()))?;
-    write_beside(&beside, |_| Ok(()))?;
+    let (place, found) = resolve_target(path)?;
+    found.as_ref().map_or(Ok(()), expect_regular)?;
+    let beside = unfinished_path(&place, Some(std::process::id()))?;
+    write_new(&beside, |_| Ok(()))?;
     fs::remove_file(&beside)
 }
 
@@ -171,9 +171,9 @@ pub(crate) fn check_target(path: &Path) -> io::Result<()> {
 /// # Errors
 /// As of [`replace`]; a pipe that nobody reads.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
-    let (place, found) = target(path)?;
-    if let Some(found) = found.filter(|found| kind(found.file_type()) != "a pipe") {
-        expect_file(&found)?;
+    let (place, found) = resolve_target(path)?;
+    if let Some(found) = found.filter(|found| kind_name(found.file_type()) != "a pipe") {
+        expect_regular(&found)?;
     }
     let mut options = File::options();
     options.write(true).create(true).truncate(true);
@@ -207,7 +207,7 @@ pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
             let what = if found.is_symlink() {
                 "a symbolic link"
             } else {
-                kind(found.file_type())
+                kind_name(found.file_type())
             };
             Err(io::Error::other(format!("expected a directory, found {what}")))
         }
@@ -216,7 +216,7 @@ pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
 }
 
 /// The place of a file until it is finished: hidden, in the same directory.
-pub(crate) fn beside(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
+pub(crate) fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
     let name = place
         .file_name()
         .ok_or_else(|| io::Error::other("expected the name of a file"))?;
@@ -225,13 +225,13 @@ pub(crate) fn beside(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
     if let Some(writer) = writer {
         hidden.push(format!(".{writer}"));
     }
-    hidden.push(UNFINISHED);
+    hidden.push(UNFINISHED_SUFFIX);
     Ok(place.with_file_name(hidden))
 }
 
 /// Writes a file that was not there before, and has it on the disk when it returns. What has its name, a link too, is
 /// removed, not followed.
-pub(crate) fn write_beside(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
+pub(crate) fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
         _ => {}

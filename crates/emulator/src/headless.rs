@@ -18,11 +18,11 @@ pub const PENDANT: &str = "TP";
 /// The word of the controller for a program that stands at its first step.
 const RESET: &str = "stop (reset)";
 /// The channels that have a line.
-const LINES: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
+const CHANNELS: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
 
 /// What is to be run.
 #[derive(Debug, Clone)]
-pub struct Job {
+pub struct RunRequest {
     /// The controller and its arm.
     pub config: Config,
     /// Name of the file on the drive.
@@ -46,7 +46,7 @@ pub struct Job {
 
 /// Why the program could not be started.
 #[derive(Debug, thiserror::Error)]
-pub enum JobError {
+pub enum RunError {
     /// The RAM drive does not take the file.
     #[error(transparent)]
     Drive(#[from] DriveError),
@@ -112,7 +112,7 @@ pub enum RunEnd {
         text: String,
     },
     /// It waits for something that cannot happen any more.
-    Stuck {
+    Blocked {
         /// Where.
         line: u32,
     },
@@ -125,9 +125,9 @@ pub enum RunEnd {
 
 /// The end of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Report {
+pub struct RunReport {
     /// How it ended.
-    pub ending: RunEnd,
+    pub end: RunEnd,
     /// Virtual time from start to end.
     pub duration: Duration,
     /// Where the arm is.
@@ -144,46 +144,46 @@ pub struct Report {
 ///
 /// # Errors
 /// [`JobError`]: it did not start.
-pub fn run(job: Job, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<Report, JobError> {
+pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<RunReport, RunError> {
     let scale = match job.time {
         TimeMode::Auto => None,
         TimeMode::Real => Some(1.0),
         TimeMode::Scaled(factor) => Some(factor),
-        TimeMode::Stepped => return Err(JobError::Time(job.time)),
+        TimeMode::Stepped => return Err(RunError::Time(job.time)),
     };
     let mut config = job.config;
     // There is no serial line here: a record is there as soon as it is wanted.
     config.options.serial_pacing = false;
-    let mut run = Run {
+    let mut run = Runner {
         controller: Controller::new(config, Vec::new())?,
         records: job.records,
-        given: Vec::new(),
+        channels_with_records: Vec::new(),
         alarm: None,
-        reset: false,
-        refused: None,
-        began: Time::ZERO,
+        at_first_step: false,
+        refusal: None,
+        started_at: Time::ZERO,
         trace: job.trace,
         executed: Executed::default(),
     };
-    run.given = run.records.keys().cloned().collect();
+    run.channels_with_records = run.records.keys().cloned().collect();
     run.prepare(&job.name, &job.source, &job.lines_on, listen)?;
     run.controller.trace(job.trace || job.record_lines);
-    run.began = run.controller.now();
-    let limit = run.began + job.max_time;
+    run.started_at = run.controller.now();
+    let limit = run.started_at + job.max_time;
     let wall = Instant::now();
-    run.feed(run.began, Input::Panel(PanelAction::Start), listen);
-    if let Some(reason) = run.refused.take() {
-        return Err(JobError::Start(reason));
+    run.feed(run.started_at, Input::Panel(PanelAction::Start), listen);
+    if let Some(reason) = run.refusal.take() {
+        return Err(RunError::Start(reason));
     }
     let ending = loop {
-        if let Some(ending) = run.ending() {
+        if let Some(ending) = run.end() {
             break ending;
         }
         if run.give_record(listen) {
             continue;
         }
         let Some(deadline) = run.controller.poll_deadline() else {
-            break run.blocked();
+            break run.end_of_blocked();
         };
         if deadline > limit {
             run.feed(limit, Input::Tick, listen);
@@ -192,7 +192,7 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<R
             };
         }
         if let Some(scale) = scale {
-            let due = deadline.since(run.began).div_f64(scale);
+            let due = deadline.since(run.started_at).div_f64(scale);
             std::thread::sleep(due.saturating_sub(wall.elapsed()));
         }
         run.feed(deadline, Input::Tick, listen);
@@ -200,22 +200,22 @@ pub fn run(job: Job, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<R
     Ok(run.report(ending))
 }
 
-struct Run {
+struct Runner {
     controller: Controller,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
     /// Channels that were given records, be it none.
-    given: Vec<String>,
+    channels_with_records: Vec<String>,
     alarm: Option<(String, String)>,
     /// The last stop was at END.
-    reset: bool,
-    refused: Option<String>,
-    began: Time,
+    at_first_step: bool,
+    refusal: Option<String>,
+    started_at: Time,
     /// Statements are told.
     trace: bool,
     executed: Executed,
 }
 
-impl Run {
+impl Runner {
     /// Everything but the start: file, peers, lines, servo power.
     fn prepare(
         &mut self,
@@ -223,10 +223,10 @@ impl Run {
         source: &[u8],
         lines_on: &[u16],
         listen: &mut dyn FnMut(Duration, RunEvent<'_>),
-    ) -> Result<(), JobError> {
+    ) -> Result<(), RunError> {
         self.controller.put_file(name, source)?;
         self.controller.select(Time::ZERO, name)?;
-        for port in LINES {
+        for port in CHANNELS {
             let peer = "headless".to_owned();
             self.feed(Time::ZERO, Input::Connected { port, peer }, listen);
         }
@@ -237,7 +237,7 @@ impl Run {
             self.feed(Time::ZERO, Input::Panel(panel), listen);
         }
         // What happened up to here is no part of the run.
-        (self.alarm, self.refused) = (None, None);
+        (self.alarm, self.refusal) = (None, None);
         Ok(())
     }
 
@@ -245,9 +245,9 @@ impl Run {
         self.controller.handle(now, input);
         while let Some(output) = self.controller.poll_output() {
             self.executed.take(&output);
-            let at = self.controller.now().since(self.began);
+            let at = self.controller.now().since(self.started_at);
             match output {
-                Output::Send { port, bytes } if LINES.contains(&port) => {
+                Output::Send { port, bytes } if CHANNELS.contains(&port) => {
                     let channel = port.name();
                     listen(
                         at,
@@ -261,7 +261,7 @@ impl Run {
                     let (channel, bytes) = (PENDANT, text.as_bytes());
                     listen(at, RunEvent::Printed { channel, bytes });
                 }
-                Output::Event(event) => self.event(event, at, listen),
+                Output::Event(event) => self.note_event(event, at, listen),
                 Output::Send { .. }
                 | Output::Persist { .. }
                 | Output::Stored { .. }
@@ -275,28 +275,28 @@ impl Run {
         }
     }
 
-    fn event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
+    fn note_event(&mut self, event: Event, at: Duration, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
         match event {
             Event::Statement { line, task } if self.trace => listen(at, RunEvent::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
-            Event::Status { status, .. } => self.reset = status == RESET,
+            Event::Status { status, .. } => self.at_first_step = status == RESET,
             Event::Finding {
                 rule: "panel-refused",
                 message,
                 ..
-            } => self.refused = Some(message),
+            } => self.refusal = Some(message),
             _ => {}
         }
     }
 
     /// How it ended, once it has.
-    fn ending(&mut self) -> Option<RunEnd> {
+    fn end(&mut self) -> Option<RunEnd> {
         if self.controller.program_runs() {
             return None;
         }
         Some(match self.alarm.take() {
             Some((number, text)) => RunEnd::Alarm { number, text },
-            None if self.reset => RunEnd::End,
+            None if self.at_first_step => RunEnd::End,
             None => RunEnd::Stopped {
                 line: self.controller.line(),
             },
@@ -323,24 +323,24 @@ impl Run {
     }
 
     /// Why nothing happens any more.
-    fn blocked(&self) -> RunEnd {
+    fn end_of_blocked(&self) -> RunEnd {
         let line = self.controller.line();
         let Some(channel) = self.controller.waits_for() else {
-            return RunEnd::Stuck { line };
+            return RunEnd::Blocked { line };
         };
         let channel = Port::of_channel(channel).map_or(PENDANT, Port::name);
-        if self.given.iter().any(|given| given == channel) {
+        if self.channels_with_records.iter().any(|given| given == channel) {
             RunEnd::OutOfInput { channel, line }
         } else {
             RunEnd::NoInput { channel, line }
         }
     }
 
-    fn report(self, ending: RunEnd) -> Report {
+    fn report(self, ending: RunEnd) -> RunReport {
         let unused = self.records.into_iter().map(|(name, rest)| (name, rest.len()));
-        Report {
-            ending,
-            duration: self.controller.now().since(self.began),
+        RunReport {
+            end: ending,
+            duration: self.controller.now().since(self.started_at),
             arm: self.controller.whereabouts(),
             outputs: self.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),

@@ -16,6 +16,7 @@ pub mod headless;
 pub mod loading;
 pub mod log;
 mod port_queues;
+mod printable;
 pub mod ready;
 pub mod reports;
 pub mod scenario;
@@ -28,5 +29,4 @@ pub mod tcp;
 #[cfg(test)]
 mod testing;
 pub mod transcript;
-mod visible;
 pub mod watch;

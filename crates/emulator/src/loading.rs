@@ -44,20 +44,20 @@ pub enum LoadError {
 }
 
 /// What was found and given.
-pub struct Loaded {
+pub struct DriveFiles {
     /// The open backing directory, and the files in it.
     pub store: Option<(Store, StoredFiles)>,
     /// Files that are there when the power comes on: what the directory has, and parameter files given,
     /// since those act only then (PAR-FILE-03).
-    pub present: StoredFiles,
+    pub at_power_on: StoredFiles,
     /// Files to be put on the drive after it.
-    pub put: StoredFiles,
+    pub after_power_on: StoredFiles,
     /// The example program is among them.
     pub demo: bool,
 }
 
 /// A controller whose power has just come on, with its files.
-pub struct Powered {
+pub struct PoweredController {
     /// It.
     pub controller: Controller,
     /// The open backing directory; it has the files of the drive.
@@ -74,11 +74,11 @@ pub struct Powered {
 ///
 /// # Errors
 /// [`StartError::Load`], [`StartError::Store`] or [`StartError::Select`].
-pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
-    let Loaded {
+pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
+    let DriveFiles {
         store,
-        present,
-        put,
+        at_power_on: present,
+        after_power_on: put,
         demo,
     } = load(settings)?;
     let files = present.iter().chain(&put).cloned().collect();
@@ -115,11 +115,11 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
         controller.adopt_peers(&fresh);
     }
     let when_full = settings.links.when_full;
-    let backing =
-        store.map(|(store, found)| backed(Backing::new(store, when_full), &found, &controller, when_full));
+    let backing = store
+        .map(|(store, found)| attach_backing(Backing::new(store, when_full), &found, &controller, when_full));
     let backing = backing.transpose()?;
     controller.persist_outside(backing.is_some());
-    Ok(Powered {
+    Ok(PoweredController {
         controller,
         backing,
         files,
@@ -129,7 +129,7 @@ pub fn power_on(settings: &Settings) -> Result<Powered, StartError> {
 }
 
 /// The directory, where these files were found, with the files of the drive.
-fn backed(
+fn attach_backing(
     mut backing: Backing,
     found: &StoredFiles,
     controller: &Controller,
@@ -148,7 +148,7 @@ fn backed(
 ///
 /// # Errors
 /// See [`LoadError`].
-pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
+pub fn load(settings: &Settings) -> Result<DriveFiles, LoadError> {
     let line_end = settings.controller.options.line_end;
     let mut given = Vec::new();
     for path in &settings.load {
@@ -168,10 +168,10 @@ pub fn load(settings: &Settings) -> Result<Loaded, LoadError> {
         present.retain(|(other, _)| *other != name);
         present.push((name, content));
     }
-    Ok(Loaded {
+    Ok(DriveFiles {
         store,
-        present,
-        put,
+        at_power_on: present,
+        after_power_on: put,
         demo,
     })
 }

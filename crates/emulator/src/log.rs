@@ -42,7 +42,7 @@ pub fn start_quiet(verbose: u8, format: LogFormat) {
 fn start_at(level: LevelFilter, format: LogFormat) {
     let builder = tracing_subscriber::fmt()
         .with_max_level(level)
-        .with_writer(writer::Lines::start(format))
+        .with_writer(writer::LogWriter::start(format))
         .with_target(false)
         .with_ansi(false);
     // Fails when the process has a logger already, which is then the one to use.
@@ -59,13 +59,13 @@ fn start_at(level: LevelFilter, format: LogFormat) {
     };
 }
 
-pub(crate) use writer::{finish, say};
+pub(crate) use writer::{flush, print_line};
 
 /// Bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
 #[derive(Debug, Clone, Copy)]
-pub struct Readable<'a>(pub &'a [u8]);
+pub struct Escaped<'a>(pub &'a [u8]);
 
-impl fmt::Display for Readable<'_> {
+impl fmt::Display for Escaped<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.0.iter().try_for_each(|byte| match *byte {
             text::STX => f.write_str("<STX>"),
@@ -81,10 +81,10 @@ impl fmt::Display for Readable<'_> {
 
 /// A text as it stands on the wire, without a checksum.
 #[must_use]
-pub fn readable_text(framing: Framing, data: &[u8]) -> String {
+pub fn escaped_text(framing: Framing, data: &[u8]) -> String {
     match framing {
-        Framing::Stx => format!("<STX>{}<ETX>", Readable(data)),
-        Framing::Bare => format!("{}<ETX>", Readable(data)),
+        Framing::Stx => format!("<STX>{}<ETX>", Escaped(data)),
+        Framing::Bare => format!("{}<ETX>", Escaped(data)),
     }
 }
 
@@ -92,14 +92,14 @@ pub fn readable_text(framing: Framing, data: &[u8]) -> String {
 #[derive(Debug, Default)]
 pub struct EventLog {
     /// Rules whose finding has been shown, by port: a host that breaks a rule breaks it in every text.
-    found: BTreeSet<(Option<&'static str>, &'static str)>,
+    reported: BTreeSet<(Option<&'static str>, &'static str)>,
     /// The last finding: if the next event says that the text is refused, both are one line.
-    held: Option<Held>,
+    pending: Option<PendingFinding>,
 }
 
 /// A finding that is not written yet.
 #[derive(Debug)]
-struct Held {
+struct PendingFinding {
     t: String,
     rule: &'static str,
     port: Option<&'static str>,
@@ -109,7 +109,7 @@ struct Held {
 impl EventLog {
     /// Another host is on this port: what it does wrong is told again.
     pub fn new_peer(&mut self, port: Port) {
-        self.found.retain(|(shown, _)| *shown != Some(port.name()));
+        self.reported.retain(|(shown, _)| *shown != Some(port.name()));
     }
 
     /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
@@ -119,8 +119,8 @@ impl EventLog {
             Event::Finding {
                 rule, port, message, ..
             } => {
-                self.settle();
-                self.held = Some(Held {
+                self.flush();
+                self.pending = Some(PendingFinding {
                     t,
                     rule,
                     port: port.map(Port::name),
@@ -133,33 +133,33 @@ impl EventLog {
                 reason,
             } => {
                 let port = port.name();
-                let about = self.held.take_if(|held| held.port == Some(port));
-                self.settle();
-                self.refused(&t, port, (command, reason), about.as_ref());
+                let about = self.pending.take_if(|held| held.port == Some(port));
+                self.flush();
+                self.log_refusal(&t, port, (command, reason), about.as_ref());
             }
             // Comes between the two.
-            answered @ Event::Answered { .. } => tell(&t, answered),
+            answered @ Event::Answered { .. } => log_event(&t, answered),
             other => {
-                self.settle();
-                tell(&t, other);
+                self.flush();
+                log_event(&t, other);
             }
         }
     }
 
     /// Nothing follows at once: a finding that is held back is told.
-    pub fn settle(&mut self) {
-        if let Some(held) = self.held.take() {
-            self.finding(&held.t, held.rule, held.port, &held.message);
+    pub fn flush(&mut self) {
+        if let Some(held) = self.pending.take() {
+            self.log_finding(&held.t, held.rule, held.port, &held.message);
         }
     }
 
     /// A text that was answered NG, and the finding about it: the rule is explained once a host.
-    fn refused(
+    fn log_refusal(
         &mut self,
         t: &str,
         port: &'static str,
         (command, reason): (&str, &str),
-        finding: Option<&Held>,
+        finding: Option<&PendingFinding>,
     ) {
         let rule = finding.map(|finding| finding.rule);
         let known = rule.and_then(Rule::by_id);
@@ -167,7 +167,7 @@ impl EventLog {
         let (Some(finding), Some(rule), true) = (
             finding,
             known,
-            rule.is_some_and(|rule| self.found.insert((Some(port), rule))),
+            rule.is_some_and(|rule| self.reported.insert((Some(port), rule))),
         ) else {
             info!(
                 event = "refused",
@@ -203,12 +203,12 @@ impl EventLog {
         }
     }
 
-    fn finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
+    fn log_finding(&mut self, t: &str, rule: &'static str, port: Option<&'static str>, message: &str) {
         let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
         let known = Rule::by_id(rule);
         let severity = known.map_or("", |rule| rule.severity.as_str());
         let remedy = known.map_or("", |rule| rule.remedy);
-        if !self.found.insert((port, rule)) {
+        if !self.reported.insert((port, rule)) {
             debug!(
                 event = "finding",
                 t, rule, severity, port, "{place}finding {rule}: {message}"
@@ -228,14 +228,14 @@ impl EventLog {
 }
 
 /// One line for an event that needs no other.
-fn tell(t: &str, event: &Event) {
+fn log_event(t: &str, event: &Event) {
     match event {
         Event::TextIn { port, framing, data } => {
-            let text = readable_text(*framing, data);
+            let text = escaped_text(*framing, data);
             debug!(event = "text-in", t, port = port.name(), text, "{port} < {text}");
         }
         Event::TextOut { port, framing, data } => {
-            let text = readable_text(*framing, data);
+            let text = escaped_text(*framing, data);
             debug!(event = "text-out", t, port = port.name(), text, "{port} > {text}");
         }
         Event::Dropped { port, bytes, reason } => {
@@ -253,10 +253,10 @@ fn tell(t: &str, event: &Event) {
             port,
             message,
             fired,
-        } => fault(t, (*id, kind), port.map(Port::name), message, *fired),
+        } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
         // These are `EventLog`'s.
         Event::Finding { .. } | Event::Refused { .. } => {}
-        Event::Answered { .. } => answered(t, event),
+        Event::Answered { .. } => log_answered(t, event),
         Event::Alarm { number, text } => {
             warn!(event = "alarm", t, number, text, "alarm {number} {text}");
         }
@@ -283,7 +283,7 @@ fn tell(t: &str, event: &Event) {
     }
 }
 
-fn answered(t: &str, event: &Event) {
+fn log_answered(t: &str, event: &Event) {
     let Event::Answered {
         port,
         row,
@@ -301,7 +301,7 @@ fn answered(t: &str, event: &Event) {
     );
 }
 
-fn fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
+fn log_fault(t: &str, (id, kind): (u32, &str), port: Option<&str>, text: &str, fired: bool) {
     let place = port.map(|port| format!("{port}: ")).unwrap_or_default();
     if fired {
         warn!(
@@ -325,19 +325,19 @@ mod tests {
     #[test]
     fn a_rule_is_told_once_a_host_and_port() {
         let mut log = EventLog::default();
-        log.finding("0", "no-cr", Some("IP0"), "");
-        log.finding("0", "no-cr", Some("HOST"), "");
-        log.finding("0", "no-cr", Some("HOST"), "");
-        assert_eq!(log.found.len(), 2);
+        log.log_finding("0", "no-cr", Some("IP0"), "");
+        log.log_finding("0", "no-cr", Some("HOST"), "");
+        log.log_finding("0", "no-cr", Some("HOST"), "");
+        assert_eq!(log.reported.len(), 2);
         log.new_peer(Port::Host);
-        assert_eq!(log.found, BTreeSet::from([(Some("IP0"), "no-cr")]));
+        assert_eq!(log.reported, BTreeSet::from([(Some("IP0"), "no-cr")]));
     }
 
     /// The lines of a few events.
     fn lines(events: &[Event]) -> Vec<String> {
         #[derive(Clone, Default)]
-        struct Kept(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
-        impl std::io::Write for Kept {
+        struct SharedBuffer(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
+        impl std::io::Write for SharedBuffer {
             fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
                 self.0.lock().unwrap().extend(bytes);
                 Ok(bytes.len())
@@ -346,14 +346,14 @@ mod tests {
                 Ok(())
             }
         }
-        let kept = Kept::default();
+        let kept = SharedBuffer::default();
         let writer = kept.clone();
         let subscriber = tracing_subscriber::fmt().json().flatten_event(true);
         let subscriber = subscriber.with_writer(move || writer.clone()).finish();
         tracing::subscriber::with_default(subscriber, || {
             let mut log = EventLog::default();
             events.iter().for_each(|event| log.write(Time::ZERO, event));
-            log.settle();
+            log.flush();
         });
         let text = String::from_utf8(kept.0.lock().unwrap().clone()).unwrap();
         text.lines().map(str::to_owned).collect()
@@ -416,8 +416,8 @@ mod tests {
 
     #[test]
     fn control_codes_are_named_and_other_bytes_are_hex() {
-        assert_eq!(readable_text(Framing::Stx, b"SO\r"), "<STX>SO<CR><ETX>");
-        assert_eq!(readable_text(Framing::Bare, b"FL,A\n\x1a"), "FL,A<LF><EOF><ETX>");
-        assert_eq!(Readable(&[0, 0x7F, 0xFF, b'~']).to_string(), "<00><7F><FF>~");
+        assert_eq!(escaped_text(Framing::Stx, b"SO\r"), "<STX>SO<CR><ETX>");
+        assert_eq!(escaped_text(Framing::Bare, b"FL,A\n\x1a"), "FL,A<LF><EOF><ETX>");
+        assert_eq!(Escaped(&[0, 0x7F, 0xFF, b'~']).to_string(), "<00><7F><FF>~");
     }
 }

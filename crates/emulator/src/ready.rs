@@ -82,7 +82,7 @@ impl Ready {
 
     /// With the seed of the legal variation.
     #[must_use]
-    pub fn varied(self, vary: Option<u64>) -> Ready {
+    pub fn with_variation(self, vary: Option<u64>) -> Ready {
         Ready { vary, ..self }
     }
 
@@ -90,7 +90,7 @@ impl Ready {
     ///
     /// # Errors
     /// None that this value can cause; serde's signature.
-    pub fn line(&self) -> serde_json::Result<String> {
+    pub fn to_json(&self) -> serde_json::Result<String> {
         serde_json::to_string(self)
     }
 }
@@ -169,20 +169,20 @@ mod tests {
     fn the_line_is_the_documented_one() {
         let all: BTreeMap<Port, u16> = Port::ETHERNET.into_iter().zip(1000..).collect();
         assert_eq!(
-            Ready::new(&all, &BTreeMap::new(), None).line().unwrap(),
+            Ready::new(&all, &BTreeMap::new(), None).to_json().unwrap(),
             r#"{"event":"ready","ports":{"ip0":1000,"ip1":1001,"ip2":1002,"ip3":1003}}"#
         );
         assert_eq!(
             Ready::new(&BTreeMap::new(), &BTreeMap::new(), None)
-                .varied(Some(7))
-                .line()
+                .with_variation(Some(7))
+                .to_json()
                 .unwrap(),
             r#"{"event":"ready","ports":{},"vary":7}"#
         );
         let one = BTreeMap::from([(Port::Ip0, 40_001)]);
         assert_eq!(
             Ready::new(&one, &BTreeMap::new(), Some("127.0.0.1:3100".parse().unwrap()))
-                .line()
+                .to_json()
                 .unwrap(),
             r#"{"event":"ready","ports":{"ip0":40001},"control":"http://127.0.0.1:3100"}"#
         );
@@ -194,7 +194,7 @@ mod tests {
             ),
         ]);
         assert_eq!(
-            Ready::new(&one, &serial, None).line().unwrap(),
+            Ready::new(&one, &serial, None).to_json().unwrap(),
             r#"{"event":"ready","ports":{"ip0":40001},"serial":{"host":"/run/robot/host","com1":"rfc2217://127.0.0.1:2217"}}"#
         );
     }

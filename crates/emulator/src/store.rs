@@ -6,7 +6,7 @@
 pub mod backing;
 mod history;
 
-use crate::files::{self, UNFINISHED};
+use crate::files::{self, UNFINISHED_SUFFIX};
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::OsString;
 use std::fs::{self, File, TryLockError};
@@ -155,7 +155,7 @@ impl Store {
             return Ok(None);
         };
         if text.starts_with('.') {
-            if text.ends_with(UNFINISHED) {
+            if text.ends_with(UNFINISHED_SUFFIX) {
                 fs::remove_file(&path).map_err(io_error("remove the unfinished file", &path))?;
             }
             return Ok(None);
@@ -228,9 +228,8 @@ impl Store {
         self.check_directory()?;
         let place = self.directory.join(name);
         // The lock says that nobody else writes here, so the name may be the same each time.
-        let unfinished = files::beside(&place, None).map_err(io_error("write", &place))?;
-        files::write_beside(&unfinished, |file| file.write_all(content))
-            .map_err(io_error("write", &place))?;
+        let unfinished = files::unfinished_path(&place, None).map_err(io_error("write", &place))?;
+        files::write_new(&unfinished, |file| file.write_all(content)).map_err(io_error("write", &place))?;
         Ok(unfinished)
     }
 

@@ -1,10 +1,10 @@
 //! `ts3100 check`: the diagnostics of SCOL files, rendered by the compiler.
 
-use super::report;
+use super::check_report;
 use crate::config::model::ModelChoice;
 use crate::config::read_points;
 use crate::files;
-use crate::visible::shown;
+use crate::printable::printable;
 use clap::{Args, ValueEnum};
 use scol_mini::{Diagnostic, LanguageOptions, Severity, TaughtPoint};
 use std::io::{self, Write};
@@ -27,7 +27,7 @@ pub(super) struct CheckArgs {
     points: Option<PathBuf>,
     /// Form of the remarks on stdout
     #[arg(long, value_name = "FORMAT", default_value = "text")]
-    format: Format,
+    format: CheckFormat,
     /// Warnings count as errors
     #[arg(long)]
     deny_warnings: bool,
@@ -35,7 +35,7 @@ pub(super) struct CheckArgs {
 
 /// Form of the remarks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Format {
+enum CheckFormat {
     /// For people: the line and carets under the place.
     Text,
     /// One JSON document for programs.
@@ -46,7 +46,7 @@ enum Format {
 
 /// The worst that was met; the order is that of the exit codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
+enum CheckOutcome {
     Clean = 0,
     Errors = 1,
     Unreadable = 2,
@@ -62,8 +62,8 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
     let (arm, points) = match around {
         Ok(around) => around,
         Err(error) => {
-            eprintln!("ts3100: {}", shown(error));
-            return ExitCode::from(Outcome::Unreadable as u8);
+            eprintln!("ts3100: {}", printable(error));
+            return ExitCode::from(CheckOutcome::Unreadable as u8);
         }
     };
     let options = LanguageOptions {
@@ -71,65 +71,70 @@ pub(super) fn run(args: &CheckArgs) -> ExitCode {
         ..LanguageOptions::default()
     };
     let mut stdout = io::stdout().lock();
-    let mut worst = Outcome::Clean;
+    let mut worst = CheckOutcome::Clean;
     let mut files = Vec::new();
     for path in &args.files {
-        let file = CheckedFile::of(path, &options, &points);
+        let file = CheckedFile::check(path, &options, &points);
         worst = worst.max(outcome(&file, args.deny_warnings));
-        let written = match (args.format, &file.found) {
+        let written = match (args.format, &file.result) {
             (_, Err(error)) => {
-                eprintln!("ts3100: {}", shown(format_args!("{}: {error}", file.name)));
+                eprintln!("ts3100: {}", printable(format_args!("{}: {error}", file.name)));
                 Ok(())
             }
-            (Format::Text, Ok(_)) => text(&file, &mut stdout),
-            (Format::Json | Format::Sarif, Ok(_)) => Ok(()),
+            (CheckFormat::Text, Ok(_)) => write_text(&file, &mut stdout),
+            (CheckFormat::Json | CheckFormat::Sarif, Ok(_)) => Ok(()),
         };
         if written.is_err() {
-            return ExitCode::from(Outcome::Unreadable as u8);
+            return ExitCode::from(CheckOutcome::Unreadable as u8);
         }
-        if args.format != Format::Text {
+        if args.format != CheckFormat::Text {
             files.push(file);
         }
     }
     let document = match args.format {
-        Format::Text => return ExitCode::from(worst as u8),
-        Format::Json => report::json(&files),
-        Format::Sarif => report::sarif(&files),
+        CheckFormat::Text => return ExitCode::from(worst as u8),
+        CheckFormat::Json => check_report::json(&files),
+        CheckFormat::Sarif => check_report::sarif(&files),
     };
     if writeln!(stdout, "{document:#}").is_err() {
-        return ExitCode::from(Outcome::Unreadable as u8);
+        return ExitCode::from(CheckOutcome::Unreadable as u8);
     }
     ExitCode::from(worst as u8)
 }
 
-fn outcome(file: &CheckedFile, deny_warnings: bool) -> Outcome {
-    match &file.found {
-        Err(_) => Outcome::Unreadable,
+fn outcome(file: &CheckedFile, deny_warnings: bool) -> CheckOutcome {
+    match &file.result {
+        Err(_) => CheckOutcome::Unreadable,
         Ok((_, remarks))
             if remarks
                 .iter()
                 .any(|d| deny_warnings || d.severity == Severity::Error) =>
         {
-            Outcome::Errors
+            CheckOutcome::Errors
         }
-        Ok(_) => Outcome::Clean,
+        Ok(_) => CheckOutcome::Clean,
     }
 }
 
-fn text(file: &CheckedFile, out: &mut impl Write) -> io::Result<()> {
-    let Ok((source, remarks)) = &file.found else {
+fn write_text(file: &CheckedFile, out: &mut impl Write) -> io::Result<()> {
+    let Ok((source, remarks)) = &file.result else {
         return Ok(());
     };
     for remark in remarks {
-        writeln!(out, "{}", shown(remark.render(source, &file.name).trim_end()))?;
+        writeln!(out, "{}", printable(remark.render(source, &file.name).trim_end()))?;
     }
     if !remarks.iter().any(|d| d.severity == Severity::Error) {
-        writeln!(out, "{}: no errors{}", shown(&file.name), warnings(remarks.len()))?;
+        writeln!(
+            out,
+            "{}: no errors{}",
+            printable(&file.name),
+            warning_count(remarks.len())
+        )?;
     }
     Ok(())
 }
 
-fn warnings(number: usize) -> String {
+fn warning_count(number: usize) -> String {
     match number {
         0 => String::new(),
         1 => ", 1 warning".to_owned(),
@@ -142,13 +147,13 @@ pub(super) struct CheckedFile {
     /// As given on the command line.
     pub(super) name: String,
     /// The source and the remarks.
-    pub(super) found: io::Result<(String, Vec<Diagnostic>)>,
+    pub(super) result: io::Result<(String, Vec<Diagnostic>)>,
 }
 
 impl CheckedFile {
     /// Reads a file and checks it.
-    pub(super) fn of(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
-        let found = read(path).map(|bytes| {
+    pub(super) fn check(path: &Path, options: &LanguageOptions, points: &[TaughtPoint]) -> CheckedFile {
+        let found = read_source(path).map(|bytes| {
             // Bytes that are no UTF-8 become a character the compiler points at.
             let source = String::from_utf8_lossy(&bytes).into_owned();
             let remarks = scol_mini::check_with_points(&source, options, points).diagnostics;
@@ -156,12 +161,12 @@ impl CheckedFile {
         });
         CheckedFile {
             name: path.display().to_string(),
-            found,
+            result: found,
         }
     }
 }
 
 /// The bytes of a source, unless it is far too large for a file of the drive.
-pub(super) fn read(path: &Path) -> io::Result<Vec<u8>> {
+pub(super) fn read_source(path: &Path) -> io::Result<Vec<u8>> {
     files::read(path, 2 * limits::MAX_FILE as u64)
 }

@@ -1,7 +1,7 @@
 //! `ts3100 coverage merge`: the coverage reports of several runs as one.
 
+use crate::printable::printable;
 use crate::reports::{CoverageReport, Reports, coverage_text};
-use crate::visible::shown;
 use anyhow::Context as _;
 use clap::{Args, Subcommand};
 use std::io::Write as _;
@@ -35,7 +35,7 @@ struct MergeArgs {
     #[arg(long, short, value_name = "FILE")]
     out: Vec<PathBuf>,
     /// Exit code 4 if all together have reached less
-    #[arg(long, value_name = "PERCENT", value_parser = crate::config::percent)]
+    #[arg(long, value_name = "PERCENT", value_parser = crate::config::parse_percent)]
     min_coverage: Option<f64>,
 }
 
@@ -45,7 +45,7 @@ pub(super) fn run(args: &CoverageArgs) -> ExitCode {
     match merge(args) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
+            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
             ExitCode::from(2)
         }
     }

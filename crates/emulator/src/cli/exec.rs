@@ -2,15 +2,15 @@
 //! configured and served is `serve`'s.
 
 use super::guard::Guard;
-use super::serve::{Served, prepare};
-use super::unstarted;
-use crate::config::args::PortsWord;
+use super::junit_stub;
+use super::serve::{RunOutputs, check_outputs};
+use crate::config::args::PortSource;
 use crate::config::{self, Seed, ServeArgs, Settings};
 use crate::driver::Driver;
 use crate::driver::self_check::connectable;
 use crate::embed::single_threaded;
 use crate::log;
-use crate::visible::shown;
+use crate::printable::printable;
 use anyhow::Context as _;
 use clap::Args;
 use std::ffi::{OsStr, OsString};
@@ -62,7 +62,11 @@ impl From<anyhow::Error> for ExecError {
 
 /// Runs to the end of the command.
 pub(super) fn run(args: ExecArgs) -> ExitCode {
-    let mut junit = args.serve.junit.clone().or_else(unstarted::by_variable);
+    let mut junit = args
+        .serve
+        .junit
+        .clone()
+        .or_else(junit_stub::path_from_environment);
     let (code, words) = match exec(args, &mut junit) {
         Ok(code) => return ExitCode::from(code),
         Err(ExecError::Emulator(error)) => (EMULATOR_FAILED, format!("{error:#}")),
@@ -74,9 +78,9 @@ pub(super) fn run(args: ExecArgs) -> ExitCode {
             (code, format!("cannot run {}: {error}", command.to_string_lossy()))
         }
     };
-    let words = shown(words);
-    log::say(&words);
-    unstarted::write(junit.as_deref(), &words);
+    let words = printable(words);
+    log::print_line(&words);
+    junit_stub::write(junit.as_deref(), &words);
     ExitCode::from(code)
 }
 
@@ -89,52 +93,53 @@ fn exec(args: ExecArgs, junit: &mut Option<PathBuf>) -> Result<u8, ExecError> {
     let (mut args, _) = config::read(flags, &std::env::vars_os().collect()).map_err(anyhow::Error::from)?;
     junit.clone_from(&args.junit);
     if args.ports.is_none() && args.port_offset.is_none() {
-        args.ports = Some(PortsWord::Auto);
+        args.ports = Some(PortSource::Auto);
     }
     log::start_quiet(args.verbose, args.log_format.unwrap_or_default());
     let settings = Settings::from_args(&args).map_err(anyhow::Error::from)?;
     if let Some(Seed::Drawn(seed)) = args.vary {
         // The log is quiet here, and without the seed a failure could not be repeated.
-        log::say(&format!(
+        log::print_line(&format!(
             "legal variation by seed {seed}; --vary {seed} repeats it"
         ));
     }
-    prepare(&args, &settings)?;
+    check_outputs(&args, &settings)?;
     let runtime = single_threaded().map_err(anyhow::Error::from)?;
     runtime.block_on(async {
-        let (mut hub, requests) = Driver::open(&settings).await.map_err(anyhow::Error::from)?;
-        hub.self_check(settings.listen)
+        let (mut driver, requests) = Driver::open(&settings).await.map_err(anyhow::Error::from)?;
+        driver
+            .self_check(settings.listen)
             .await
             .map_err(anyhow::Error::from)?;
-        let control = hub
+        let control = driver
             .open_control(&settings, &requests)
             .map_err(anyhow::Error::from)?;
         let mut signals = Signals::listen().context("cannot listen for signals")?;
         let (program, rest) = command.split_first().context("expected a command behind --")?;
         let mut guard = Guard::start().context("cannot start the guard of the command")?;
-        let mut child = command_of(program, rest, &settings, &hub, control)
+        let mut child = build_command(program, rest, &settings, &driver, control)
             .spawn()
             .map_err(|error| ExecError::Command(program.clone(), error))?;
         let watched = child.id().map_or(Ok(()), |id| guard.watch(id));
         watched.context("the guard of the command has ended")?;
         let mut status = None;
-        let served = Served::begin(&settings, &mut hub);
-        let controller = hub
-            .run(async { status = Some(signals.pass_on(&mut child).await) })
+        let served = RunOutputs::begin(&settings, &mut driver);
+        let controller = driver
+            .run(async { status = Some(signals.forward_until_exit(&mut child).await) })
             .await;
         drop(guard);
-        let failed = served.end(&args, &settings, &controller)? != 0;
+        let failed = served.finish(&args, &settings, &controller)? != 0;
         let status = status.context("the command was not waited for")?;
         let status = status.context("cannot wait for the command")?;
         Ok(exit_code(status) | if failed { REPORTS_FAILED } else { 0 })
     })
 }
 
-fn command_of(
+fn build_command(
     program: &OsStr,
     rest: &[OsString],
     settings: &Settings,
-    hub: &Driver,
+    driver: &Driver,
     control: Option<SocketAddr>,
 ) -> Command {
     let mut command = Command::new(program);
@@ -142,7 +147,7 @@ fn command_of(
     command.env("TS3100_HOST", connectable(settings.listen).to_string());
     for port in Port::ETHERNET {
         let name = format!("TS3100_{}_PORT", port.name());
-        match hub.ports().get(&port) {
+        match driver.ports().get(&port) {
             Some(number) => command.env(name, number.to_string()),
             // One of somebody else's emulator would mislead.
             None => command.env_remove(name),
@@ -152,7 +157,7 @@ fn command_of(
         let address = SocketAddr::new(connectable(address.ip()), address.port());
         command.env("TS3100_CONTROL_URL", format!("http://{address}"));
     }
-    for (port, place) in hub.serial_endpoints() {
+    for (port, place) in driver.serial_endpoints() {
         command.env(format!("TS3100_{}_LINE", port.name()), place.to_string());
     }
     command
@@ -194,7 +199,7 @@ impl Signals {
     }
 
     /// Waits for the end of the command; what is sent to us is sent to it.
-    async fn pass_on(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
+    async fn forward_until_exit(&mut self, child: &mut Child) -> io::Result<ExitStatus> {
         use rustix::process::Signal;
         loop {
             let (signal, by_terminal) = tokio::select! {

@@ -2,7 +2,7 @@
 //! and files say what they mean.
 
 use crate::faults;
-use crate::visible::shown;
+use crate::printable::printable;
 use clap::{Args, Subcommand};
 use serde_json::json;
 use std::path::PathBuf;
@@ -16,11 +16,11 @@ const WRONG: u8 = 1;
 #[derive(Debug, Args)]
 pub(super) struct FaultsArgs {
     #[command(subcommand)]
-    what: What,
+    command: FaultsCommand,
 }
 
 #[derive(Debug, Subcommand)]
-enum What {
+enum FaultsCommand {
     /// The kinds with their parameters, and the legal variations
     List {
         /// As JSON
@@ -43,10 +43,10 @@ enum What {
 
 /// Runs it.
 pub(super) fn run(args: &FaultsArgs) -> ExitCode {
-    match &args.what {
-        What::List { json: true } => println!("{:#}", faults::kinds_json()),
-        What::List { json: false } => print!("{}", faults::kinds_text()),
-        What::Check { specs, faults, json } => return check(specs, faults, *json),
+    match &args.command {
+        FaultsCommand::List { json: true } => println!("{:#}", faults::kinds_json()),
+        FaultsCommand::List { json: false } => print!("{}", faults::kinds_text()),
+        FaultsCommand::Check { specs, faults, json } => return check(specs, faults, *json),
     }
     ExitCode::SUCCESS
 }
@@ -58,7 +58,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match faults::read(path) {
             Ok(faults) => found.extend(faults),
             Err(error) => {
-                eprintln!("ts3100: {}", shown(error));
+                eprintln!("ts3100: {}", printable(error));
                 wrong = true;
             }
         }
@@ -67,7 +67,7 @@ fn check(specs: &[String], files: &[PathBuf], as_json: bool) -> ExitCode {
         match spec.parse() {
             Ok(fault) => found.push(fault),
             Err(error) => {
-                eprintln!("ts3100: {}", shown(format_args!("{spec}: {error}")));
+                eprintln!("ts3100: {}", printable(format_args!("{spec}: {error}")));
                 wrong = true;
             }
         }

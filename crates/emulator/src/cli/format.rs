@@ -1,8 +1,8 @@
 //! `ts3100 fmt`: lays SCOL files out anew. The layout is `scol-mini`'s; here files are read and written.
 
-use super::check::read;
+use super::check::read_source;
 use crate::files;
-use crate::visible::shown;
+use crate::printable::printable;
 use clap::Args;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -23,7 +23,7 @@ pub(super) struct FormatArgs {
 
 /// What became of a file; the order is that of the exit codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Outcome {
+enum FormatOutcome {
     Done = 0,
     Unformatted = 1,
     Failed = 2,
@@ -31,23 +31,26 @@ enum Outcome {
 
 /// Formats every file.
 pub(super) fn run(args: &FormatArgs) -> ExitCode {
-    let mut worst = Outcome::Done;
+    let mut worst = FormatOutcome::Done;
     for path in &args.files {
-        let outcome = one(path, args.check).unwrap_or_else(|error| {
-            eprintln!("ts3100: {}", shown(format_args!("{}: {error}", path.display())));
-            Outcome::Failed
+        let outcome = format_file(path, args.check).unwrap_or_else(|error| {
+            eprintln!(
+                "ts3100: {}",
+                printable(format_args!("{}: {error}", path.display()))
+            );
+            FormatOutcome::Failed
         });
         worst = worst.max(outcome);
     }
     ExitCode::from(worst as u8)
 }
 
-fn one(path: &Path, check: bool) -> io::Result<Outcome> {
+fn format_file(path: &Path, check: bool) -> io::Result<FormatOutcome> {
     let stdin = path == Path::new("-");
     let bytes = if stdin {
         files::read_all(io::stdin().lock(), 2 * ts3100_controller::limits::MAX_FILE as u64)?
     } else {
-        read(path)?
+        read_source(path)?
     };
     let source = String::from_utf8(bytes)
         .map_err(|_| io::Error::other("not a text in ASCII or UTF-8, left as it is"))?;
@@ -58,9 +61,9 @@ fn one(path: &Path, check: bool) -> io::Result<Outcome> {
             println!("{}: not formatted", path.display());
         }
         return Ok(if changed {
-            Outcome::Unformatted
+            FormatOutcome::Unformatted
         } else {
-            Outcome::Done
+            FormatOutcome::Done
         });
     }
     if stdin {
@@ -68,5 +71,5 @@ fn one(path: &Path, check: bool) -> io::Result<Outcome> {
     } else if changed {
         files::replace(path, formatted.as_bytes())?;
     }
-    Ok(Outcome::Done)
+    Ok(FormatOutcome::Done)
 }

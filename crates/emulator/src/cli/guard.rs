@@ -6,9 +6,9 @@ use std::io::{self, BufRead as _, Read as _, Write as _};
 use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};
 
 /// The word of the command line that makes the process a guard.
-pub(super) const WORD: &str = "__guard";
+pub(super) const SUBCOMMAND: &str = "__guard";
 /// Longest word it is told: the number of a process.
-const MAX_WORD: u64 = 32;
+const MAX_PROCESS_ID: u64 = 32;
 
 /// The guard, as exec holds it: gone when this is dropped.
 pub(super) struct Guard {
@@ -25,7 +25,7 @@ impl Guard {
         } else {
             Command::new(std::env::current_exe()?)
         };
-        guard.arg(WORD).stdin(Stdio::piped());
+        guard.arg(SUBCOMMAND).stdin(Stdio::piped());
         guard.stdout(Stdio::null()).stderr(Stdio::null());
         // What the terminal sends to everybody is not meant for it.
         #[cfg(unix)]
@@ -54,18 +54,18 @@ pub(super) fn run() -> ExitCode {
     let mut pipe = io::stdin().lock();
     let mut word = String::new();
     // An error and an end come to the same: exec is gone.
-    let _ = pipe.by_ref().take(MAX_WORD).read_line(&mut word);
+    let _ = pipe.by_ref().take(MAX_PROCESS_ID).read_line(&mut word);
     let Ok(process) = word.trim().parse() else {
         return ExitCode::SUCCESS;
     };
-    let watched = Watched::new(process);
+    let watched = WatchedProcess::new(process);
     let _ = io::copy(&mut pipe, &mut io::sink());
-    watched.end();
+    watched.kill();
     ExitCode::SUCCESS
 }
 
 #[cfg(unix)]
-struct Watched {
+struct WatchedProcess {
     process: i32,
     /// Means this process, and none that is given its number later.
     #[cfg(target_os = "linux")]
@@ -73,9 +73,9 @@ struct Watched {
 }
 
 #[cfg(unix)]
-impl Watched {
-    fn new(process: i32) -> Watched {
-        Watched {
+impl WatchedProcess {
+    fn new(process: i32) -> WatchedProcess {
+        WatchedProcess {
             process,
             // Old kernels have none.
             #[cfg(target_os = "linux")]
@@ -84,7 +84,7 @@ impl Watched {
         }
     }
 
-    fn end(self) {
+    fn kill(self) {
         use rustix::process::{Pid, Signal, kill_process};
         // Found first: they are nobody's children when their parent is gone.
         let mut doomed = descendants(self.process);
@@ -141,9 +141,9 @@ fn descendants(_: i32) -> Vec<i32> {
 struct Watched(u32);
 
 #[cfg(windows)]
-impl Watched {
-    fn new(process: u32) -> Watched {
-        Watched(process)
+impl WatchedProcess {
+    fn new(process: u32) -> WatchedProcess {
+        WatchedProcess(process)
     }
 
     fn end(self) {

@@ -2,6 +2,7 @@
 //! completions`: reads it, runs one of them, says the exit code.
 
 mod check;
+mod check_report;
 mod coverage;
 mod ctl;
 mod diff;
@@ -10,11 +11,10 @@ mod faults;
 mod format;
 mod guard;
 mod host;
-mod report;
+mod junit_stub;
 mod run;
 mod serve;
 mod tap;
-mod unstarted;
 
 use crate::config::ServeArgs;
 use crate::log;
@@ -55,12 +55,15 @@ enum Command {
 #[must_use]
 pub fn main() -> ExitCode {
     // No word for people: `exec` starts its guard so.
-    if std::env::args_os().nth(1).is_some_and(|word| word == guard::WORD) {
+    if std::env::args_os()
+        .nth(1)
+        .is_some_and(|word| word == guard::SUBCOMMAND)
+    {
         return guard::run();
     }
-    let cli = Cli::try_parse().unwrap_or_else(|error| misused(&error));
+    let cli = Cli::try_parse().unwrap_or_else(|error| exit_with_usage_error(&error));
     let code = run(cli.command);
-    log::finish();
+    log::flush();
     code
 }
 
@@ -88,13 +91,13 @@ fn run(command: Command) -> ExitCode {
 }
 
 /// Says what is wrong with the command line, in the JUnit report too if one was asked for, and ends the process.
-fn misused(error: &clap::Error) -> ! {
+fn exit_with_usage_error(error: &clap::Error) -> ! {
     let mut words = std::env::args_os().skip(1);
     let serves = words.next().is_some_and(|word| word == "exec" || word == "serve");
     // Help and the version are no errors.
     if serves && error.use_stderr() {
-        let path = unstarted::asked_for(words);
-        unstarted::write(path.as_deref(), &error.render().to_string());
+        let path = junit_stub::path_from_arguments(words);
+        junit_stub::write(path.as_deref(), &error.render().to_string());
     }
     error.exit()
 }

@@ -1,17 +1,17 @@
-//! `ts3100 serve`: from the configuration to a running hub, its ready line and its end by a signal.
+//! `ts3100 serve`: from the configuration to a running driver, its ready line and its end by a signal.
 
-use super::unstarted;
+use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};
 use crate::driver::Driver;
 use crate::embed::single_threaded;
 use crate::faults;
 use crate::files;
 use crate::log;
+use crate::printable::printable;
 use crate::ready::{Ready, banner};
 use crate::reports::{ReportOutcome, RunRecord};
 use crate::scenario::{Outcome, Play};
 use crate::snapshot;
-use crate::visible::shown;
 use anyhow::Context as _;
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -26,13 +26,13 @@ const COULD_NOT_START: u8 = 2;
 
 /// Runs until a signal.
 pub(super) fn run(args: ServeArgs) -> ExitCode {
-    let mut junit = args.junit.clone().or_else(unstarted::by_variable);
+    let mut junit = args.junit.clone().or_else(junit_stub::path_from_environment);
     match serve(args, &mut junit) {
         Ok(code) => ExitCode::from(code),
         Err(error) => {
-            let words = shown(format_args!("{error:#}"));
-            log::say(&words);
-            unstarted::write(junit.as_deref(), &words);
+            let words = printable(format_args!("{error:#}"));
+            log::print_line(&words);
+            junit_stub::write(junit.as_deref(), &words);
             ExitCode::from(COULD_NOT_START)
         }
     }
@@ -57,17 +57,17 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
             seed, "legal variation by seed {seed}; --vary {seed} repeats it"
         );
     }
-    prepare(&args, &settings)?;
+    check_outputs(&args, &settings)?;
     let runtime = single_threaded()?;
     runtime.block_on(async {
         // Before the ready line: a signal that follows it must not find the default action.
         let stop = stop_signal().context("cannot listen for signals")?;
-        let (mut hub, requests) = Driver::open(&settings).await?;
-        let control = hub.open_control(&settings, &requests)?;
+        let (mut driver, requests) = Driver::open(&settings).await?;
+        let control = driver.open_control(&settings, &requests)?;
         if args.ready_json.unwrap_or(false) {
-            let line = Ready::new(hub.ports(), &hub.serial_endpoints(), control)
-                .varied(settings.controller.vary)
-                .line()?;
+            let line = Ready::new(driver.ports(), &driver.serial_endpoints(), control)
+                .with_variation(settings.controller.vary)
+                .to_json()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
@@ -77,16 +77,16 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
                 "{}",
                 banner(
                     &settings,
-                    hub.ports(),
-                    &hub.serial_endpoints(),
+                    driver.ports(),
+                    &driver.serial_endpoints(),
                     control,
-                    hub.has_demo()
+                    driver.has_demo()
                 )
             );
         }
-        let served = Served::begin(&settings, &mut hub);
-        let controller = hub.run(stop).await;
-        let code = served.end(&args, &settings, &controller)?;
+        let served = RunOutputs::begin(&settings, &mut driver);
+        let controller = driver.run(stop).await;
+        let code = served.finish(&args, &settings, &controller)?;
         info!("ended");
         Ok(code)
     })
@@ -94,11 +94,11 @@ fn serve(flags: ServeArgs, junit: &mut Option<PathBuf>) -> anyhow::Result<u8> {
 
 /// Makes the files of the reports, so that one that cannot be written is known before the run; and asks whether the
 /// snapshot could be.
-pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
+pub(super) fn check_outputs(args: &ServeArgs, settings: &Settings) -> anyhow::Result<()> {
     settings.reports.prepare()?;
     faults::prepare(&settings.report)?;
     if let Some(path) = &args.junit {
-        files::replace(path, unstarted::junit(unstarted::NOT_ENDED).as_bytes())
+        files::replace(path, junit_stub::document(junit_stub::NOT_FINISHED).as_bytes())
             .with_context(|| format!("cannot write {}", path.display()))?;
     }
     if let Some(path) = &args.snapshot_on_exit {
@@ -108,24 +108,24 @@ pub(super) fn prepare(args: &ServeArgs, settings: &Settings) -> anyhow::Result<(
 }
 
 /// What is recorded while an emulator is served, and written at its end; `exec` does the same.
-pub(super) struct Served {
+pub(super) struct RunOutputs {
     play: Option<Play>,
     evidence: RunRecord,
 }
 
-impl Served {
+impl RunOutputs {
     /// From now on.
-    pub(super) fn begin(settings: &Settings, hub: &mut Driver) -> Served {
+    pub(super) fn begin(settings: &Settings, driver: &mut Driver) -> RunOutputs {
         let play = settings.scenario.clone().map(Play::new);
         if let Some(play) = &play {
-            hub.set_scenario(play.clone());
+            driver.set_scenario(play.clone());
         }
-        let evidence = hub.run_record();
-        Served { play, evidence }
+        let evidence = driver.run_record();
+        RunOutputs { play, evidence }
     }
 
     /// Writes everything; the exit code that follows from it.
-    pub(super) fn end(
+    pub(super) fn finish(
         self,
         args: &ServeArgs,
         settings: &Settings,
@@ -138,9 +138,9 @@ impl Served {
             .reports
             .finish(&self.evidence, controller, &settings.load)?;
         faults::write(&settings.report, controller.faults(), &self.evidence.bites())?;
-        say(&ending);
+        log_failures(&ending);
         let failed = match self.play {
-            Some(play) => tell(&play.end(controller.now()), args)?,
+            Some(play) => report_scenario(&play.end(controller.now()), args)?,
             None => false,
         };
         Ok(match ending.exit_code() {
@@ -151,7 +151,7 @@ impl Served {
 }
 
 /// The results of a scenario; whether it has failed.
-fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
+fn report_scenario(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
     if let Some(path) = &args.junit {
         files::replace(path, outcome.junit().as_bytes())
             .with_context(|| format!("cannot write {}", path.display()))?;
@@ -163,7 +163,7 @@ fn tell(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
 }
 
 /// Why the exit code is not 0.
-fn say(ending: &ReportOutcome) {
+fn log_failures(ending: &ReportOutcome) {
     for (rule, count) in &ending.denied {
         let (id, title) = (rule.id, rule.title);
         error!(

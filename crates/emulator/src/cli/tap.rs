@@ -1,13 +1,13 @@
 //! `ts3100 tap`: reads the command line and runs a [`Tap`] until a signal.
 
 use super::serve::stop_signal;
-use crate::config::args::{LogFormat, PortsWord};
+use crate::config::args::{LogFormat, PortSource};
 use crate::embed::single_threaded;
 use crate::log;
+use crate::printable::printable;
 use crate::ready::Ready;
 use crate::tap::{Route, Tap, TapSettings};
 use crate::transcript::TranscriptFile;
-use crate::visible::shown;
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use std::collections::BTreeMap;
@@ -47,7 +47,7 @@ pub(super) struct TapArgs {
     port_offset: u16,
     /// Ports of the tap itself: 1000-1003 plus the offset, or free ones chosen by the system
     #[arg(long, value_name = "WORD", default_value = "parameter")]
-    ports: PortsWord,
+    ports: PortSource,
     /// Channels to tap; ip1=2001 where the port of the real one does not follow that of its IP0
     #[arg(
         long,
@@ -55,7 +55,7 @@ pub(super) struct TapArgs {
         value_delimiter = ',',
         default_value = "ip0,ip1,ip2,ip3"
     )]
-    channels: Vec<Wanted>,
+    channels: Vec<ChannelArg>,
     /// Longest wait for the real controller to take a connection, in seconds
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
     connect_timeout: f64,
@@ -72,17 +72,17 @@ pub(super) struct TapArgs {
 
 /// A channel and its port at the real controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Wanted {
+struct ChannelArg {
     port: Port,
-    index: u16,
+    offset: u16,
     /// If it was given.
-    real: Option<u16>,
+    real_port: Option<u16>,
 }
 
-impl FromStr for Wanted {
+impl FromStr for ChannelArg {
     type Err = String;
 
-    fn from_str(word: &str) -> Result<Wanted, String> {
+    fn from_str(word: &str) -> Result<ChannelArg, String> {
         let (name, number) = word
             .split_once('=')
             .map_or((word, None), |(name, number)| (name, Some(number)));
@@ -98,7 +98,11 @@ impl FromStr for Wanted {
                 _ => return Err(format!("expected a port from 1 to 65535, found `{number}`")),
             },
         };
-        Ok(Wanted { port, index, real })
+        Ok(ChannelArg {
+            port,
+            offset: index,
+            real_port: real,
+        })
     }
 }
 
@@ -107,7 +111,7 @@ pub(super) fn run(args: &TapArgs) -> ExitCode {
     match tap(args) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
+            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
             ExitCode::from(COULD_NOT_START)
         }
     }
@@ -132,8 +136,8 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
     let mut routes: Vec<Route> = Vec::new();
     for wanted in &args.channels {
         let own = match args.ports {
-            PortsWord::Auto => 0,
-            PortsWord::Parameter => (FIRST_PORT + wanted.index)
+            PortSource::Auto => 0,
+            PortSource::Parameter => (FIRST_PORT + wanted.offset)
                 .checked_add(args.port_offset)
                 .ok_or_else(|| anyhow!("--port-offset {}: the ports exceed 65535", args.port_offset))?,
         };
@@ -143,12 +147,12 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         let route = Route {
             port: wanted.port,
             listen: SocketAddr::new(args.listen, own),
-            real: match wanted.real {
+            real: match wanted.real_port {
                 Some(port) => SocketAddr::new(real.ip(), port),
                 None => SocketAddr::new(
                     real.ip(),
                     real.port()
-                        .checked_add(wanted.index)
+                        .checked_add(wanted.offset)
                         .ok_or_else(|| anyhow!("{}: the port of {} exceeds 65535", args.real, wanted.port))?,
                 ),
             },
@@ -191,7 +195,7 @@ fn tap(args: &TapArgs) -> anyhow::Result<()> {
             );
         }
         if args.ready_json {
-            let line = Ready::new(tap.ports(), &BTreeMap::new(), None).line()?;
+            let line = Ready::new(tap.ports(), &BTreeMap::new(), None).to_json()?;
             let mut stdout = std::io::stdout().lock();
             writeln!(stdout, "{line}")
                 .and_then(|()| stdout.flush())
@@ -209,7 +213,7 @@ mod tests {
     use clap::Parser;
 
     #[derive(Debug, Parser)]
-    struct Line {
+    struct TapCommandLine {
         #[command(flatten)]
         args: TapArgs,
     }
@@ -218,7 +222,7 @@ mod tests {
         let words = ["tap", "--transcript", "x.txt"]
             .into_iter()
             .chain(words.split_whitespace());
-        let line = Line::try_parse_from(words).map_err(|error| error.to_string())?;
+        let line = TapCommandLine::try_parse_from(words).map_err(|error| error.to_string())?;
         let settings = settings(&line.args).map_err(|error| error.to_string())?;
         let route = |route: &Route| (route.port, route.listen.port(), route.real.port());
         Ok(settings.routes.iter().map(route).collect())

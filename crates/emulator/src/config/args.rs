@@ -2,8 +2,8 @@
 //! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
 //! what the default is, is decided after all layers are read.
 
-use super::evidence::EvidenceArgs;
 use super::model::ModelChoice;
+use super::report_args::ReportArgs;
 use super::seed::Seed;
 use super::serial::ListenAt;
 use crate::clock::{TimeGap, TimeMode};
@@ -31,7 +31,7 @@ pub struct ServeArgs {
     pub port_offset: Option<u16>,
     /// Where port numbers come from: ETHERNET.PAR, or free ones chosen by the system [default: parameter]
     #[arg(long, value_name = "WORD")]
-    pub ports: Option<PortsWord>,
+    pub ports: Option<PortSource>,
     /// Control interface over HTTP: ADDRESS:PORT, a port of 127.0.0.1, or off [default: 3100 and the offset; a free
     /// port with --ports auto]
     #[arg(long, value_name = "WHERE")]
@@ -153,14 +153,14 @@ pub struct ServeArgs {
     pub log_format: Option<LogFormat>,
     /// Reports of the run.
     #[command(flatten)]
-    pub evidence: EvidenceArgs,
+    pub reports: ReportArgs,
 }
 
 impl ServeArgs {
     /// These arguments, and where they are silent those of a layer below. Named options of the layer below
     /// come first, so that a later one of the same name wins.
     #[must_use]
-    pub fn over(self, below: ServeArgs) -> ServeArgs {
+    pub fn with_fallback(self, below: ServeArgs) -> ServeArgs {
         ServeArgs {
             listen: self.listen.or(below.listen),
             port_offset: self.port_offset.or(below.port_offset),
@@ -224,14 +224,14 @@ impl ServeArgs {
                 below.verbose
             },
             log_format: self.log_format.or(below.log_format),
-            evidence: self.evidence.over(below.evidence),
+            reports: self.reports.with_fallback(below.reports),
         }
     }
 }
 
 /// Where port numbers come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum PortsWord {
+pub enum PortSource {
     /// ETHERNET.PAR and the offset.
     Parameter,
     /// The system.

@@ -16,7 +16,7 @@ use toml::Value;
 /// Beginning of every environment variable.
 const PREFIX: &str = "TS3100_";
 /// Variables that other subcommands read.
-const OF_OTHERS: [&str; 1] = [crate::control::URL_VARIABLE];
+const OTHER_VARIABLES: [&str; 1] = [crate::control::URL_VARIABLE];
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
 /// Deepest nesting of tables under `[options]`: `text.stx` is two.
@@ -142,9 +142,9 @@ impl From<ts3100_controller::faults::FaultError> for ConfigError {
 /// See [`ConfigError`].
 pub fn read(flags: ServeArgs, environment: &Environment) -> Result<(ServeArgs, Vec<String>), ConfigError> {
     let (from_environment, unknown) = read_environment(environment)?;
-    let above = flags.over(from_environment);
+    let above = flags.with_fallback(from_environment);
     let merged = match above.config.clone() {
-        Some(path) => above.over(read_file(&path)?),
+        Some(path) => above.with_fallback(read_file(&path)?),
         None => above,
     };
     Ok((merged, unknown))
@@ -159,7 +159,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             continue;
         };
         let key = name[PREFIX.len()..].to_ascii_lowercase().replace('_', "-");
-        if OF_OTHERS.contains(&name) {
+        if OTHER_VARIABLES.contains(&name) {
             continue;
         }
         if !known.contains(&key) {
@@ -174,7 +174,7 @@ fn read_environment(environment: &Environment) -> Result<(ServeArgs, Vec<String>
             "set" | "control-host" => value.to_string_lossy().split(',').map(OsString::from).collect(),
             _ => vec![value.clone()],
         };
-        merged = read_key(name, &key, &values)?.over(merged);
+        merged = read_key(name, &key, &values)?.with_fallback(merged);
     }
     Ok((merged, unknown))
 }
@@ -218,15 +218,15 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
         };
         let values: Vec<OsString> = values
             .into_iter()
-            .map(|value| beside(path, &flag, value))
+            .map(|value| resolve_path(path, &flag, value))
             .collect();
-        merged = read_key(&origin, &flag, &values)?.over(merged);
+        merged = read_key(&origin, &flag, &values)?.with_fallback(merged);
     }
     Ok(merged)
 }
 
 /// Paths in the file are seen from the file.
-fn beside(file: &Path, flag: &str, value: String) -> OsString {
+fn resolve_path(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
             "drive" | "load" | "permissions" | "points" | "serial-dir" | "transcript" | "findings"
@@ -310,19 +310,19 @@ fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, C
         argument.push(value);
         argument
     });
-    let matches = definition()
+    let matches = serve_command()
         .no_binary_name(true)
         .try_get_matches_from(arguments)
         .map_err(|error| wrong(first_paragraph(&error.to_string())))?;
     ServeArgs::from_arg_matches(&matches).map_err(|error| wrong(first_paragraph(&error.to_string())))
 }
 
-fn definition() -> clap::Command {
+fn serve_command() -> clap::Command {
     ServeArgs::augment_args(clap::Command::new("serve").disable_help_flag(true))
 }
 
 pub(super) fn known_keys() -> Vec<String> {
-    definition()
+    serve_command()
         .get_arguments()
         .filter_map(|argument| argument.get_long().map(str::to_owned))
         .collect()

@@ -3,22 +3,22 @@
 //! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
 
 pub mod args;
-mod evidence;
 mod layers;
 pub mod model;
 mod options;
+mod report_args;
 mod seed;
 mod serial;
 
 pub use args::ServeArgs;
-pub use evidence::{EvidenceArgs, percent};
 pub use layers::{ConfigError, Environment, read, read_points};
 pub use options::{LinkOptions, OptionError, SecondConnection, option_keys, set_option};
+pub use report_args::{ReportArgs, parse_percent};
 pub use seed::Seed;
 pub use serial::ListenAt;
 
 use crate::clock::{self, TimeGap, TimeMode};
-use crate::control::{ControlChoice, ControlError, ControlSettings, PORT};
+use crate::control::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT};
 use crate::reports::Reports;
 use crate::scenario::Scenario;
 use crate::serial::SerialEndpoint;
@@ -159,13 +159,13 @@ impl Settings {
             controller.calendar = clock::system_calendar();
         }
         let ports = match args.ports {
-            Some(args::PortsWord::Auto) => Ports::Auto,
-            Some(args::PortsWord::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
+            Some(args::PortSource::Auto) => Ports::Auto,
+            Some(args::PortSource::Parameter) | None => Ports::Offset(args.port_offset.unwrap_or(0)),
         };
         let scenario = args.scenario.as_deref().map(Scenario::read).transpose()?;
-        let args = &begun_by(args, scenario.as_ref());
+        let args = &with_scenario_start(args, scenario.as_ref());
         if args.restore.is_some() {
-            nothing_beside_a_snapshot(args, &controller)?;
+            refuse_flags_beside_snapshot(args, &controller)?;
         }
         if args.junit.is_some() && scenario.is_none() {
             return Err(ConfigError::JunitAlone);
@@ -175,7 +175,7 @@ impl Settings {
         Ok(Settings {
             listen,
             ports,
-            serial: serial::ends(args, listen)?,
+            serial: serial::serial_ends(args, listen)?,
             links,
             time,
             time_gap: args.time_gap.unwrap_or_default(),
@@ -183,22 +183,22 @@ impl Settings {
             load: args.load.clone(),
             select: args.select.clone(),
             servo_on: args.servo_on.unwrap_or(false),
-            faults: armed(args)?,
+            faults: initial_faults(args)?,
             report: args.report.clone(),
             restore: args.restore.clone(),
             scenario,
-            control: control(args, ports)?,
+            control: control_settings(args, ports)?,
             transcripts: args.transcript.clone(),
             flags: controller_flags(args),
-            record_lines: args.evidence.lcov.is_some(),
-            reports: args.evidence.reports(),
+            record_lines: args.reports.lcov.is_some(),
+            reports: args.reports.reports(),
             ..defaults
         })
     }
 }
 
 /// The faults of the file, and those of the command line behind them.
-fn armed(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
+fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     let mut faults = match &args.faults {
         Some(path) => crate::faults::read(path)?,
         None => Vec::new(),
@@ -217,7 +217,7 @@ fn armed(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
 }
 
 /// The arguments, and where they are silent the beginning of the scenario.
-fn begun_by(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
+fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
     let mut args = args.clone();
     if let Some(Scenario { start, .. }) = scenario {
         args.load.extend(start.load.iter().cloned());
@@ -228,7 +228,7 @@ fn begun_by(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
 }
 
 /// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
-fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
+fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
     let mut given: Vec<String> = controller_flags(args)
         .iter()
         .filter_map(|flag| Some(format!("--{}", flag.split_once('=')?.0)))
@@ -254,15 +254,17 @@ fn nothing_beside_a_snapshot(args: &ServeArgs, controller: &Config) -> Result<()
 }
 
 /// The control interface: on unless it is said to be off.
-fn control(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
+fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
     let free = ControlSettings::free();
     let mut address = free.address;
     match (args.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
-        (Some(ControlChoice::At(given)), _) => address = given,
+        (Some(ControlChoice::Address(given)), _) => address = given,
         (None, Ports::Auto) => {}
         (None, Ports::Offset(offset)) => {
-            let port = PORT.checked_add(offset).ok_or(ControlError::Offset(offset))?;
+            let port = DEFAULT_PORT
+                .checked_add(offset)
+                .ok_or(ControlError::Offset(offset))?;
             address.set_port(port);
         }
     }
@@ -279,7 +281,7 @@ fn control(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, Co
         token,
         hosts: args.control_host.clone(),
     };
-    Ok(Some(settings.check()?))
+    Ok(Some(settings.validate()?))
 }
 
 /// The flags that make the controller, as `key=value`.

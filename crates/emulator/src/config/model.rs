@@ -110,7 +110,7 @@ fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
 #[serde(deny_unknown_fields)]
 struct ModelFile {
     name: String,
-    kind: Kind,
+    kind: ModelKind,
     geometry: toml::Table,
     tool: ToolTable,
     axis: Vec<AxisTable>,
@@ -119,7 +119,7 @@ struct ModelFile {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Kind {
+enum ModelKind {
     SixAxis,
     Scara,
 }
@@ -192,7 +192,7 @@ impl ModelFile {
 
     fn into_model(self) -> Result<ArmModel, String> {
         let kind = match self.kind {
-            Kind::SixAxis => {
+            ModelKind::SixAxis => {
                 let arm: SixAxisTable = geometry(self.geometry)?;
                 check_source("geometry", &arm.source)?;
                 ArmKind::SixAxis(SixAxisGeometry {
@@ -204,7 +204,7 @@ impl ModelFile {
                     flange: arm.flange,
                 })
             }
-            Kind::Scara => {
+            ModelKind::Scara => {
                 let arm: ScaraTable = geometry(self.geometry)?;
                 check_source("geometry", &arm.source)?;
                 ArmKind::Scara(ScaraGeometry {

@@ -73,30 +73,30 @@ const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
 /// Shortest pause between two attempts to dial: without one they would be all the emulator does.
 const SHORTEST_REDIAL: Duration = Duration::from_millis(10);
 
-type Set = fn(&mut Options, &mut LinkOptions, &str) -> Option<()>;
+type Setter = fn(&mut Options, &mut LinkOptions, &str) -> Option<()>;
 
 /// Key, values it takes, how it is set. `None` from the last: the value does not fit.
-const TABLE: &[(&str, &str, Set)] = &[
+const TABLE: &[(&str, &str, Setter)] = &[
     ("channel.no_peer", "alarm or silent", |o, _, v| {
-        put(
+        assign(
             &mut o.no_peer,
-            word(v, &[("alarm", NoPeer::Alarm), ("silent", NoPeer::Silent)]),
+            choice(v, &[("alarm", NoPeer::Alarm), ("silent", NoPeer::Silent)]),
         )
     }),
     (
         "channel.redial",
         "a duration from 10ms to an hour, for example 2s",
         |_, l, v| {
-            put(
+            assign(
                 &mut l.redial,
-                duration(v).filter(|pause| *pause >= SHORTEST_REDIAL),
+                parse_duration(v).filter(|pause| *pause >= SHORTEST_REDIAL),
             )
         },
     ),
     ("channel.second", "refuse or replace", |_, l, v| {
-        put(
+        assign(
             &mut l.second,
-            word(
+            choice(
                 v,
                 &[
                     ("refuse", SecondConnection::Refuse),
@@ -106,11 +106,11 @@ const TABLE: &[(&str, &str, Set)] = &[
         )
     }),
     ("do.min_run", "a duration, for example 200ms", |o, _, v| {
-        put(&mut o.do_min_run, duration(v))
+        assign(&mut o.do_min_run, parse_duration(v))
     }),
     ("drive.capacity", "a number of bytes up to 99999000", |o, _, v| {
         let bytes = v.parse().ok();
-        put(
+        assign(
             &mut o.drive_capacity,
             bytes.filter(|bytes| *bytes <= MAX_CAPACITY),
         )
@@ -118,21 +118,21 @@ const TABLE: &[(&str, &str, Set)] = &[
     (
         "drive.open_mode",
         "four digits 0, 1 or 2 as in [E00], for example `1 1 0 0`",
-        |o, _, v| put(&mut o.open_mode, open_modes(v)),
+        |o, _, v| assign(&mut o.open_mode, parse_open_modes(v)),
     ),
     ("drive.when_full", "refuse or memory", |_, l, v| {
-        put(
+        assign(
             &mut l.when_full,
-            word(v, &[("refuse", WhenFull::Refuse), ("memory", WhenFull::Memory)]),
+            choice(v, &[("refuse", WhenFull::Refuse), ("memory", WhenFull::Memory)]),
         )
     }),
     ("extensions", "true or false", |o, _, v| {
-        put(&mut o.extensions, v.parse().ok())
+        assign(&mut o.extensions, v.parse().ok())
     }),
     ("input.malformed", "alarm or leading-number", |o, _, v| {
-        put(
+        assign(
             &mut o.malformed,
-            word(
+            choice(
                 v,
                 &[
                     ("alarm", Malformed::Alarm),
@@ -142,84 +142,84 @@ const TABLE: &[(&str, &str, Set)] = &[
         )
     }),
     ("parameter.line_end", "lf or cr", |o, _, v| {
-        put(
+        assign(
             &mut o.line_end,
-            word(v, &[("lf", LineEnd::Lf), ("cr", LineEnd::Cr)]),
+            choice(v, &[("lf", LineEnd::Lf), ("cr", LineEnd::Cr)]),
         )
     }),
     ("scol.int_division", "truncate or real", |o, _, v| {
-        put(
+        assign(
             &mut o.int_division,
-            word(
+            choice(
                 v,
                 &[("truncate", IntDivision::Truncate), ("real", IntDivision::Real)],
             ),
         )
     }),
     ("dl.command_ends", "true or false", |o, _, v| {
-        put(&mut o.command_ends_download, v.parse().ok())
+        assign(&mut o.command_ends_download, v.parse().ok())
     }),
     ("scol.data_copy", "true or false", |o, _, v| {
-        put(&mut o.data_copy, v.parse().ok())
+        assign(&mut o.data_copy, v.parse().ok())
     }),
     ("scol.din_unknown", "alarm or zero", |o, _, v| {
-        put(
+        assign(
             &mut o.din_unknown,
-            word(v, &[("alarm", UnknownInput::Alarm), ("zero", UnknownInput::Zero)]),
+            choice(v, &[("alarm", UnknownInput::Alarm), ("zero", UnknownInput::Zero)]),
         )
     }),
     ("scol.equal_within", "a number from 0 to 1000", |o, _, v| {
         let number = v.parse().ok();
         let number = number.filter(|number: &f32| (0.0..=1_000.0).contains(number));
-        put(&mut o.equal_within, number.map(Some))
+        assign(&mut o.equal_within, number.map(Some))
     }),
     ("scol.sticky_work", "true or false", |o, _, v| {
-        put(&mut o.sticky_work, v.parse().ok())
+        assign(&mut o.sticky_work, v.parse().ok())
     }),
     ("serial.bad_character", "drop or keep", |o, _, v| {
-        put(
+        assign(
             &mut o.bad_character,
-            word(v, &[("drop", BadCharacter::Drop), ("keep", BadCharacter::Keep)]),
+            choice(v, &[("drop", BadCharacter::Drop), ("keep", BadCharacter::Keep)]),
         )
     }),
     ("serial.pacing", "true or false", |o, _, v| {
-        put(&mut o.serial_pacing, v.parse().ok())
+        assign(&mut o.serial_pacing, v.parse().ok())
     }),
     ("serial.while_sending", "lost or kept", |o, _, v| {
-        put(
+        assign(
             &mut o.while_sending,
-            word(v, &[("lost", WhileSending::Lost), ("kept", WhileSending::Kept)]),
+            choice(v, &[("lost", WhileSending::Lost), ("kept", WhileSending::Kept)]),
         )
     }),
     ("servo.interval", "a duration, for example 7s", |o, _, v| {
-        put(&mut o.servo_interval, duration(v))
+        assign(&mut o.servo_interval, parse_duration(v))
     }),
     ("sf.split", "one or several (texts)", |o, _, v| {
-        put(
+        assign(
             &mut o.sf_texts,
-            word(v, &[("one", SfTexts::One), ("several", SfTexts::Several)]),
+            choice(v, &[("one", SfTexts::One), ("several", SfTexts::Several)]),
         )
     }),
     (
         "sig.low_speed",
         "a whole number of percent from 1 to 100",
         |o, _, v| {
-            put(
+            assign(
                 &mut o.low_speed,
                 v.parse().ok().filter(|percent| (1..=100).contains(percent)),
             )
         },
     ),
     ("sig.strobe", "free or required", |o, _, v| {
-        put(
+        assign(
             &mut o.strobe,
-            word(v, &[("free", Strobe::Free), ("required", Strobe::Required)]),
+            choice(v, &[("free", Strobe::Free), ("required", Strobe::Required)]),
         )
     }),
     ("sp.unsolicited", "auto, true or false", |o, _, v| {
-        put(
+        assign(
             &mut o.unsolicited_sp,
-            word(
+            choice(
                 v,
                 &[
                     ("auto", UnsolicitedSp::Auto),
@@ -230,12 +230,12 @@ const TABLE: &[(&str, &str, Set)] = &[
         )
     }),
     ("strict_50ms", "true or false", |o, _, v| {
-        put(&mut o.strict_50ms, v.parse().ok())
+        assign(&mut o.strict_50ms, v.parse().ok())
     }),
     ("su.layout", "one-record or six-records", |o, _, v| {
-        put(
+        assign(
             &mut o.su_layout,
-            word(
+            choice(
                 v,
                 &[
                     ("one-record", SuLayout::OneRecord),
@@ -245,30 +245,30 @@ const TABLE: &[(&str, &str, Set)] = &[
         )
     }),
     ("text.checksum", "none or sum", |o, _, v| {
-        put(
+        assign(
             &mut o.text.checksum,
-            word(v, &[("none", Checksum::None), ("sum", Checksum::Sum)]),
+            choice(v, &[("none", Checksum::None), ("sum", Checksum::Sum)]),
         )
     }),
     ("text.require_cr", "true or false", |o, _, v| {
-        put(&mut o.require_cr, v.parse().ok())
+        assign(&mut o.require_cr, v.parse().ok())
     }),
     ("text.stx", "detect or required", |o, _, v| {
-        put(
+        assign(
             &mut o.text.stx,
-            word(v, &[("detect", StxRule::Detect), ("required", StxRule::Required)]),
+            choice(v, &[("detect", StxRule::Detect), ("required", StxRule::Required)]),
         )
     }),
     ("vr.layout", "blanks or packed", |o, _, v| {
-        put(
+        assign(
             &mut o.vr_layout,
-            word(v, &[("blanks", VrLayout::Blanks), ("packed", VrLayout::Packed)]),
+            choice(v, &[("blanks", VrLayout::Blanks), ("packed", VrLayout::Packed)]),
         )
     }),
     ("wait.after_stop", "next or again", |o, _, v| {
-        put(
+        assign(
             &mut o.wait_after_stop,
-            word(
+            choice(
                 v,
                 &[("next", WaitAfterStop::Next), ("again", WaitAfterStop::Again)],
             ),
@@ -306,13 +306,13 @@ pub fn set_option(
     })
 }
 
-fn put<T>(place: &mut T, value: Option<T>) -> Option<()> {
+fn assign<T>(place: &mut T, value: Option<T>) -> Option<()> {
     *place = value?;
     Some(())
 }
 
 /// `_` in a word is as good as `-`: keys have the one, words the other.
-fn word<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
+fn choice<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
     let value = value.replace('_', "-");
     words
         .iter()
@@ -321,7 +321,7 @@ fn word<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
 }
 
 /// `200ms`, `2s`, `0.5s`; at most an hour.
-fn duration(text: &str) -> Option<Duration> {
+fn parse_duration(text: &str) -> Option<Duration> {
     const HOUR: Duration = Duration::from_secs(3_600);
     let (number, unit) = match text.strip_suffix("ms") {
         Some(number) => (number, 0.001),
@@ -333,11 +333,11 @@ fn duration(text: &str) -> Option<Duration> {
         .filter(|duration| *duration <= HOUR)
 }
 
-fn open_modes(text: &str) -> Option<[OpenMode; 4]> {
+fn parse_open_modes(text: &str) -> Option<[OpenMode; 4]> {
     let digits = text.split([' ', ',']).filter(|part| !part.is_empty());
     let modes: Option<Vec<OpenMode>> = digits
         .map(|digit| {
-            word(
+            choice(
                 digit,
                 &[
                     ("0", OpenMode::NotUsed),

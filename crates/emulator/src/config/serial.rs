@@ -43,7 +43,7 @@ impl FromStr for ListenAt {
 }
 
 impl ListenAt {
-    fn on(self, listen: IpAddr) -> SocketAddr {
+    fn with_default_address(self, listen: IpAddr) -> SocketAddr {
         match self {
             ListenAt::Address(address) => address,
             ListenAt::Port(port) => SocketAddr::new(listen, port),
@@ -52,7 +52,10 @@ impl ListenAt {
 }
 
 /// The ends of the serial lines that the flags ask for.
-pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
+pub(super) fn serial_ends(
+    args: &ServeArgs,
+    listen: IpAddr,
+) -> Result<BTreeMap<Port, SerialEndpoint>, ConfigError> {
     let flags = |port: Port| match port {
         Port::Com1 => (&args.com1, args.com1_rfc2217, args.com1_tcp),
         _ => (&args.host, args.host_rfc2217, args.host_tcp),
@@ -69,11 +72,11 @@ pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, Se
             (format!("--{link}"), device.clone().map(SerialEndpoint::Device)),
             (
                 format!("--{link}-rfc2217"),
-                rfc2217.map(|at| SerialEndpoint::Rfc2217(at.on(listen))),
+                rfc2217.map(|at| SerialEndpoint::Rfc2217(at.with_default_address(listen))),
             ),
             (
                 format!("--{link}-tcp"),
-                tcp.map(|at| SerialEndpoint::Tcp(at.on(listen))),
+                tcp.map(|at| SerialEndpoint::Tcp(at.with_default_address(listen))),
             ),
         ];
         let mut wanted = wanted.into_iter().filter_map(|(flag, end)| Some((flag, end?)));
@@ -92,15 +95,15 @@ pub(super) fn ends(args: &ServeArgs, listen: IpAddr) -> Result<BTreeMap<Port, Se
 mod tests {
     use super::*;
 
-    fn ask(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEndpoint>, String> {
-        ends(args, "127.0.0.1".parse().unwrap()).map_err(|error| error.to_string())
+    fn ends_of(args: &ServeArgs) -> Result<BTreeMap<Port, SerialEndpoint>, String> {
+        serial_ends(args, "127.0.0.1".parse().unwrap()).map_err(|error| error.to_string())
     }
 
     #[test]
     fn addresses_are_read_with_and_without_their_host() {
         let address = |word: &str| {
             word.parse::<ListenAt>()
-                .map(|at| at.on("10.0.0.1".parse().unwrap()))
+                .map(|at| at.with_default_address("10.0.0.1".parse().unwrap()))
         };
         for (word, expected) in [
             ("2217", "10.0.0.1:2217"),
@@ -121,7 +124,7 @@ mod tests {
             serial_dir: Some("/run/robot".into()),
             ..ServeArgs::default()
         };
-        let both = ask(&directory).unwrap();
+        let both = ends_of(&directory).unwrap();
         assert_eq!(both[&Port::Host], SerialEndpoint::Pty("/run/robot/host".into()));
         assert_eq!(both[&Port::Com1], SerialEndpoint::Pty("/run/robot/com1".into()));
         let mixed = ServeArgs {
@@ -129,18 +132,18 @@ mod tests {
             com1: Some("/dev/ttyUSB0".into()),
             ..ServeArgs::default()
         };
-        let mixed = ask(&mixed).unwrap();
+        let mixed = ends_of(&mixed).unwrap();
         assert_eq!(
             mixed[&Port::Host],
             SerialEndpoint::Rfc2217("127.0.0.1:0".parse().unwrap())
         );
         assert_eq!(mixed[&Port::Com1], SerialEndpoint::Device("/dev/ttyUSB0".into()));
-        assert!(ask(&ServeArgs::default()).unwrap().is_empty());
+        assert!(ends_of(&ServeArgs::default()).unwrap().is_empty());
         let twice = ServeArgs {
             com1_tcp: Some(ListenAt::Port(1)),
             ..directory
         };
-        let error = ask(&twice).unwrap_err();
+        let error = ends_of(&twice).unwrap_err();
         assert!(
             error.contains("COM1") && error.contains("--serial-dir") && error.contains("--com1-tcp"),
             "{error}"

@@ -1,6 +1,6 @@
 //! Tests of the configuration: which layer wins, what is refused and in which words.
 
-use super::args::{Key, PortsWord};
+use super::args::{Key, PortSource};
 use super::*;
 use crate::testing::TempDir;
 use clap::Parser;
@@ -206,7 +206,7 @@ fn a_tsl3000e_presets_the_servo_interval_and_a_named_option_wins() {
 #[test]
 fn ports_come_from_the_parameters_or_the_system() {
     let (args, _) = read(flags(&["--ports", "auto"]), &Environment::new()).unwrap();
-    assert_eq!(args.ports, Some(PortsWord::Auto));
+    assert_eq!(args.ports, Some(PortSource::Auto));
     assert_eq!(Settings::from_args(&args).unwrap().ports, Ports::Auto);
     assert_eq!(
         Settings::from_args(&ServeArgs::default()).unwrap().ports,

@@ -1,9 +1,9 @@
 //! `/alarms`: active ones, the history, the table with cause and remedy; raise and reset.
 
-use super::body::{Body, InPath, NoBody};
-use super::handle::Handle;
+use super::body::{JsonBody, NoBody, PathParam};
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -53,7 +53,8 @@ pub struct AlarmRow {
 
 /// Active alarms and the history.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct AlarmsDoc {
+#[schema(as = AlarmsDoc)]
+pub struct AlarmList {
     /// Active, oldest first.
     active: Vec<ActiveAlarm>,
     /// The last 99, newest first.
@@ -63,7 +64,8 @@ pub struct AlarmsDoc {
 /// An alarm to be raised.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Raise {
+#[schema(as = Raise)]
+pub struct RaiseRequest {
     /// `level-code` as the table has it, for example `2-046`.
     #[schema(example = "2-046", pattern = "^[1248]-[0-9]{3}$")]
     number: String,
@@ -74,7 +76,7 @@ pub struct Raise {
 }
 
 /// Date and time as the error history writes them.
-pub fn moment(at: CalendarTime) -> String {
+pub fn format_calendar(at: CalendarTime) -> String {
     let CalendarTime {
         year,
         month,
@@ -88,20 +90,20 @@ pub fn moment(at: CalendarTime) -> String {
 
 impl ActiveAlarm {
     /// An alarm as a document.
-    pub fn of(alarm: &Alarm) -> ActiveAlarm {
+    pub fn new(alarm: &Alarm) -> ActiveAlarm {
         ActiveAlarm {
             number: alarm.code.number(),
             level: alarm.code.level.number(),
             text: alarm.message(),
             cause: alarm.code.cause,
             remedy: alarm.code.remedy,
-            at: moment(alarm.at),
+            at: format_calendar(alarm.at),
         }
     }
 }
 
 impl AlarmRow {
-    fn of(row: &AlarmCode) -> AlarmRow {
+    fn new(row: &AlarmCode) -> AlarmRow {
         AlarmRow {
             number: row.number(),
             level: row.level.number(),
@@ -113,55 +115,58 @@ impl AlarmRow {
     }
 }
 
-impl AlarmsDoc {
-    fn of(sight: &View<'_>) -> AlarmsDoc {
-        let alarms = sight.controller.alarms();
-        AlarmsDoc {
-            active: alarms.active().iter().map(ActiveAlarm::of).collect(),
-            history: alarms.history().map(ActiveAlarm::of).collect(),
+impl AlarmList {
+    fn new(view: &View<'_>) -> AlarmList {
+        let alarms = view.controller.alarms();
+        AlarmList {
+            active: alarms.active().iter().map(ActiveAlarm::new).collect(),
+            history: alarms.history().map(ActiveAlarm::new).collect(),
         }
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "alarms",
             "Active alarms, the error history, and the table with text, cause and remedy.",
         )
-        .call::<__path_get_alarms, _, _>(get_alarms)
-        .call::<__path_raise_alarm, _, _>(raise_alarm)
-        .call::<__path_reset_alarms, _, _>(reset_alarms)
-        .call::<__path_get_alarm_table, _, _>(get_alarm_table)
-        .call::<__path_get_alarm_row, _, _>(get_alarm_row)
+        .route::<__path_get_alarms, _, _>(get_alarms)
+        .route::<__path_raise_alarm, _, _>(raise_alarm)
+        .route::<__path_reset_alarms, _, _>(reset_alarms)
+        .route::<__path_get_alarm_table, _, _>(get_alarm_table)
+        .route::<__path_get_alarm_row, _, _>(get_alarm_row)
 }
 
 /// Active alarms and the history
-#[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmsDoc)))]
-async fn get_alarms(State(hub): State<Handle>) -> Result<Json<AlarmsDoc>, Problem> {
-    Ok(Json(hub.look(AlarmsDoc::of).await?))
+#[utoipa::path(get, path = "/alarms", responses((status = 200, body = AlarmList)))]
+async fn get_alarms(State(handle): State<DriverHandle>) -> Result<Json<AlarmList>, Problem> {
+    Ok(Json(handle.query(AlarmList::new).await?))
 }
 
 /// Raise an alarm of the table
 ///
 /// With all that its level brings about: 8 and 4 stop the robot at once, 2 stops it behind the present step.
-#[utoipa::path(post, path = "/alarms", request_body = Raise, responses((status = 200, body = AlarmsDoc)))]
-async fn raise_alarm(state: State<Handle>, Body(body): Body<Raise>) -> Result<Json<AlarmsDoc>, Problem> {
-    let Raise { number, detail } = body;
+#[utoipa::path(post, path = "/alarms", request_body = RaiseRequest, responses((status = 200, body = AlarmList)))]
+async fn raise_alarm(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<RaiseRequest>,
+) -> Result<Json<AlarmList>, Problem> {
+    let RaiseRequest { number, detail } = body;
     let plain = |letter: char| (letter == ' ' || letter.is_ascii_graphic()) && letter != ',';
     if detail.len() > MAX_DETAIL || !detail.chars().all(plain) {
         let expected = format!("at most {MAX_DETAIL} characters of ASCII without a comma");
         let status = axum::http::StatusCode::UNPROCESSABLE_ENTITY;
-        return Err(Problem::at(status, "detail", expected, detail));
+        return Err(Problem::expected_found(status, "detail", expected, detail));
     }
     state.action(Action::RaiseAlarm { number, detail }).await?;
     get_alarms(state).await
 }
 
 /// Press ALARM RESET: every alarm ends whose cause does not persist
-#[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmsDoc)))]
-async fn reset_alarms(state: State<Handle>, _: NoBody) -> Result<Json<AlarmsDoc>, Problem> {
+#[utoipa::path(post, path = "/alarms/reset", responses((status = 200, body = AlarmList)))]
+async fn reset_alarms(state: State<DriverHandle>, _: NoBody) -> Result<Json<AlarmList>, Problem> {
     state.action(Action::Panel(PanelAction::AlarmReset)).await?;
     get_alarms(state).await
 }
@@ -169,14 +174,14 @@ async fn reset_alarms(state: State<Handle>, _: NoBody) -> Result<Json<AlarmsDoc>
 /// Every alarm there can be
 #[utoipa::path(get, path = "/alarms/table", responses((status = 200, body = Vec<AlarmRow>)))]
 async fn get_alarm_table() -> Json<Vec<AlarmRow>> {
-    Json(ALARMS.iter().map(AlarmRow::of).collect())
+    Json(ALARMS.iter().map(AlarmRow::new).collect())
 }
 
 /// One alarm of the table
 #[utoipa::path(get, path = "/alarms/table/{number}", responses((status = 200, body = AlarmRow)),
     params(("number" = String, Path, description = "`level-code`, for example `2-046`")))]
-async fn get_alarm_row(InPath(number): InPath<String>) -> Result<Json<AlarmRow>, Problem> {
+async fn get_alarm_row(PathParam(number): PathParam<String>) -> Result<Json<AlarmRow>, Problem> {
     let row = ALARMS.iter().find(|row| row.number() == number);
-    row.map(|row| Json(AlarmRow::of(row)))
-        .ok_or_else(|| Problem::missing("number", "an alarm of /alarms/table", number))
+    row.map(|row| Json(AlarmRow::new(row)))
+        .ok_or_else(|| Problem::not_found("number", "an alarm of /alarms/table", number))
 }

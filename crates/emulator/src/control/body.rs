@@ -17,12 +17,12 @@ pub const MAX_BODY: usize = 256 * 1024;
 /// Largest snapshot that is taken, in bytes: a full RAM drive of control codes, and everything else beside it.
 pub const MAX_SNAPSHOT: usize = 16 * 1024 * 1024;
 /// Longest time a body may take to come.
-const BODY_TIME: Duration = Duration::from_secs(10);
+const BODY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Longest duration a call may name, in seconds: more than three years.
 pub const MAX_SECONDS: f64 = 1e8;
 
 /// A body of JSON.
-pub struct Body<T>(pub T);
+pub struct JsonBody<T>(pub T);
 
 /// The text of a snapshot.
 pub struct SnapshotText(pub String);
@@ -31,35 +31,35 @@ pub struct SnapshotText(pub String);
 pub struct NoBody;
 
 /// What stands in the path.
-pub struct InPath<T>(pub T);
+pub struct PathParam<T>(pub T);
 
 /// What stands behind the question mark.
-pub struct InQuery<T>(pub T);
+pub struct QueryParams<T>(pub T);
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
-    let read = timeout(BODY_TIME, to_bytes(request.into_body(), most)).await;
+    let read = timeout(BODY_TIMEOUT, to_bytes(request.into_body(), most)).await;
     let expected = format!("at most {most} bytes");
     match read {
         Ok(Ok(bytes)) => Ok(bytes),
-        Ok(Err(_)) => Err(Problem::at(
+        Ok(Err(_)) => Err(Problem::expected_found(
             StatusCode::PAYLOAD_TOO_LARGE,
             "body",
             expected,
             "more, or one that was cut off",
         )),
-        Err(_) => Err(Problem::at(
+        Err(_) => Err(Problem::expected_found(
             StatusCode::REQUEST_TIMEOUT,
             "body",
-            format!("all of it within {} s", BODY_TIME.as_secs()),
+            format!("all of it within {} s", BODY_TIMEOUT.as_secs()),
             "less",
         )),
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
+impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
     type Rejection = Problem;
 
-    async fn from_request(request: Request, _: &S) -> Result<Body<T>, Problem> {
+    async fn from_request(request: Request, _: &S) -> Result<JsonBody<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
         // What stands for fields by their order would be read too.
         if matches!(
@@ -67,15 +67,20 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for Body<T> {
             Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
         ) {
             let status = StatusCode::UNPROCESSABLE_ENTITY;
-            return Err(Problem::at(status, "body", "an object of JSON", "another value"));
+            return Err(Problem::expected_found(
+                status,
+                "body",
+                "an object of JSON",
+                "another value",
+            ));
         }
-        serde_json::from_slice(&bytes).map(Body).map_err(|error| {
+        serde_json::from_slice(&bytes).map(JsonBody).map_err(|error| {
             let status = if error.is_data() {
                 StatusCode::UNPROCESSABLE_ENTITY
             } else {
                 StatusCode::BAD_REQUEST
             };
-            Problem::at(
+            Problem::expected_found(
                 status,
                 "body",
                 "JSON as the OpenAPI document says",
@@ -93,7 +98,7 @@ impl<S: Send + Sync> FromRequest<S> for SnapshotText {
         String::from_utf8(bytes.into())
             .map(SnapshotText)
             .map_err(|error| {
-                Problem::at(
+                Problem::expected_found(
                     StatusCode::BAD_REQUEST,
                     "body",
                     "UTF-8",
@@ -117,18 +122,23 @@ impl<S: Send + Sync> FromRequest<S> for NoBody {
             return Ok(NoBody);
         }
         let found = format!("{} bytes", bytes.len());
-        Err(Problem::at(StatusCode::BAD_REQUEST, "body", "none, or {}", found))
+        Err(Problem::expected_found(
+            StatusCode::BAD_REQUEST,
+            "body",
+            "none, or {}",
+            found,
+        ))
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for InPath<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for PathParam<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<InPath<T>, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<PathParam<T>, Problem> {
         let found = parts.uri.path().to_owned();
         let path = parts.extract::<Path<T>>().await;
-        path.map(|Path(value)| InPath(value)).map_err(|error| {
-            Problem::at(
+        path.map(|Path(value)| PathParam(value)).map_err(|error| {
+            Problem::expected_found(
                 StatusCode::BAD_REQUEST,
                 "path",
                 "a path of the OpenAPI document",
@@ -138,13 +148,13 @@ impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> f
     }
 }
 
-impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for InQuery<T> {
+impl<S: Send + Sync, T: DeserializeOwned + Send + 'static> FromRequestParts<S> for QueryParams<T> {
     type Rejection = Problem;
 
-    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<InQuery<T>, Problem> {
+    async fn from_request_parts(parts: &mut Parts, _: &S) -> Result<QueryParams<T>, Problem> {
         let query = parts.extract::<Query<T>>().await;
-        query.map(|Query(value)| InQuery(value)).map_err(|error| {
-            Problem::at(
+        query.map(|Query(value)| QueryParams(value)).map_err(|error| {
+            Problem::expected_found(
                 StatusCode::BAD_REQUEST,
                 "query",
                 "a query of the OpenAPI document",
@@ -172,7 +182,7 @@ impl TryFrom<f64> for Seconds {
 }
 
 /// A whole number, which JSON may write as 80 or as 80.0.
-pub fn whole(number: f64) -> Option<u32> {
+pub fn whole_number(number: f64) -> Option<u32> {
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
@@ -187,11 +197,11 @@ pub fn whole(number: f64) -> Option<u32> {
 ///
 /// # Errors
 /// Any other number.
-pub fn whole_if_said<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
+pub fn optional_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
     let number = Option::<f64>::deserialize(deserializer)?;
     let wrong = |number| D::Error::custom(format!("a whole number expected, {number} found"));
     number
-        .map(|number| whole(number).ok_or_else(|| wrong(number)))
+        .map(|number| whole_number(number).ok_or_else(|| wrong(number)))
         .transpose()
 }
 
@@ -199,7 +209,7 @@ pub fn whole_if_said<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Optio
 ///
 /// # Errors
 /// Anything else.
-pub fn by_name<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) -> Result<T, D::Error> {
+pub fn object_only<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) -> Result<T, D::Error> {
     let fields = serde_json::Map::<String, serde_json::Value>::deserialize(deserializer)?;
     T::deserialize(serde_json::Value::Object(fields)).map_err(D::Error::custom)
 }
@@ -208,10 +218,10 @@ pub fn by_name<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) 
 ///
 /// # Errors
 /// Anything else.
-pub fn bytes_of_hex(text: &str) -> Result<Vec<u8>, Problem> {
+pub fn parse_hex(text: &str) -> Result<Vec<u8>, Problem> {
     let wrong = |found: String| {
         let expected = "an even number of hexadecimal digits";
-        Problem::at(StatusCode::UNPROCESSABLE_ENTITY, "hex", expected, found)
+        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, "hex", expected, found)
     };
     let mut digits = Vec::with_capacity(text.len());
     for (at, letter) in text.char_indices().filter(|(_, letter)| *letter != ' ') {

@@ -1,13 +1,13 @@
 //! `/channels`: the six communication ports: peers and buffers; inject bytes, drop a peer.
 
-use super::body::{Body, InPath, NoBody, bytes_of_hex};
+use super::api_names::PortName;
+use super::body::{JsonBody, NoBody, PathParam, parse_hex};
 use super::event::hex;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
-use super::words::PortWord;
+use super::route_table::RouteTable;
 use crate::driver::request::{LinkAction, View};
-use crate::log::Readable;
+use crate::log::Escaped;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -18,9 +18,10 @@ use utoipa::ToSchema;
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct ChannelDoc {
+#[schema(as = ChannelDoc)]
+pub struct ChannelStatus {
     /// Its name.
-    port: PortWord,
+    port: PortName,
     /// The TCP port on which it accepts; absent when it does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     accepts: Option<u16>,
@@ -44,78 +45,81 @@ pub struct ChannelDoc {
 /// Bytes: one of the two.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum Bytes {
+#[schema(as = Bytes)]
+pub enum ByteContent {
     /// As text in UTF-8.
     Text(String),
     /// As hexadecimal digits.
-    Hex(Digits),
+    Hex(HexDigits),
 }
 
 /// Hexadecimal digits, two a byte, blanks between them allowed.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
-#[schema(pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
-pub struct Digits(String);
+#[schema(as = Digits, pattern = "^ *([0-9a-fA-F] *[0-9a-fA-F] *)*$")]
+pub struct HexDigits(String);
 
-impl Bytes {
+impl ByteContent {
     /// The bytes.
-    pub fn read(self) -> Result<Vec<u8>, Problem> {
+    pub fn decode(self) -> Result<Vec<u8>, Problem> {
         match self {
-            Bytes::Text(text) => Ok(text.into_bytes()),
-            Bytes::Hex(Digits(text)) => bytes_of_hex(&text),
+            ByteContent::Text(text) => Ok(text.into_bytes()),
+            ByteContent::Hex(HexDigits(text)) => parse_hex(&text),
         }
     }
 }
 
-impl ChannelDoc {
-    fn of(sight: &View<'_>, view: PortView) -> ChannelDoc {
-        ChannelDoc {
-            port: view.port.into(),
-            accepts: sight.ports.get(&view.port).copied(),
-            serial: sight.serial.get(&view.port).map(ToString::to_string),
-            peer: view.peer,
-            exchange: view.exchange,
-            partial: view.partial,
-            buffer: Readable(&view.buffer).to_string(),
-            buffer_hex: hex(&view.buffer),
+impl ChannelStatus {
+    fn new(view: &View<'_>, port_view: PortView) -> ChannelStatus {
+        ChannelStatus {
+            port: port_view.port.into(),
+            accepts: view.ports.get(&port_view.port).copied(),
+            serial: view.serial.get(&port_view.port).map(ToString::to_string),
+            peer: port_view.peer,
+            exchange: port_view.exchange,
+            partial: port_view.partial,
+            buffer: Escaped(&port_view.buffer).to_string(),
+            buffer_hex: hex(&port_view.buffer),
         }
     }
 
     /// All six, as they are now.
-    pub fn all(sight: &View<'_>) -> Vec<ChannelDoc> {
-        let views = sight.controller.ports().into_iter();
-        views.map(|view| ChannelDoc::of(sight, view)).collect()
+    pub fn all(view: &View<'_>) -> Vec<ChannelStatus> {
+        let port_views = view.controller.ports().into_iter();
+        port_views
+            .map(|port_view| ChannelStatus::new(view, port_view))
+            .collect()
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "channels",
             "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
         )
-        .call::<__path_get_channels, _, _>(get_channels)
-        .call::<__path_get_channel, _, _>(get_channel)
-        .call::<__path_inject, _, _>(inject)
-        .call::<__path_drop_peer, _, _>(drop_peer)
+        .route::<__path_get_channels, _, _>(get_channels)
+        .route::<__path_get_channel, _, _>(get_channel)
+        .route::<__path_inject, _, _>(inject)
+        .route::<__path_drop_peer, _, _>(drop_peer)
 }
 
 /// All communication ports
-#[utoipa::path(get, path = "/channels", responses((status = 200, body = Vec<ChannelDoc>)))]
-async fn get_channels(State(hub): State<Handle>) -> Result<Json<Vec<ChannelDoc>>, Problem> {
-    Ok(Json(hub.look(ChannelDoc::all).await?))
+#[utoipa::path(get, path = "/channels", responses((status = 200, body = Vec<ChannelStatus>)))]
+async fn get_channels(State(handle): State<DriverHandle>) -> Result<Json<Vec<ChannelStatus>>, Problem> {
+    Ok(Json(handle.query(ChannelStatus::all).await?))
 }
 
-async fn channel(hub: &Handle, port: Port) -> Result<Json<ChannelDoc>, Problem> {
-    let look = move |sight: &View<'_>| {
-        let view = sight
+async fn channel(handle: &DriverHandle, port: Port) -> Result<Json<ChannelStatus>, Problem> {
+    let look = move |view: &View<'_>| {
+        let port_view = view
             .controller
             .ports()
             .into_iter()
-            .find(|view| view.port == port)?;
-        Some(ChannelDoc::of(sight, view))
+            .find(|port_view| port_view.port == port)?;
+        Some(ChannelStatus::new(view, port_view))
     };
-    let found = hub.look(look).await?;
+    let found = handle.query(look).await?;
     found.map(Json).ok_or_else(|| {
         Problem::new(
             StatusCode::NOT_FOUND,
@@ -125,41 +129,41 @@ async fn channel(hub: &Handle, port: Port) -> Result<Json<ChannelDoc>, Problem> 
 }
 
 /// One communication port
-#[utoipa::path(get, path = "/channels/{port}", params(("port" = PortWord, Path, description = "Its name")),
-    responses((status = 200, body = ChannelDoc)))]
+#[utoipa::path(get, path = "/channels/{port}", params(("port" = PortName, Path, description = "Its name")),
+    responses((status = 200, body = ChannelStatus)))]
 async fn get_channel(
-    State(hub): State<Handle>,
-    InPath(port): InPath<PortWord>,
-) -> Result<Json<ChannelDoc>, Problem> {
-    channel(&hub, port.into()).await
+    State(handle): State<DriverHandle>,
+    PathParam(port): PathParam<PortName>,
+) -> Result<Json<ChannelStatus>, Problem> {
+    channel(&handle, port.into()).await
 }
 
 /// Inject bytes as if they had come from the peer
 ///
 /// On HOST and IP0 a peer must be connected, which gets the answer.
-#[utoipa::path(post, path = "/channels/{port}/inject", params(("port" = PortWord, Path, description = "Its name")),
-    request_body = Bytes, responses((status = 200, body = ChannelDoc)))]
+#[utoipa::path(post, path = "/channels/{port}/inject", params(("port" = PortName, Path, description = "Its name")),
+    request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
 async fn inject(
-    State(hub): State<Handle>,
-    InPath(port): InPath<PortWord>,
-    Body(body): Body<Bytes>,
-) -> Result<Json<ChannelDoc>, Problem> {
-    let (port, bytes) = (port.into(), body.read()?);
-    hub.edge(LinkAction::Inject { port, bytes }).await?;
-    channel(&hub, port).await
+    State(handle): State<DriverHandle>,
+    PathParam(port): PathParam<PortName>,
+    JsonBody(body): JsonBody<ByteContent>,
+) -> Result<Json<ChannelStatus>, Problem> {
+    let (port, bytes) = (port.into(), body.decode()?);
+    handle.link_action(LinkAction::Inject { port, bytes }).await?;
+    channel(&handle, port).await
 }
 
 /// Close the connection of a port
 ///
 /// The port goes on accepting, or dialling.
-#[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortWord, Path, description = "Its name")),
-    responses((status = 200, body = ChannelDoc)))]
+#[utoipa::path(post, path = "/channels/{port}/drop", params(("port" = PortName, Path, description = "Its name")),
+    responses((status = 200, body = ChannelStatus)))]
 async fn drop_peer(
-    State(hub): State<Handle>,
-    InPath(port): InPath<PortWord>,
+    State(handle): State<DriverHandle>,
+    PathParam(port): PathParam<PortName>,
     _: NoBody,
-) -> Result<Json<ChannelDoc>, Problem> {
+) -> Result<Json<ChannelStatus>, Problem> {
     let port = port.into();
-    hub.edge(LinkAction::Drop { port }).await?;
-    channel(&hub, port).await
+    handle.link_action(LinkAction::Drop { port }).await?;
+    channel(&handle, port).await
 }

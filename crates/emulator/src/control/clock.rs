@@ -1,12 +1,12 @@
 //! `/clock`: how time passes; moving it by hand, by an amount or until something happens; waiting for something
 //! without moving it.
 
-use super::body::{Body, Seconds, by_name, whole};
+use super::api_names::{PortName, StatusName};
+use super::body::{JsonBody, Seconds, object_only, whole_number};
 use super::event::seconds;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
-use super::words::{PortWord, StatusWord};
+use super::route_table::RouteTable;
 use crate::clock::{MAX_SCALE, TimeMode};
 use crate::driver::request::{LinkAction, View, WaitResult};
 use crate::driver::wait::{Wait, WaitCondition};
@@ -23,13 +23,14 @@ use utoipa::ToSchema;
 
 /// Longest time on the wall a call may wait, and what it waits if it does not say.
 pub const MAX_WALL: Duration = Duration::from_secs(600);
-const WALL: f64 = 30.0;
+const DEFAULT_WALL: f64 = 30.0;
 /// Longest printed text that can be waited for.
-const MAX_TEXT: usize = 256;
+const MAX_PRINTED_TEXT: usize = 256;
 
 /// The clock.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct ClockDoc {
+#[schema(as = ClockDoc)]
+pub struct ClockStatus {
     /// How time passes: `real`, `xN`, `stepped`, `auto`.
     mode: String,
     /// Virtual time in seconds since the emulator was started or reset.
@@ -48,7 +49,8 @@ pub struct ClockDoc {
 /// How time is to pass.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct ClockMode {
+#[schema(as = ClockMode)]
+pub struct SetModeRequest {
     /// `real`, `x` and a factor up to 100000, `stepped`, `auto`.
     #[schema(example = "stepped", pattern = "^(real|stepped|auto|x[1-9][0-9]{0,4})$")]
     mode: String,
@@ -57,7 +59,8 @@ pub struct ClockMode {
 /// An amount of time.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Advance {
+#[schema(as = Advance)]
+pub struct AdvanceRequest {
     /// How much virtual time, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     seconds: Seconds,
@@ -70,9 +73,10 @@ pub struct Advance {
 /// Something to wait for, and for how long.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Until {
+#[schema(as = Until)]
+pub struct WaitRequest {
     /// What.
-    condition: When,
+    condition: ConditionRequest,
     /// For how much virtual time at most, in seconds.
     #[schema(value_type = f64, minimum = 0, maximum = 100_000_000)]
     within: Seconds,
@@ -85,28 +89,30 @@ pub struct Until {
 /// Something that may happen.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-pub enum When {
+#[schema(as = When)]
+pub enum ConditionRequest {
     /// The execution status is this, or has been since.
-    Status(StatusWord),
+    Status(StatusName),
     /// An input shows this state.
-    Input(#[serde(deserialize_with = "by_name")] LineIs),
+    Input(#[serde(deserialize_with = "object_only")] LineCondition),
     /// An output shows this state.
-    Output(#[serde(deserialize_with = "by_name")] LineIs),
+    Output(#[serde(deserialize_with = "object_only")] LineCondition),
     /// The statement in this line of the selected file has begun since.
     Line(FileLine),
     /// This was printed since.
-    Printed(#[serde(deserialize_with = "by_name")] Printed),
+    Printed(#[serde(deserialize_with = "object_only")] PrintedCondition),
     /// The alarm of this number, or `any`, is active or was raised since.
     #[schema(example = "2-046")]
     Alarm(String),
     /// Nothing runs, nothing moves, no exchange is open.
-    Idle(#[serde(deserialize_with = "by_name")] Empty),
+    Idle(#[serde(deserialize_with = "object_only")] EmptyObject),
 }
 
 /// `{}`.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Empty {}
+#[schema(as = Empty)]
+pub struct EmptyObject {}
 
 /// A line of a file.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
@@ -120,8 +126,8 @@ impl TryFrom<f64> for FileLine {
     fn try_from(line: f64) -> Result<FileLine, String> {
         // A line has a byte at least, and a file has no more.
         let last = scol_mini::MAX_SOURCE;
-        let fits =
-            whole(line).filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
+        let fits = whole_number(line)
+            .filter(|line| (1..=last).contains(&usize::try_from(*line).unwrap_or(usize::MAX)));
         fits.map(FileLine)
             .ok_or_else(|| format!("a line of a file, 1 to {last}, expected, {line} found"))
     }
@@ -129,14 +135,15 @@ impl TryFrom<f64> for FileLine {
 
 fn line_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u16, D::Error> {
     let number = f64::deserialize(deserializer)?;
-    let line = whole(number).and_then(|line| u16::try_from(line).ok());
+    let line = whole_number(number).and_then(|line| u16::try_from(line).ok());
     line.ok_or_else(|| D::Error::custom(format!("the number of a line expected, {number} found")))
 }
 
 /// The state of a line.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct LineIs {
+#[schema(as = LineIs)]
+pub struct LineCondition {
     /// Its number.
     #[serde(deserialize_with = "line_number")]
     #[schema(minimum = 1, maximum = 264)]
@@ -148,10 +155,11 @@ pub struct LineIs {
 /// Something printed.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Printed {
+#[schema(as = Printed)]
+pub struct PrintedCondition {
     /// On this channel; on the teach pendant if not said.
     #[serde(default)]
-    channel: Option<PortWord>,
+    channel: Option<PortName>,
     /// This text, anywhere in what is printed.
     #[schema(min_length = 1, max_length = 256)]
     text: String,
@@ -159,7 +167,8 @@ pub struct Printed {
 
 /// How a wait ended.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-pub struct Ended {
+#[schema(as = Ended)]
+pub struct WaitResponse {
     /// It happened; otherwise the virtual time given is over.
     reached: bool,
     /// Virtual time then, in seconds.
@@ -168,26 +177,26 @@ pub struct Ended {
     passed: f64,
 }
 
-impl When {
-    fn condition(self) -> Result<WaitCondition, Problem> {
-        let line_of = |side, LineIs { line, on }| {
+impl ConditionRequest {
+    fn into_condition(self) -> Result<WaitCondition, Problem> {
+        let line_of = |side, LineCondition { line, on }| {
             if Signals::exists(line) {
                 Ok(WaitCondition::Signal { kind: side, line, on })
             } else {
                 let found = line.to_string();
-                Err(Problem::missing("line", "1-64, 101-164 or 201-264", found))
+                Err(Problem::not_found("line", "1-64, 101-164 or 201-264", found))
             }
         };
         match self {
-            When::Status(status) => Ok(WaitCondition::Status(status.into())),
-            When::Input(line) => line_of(IoKind::Input, line),
-            When::Output(line) => line_of(IoKind::Output, line),
-            When::Line(FileLine(line)) => Ok(WaitCondition::Statement(line)),
-            When::Printed(Printed { channel, text }) => {
-                if text.is_empty() || text.len() > MAX_TEXT {
-                    let expected = format!("1 to {MAX_TEXT} bytes");
+            ConditionRequest::Status(status) => Ok(WaitCondition::Status(status.into())),
+            ConditionRequest::Input(line) => line_of(IoKind::Input, line),
+            ConditionRequest::Output(line) => line_of(IoKind::Output, line),
+            ConditionRequest::Line(FileLine(line)) => Ok(WaitCondition::Statement(line)),
+            ConditionRequest::Printed(PrintedCondition { channel, text }) => {
+                if text.is_empty() || text.len() > MAX_PRINTED_TEXT {
+                    let expected = format!("1 to {MAX_PRINTED_TEXT} bytes");
                     let found = format!("{} bytes", text.len());
-                    return Err(Problem::at(
+                    return Err(Problem::expected_found(
                         StatusCode::UNPROCESSABLE_ENTITY,
                         "text",
                         expected,
@@ -197,40 +206,40 @@ impl When {
                 let (port, text) = (channel.map(Port::from), text.into_bytes());
                 Ok(WaitCondition::Printed { port, text })
             }
-            When::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),
-            When::Alarm(number) => {
+            ConditionRequest::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),
+            ConditionRequest::Alarm(number) => {
                 let known = ts3100_controller::alarm::ALARMS
                     .iter()
                     .any(|row| row.number() == number);
                 if known {
                     Ok(WaitCondition::Alarm(Some(number)))
                 } else {
-                    Err(Problem::missing(
+                    Err(Problem::not_found(
                         "alarm",
                         "`any` or a number of /alarms/table",
                         number,
                     ))
                 }
             }
-            When::Idle(Empty {}) => Ok(WaitCondition::Idle),
+            ConditionRequest::Idle(EmptyObject {}) => Ok(WaitCondition::Idle),
         }
     }
 }
 
-impl Until {
-    fn seek(self, advance: bool) -> Result<(Wait, Duration), Problem> {
-        let wall = wall(self.wall)?;
-        let condition = self.condition.condition()?;
+impl WaitRequest {
+    fn into_wait(self, advance: bool) -> Result<(Wait, Duration), Problem> {
+        let wall = wall_limit(self.wall)?;
+        let condition = self.condition.into_condition()?;
         Ok((Wait::new(condition, self.within.0, advance), wall))
     }
 }
 
-fn wall(given: Option<Seconds>) -> Result<Duration, Problem> {
-    let wall = given.map_or(Duration::from_secs_f64(WALL), |Seconds(wall)| wall);
+fn wall_limit(requested: Option<Seconds>) -> Result<Duration, Problem> {
+    let wall = requested.map_or(Duration::from_secs_f64(DEFAULT_WALL), |Seconds(wall)| wall);
     if wall > MAX_WALL {
         let expected = format!("at most {} s", MAX_WALL.as_secs());
         let found = format!("{} s", wall.as_secs_f64());
-        return Err(Problem::at(
+        return Err(Problem::expected_found(
             StatusCode::UNPROCESSABLE_ENTITY,
             "wall",
             expected,
@@ -240,9 +249,9 @@ fn wall(given: Option<Seconds>) -> Result<Duration, Problem> {
     Ok(wall)
 }
 
-impl From<WaitResult> for Ended {
-    fn from(waited: WaitResult) -> Ended {
-        Ended {
+impl From<WaitResult> for WaitResponse {
+    fn from(waited: WaitResult) -> WaitResponse {
+        WaitResponse {
             reached: waited.reached,
             now: seconds(waited.at),
             passed: waited.passed.as_secs_f64(),
@@ -251,44 +260,47 @@ impl From<WaitResult> for Ended {
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "clock",
             "How time passes, moving it by hand, and waiting for something.",
         )
-        .call::<__path_get_clock, _, _>(get_clock)
-        .call::<__path_put_clock, _, _>(put_clock)
-        .call::<__path_advance, _, _>(advance)
-        .call::<__path_advance_until, _, _>(advance_until)
-        .call::<__path_wait, _, _>(wait)
+        .route::<__path_get_clock, _, _>(get_clock)
+        .route::<__path_put_clock, _, _>(put_clock)
+        .route::<__path_advance, _, _>(advance)
+        .route::<__path_advance_until, _, _>(advance_until)
+        .route::<__path_wait, _, _>(wait)
 }
 
 /// The clock
-#[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockDoc)))]
-async fn get_clock(State(hub): State<Handle>) -> Result<Json<ClockDoc>, Problem> {
-    let look = |sight: &View<'_>| ClockDoc {
-        mode: sight.clock.mode().to_string(),
-        behind: sight.clock.lag().as_secs_f64(),
-        skipped: sight.clock.skipped().as_secs_f64(),
-        now: seconds(sight.controller.now()),
-        calendar: super::alarms::moment(sight.controller.calendar_now()),
-        next: sight.controller.poll_deadline().map(seconds),
+#[utoipa::path(get, path = "/clock", responses((status = 200, body = ClockStatus)))]
+async fn get_clock(State(handle): State<DriverHandle>) -> Result<Json<ClockStatus>, Problem> {
+    let look = |view: &View<'_>| ClockStatus {
+        mode: view.clock.mode().to_string(),
+        behind: view.clock.lag().as_secs_f64(),
+        skipped: view.clock.skipped().as_secs_f64(),
+        now: seconds(view.controller.now()),
+        calendar: super::alarms::format_calendar(view.controller.calendar_now()),
+        next: view.controller.poll_deadline().map(seconds),
     };
-    Ok(Json(hub.look(look).await?))
+    Ok(Json(handle.query(look).await?))
 }
 
 /// Say how time passes from now on
 ///
 /// `real` as on the wall; `xN` that many times as fast; `stepped` only by `advance` and `advance-until`; `auto` jumps
 /// to whatever is next while every host is silent.
-#[utoipa::path(put, path = "/clock", request_body = ClockMode, responses((status = 200, body = ClockDoc)))]
-async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<Json<ClockDoc>, Problem> {
+#[utoipa::path(put, path = "/clock", request_body = SetModeRequest, responses((status = 200, body = ClockStatus)))]
+async fn put_clock(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<SetModeRequest>,
+) -> Result<Json<ClockStatus>, Problem> {
     let mode: TimeMode = body.mode.parse().map_err(|_| {
         let expected = format!("`real`, `stepped`, `auto`, or `x` and a factor up to {MAX_SCALE}");
-        Problem::at(StatusCode::UNPROCESSABLE_ENTITY, "mode", expected, body.mode)
+        Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, "mode", expected, body.mode)
     })?;
-    state.edge(LinkAction::TimeMode(mode)).await?;
+    state.link_action(LinkAction::TimeMode(mode)).await?;
     get_clock(state).await
 }
 
@@ -296,13 +308,16 @@ async fn put_clock(state: State<Handle>, Body(body): Body<ClockMode>) -> Result<
 ///
 /// In every mode: time jumps from one thing that happens by itself to the next, so that each happens at its own time,
 /// and stands at the end of the amount when the call returns.
-#[utoipa::path(post, path = "/clock/advance", request_body = Advance, responses((status = 200, body = Ended)))]
-async fn advance(State(hub): State<Handle>, Body(body): Body<Advance>) -> Result<Json<Ended>, Problem> {
-    let wall = wall(body.wall)?;
-    let seek = Wait::new(WaitCondition::Never, body.seconds.0, true);
-    let waited = hub.wait(seek, wall).await?;
+#[utoipa::path(post, path = "/clock/advance", request_body = AdvanceRequest, responses((status = 200, body = WaitResponse)))]
+async fn advance(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<AdvanceRequest>,
+) -> Result<Json<WaitResponse>, Problem> {
+    let wall = wall_limit(body.wall)?;
+    let wait = Wait::new(WaitCondition::Never, body.seconds.0, true);
+    let waited = handle.wait(wait, wall).await?;
     // Nothing was waited for but the time itself.
-    let ended = Ended::from(WaitResult {
+    let ended = WaitResponse::from(WaitResult {
         reached: waited.passed >= body.seconds.0,
         ..waited
     });
@@ -312,17 +327,23 @@ async fn advance(State(hub): State<Handle>, Body(body): Body<Advance>) -> Result
 /// Move time until something happens
 ///
 /// As `advance`, and time stands at the moment at which it happened.
-#[utoipa::path(post, path = "/clock/advance-until", request_body = Until, responses((status = 200, body = Ended)))]
-async fn advance_until(State(hub): State<Handle>, Body(body): Body<Until>) -> Result<Json<Ended>, Problem> {
-    let (seek, wall) = body.seek(true)?;
-    Ok(Json(hub.wait(seek, wall).await?.into()))
+#[utoipa::path(post, path = "/clock/advance-until", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+async fn advance_until(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<WaitRequest>,
+) -> Result<Json<WaitResponse>, Problem> {
+    let (wait, wall) = body.into_wait(true)?;
+    Ok(Json(handle.wait(wait, wall).await?.into()))
 }
 
 /// Wait until something happens, without moving time
 ///
 /// In `stepped` time somebody else has to move it meanwhile.
-#[utoipa::path(post, path = "/wait", request_body = Until, responses((status = 200, body = Ended)))]
-async fn wait(State(hub): State<Handle>, Body(body): Body<Until>) -> Result<Json<Ended>, Problem> {
-    let (seek, wall) = body.seek(false)?;
-    Ok(Json(hub.wait(seek, wall).await?.into()))
+#[utoipa::path(post, path = "/wait", request_body = WaitRequest, responses((status = 200, body = WaitResponse)))]
+async fn wait(
+    State(handle): State<DriverHandle>,
+    JsonBody(body): JsonBody<WaitRequest>,
+) -> Result<Json<WaitResponse>, Problem> {
+    let (wait, wall) = body.into_wait(false)?;
+    Ok(Json(handle.wait(wait, wall).await?.into()))
 }

@@ -1,7 +1,7 @@
 //! One thing that happened, as a line of JSON: what came in, what went out, what the controller told of. The same
 //! documents serve the stream of events and whoever writes them to a file.
 
-use crate::log::Readable;
+use crate::log::Escaped;
 use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::Rule;
@@ -91,7 +91,7 @@ pub struct ApiEvent {
 
 /// The word for what became of a command.
 #[must_use]
-pub fn outcome(verdict: Verdict) -> &'static str {
+pub fn verdict_name(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Served => "served",
         Verdict::NotValid => "not-valid",
@@ -129,7 +129,7 @@ impl ApiEvent {
 
     fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
         ApiEvent {
-            text: Some(Readable(bytes).to_string()),
+            text: Some(Escaped(bytes).to_string()),
             hex: Some(hex(bytes)),
             bytes: Some(bytes.len()),
             ..self
@@ -138,7 +138,7 @@ impl ApiEvent {
 
     /// What an input is; a look at the clock is nothing.
     #[must_use]
-    pub fn of_input(now: Time, input: &Input) -> Option<ApiEvent> {
+    pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
         let new = |event| ApiEvent::new(now, event);
         match input {
             Input::Connected { port, peer } => Some(ApiEvent {
@@ -163,7 +163,7 @@ impl ApiEvent {
 
     /// What an output is.
     #[must_use]
-    pub fn of_output(now: Time, output: &Output) -> ApiEvent {
+    pub fn from_output(now: Time, output: &Output) -> ApiEvent {
         let new = |event| ApiEvent::new(now, event);
         match output {
             Output::Send { port, bytes } => ApiEvent {
@@ -200,12 +200,12 @@ impl ApiEvent {
                 text: Some(text.clone()),
                 ..new("pendant")
             },
-            Output::Event(event) => ApiEvent::of_event(now, event),
+            Output::Event(event) => ApiEvent::from_event(now, event),
         }
     }
 
     /// A finding with what its rule says of it.
-    fn of_finding(event: &Event) -> Option<ApiEvent> {
+    fn from_finding(event: &Event) -> Option<ApiEvent> {
         let Event::Finding {
             rule,
             port,
@@ -230,7 +230,7 @@ impl ApiEvent {
     }
 
     /// A fault that was armed, or has bitten.
-    fn of_fault(now: Time, event: &Event) -> Option<ApiEvent> {
+    fn from_fault(now: Time, event: &Event) -> Option<ApiEvent> {
         let Event::Fault {
             id,
             kind,
@@ -251,7 +251,7 @@ impl ApiEvent {
         })
     }
 
-    fn of_servo(now: Time, event: &Event) -> ApiEvent {
+    fn from_servo(now: Time, event: &Event) -> ApiEvent {
         match event {
             Event::ServoDelayed(until) => ApiEvent {
                 until: Some(seconds(*until)),
@@ -264,7 +264,7 @@ impl ApiEvent {
         }
     }
 
-    fn of_event(now: Time, event: &Event) -> ApiEvent {
+    fn from_event(now: Time, event: &Event) -> ApiEvent {
         let new = |event| ApiEvent::new(now, event);
         match event {
             Event::TextIn { port, data, .. } => ApiEvent {
@@ -292,7 +292,7 @@ impl ApiEvent {
                 port: Some(port.name()),
                 command: Some((*row).to_owned()),
                 mode: Some(mode.as_str()),
-                outcome: Some(outcome(*verdict)),
+                outcome: Some(verdict_name(*verdict)),
                 ..new("answered")
             },
             Event::Refused {
@@ -305,8 +305,8 @@ impl ApiEvent {
                 reason: Some(reason.clone()),
                 ..new("refused")
             },
-            Event::Finding { .. } => ApiEvent::of_finding(event).unwrap_or_else(|| new("finding")),
-            Event::Fault { .. } => ApiEvent::of_fault(now, event).unwrap_or_else(|| new("fault")),
+            Event::Finding { .. } => ApiEvent::from_finding(event).unwrap_or_else(|| new("finding")),
+            Event::Fault { .. } => ApiEvent::from_fault(now, event).unwrap_or_else(|| new("fault")),
             Event::Alarm { number, text } => ApiEvent {
                 number: Some(number.clone()),
                 text: Some(text.clone()),
@@ -323,7 +323,7 @@ impl ApiEvent {
                 task: Some(*task),
                 ..new("statement")
             },
-            Event::Servo(_) | Event::ServoDelayed(_) => ApiEvent::of_servo(now, event),
+            Event::Servo(_) | Event::ServoDelayed(_) => ApiEvent::from_servo(now, event),
             Event::Selected(file) => ApiEvent {
                 file: file.clone(),
                 ..new("selected")

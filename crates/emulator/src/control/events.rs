@@ -1,13 +1,13 @@
 //! `/events`: what happens, as it happens, as Server-Sent Events. A reader that is slow is told what it missed; it
 //! never makes the emulator wait.
 
-use super::body::InQuery;
+use super::body::QueryParams;
 use super::event::ApiEvent;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::journal::Journal;
-use super::listener::{Busy, Place};
+use super::listener::{ConnectionInfo, RequestGuard};
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use axum::extract::{ConnectInfo, State};
 use axum::http::StatusCode;
 use axum::response::Sse;
@@ -30,7 +30,7 @@ const BATCH: usize = 64;
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-struct Which {
+struct EventsQuery {
     /// Number of the first event wanted; 1 for all that are kept. Without it those from now on.
     since: Option<u64>,
     /// End the stream after so many events.
@@ -40,116 +40,116 @@ struct Which {
 
 /// How many events a reader was too late for.
 #[derive(Debug, Clone, Copy, Serialize)]
-struct Missed {
+struct MissedEvents {
     missed: u64,
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("events", "What happens, as it happens.")
-        .call::<__path_get_events, _, _>(get_events)
+        .route::<__path_get_events, _, _>(get_events)
 }
 
 /// What happens, as it happens: Server-Sent Events
 ///
 /// Each is a JSON document named as its `event`, with its number as id. A reader that is too slow finds an event `missed`
 /// with the number of those that are no longer kept. With the header `Last-Event-ID` the stream goes on behind that.
-#[utoipa::path(get, path = "/events", params(Which),
+#[utoipa::path(get, path = "/events", params(EventsQuery),
     responses((status = 200, body = ApiEvent, content_type = "text/event-stream")))]
 async fn get_events(
-    State(hub): State<Handle>,
-    ConnectInfo(place): ConnectInfo<Place>,
+    State(handle): State<DriverHandle>,
+    ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     headers: axum::http::HeaderMap,
-    InQuery(which): InQuery<Which>,
+    QueryParams(query): QueryParams<EventsQuery>,
 ) -> Result<Sse<impl Stream<Item = Result<Event, Infallible>>>, Problem> {
-    let permit = Arc::clone(&hub.streams).try_acquire_owned().map_err(|_| {
+    let permit = Arc::clone(&handle.streams).try_acquire_owned().map_err(|_| {
         let expected = format!("at most {} streams of events", super::handle::MAX_STREAMS);
-        Problem::at(
+        Problem::expected_found(
             StatusCode::SERVICE_UNAVAILABLE,
             "events",
             expected,
             "as many already",
         )
     })?;
-    if which.count == Some(0) {
-        return Err(Problem::at(StatusCode::BAD_REQUEST, "count", "1 or more", "0"));
+    if query.count == Some(0) {
+        return Err(Problem::expected_found(
+            StatusCode::BAD_REQUEST,
+            "count",
+            "1 or more",
+            "0",
+        ));
     }
     let last = headers.get("last-event-id").and_then(|id| id.to_str().ok());
-    let behind_last = last.and_then(|id| id.parse::<u64>().ok()?.checked_add(1));
-    let next = which.since.or(behind_last);
-    let stream = Events {
-        next: next.unwrap_or_else(|| hub.journal.next_number()),
-        left: which.count,
-        waiting: VecDeque::new(),
-        watch: Some(hub.journal.watch()),
-        changing: None,
-        journal: hub.journal,
+    let after_last = last.and_then(|id| id.parse::<u64>().ok()?.checked_add(1));
+    let next = query.since.or(after_last);
+    let stream = EventStream {
+        next: next.unwrap_or_else(|| handle.journal.next_number()),
+        left: query.count,
+        ready: VecDeque::new(),
+        watch: Some(handle.journal.watch()),
+        next_change: None,
+        journal: handle.journal,
         _permit: permit,
-        _busy: place.busy(),
+        _busy: connection.begin_request(),
     };
     Ok(Sse::new(stream).keep_alive(KeepAlive::default()))
 }
 
-type Changing = Pin<Box<dyn Future<Output = Option<watch::Receiver<u64>>> + Send>>;
+type NextChange = Pin<Box<dyn Future<Output = Option<watch::Receiver<u64>>> + Send>>;
 
 /// The events of one reader.
-struct Events {
+struct EventStream {
     journal: Arc<Journal>,
     next: u64,
     left: Option<u64>,
-    waiting: VecDeque<Event>,
+    ready: VecDeque<Event>,
     watch: Option<watch::Receiver<u64>>,
-    changing: Option<Changing>,
+    next_change: Option<NextChange>,
     _permit: OwnedSemaphorePermit,
-    _busy: Busy,
+    _busy: RequestGuard,
 }
 
-fn line(happening: &ApiEvent) -> Event {
-    let event = Event::default()
-        .event(happening.event)
-        .id(happening.seq.to_string());
+fn sse_event(event: &ApiEvent) -> Event {
+    let sse = Event::default().event(event.event).id(event.seq.to_string());
     // A document of words and numbers can always be written.
-    event.json_data(happening).unwrap_or_default()
+    sse.json_data(event).unwrap_or_default()
 }
 
-impl Events {
+impl EventStream {
     fn refill(&mut self) {
         let most = self
             .left
             .map_or(BATCH, |left| usize::try_from(left).unwrap_or(BATCH).min(BATCH));
-        let extract = self.journal.extract(self.next, most);
-        if extract.missed > 0 {
-            let missed = Missed {
-                missed: extract.missed,
-            };
+        let batch = self.journal.events_from(self.next, most);
+        if batch.missed > 0 {
+            let missed = MissedEvents { missed: batch.missed };
             let event = Event::default().event("missed");
-            self.waiting
-                .push_back(event.json_data(missed).unwrap_or_default());
+            self.ready.push_back(event.json_data(missed).unwrap_or_default());
         }
-        self.waiting
-            .extend(extract.events.iter().map(|happening| line(happening)));
+        self.ready
+            .extend(batch.events.iter().map(|event| sse_event(event)));
         if let Some(left) = &mut self.left {
-            *left = left.saturating_sub(extract.events.len() as u64);
+            *left = left.saturating_sub(batch.events.len() as u64);
         }
-        self.next = extract.next;
+        self.next = batch.next;
     }
 }
 
-impl Stream for Events {
+impl Stream for EventStream {
     type Item = Result<Event, Infallible>;
 
     fn poll_next(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Self::Item>> {
         loop {
-            if let Some(event) = self.waiting.pop_front() {
+            if let Some(event) = self.ready.pop_front() {
                 return Poll::Ready(Some(Ok(event)));
             }
             if self.left == Some(0) {
                 return Poll::Ready(None);
             }
-            if let Some(changing) = &mut self.changing {
+            if let Some(changing) = &mut self.next_change {
                 let watch = ready!(changing.as_mut().poll(context));
-                self.changing = None;
+                self.next_change = None;
                 let Some(watch) = watch else {
                     return Poll::Ready(None);
                 };
@@ -160,11 +160,11 @@ impl Stream for Events {
                 watch.borrow_and_update();
             }
             self.refill();
-            if self.waiting.is_empty() {
+            if self.ready.is_empty() {
                 let Some(mut watch) = self.watch.take() else {
                     return Poll::Ready(None);
                 };
-                self.changing = Some(Box::pin(async move {
+                self.next_change = Some(Box::pin(async move {
                     let changed = watch.changed().await;
                     changed.ok().map(|()| watch)
                 }));

@@ -1,10 +1,10 @@
 //! `/faults`: what is broken on purpose: list with what became of each, arm, disarm, clear, and the kinds there are.
 
-use super::body::{Body, InPath, NoBody, by_name, whole, whole_if_said};
+use super::body::{JsonBody, NoBody, PathParam, object_only, optional_whole_number, whole_number};
 use super::event::seconds;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -26,7 +26,8 @@ const MAX_PARAMETERS: usize = 16;
 /// What a fault waits for; what is not said does not matter.
 #[derive(Debug, Clone, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct On {
+#[schema(as = On)]
+pub struct FaultTrigger {
     /// Letters of a command: the command, the texts of its exchange, its answers.
     #[schema(example = "SU")]
     command: Option<String>,
@@ -34,7 +35,7 @@ pub struct On {
     #[schema(example = "IP0")]
     channel: Option<String>,
     /// Number of the FL text in its exchange, from 1, or of the OK to it; 0 is what is no FL text.
-    #[serde(deserialize_with = "whole_if_said")]
+    #[serde(deserialize_with = "optional_whole_number")]
     #[schema(maximum = 1_000_000)]
     block: Option<u32>,
 }
@@ -42,7 +43,8 @@ pub struct On {
 /// A value of a parameter: a number, or words as `--fault` takes them.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(untagged, expecting = "a whole number or words expected")]
-pub enum Given {
+#[schema(as = Given)]
+pub enum ParameterValue {
     /// A whole number.
     Number(#[serde(deserialize_with = "number")] u32),
     /// Words: `2s`, `teaching`, `OK<CR>`.
@@ -50,24 +52,25 @@ pub enum Given {
 }
 
 fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    whole(f64::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a whole number"))
+    whole_number(f64::deserialize(deserializer)?).ok_or_else(|| D::Error::custom("a whole number"))
 }
 
 /// A fault to be armed: in the words of `--fault`, or by its parts.
 #[derive(ToSchema)]
 #[schema(as = Arm)]
 #[serde(untagged)]
-#[expect(dead_code, reason = "it is only described; what is read is `Arm`")]
-enum Order {
-    Spec(Spec),
-    Parts(Arm),
+#[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
+enum ArmSchema {
+    Spec(FaultSpec),
+    Parts(ArmRequest),
 }
 
 /// A fault in the words of `--fault`.
 #[derive(ToSchema)]
 #[serde(deny_unknown_fields)]
-#[expect(dead_code, reason = "it is only described; what is read is `Arm`")]
-struct Spec {
+#[expect(dead_code, reason = "it is only described; what is read is `ArmRequest`")]
+#[schema(as = Spec)]
+struct FaultSpec {
     /// `KIND` or `KIND:key=value,key=value`, as docs/FAULTS.md says.
     #[schema(example = "no-reply:command=SU", max_length = 4096)]
     spec: String,
@@ -77,7 +80,7 @@ struct Spec {
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = FaultParts)]
-pub struct Arm {
+pub struct ArmRequest {
     /// One of `/faults/kinds`.
     #[serde(default)]
     #[schema(value_type = String, required, example = "no-reply")]
@@ -87,18 +90,18 @@ pub struct Arm {
     #[schema(ignore)]
     spec: Option<String>,
     /// Its number; the next free one if not said. A fault of the same number is replaced.
-    #[serde(default, deserialize_with = "whole_if_said")]
+    #[serde(default, deserialize_with = "optional_whole_number")]
     #[schema(minimum = 1, maximum = 1_000_000)]
     id: Option<u32>,
     /// What it waits for; some kinds wait for a command of their own if nothing is said.
-    #[serde(default, deserialize_with = "by_name")]
-    on: On,
+    #[serde(default, deserialize_with = "object_only")]
+    on: FaultTrigger,
     /// How many occasions pass before the first it can take.
-    #[serde(default, deserialize_with = "whole_if_said")]
+    #[serde(default, deserialize_with = "optional_whole_number")]
     #[schema(maximum = 1_000_000)]
     after: Option<u32>,
     /// How often it bites at most; 0: always; 1 if not said.
-    #[serde(default, deserialize_with = "whole_if_said")]
+    #[serde(default, deserialize_with = "optional_whole_number")]
     #[schema(maximum = 1_000_000)]
     times: Option<u32>,
     /// How probably it takes an occasion, above 0; 1 if not said.
@@ -106,12 +109,13 @@ pub struct Arm {
     probability: Option<f64>,
     /// The parameters of the kind.
     #[serde(default)]
-    parameters: BTreeMap<String, Given>,
+    parameters: BTreeMap<String, ParameterValue>,
 }
 
 /// A fault and what has become of it.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct FaultDoc {
+#[schema(as = FaultDoc)]
+pub struct FaultStatus {
     /// Its number.
     id: u32,
     /// Its kind.
@@ -119,7 +123,7 @@ pub struct FaultDoc {
     /// As `--fault` takes it.
     spec: String,
     /// What it waits for.
-    on: On,
+    on: FaultTrigger,
     /// How many occasions pass before the first it can take.
     after: u32,
     /// How often it bites at most; 0: always.
@@ -140,16 +144,18 @@ pub struct FaultDoc {
 
 /// All faults since the start or the last DELETE.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct FaultsDoc {
+#[schema(as = FaultsDoc)]
+pub struct FaultList {
     /// In the order of their numbers.
-    faults: Vec<FaultDoc>,
+    faults: Vec<FaultStatus>,
     /// Numbers of those that have not bitten.
     never_fired: Vec<u32>,
 }
 
 /// A parameter of a kind.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct ParameterDoc {
+#[schema(as = ParameterDoc)]
+pub struct ParameterInfo {
     /// Its key.
     name: &'static str,
     /// What it takes, in words.
@@ -162,7 +168,8 @@ pub struct ParameterDoc {
 
 /// A kind of fault.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct KindDoc {
+#[schema(as = KindDoc)]
+pub struct FaultKindInfo {
     /// Its name.
     kind: &'static str,
     /// What it does.
@@ -176,20 +183,20 @@ pub struct KindDoc {
     /// The block it waits for when nothing is said.
     block: Option<u32>,
     /// Its parameters.
-    parameters: Vec<ParameterDoc>,
+    parameters: Vec<ParameterInfo>,
 }
 
-impl FaultDoc {
-    fn of(report: &FaultReport) -> FaultDoc {
+impl FaultStatus {
+    fn new(report: &FaultReport) -> FaultStatus {
         let Fault {
             id, kind, filter: on, ..
         } = &report.fault;
         let parameters = report.fault.parameters().into_iter();
-        FaultDoc {
+        FaultStatus {
             id: *id,
             kind: kind.name,
             spec: report.fault.to_string(),
-            on: On {
+            on: FaultTrigger {
                 command: on.command.clone(),
                 channel: on.channel.map(|port| Port::name(port).to_owned()),
                 block: on.block,
@@ -206,26 +213,26 @@ impl FaultDoc {
     }
 }
 
-impl FaultsDoc {
+impl FaultList {
     /// As they are now.
-    pub fn of(sight: &View<'_>) -> FaultsDoc {
-        let faults = sight.controller.faults();
-        FaultsDoc {
-            faults: faults.reports().map(FaultDoc::of).collect(),
+    pub fn new(view: &View<'_>) -> FaultList {
+        let faults = view.controller.faults();
+        FaultList {
+            faults: faults.reports().map(FaultStatus::new).collect(),
             never_fired: faults.never_fired().map(|report| report.fault.id).collect(),
         }
     }
 }
 
-impl KindDoc {
-    fn of(kind: &&'static FaultKind) -> KindDoc {
-        let parameter = |parameter: &Parameter| ParameterDoc {
+impl FaultKindInfo {
+    fn new(kind: &&'static FaultKind) -> FaultKindInfo {
+        let parameter = |parameter: &Parameter| ParameterInfo {
             name: parameter.name,
             takes: ParameterType::description(&parameter.value_type),
             default: parameter.default,
             what: parameter.description,
         };
-        KindDoc {
+        FaultKindInfo {
             kind: kind.name,
             what: kind.summary,
             remedy: kind.remedy,
@@ -242,10 +249,10 @@ impl KindDoc {
     }
 }
 
-impl Arm {
-    fn fault(self) -> Result<Fault, Problem> {
+impl ArmRequest {
+    fn into_fault(self) -> Result<Fault, Problem> {
         let wrong = |place: &str, expected: String, found: String| {
-            Problem::at(StatusCode::UNPROCESSABLE_ENTITY, place, expected, found)
+            Problem::expected_found(StatusCode::UNPROCESSABLE_ENTITY, place, expected, found)
         };
         if self.parameters.len() > MAX_PARAMETERS {
             let found = self.parameters.len().to_string();
@@ -264,8 +271,8 @@ impl Arm {
             pair("probability", self.probability),
         ];
         let own = self.parameters.into_iter().map(|(name, value)| match value {
-            Given::Number(number) => (name, number.to_string()),
-            Given::Words(words) => (name, words),
+            ParameterValue::Number(number) => (name, number.to_string()),
+            ParameterValue::Words(words) => (name, words),
         });
         let pairs: Vec<(String, String)> = common.into_iter().flatten().chain(own).collect();
         let read = match (self.kind, self.spec) {
@@ -278,7 +285,7 @@ impl Arm {
             }
         };
         let unfit = |place: &str, expected: String, found: String| {
-            Problem::at(StatusCode::CONFLICT, place, expected, found)
+            Problem::expected_found(StatusCode::CONFLICT, place, expected, found)
         };
         read.map_err(|error| match error {
             FaultError::UnknownKind { found, known } => unfit("kind", known, found),
@@ -296,81 +303,86 @@ impl Arm {
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "faults",
             "What is broken on purpose: armed, bitten, never fired; docs/FAULTS.md explains the kinds.",
         )
-        .call::<__path_get_faults, _, _>(get_faults)
-        .call::<__path_arm_fault, _, _>(arm_fault)
-        .call::<__path_clear_faults, _, _>(clear_faults)
-        .call::<__path_get_fault_kinds, _, _>(get_fault_kinds)
-        .call::<__path_get_fault, _, _>(get_fault)
-        .call::<__path_disarm_fault, _, _>(disarm_fault)
+        .route::<__path_get_faults, _, _>(get_faults)
+        .route::<__path_arm_fault, _, _>(arm_fault)
+        .route::<__path_clear_faults, _, _>(clear_faults)
+        .route::<__path_get_fault_kinds, _, _>(get_fault_kinds)
+        .route::<__path_get_fault, _, _>(get_fault)
+        .route::<__path_disarm_fault, _, _>(disarm_fault)
 }
 
 /// The faults and what has become of them
-#[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultsDoc)))]
-async fn get_faults(State(hub): State<Handle>) -> Result<Json<FaultsDoc>, Problem> {
-    Ok(Json(hub.look(FaultsDoc::of).await?))
+#[utoipa::path(get, path = "/faults", responses((status = 200, body = FaultList)))]
+async fn get_faults(State(handle): State<DriverHandle>) -> Result<Json<FaultList>, Problem> {
+    Ok(Json(handle.query(FaultList::new).await?))
 }
 
 /// Arm a fault
 ///
 /// From now on. The same number again replaces it, its counters at zero.
-#[utoipa::path(post, path = "/faults", request_body = Order, responses((status = 200, body = FaultsDoc)))]
-async fn arm_fault(state: State<Handle>, Body(body): Body<Arm>) -> Result<Json<FaultsDoc>, Problem> {
-    let fault = Box::new(body.fault()?);
+#[utoipa::path(post, path = "/faults", request_body = ArmSchema, responses((status = 200, body = FaultList)))]
+async fn arm_fault(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<ArmRequest>,
+) -> Result<Json<FaultList>, Problem> {
+    let fault = Box::new(body.into_fault()?);
     state.action(Action::Fault(FaultAction::Arm(fault))).await?;
     get_faults(state).await
 }
 
 /// Forget all faults: none bites any more, and the report is empty
-#[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultsDoc)))]
-async fn clear_faults(state: State<Handle>, _: NoBody) -> Result<Json<FaultsDoc>, Problem> {
+#[utoipa::path(delete, path = "/faults", responses((status = 200, body = FaultList)))]
+async fn clear_faults(state: State<DriverHandle>, _: NoBody) -> Result<Json<FaultList>, Problem> {
     state.action(Action::Fault(FaultAction::Clear)).await?;
     get_faults(state).await
 }
 
 /// The kinds there are, with their parameters
-#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, body = Vec<KindDoc>)))]
-async fn get_fault_kinds() -> Json<Vec<KindDoc>> {
-    Json(KINDS.iter().map(KindDoc::of).collect())
+#[utoipa::path(get, path = "/faults/kinds", responses((status = 200, body = Vec<FaultKindInfo>)))]
+async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
+    Json(KINDS.iter().map(FaultKindInfo::new).collect())
 }
 
-async fn fault(hub: &Handle, number: String) -> Result<Json<FaultDoc>, Problem> {
+async fn fault_status(handle: &DriverHandle, number: String) -> Result<Json<FaultStatus>, Problem> {
     let wanted = number.parse::<u32>().ok();
-    let look = move |sight: &View<'_>| {
-        let mut reports = sight.controller.faults().reports();
+    let look = move |view: &View<'_>| {
+        let mut reports = view.controller.faults().reports();
         let found = reports.find(|report| Some(report.fault.id) == wanted);
-        found.map(FaultDoc::of)
+        found.map(FaultStatus::new)
     };
-    let found = hub.look(look).await?;
+    let found = handle.query(look).await?;
     found
         .map(Json)
-        .ok_or_else(|| Problem::missing("number", "the number of a fault of /faults", number))
+        .ok_or_else(|| Problem::not_found("number", "the number of a fault of /faults", number))
 }
 
 /// One fault
-#[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultDoc)),
+#[utoipa::path(get, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
 async fn get_fault(
-    State(hub): State<Handle>,
-    InPath(number): InPath<String>,
-) -> Result<Json<FaultDoc>, Problem> {
-    fault(&hub, number).await
+    State(handle): State<DriverHandle>,
+    PathParam(number): PathParam<String>,
+) -> Result<Json<FaultStatus>, Problem> {
+    fault_status(&handle, number).await
 }
 
 /// Disarm a fault: it does not bite any more and stays in the report
-#[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultDoc)),
+#[utoipa::path(delete, path = "/faults/{number}", responses((status = 200, body = FaultStatus)),
     params(("number" = String, Path, description = "Its number, as /faults has it")))]
 async fn disarm_fault(
-    State(hub): State<Handle>,
-    InPath(number): InPath<String>,
+    State(handle): State<DriverHandle>,
+    PathParam(number): PathParam<String>,
     _: NoBody,
-) -> Result<Json<FaultDoc>, Problem> {
-    let Json(known) = fault(&hub, number.clone()).await?;
-    hub.action(Action::Fault(FaultAction::Disarm(known.id))).await?;
-    fault(&hub, number).await
+) -> Result<Json<FaultStatus>, Problem> {
+    let Json(known) = fault_status(&handle, number.clone()).await?;
+    handle
+        .action(Action::Fault(FaultAction::Disarm(known.id)))
+        .await?;
+    fault_status(&handle, number).await
 }

@@ -1,12 +1,12 @@
 //! `/files`: the RAM drive: list, get, put, delete, select.
 
-use super::body::{Body, InPath, NoBody};
-use super::channels::Bytes;
+use super::body::{JsonBody, NoBody, PathParam};
+use super::channels::ByteContent;
 use super::event::hex;
-use super::handle::Handle;
-use super::panel::Program;
+use super::handle::DriverHandle;
+use super::panel::ProgramStatus;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -16,7 +16,8 @@ use utoipa::ToSchema;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct DriveDoc {
+#[schema(as = DriveDoc)]
+pub struct DriveStatus {
     /// Its files in alphabetical order.
     files: Vec<FileEntry>,
     /// The selected file; empty when none is.
@@ -36,7 +37,8 @@ pub struct FileEntry {
 
 /// A file and its content: as text, or in hexadecimal digits when it is no UTF-8.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct FileDoc {
+#[schema(as = FileDoc)]
+pub struct FileContent {
     /// Its name.
     name: String,
     /// Its size in bytes.
@@ -49,67 +51,70 @@ pub struct FileDoc {
     hex: Option<String>,
 }
 
-impl DriveDoc {
+impl DriveStatus {
     /// As it is now.
-    pub fn of(sight: &View<'_>) -> DriveDoc {
-        let entries = sight.controller.drive().directory().into_iter();
-        DriveDoc {
+    pub fn new(view: &View<'_>) -> DriveStatus {
+        let entries = view.controller.drive().directory().into_iter();
+        DriveStatus {
             files: entries
                 .map(|entry| FileEntry {
                     name: entry.name,
                     size: entry.size,
                 })
                 .collect(),
-            selected: sight.controller.selected().to_owned(),
-            capacity: sight.controller.config().options.drive_capacity,
+            selected: view.controller.selected().to_owned(),
+            capacity: view.controller.config().options.drive_capacity,
         }
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("files", "The RAM drive.")
-        .call::<__path_get_files, _, _>(get_files)
-        .call::<__path_get_file, _, _>(get_file)
-        .call::<__path_put_file, _, _>(put_file)
-        .call::<__path_delete_file, _, _>(delete_file)
-        .call::<__path_select_file, _, _>(select_file)
+        .route::<__path_get_files, _, _>(get_files)
+        .route::<__path_get_file, _, _>(get_file)
+        .route::<__path_put_file, _, _>(put_file)
+        .route::<__path_delete_file, _, _>(delete_file)
+        .route::<__path_select_file, _, _>(select_file)
 }
 
-async fn file(hub: &Handle, name: String) -> Result<Json<FileDoc>, Problem> {
+async fn file_content(handle: &DriverHandle, name: String) -> Result<Json<FileContent>, Problem> {
     let wanted = name.to_ascii_uppercase();
-    let look = move |sight: &View<'_>| {
-        let content = sight.controller.drive().get(&wanted)?.to_vec();
+    let look = move |view: &View<'_>| {
+        let content = view.controller.drive().get(&wanted)?.to_vec();
         let size = content.len();
         let (text, hex) = match String::from_utf8(content) {
             Ok(text) => (Some(text), None),
             Err(error) => (None, Some(hex(error.as_bytes()))),
         };
-        Some(FileDoc {
+        Some(FileContent {
             name: wanted,
             size,
             text,
             hex,
         })
     };
-    let found = hub.look(look).await?;
+    let found = handle.query(look).await?;
     found
         .map(Json)
-        .ok_or_else(|| Problem::missing("name", "a file of the RAM drive", name))
+        .ok_or_else(|| Problem::not_found("name", "a file of the RAM drive", name))
 }
 
 /// The files of the RAM drive
-#[utoipa::path(get, path = "/files", responses((status = 200, body = DriveDoc)))]
-async fn get_files(State(hub): State<Handle>) -> Result<Json<DriveDoc>, Problem> {
-    Ok(Json(hub.look(DriveDoc::of).await?))
+#[utoipa::path(get, path = "/files", responses((status = 200, body = DriveStatus)))]
+async fn get_files(State(handle): State<DriverHandle>) -> Result<Json<DriveStatus>, Problem> {
+    Ok(Json(handle.query(DriveStatus::new).await?))
 }
 
 /// One file
 #[utoipa::path(get, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = FileDoc)))]
-async fn get_file(State(hub): State<Handle>, InPath(name): InPath<String>) -> Result<Json<FileDoc>, Problem> {
-    file(&hub, name).await
+    responses((status = 200, body = FileContent)))]
+async fn get_file(
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+) -> Result<Json<FileContent>, Problem> {
+    file_content(&handle, name).await
 }
 
 /// Put a file on the RAM drive
@@ -117,40 +122,40 @@ async fn get_file(State(hub): State<Handle>, InPath(name): InPath<String>) -> Re
 /// Whole or not at all, as a download does; a program that is selected is taken anew at its next start. Lines end as the
 /// content has it.
 #[utoipa::path(put, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
-    request_body = Bytes, responses((status = 200, body = FileDoc)))]
+    request_body = ByteContent, responses((status = 200, body = FileContent)))]
 async fn put_file(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-    Body(body): Body<Bytes>,
-) -> Result<Json<FileDoc>, Problem> {
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    JsonBody(body): JsonBody<ByteContent>,
+) -> Result<Json<FileContent>, Problem> {
     let action = Action::PutFile {
         name: name.clone(),
-        content: body.read()?,
+        content: body.decode()?,
     };
-    hub.action(action).await?;
-    file(&hub, name).await
+    handle.action(action).await?;
+    file_content(&handle, name).await
 }
 
 /// Erase a file
 #[utoipa::path(delete, path = "/files/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = DriveDoc)))]
+    responses((status = 200, body = DriveStatus)))]
 async fn delete_file(
-    state: State<Handle>,
-    InPath(name): InPath<String>,
+    state: State<DriverHandle>,
+    PathParam(name): PathParam<String>,
     _: NoBody,
-) -> Result<Json<DriveDoc>, Problem> {
+) -> Result<Json<DriveStatus>, Problem> {
     state.action(Action::EraseFile { name }).await?;
     get_files(state).await
 }
 
 /// Select a file as the command SL does
 #[utoipa::path(post, path = "/files/{name}/select", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = Program)))]
+    responses((status = 200, body = ProgramStatus)))]
 async fn select_file(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
     _: NoBody,
-) -> Result<Json<Program>, Problem> {
-    hub.action(Action::Select { name }).await?;
-    Ok(Json(hub.look(Program::of).await?))
+) -> Result<Json<ProgramStatus>, Problem> {
+    handle.action(Action::Select { name }).await?;
+    Ok(Json(handle.query(ProgramStatus::new).await?))
 }

@@ -1,7 +1,7 @@
 //! Who may call: the token, and the headers by which a browser tells that a web page is behind a request. No page
 //! of another origin may drive or read a robot, wherever its name resolves to.
 
-use super::listener::Place;
+use super::listener::ConnectionInfo;
 use super::problem::Problem;
 use axum::extract::{ConnectInfo, Request, State};
 use axum::http::header::{
@@ -34,18 +34,18 @@ pub struct Guard {
 /// Lets a request through or refuses it.
 pub async fn check(
     State(guard): State<Arc<Guard>>,
-    ConnectInfo(place): ConnectInfo<Place>,
+    ConnectInfo(connection): ConnectInfo<ConnectionInfo>,
     request: Request,
     next: Next,
 ) -> Response {
-    let _busy = place.busy();
-    match guard.admit(&request, place.reached_at) {
+    let _request = connection.begin_request();
+    match guard.admit(&request, connection.reached_at) {
         Ok(()) => next.run(request).await,
-        Err(problem) => refuse(problem),
+        Err(problem) => into_response(problem),
     }
 }
 
-fn refuse(problem: Problem) -> Response {
+fn into_response(problem: Problem) -> Response {
     let mut response = problem.into_response();
     if response.status() == StatusCode::UNAUTHORIZED {
         response
@@ -58,16 +58,16 @@ fn refuse(problem: Problem) -> Response {
 impl Guard {
     fn admit(&self, request: &Request, reached_at: Option<SocketAddr>) -> Result<(), Problem> {
         let headers = request.headers();
-        let authority = self.host(headers, request.uri(), reached_at)?;
-        same_origin(headers, &authority)?;
+        let authority = self.check_host(headers, request.uri(), reached_at)?;
+        check_origin(headers, &authority)?;
         if !OPEN_PATHS.contains(&request.uri().path()) {
-            self.token(headers)?;
+            self.check_token(headers)?;
         }
-        json_only(request.method(), headers)
+        check_content_type(request.method(), headers)
     }
 
     /// The authority of the one `Host` header, whose name must be one of this machine.
-    fn host(
+    fn check_host(
         &self,
         headers: &HeaderMap,
         uri: &Uri,
@@ -75,7 +75,7 @@ impl Guard {
     ) -> Result<String, Problem> {
         let refused = |found: &str| {
             let expected = "localhost, 127.0.0.1, [::1], the address listened on or a name of --control-host";
-            Problem::at(StatusCode::FORBIDDEN, "header Host", expected, found)
+            Problem::expected_found(StatusCode::FORBIDDEN, "header Host", expected, found)
         };
         let mut all = headers.get_all(HOST).iter();
         let host = match (all.next(), all.next()) {
@@ -85,7 +85,7 @@ impl Guard {
         };
         let target = uri.authority().map(Authority::as_str);
         for authority in std::iter::once(host).chain(target) {
-            if !self.is_own(name_of(authority), reached_at) {
+            if !self.is_own(host_name(authority), reached_at) {
                 return Err(refused(authority));
             }
         }
@@ -105,13 +105,13 @@ impl Guard {
             || address.is_some_and(|address| Some(address.to_canonical()) == reached)
     }
 
-    fn token(&self, headers: &HeaderMap) -> Result<(), Problem> {
+    fn check_token(&self, headers: &HeaderMap) -> Result<(), Problem> {
         let Some(token) = &self.token else {
             return Ok(());
         };
         let refused = |found| {
             let place = "header Authorization";
-            Problem::at(
+            Problem::expected_found(
                 StatusCode::UNAUTHORIZED,
                 place,
                 "`Bearer` and the token of --control-token",
@@ -119,13 +119,15 @@ impl Guard {
             )
         };
         let mut all = headers.get_all(AUTHORIZATION).iter();
-        let given = match (all.next(), all.next()) {
-            (Some(given), None) => given.as_bytes(),
+        let presented = match (all.next(), all.next()) {
+            (Some(presented), None) => presented.as_bytes(),
             (None, _) => return Err(refused("none")),
             (Some(_), Some(_)) => return Err(refused("several")),
         };
-        let (scheme, rest) = given.split_at_checked("Bearer ".len()).unwrap_or((given, b""));
-        if scheme.eq_ignore_ascii_case(b"Bearer ") && is_same(rest, token.as_bytes()) {
+        let (scheme, rest) = presented
+            .split_at_checked("Bearer ".len())
+            .unwrap_or((presented, b""));
+        if scheme.eq_ignore_ascii_case(b"Bearer ") && constant_time_eq(rest, token.as_bytes()) {
             Ok(())
         } else {
             Err(refused("another one"))
@@ -134,16 +136,16 @@ impl Guard {
 }
 
 /// Compares in a time that does not depend on where the two differ.
-fn is_same(given: &[u8], wanted: &[u8]) -> bool {
-    let differences = given
+fn constant_time_eq(presented: &[u8], expected: &[u8]) -> bool {
+    let differences = presented
         .iter()
-        .zip(wanted)
-        .fold(0_u8, |sum, (given, wanted)| sum | (given ^ wanted));
-    given.len() == wanted.len() && differences == 0
+        .zip(expected)
+        .fold(0_u8, |sum, (presented, expected)| sum | (presented ^ expected));
+    presented.len() == expected.len() && differences == 0
 }
 
 /// `name`, `name:port`, `[address]:port`.
-fn name_of(authority: &str) -> &str {
+fn host_name(authority: &str) -> &str {
     match authority.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|byte| byte.is_ascii_digit()) => name,
         _ => authority,
@@ -151,12 +153,12 @@ fn name_of(authority: &str) -> &str {
 }
 
 /// A page served here may call; a page of any other origin may not, whatever it asks.
-fn same_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
+fn check_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
     for origin in headers.get_all(ORIGIN) {
         let text = String::from_utf8_lossy(origin.as_bytes()).to_ascii_lowercase();
         if text.strip_prefix("http://") != Some(authority) {
             let expected = format!("none, or http://{authority}");
-            return Err(Problem::at(
+            return Err(Problem::expected_found(
                 StatusCode::FORBIDDEN,
                 "header Origin",
                 expected,
@@ -168,7 +170,7 @@ fn same_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
         if site != "same-origin" && site != "none" {
             let found = String::from_utf8_lossy(site.as_bytes()).into_owned();
             let place = "header Sec-Fetch-Site";
-            return Err(Problem::at(
+            return Err(Problem::expected_found(
                 StatusCode::FORBIDDEN,
                 place,
                 "same-origin or none",
@@ -180,23 +182,23 @@ fn same_origin(headers: &HeaderMap, authority: &str) -> Result<(), Problem> {
 }
 
 /// A form of a web page cannot send JSON.
-fn json_only(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
+fn check_content_type(method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     if method == Method::GET || method == Method::HEAD || method == Method::OPTIONS {
         return Ok(());
     }
     let length = headers.get(CONTENT_LENGTH);
     let has_body = headers.contains_key(TRANSFER_ENCODING) || length.is_some_and(|length| length != "0");
-    let given = headers
+    let content_type = headers
         .get(CONTENT_TYPE)
-        .map(|kind| String::from_utf8_lossy(kind.as_bytes()));
-    let essence = given.as_ref().and_then(|kind| kind.split(';').next());
-    let is_json = essence.is_some_and(|kind| kind.trim().eq_ignore_ascii_case("application/json"));
-    if is_json || (given.is_none() && !has_body) {
+        .map(|value| String::from_utf8_lossy(value.as_bytes()));
+    let essence = content_type.as_ref().and_then(|value| value.split(';').next());
+    let is_json = essence.is_some_and(|value| value.trim().eq_ignore_ascii_case("application/json"));
+    if is_json || (content_type.is_none() && !has_body) {
         return Ok(());
     }
-    let found = given.as_deref().unwrap_or("none").to_owned();
+    let found = content_type.as_deref().unwrap_or("none").to_owned();
     let place = "header Content-Type";
-    Err(Problem::at(
+    Err(Problem::expected_found(
         StatusCode::UNSUPPORTED_MEDIA_TYPE,
         place,
         "application/json",

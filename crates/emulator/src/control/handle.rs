@@ -1,4 +1,4 @@
-//! What a call of the control interface has in hand: the way to the hub, and the journal.
+//! What a call of the control interface has in hand: the way to the driver, and the journal.
 
 use super::journal::Journal;
 use super::problem::Problem;
@@ -15,57 +15,58 @@ use ts3100_controller::action::{Action, ActionError};
 /// Streams of events at a time; each holds a connection.
 pub const MAX_STREAMS: usize = 32;
 
-/// The way to the hub.
+/// The way to the driver.
 #[derive(Clone)]
-pub struct Handle {
-    hub: mpsc::Sender<Request>,
+pub struct DriverHandle {
+    driver: mpsc::Sender<Request>,
     /// What has happened.
     pub journal: Arc<Journal>,
     /// Streams of events that may still be opened.
     pub streams: Arc<Semaphore>,
 }
 
-impl Handle {
-    /// To this hub.
+impl DriverHandle {
+    /// Requests go to `driver`; events and findings are read from `journal`.
     #[must_use]
-    pub fn new(hub: mpsc::Sender<Request>, journal: Arc<Journal>) -> Handle {
-        Handle {
-            hub,
+    pub fn new(driver: mpsc::Sender<Request>, journal: Arc<Journal>) -> DriverHandle {
+        DriverHandle {
+            driver,
             journal,
             streams: Arc::new(Semaphore::new(MAX_STREAMS)),
         }
     }
 
-    async fn ask<T>(&self, request: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {
+    async fn request<T>(&self, request: impl FnOnce(oneshot::Sender<T>) -> Request) -> Result<T, Problem> {
         let (done, is_done) = oneshot::channel();
-        self.hub
+        self.driver
             .send(request(done))
             .await
-            .map_err(|_| Problem::ending())?;
-        is_done.await.map_err(|_| Problem::ending())
+            .map_err(|_| Problem::shutting_down())?;
+        is_done.await.map_err(|_| Problem::shutting_down())
     }
 
     /// Does something to the controller; when this returns it is done, and all that follows from it at once.
     pub async fn action(&self, action: Action) -> Result<(), Problem> {
-        let result: Result<(), ActionError> = self.ask(|done| Request::Action { action, done }).await?;
+        let result: Result<(), ActionError> = self.request(|done| Request::Action { action, done }).await?;
         result.map_err(Problem::from)
     }
 
     /// Does something around the controller.
-    pub async fn edge(&self, action: LinkAction) -> Result<(), Problem> {
-        let result: Result<(), ActionError> = self.ask(|done| Request::LinkAction { action, done }).await?;
+    pub async fn link_action(&self, action: LinkAction) -> Result<(), Problem> {
+        let result: Result<(), ActionError> =
+            self.request(|done| Request::LinkAction { action, done }).await?;
         result.map_err(Problem::from)
     }
 
     /// Looks at everything as it is now.
-    pub async fn look<T: Send + 'static>(
+    pub async fn query<T: Send + 'static>(
         &self,
         look: impl FnOnce(&View<'_>) -> T + Send + 'static,
     ) -> Result<T, Problem> {
-        self.ask(|done| {
-            Request::Query(Box::new(move |sight| {
+        self.request(|done| {
+            Request::Query(Box::new(move |view| {
                 // Fails only when nobody waits for it.
-                let _ = done.send(look(sight));
+                let _ = done.send(look(view));
             }))
         })
         .await
@@ -74,17 +75,17 @@ impl Handle {
     /// Has something done with snapshots.
     pub async fn snapshot(&self, task: SnapshotTask) -> Result<SnapshotReply, Problem> {
         let result: Result<SnapshotReply, SnapshotRequestError> = self
-            .ask(|done| Request::Snapshot(SnapshotRequest { task, done }))
+            .request(|done| Request::Snapshot(SnapshotRequest { task, done }))
             .await?;
         result.map_err(Problem::from)
     }
 
     /// Waits for something, for at most so long on the wall.
-    pub async fn wait(&self, seek: Wait, wall: Duration) -> Result<WaitResult, Problem> {
-        let waited = timeout(wall, self.ask(|done| Request::Wait { wait: seek, done })).await;
+    pub async fn wait(&self, wait: Wait, wall: Duration) -> Result<WaitResult, Problem> {
+        let waited = timeout(wall, self.request(|done| Request::Wait { wait, done })).await;
         waited.unwrap_or_else(|_| {
             let limit = wall.as_secs_f64();
-            Err(Problem::at(
+            Err(Problem::expected_found(
                 StatusCode::REQUEST_TIMEOUT,
                 "wall",
                 format!("an end of the wait within {limit} s of the wall clock"),

@@ -1,5 +1,5 @@
 //! What has happened, for those who look later: the last events by number, all findings, and the counters. The
-//! hub writes, the calls of the control interface read.
+//! handle writes, the calls of the control interface read.
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;
@@ -17,7 +17,7 @@ pub const KEPT_EVENTS: usize = 4_096;
 pub const KEPT_FINDINGS: usize = 1_024;
 
 #[derive(Default)]
-struct Pages {
+struct JournalState {
     events: VecDeque<Arc<ApiEvent>>,
     findings: VecDeque<Arc<ApiEvent>>,
     /// How many events there have been.
@@ -27,14 +27,14 @@ struct Pages {
 
 /// The journal of one emulator.
 pub struct Journal {
-    pages: Mutex<Pages>,
+    state: Mutex<JournalState>,
     changed: watch::Sender<u64>,
-    kept: Arc<TranscriptBuffer>,
+    transcript: Arc<TranscriptBuffer>,
 }
 
 /// Events from a number on.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Extract {
+pub struct EventBatch {
     /// In order, at most as many as asked for.
     pub events: Vec<Arc<ApiEvent>>,
     /// How many between the number asked for and the first one were forgotten.
@@ -45,82 +45,79 @@ pub struct Extract {
 
 impl Default for Journal {
     fn default() -> Journal {
-        Journal::beside(Arc::default())
+        Journal::with_transcript(Arc::default())
     }
 }
 
 impl Journal {
-    /// Beside this transcript, which the hub writes.
+    /// Beside this transcript, which the driver writes.
     #[must_use]
-    pub fn beside(kept: Arc<TranscriptBuffer>) -> Journal {
+    pub fn with_transcript(kept: Arc<TranscriptBuffer>) -> Journal {
         Journal {
-            pages: Mutex::default(),
+            state: Mutex::default(),
             changed: watch::Sender::new(0),
-            kept,
+            transcript: kept,
         }
     }
 
     /// The transcript in this form.
     #[must_use]
     pub fn transcript(&self, format: Format) -> Vec<u8> {
-        self.kept.written(format)
+        self.transcript.written(format)
     }
 
     /// The pages are whole between any two statements, so a panic elsewhere does not matter.
-    fn pages(&self) -> MutexGuard<'_, Pages> {
-        self.pages.lock().unwrap_or_else(PoisonError::into_inner)
+    fn lock(&self) -> MutexGuard<'_, JournalState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Something is about to happen to the controller.
     pub fn input(&self, now: Time, input: &Input) {
-        self.pages().metrics.input(input);
-        if let Some(happening) = ApiEvent::of_input(now, input) {
-            self.put(happening);
+        self.lock().metrics.count_input(input);
+        if let Some(event) = ApiEvent::from_input(now, input) {
+            self.push(event);
         }
     }
 
     /// The controller put something out.
     pub fn output(&self, now: Time, output: &Output) {
-        self.pages().metrics.output(output);
-        self.put(ApiEvent::of_output(now, output));
+        self.lock().metrics.count_output(output);
+        self.push(ApiEvent::from_output(now, output));
     }
 
     /// Everything is as at the start: findings begin anew; events and counters go on.
     pub fn reset(&self) {
-        self.pages().findings.clear();
-        self.put(ApiEvent::new(Time::ZERO, "reset"));
+        self.lock().findings.clear();
+        self.push(ApiEvent::new(Time::ZERO, "reset"));
     }
 
     /// A snapshot was restored: the time is that of it.
     pub fn restored(&self, now: Time) {
-        self.put(ApiEvent::new(now, "restored"));
+        self.push(ApiEvent::new(now, "restored"));
     }
 
-    fn put(&self, mut happening: ApiEvent) {
-        let mut pages = self.pages();
+    fn push(&self, mut event: ApiEvent) {
+        let mut pages = self.lock();
         pages.count += 1;
-        happening.seq = pages.count;
-        let happening = Arc::new(happening);
-        if happening.event == "finding" {
-            keep(&mut pages.findings, KEPT_FINDINGS, &happening);
+        event.seq = pages.count;
+        let event = Arc::new(event);
+        if event.event == "finding" {
+            push_bounded(&mut pages.findings, KEPT_FINDINGS, &event);
         }
-        keep(&mut pages.events, KEPT_EVENTS, &happening);
+        push_bounded(&mut pages.events, KEPT_EVENTS, &event);
         self.changed.send_replace(pages.count);
     }
 
     /// At most `most` events with numbers from `from` on.
     #[must_use]
-    pub fn extract(&self, from: u64, most: usize) -> Extract {
-        let pages = self.pages();
-        let first = pages
-            .events
-            .front()
-            .map_or(pages.count + 1, |happening| happening.seq);
+    pub fn events_from(&self, from: u64, most: usize) -> EventBatch {
+        let pages = self.lock();
+        let first = pages.events.front().map_or(pages.count + 1, |event| event.seq);
         let begin = from.max(1).max(first);
         let skipped = usize::try_from(begin - first).unwrap_or(usize::MAX);
         let events: Vec<_> = pages.events.iter().skip(skipped).take(most).cloned().collect();
         let next = events.last().map_or(begin, |last| last.seq + 1);
-        Extract {
+        EventBatch {
             events,
             missed: begin - from.max(1).min(begin),
             next,
@@ -130,7 +127,7 @@ impl Journal {
     /// The number the next event will have.
     #[must_use]
     pub fn next_number(&self) -> u64 {
-        self.pages().count + 1
+        self.lock().count + 1
     }
 
     /// Changes with every event.
@@ -142,14 +139,14 @@ impl Journal {
     /// The findings kept, oldest first.
     #[must_use]
     pub fn findings(&self) -> Vec<Arc<ApiEvent>> {
-        self.pages().findings.iter().cloned().collect()
+        self.lock().findings.iter().cloned().collect()
     }
 
     /// How often each rule was broken, of the findings kept.
     #[must_use]
     pub fn findings_by_rule(&self) -> BTreeMap<String, u64> {
         let mut counts = BTreeMap::new();
-        for rule in self.pages().findings.iter().filter_map(|finding| finding.rule) {
+        for rule in self.lock().findings.iter().filter_map(|finding| finding.rule) {
             *counts.entry(rule.to_owned()).or_default() += 1;
         }
         counts
@@ -158,15 +155,15 @@ impl Journal {
     /// The counters as they are now.
     #[must_use]
     pub fn metrics(&self) -> Metrics {
-        self.pages().metrics.clone()
+        self.lock().metrics.clone()
     }
 }
 
-fn keep(pages: &mut VecDeque<Arc<ApiEvent>>, most: usize, happening: &Arc<ApiEvent>) {
+fn push_bounded(pages: &mut VecDeque<Arc<ApiEvent>>, most: usize, event: &Arc<ApiEvent>) {
     if pages.len() >= most {
         pages.pop_front();
     }
-    pages.push_back(Arc::clone(happening));
+    pages.push_back(Arc::clone(event));
 }
 
 #[cfg(test)]
@@ -176,19 +173,19 @@ mod tests {
     #[test]
     fn what_is_forgotten_is_counted() {
         let journal = Journal::default();
-        assert_eq!(journal.extract(1, 10).next, 1);
+        assert_eq!(journal.events_from(1, 10).next, 1);
         for _ in 0..KEPT_EVENTS + 3 {
             journal.output(Time::ZERO, &Output::PowerOff);
         }
-        let extract = journal.extract(2, 2);
+        let extract = journal.events_from(2, 2);
         assert_eq!((extract.missed, extract.next), (2, 6));
         assert_eq!(extract.events[0].seq, 4);
-        let rest = journal.extract(extract.next, usize::MAX);
+        let rest = journal.events_from(extract.next, usize::MAX);
         assert_eq!(
             (rest.missed, rest.events.len(), rest.next),
             (0, KEPT_EVENTS - 2, journal.next_number())
         );
-        let ahead = journal.extract(1_000_000, 5);
+        let ahead = journal.events_from(1_000_000, 5);
         assert_eq!((ahead.events.len(), ahead.missed, ahead.next), (0, 0, 1_000_000));
     }
 }

@@ -20,31 +20,31 @@ use tokio::time::{Instant, Sleep};
 pub const MAX_CONNECTIONS: usize = 64;
 /// Longest time from the end of an answer, or from the accept, to the end of the next request's head; and longest
 /// time a peer may leave an answer unread.
-pub const IDLE: Duration = Duration::from_secs(30);
+pub const IDLE_TIMEOUT: Duration = Duration::from_secs(30);
 /// Pause behind an accept that failed, for want of file descriptors for example.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
 /// Accepts no more than [`MAX_CONNECTIONS`].
-pub struct Bounded {
+pub struct BoundedListener {
     listener: TcpListener,
     /// Accepted, not yet served.
     first: Option<(TcpStream, SocketAddr)>,
-    places: Arc<Semaphore>,
+    slots: Arc<Semaphore>,
 }
 
-impl Bounded {
+impl BoundedListener {
     /// Around a bound socket, as soon as somebody has called there.
-    pub async fn called(listener: TcpListener) -> Bounded {
-        let first = next(&listener).await;
-        Bounded {
+    pub async fn after_first_connection(listener: TcpListener) -> BoundedListener {
+        let first = accept_retrying(&listener).await;
+        BoundedListener {
             listener,
             first: Some(first),
-            places: Arc::new(Semaphore::new(MAX_CONNECTIONS)),
+            slots: Arc::new(Semaphore::new(MAX_CONNECTIONS)),
         }
     }
 }
 
-async fn next(listener: &TcpListener) -> (TcpStream, SocketAddr) {
+async fn accept_retrying(listener: &TcpListener) -> (TcpStream, SocketAddr) {
     loop {
         match listener.accept().await {
             Ok(caller) => return caller,
@@ -53,22 +53,22 @@ async fn next(listener: &TcpListener) -> (TcpStream, SocketAddr) {
     }
 }
 
-impl Listener for Bounded {
-    type Io = Line;
+impl Listener for BoundedListener {
+    type Io = HttpConnection;
     type Addr = SocketAddr;
 
-    async fn accept(&mut self) -> (Line, SocketAddr) {
+    async fn accept(&mut self) -> (HttpConnection, SocketAddr) {
         loop {
-            let Ok(place) = Arc::clone(&self.places).acquire_owned().await else {
+            let Ok(place) = Arc::clone(&self.slots).acquire_owned().await else {
                 // The semaphore is never closed.
                 std::future::pending::<()>().await;
                 continue;
             };
             let (stream, peer) = match self.first.take() {
                 Some(first) => first,
-                None => next(&self.listener).await,
+                None => accept_retrying(&self.listener).await,
             };
-            return (Line::new(stream, place), peer);
+            return (HttpConnection::new(stream, place), peer);
         }
     }
 
@@ -78,39 +78,39 @@ impl Listener for Bounded {
 }
 
 /// One connection.
-pub struct Line {
+pub struct HttpConnection {
     stream: TcpStream,
-    _place: OwnedSemaphorePermit,
-    requests: Arc<AtomicUsize>,
+    _slot: OwnedSemaphorePermit,
+    active_requests: Arc<AtomicUsize>,
     /// Runs while nothing is being answered.
     idle: Pin<Box<Sleep>>,
     /// Something was being answered when the peer was last listened to.
-    answered: bool,
+    was_busy: bool,
     /// Runs while the peer does not read.
     stalled: Option<Pin<Box<Sleep>>>,
 }
 
-impl Line {
-    fn new(stream: TcpStream, place: OwnedSemaphorePermit) -> Line {
+impl HttpConnection {
+    fn new(stream: TcpStream, place: OwnedSemaphorePermit) -> HttpConnection {
         // A short answer is one segment; a failure means only that it leaves a little later.
         let _ = stream.set_nodelay(true);
-        Line {
+        HttpConnection {
             stream,
-            _place: place,
-            requests: Arc::default(),
-            idle: Box::pin(tokio::time::sleep(IDLE)),
-            answered: false,
+            _slot: place,
+            active_requests: Arc::default(),
+            idle: Box::pin(tokio::time::sleep(IDLE_TIMEOUT)),
+            was_busy: false,
             stalled: None,
         }
     }
 
     fn idle_for_too_long(&mut self, context: &mut Context<'_>) -> bool {
-        if self.requests.load(Ordering::Relaxed) > 0 {
-            self.answered = true;
+        if self.active_requests.load(Ordering::Relaxed) > 0 {
+            self.was_busy = true;
             return false;
         }
-        if std::mem::take(&mut self.answered) {
-            self.idle.as_mut().reset(Instant::now() + IDLE);
+        if std::mem::take(&mut self.was_busy) {
+            self.idle.as_mut().reset(Instant::now() + IDLE_TIMEOUT);
         }
         self.idle.as_mut().poll(context).is_ready()
     }
@@ -118,12 +118,12 @@ impl Line {
     fn stalled_for_too_long(&mut self, context: &mut Context<'_>) -> bool {
         let stalled = self
             .stalled
-            .get_or_insert_with(|| Box::pin(tokio::time::sleep(IDLE)));
+            .get_or_insert_with(|| Box::pin(tokio::time::sleep(IDLE_TIMEOUT)));
         stalled.as_mut().poll(context).is_ready()
     }
 }
 
-impl AsyncRead for Line {
+impl AsyncRead for HttpConnection {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -137,7 +137,7 @@ impl AsyncRead for Line {
     }
 }
 
-impl AsyncWrite for Line {
+impl AsyncWrite for HttpConnection {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -163,35 +163,35 @@ impl AsyncWrite for Line {
 
 /// What a request knows of its connection.
 #[derive(Debug, Clone)]
-pub struct Place {
+pub struct ConnectionInfo {
     /// The address the peer has dialled.
     pub reached_at: Option<SocketAddr>,
-    requests: Arc<AtomicUsize>,
+    active_requests: Arc<AtomicUsize>,
 }
 
-impl Place {
+impl ConnectionInfo {
     /// A request is being answered until the value returned is dropped.
-    pub fn busy(&self) -> Busy {
-        self.requests.fetch_add(1, Ordering::Relaxed);
-        Busy(Arc::clone(&self.requests))
+    pub fn begin_request(&self) -> RequestGuard {
+        self.active_requests.fetch_add(1, Ordering::Relaxed);
+        RequestGuard(Arc::clone(&self.active_requests))
     }
 }
 
-impl Connected<IncomingStream<'_, Bounded>> for Place {
-    fn connect_info(stream: IncomingStream<'_, Bounded>) -> Place {
+impl Connected<IncomingStream<'_, BoundedListener>> for ConnectionInfo {
+    fn connect_info(stream: IncomingStream<'_, BoundedListener>) -> ConnectionInfo {
         let line = stream.io();
-        Place {
+        ConnectionInfo {
             reached_at: line.stream.local_addr().ok(),
-            requests: Arc::clone(&line.requests),
+            active_requests: Arc::clone(&line.active_requests),
         }
     }
 }
 
 /// Keeps a connection from counting as idle.
 #[derive(Debug)]
-pub struct Busy(Arc<AtomicUsize>);
+pub struct RequestGuard(Arc<AtomicUsize>);
 
-impl Drop for Busy {
+impl Drop for RequestGuard {
     fn drop(&mut self) {
         self.0.fetch_sub(1, Ordering::Relaxed);
     }

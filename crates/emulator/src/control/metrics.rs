@@ -1,7 +1,7 @@
 //! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
 
-use super::event::outcome;
-use crate::visible::visible;
+use super::event::verdict_name;
+use crate::printable::escape_line;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use ts3100_controller::input::Input;
@@ -13,58 +13,58 @@ const MAX_SERIES: usize = 256;
 const OTHER: &str = "other";
 
 /// A family of counters: name, help, names of its labels.
-struct Family {
+struct CounterFamily {
     name: &'static str,
     help: &'static str,
     labels: &'static [&'static str],
 }
 
-const BYTES: Family = Family {
+const BYTES: CounterFamily = CounterFamily {
     name: "ts3100_bytes_total",
     help: "Bytes on a port, by direction.",
     labels: &["port", "direction"],
 };
-const TEXTS: Family = Family {
+const TEXTS: CounterFamily = CounterFamily {
     name: "ts3100_texts_total",
     help: "Whole texts on a protocol port, by direction.",
     labels: &["port", "direction"],
 };
-const COMMANDS: Family = Family {
+const COMMANDS: CounterFamily = CounterFamily {
     name: "ts3100_commands_total",
     help: "Commands of the permission tables, by outcome.",
     labels: &["port", "command", "outcome"],
 };
-const REFUSALS: Family = Family {
+const REFUSALS: CounterFamily = CounterFamily {
     name: "ts3100_refusals_total",
     help: "Texts answered NG, by their first letters.",
     labels: &["port", "command"],
 };
-const DROPPED: Family = Family {
+const DROPPED: CounterFamily = CounterFamily {
     name: "ts3100_dropped_bytes_total",
     help: "Bytes that belonged to no text or to one that was given up.",
     labels: &["port"],
 };
-const CONNECTIONS: Family = Family {
+const CONNECTIONS: CounterFamily = CounterFamily {
     name: "ts3100_connections_total",
     help: "Peers that connected.",
     labels: &["port"],
 };
-const ALARMS: Family = Family {
+const ALARMS: CounterFamily = CounterFamily {
     name: "ts3100_alarms_total",
     help: "Alarms raised.",
     labels: &["number"],
 };
-const FINDINGS: Family = Family {
+const FINDINGS: CounterFamily = CounterFamily {
     name: "ts3100_findings_total",
     help: "Findings about hosts.",
     labels: &["rule"],
 };
-const FAULTS: Family = Family {
+const FAULTS: CounterFamily = CounterFamily {
     name: "ts3100_faults_total",
     help: "Faults on purpose that bit, by kind.",
     labels: &["kind"],
 };
-const FAMILIES: [&Family; 9] = [
+const FAMILIES: [&CounterFamily; 9] = [
     &REFUSALS,
     &BYTES,
     &TEXTS,
@@ -94,7 +94,7 @@ pub struct Gauge {
 }
 
 impl Metrics {
-    fn count(&mut self, family: &Family, labels: &[&str], by: usize) {
+    fn count(&mut self, family: &CounterFamily, labels: &[&str], by: usize) {
         let series = self.counters.entry(family.name).or_default();
         let key: Vec<String> = labels.iter().map(|label| (*label).to_owned()).collect();
         let key = if series.len() >= MAX_SERIES && !series.contains_key(&key) {
@@ -106,7 +106,7 @@ impl Metrics {
     }
 
     /// Something is about to happen to the controller.
-    pub fn input(&mut self, input: &Input) {
+    pub fn count_input(&mut self, input: &Input) {
         match input {
             Input::Received { port, bytes } => self.count(&BYTES, &[port.name(), "in"], bytes.len()),
             Input::Connected { port, .. } => self.count(&CONNECTIONS, &[port.name()], 1),
@@ -115,15 +115,15 @@ impl Metrics {
     }
 
     /// The controller put something out.
-    pub fn output(&mut self, output: &Output) {
+    pub fn count_output(&mut self, output: &Output) {
         match output {
             Output::Send { port, bytes } => self.count(&BYTES, &[port.name(), "out"], bytes.len()),
-            Output::Event(event) => self.event(event),
+            Output::Event(event) => self.count_event(event),
             _ => {}
         }
     }
 
-    fn event(&mut self, event: &Event) {
+    fn count_event(&mut self, event: &Event) {
         match event {
             Event::TextIn { port, .. } => self.count(&TEXTS, &[port.name(), "in"], 1),
             Event::TextOut { port, .. } => self.count(&TEXTS, &[port.name(), "out"], 1),
@@ -131,7 +131,7 @@ impl Metrics {
             Event::Answered {
                 port, row, verdict, ..
             } => {
-                self.count(&COMMANDS, &[port.name(), row, outcome(*verdict)], 1);
+                self.count(&COMMANDS, &[port.name(), row, verdict_name(*verdict)], 1);
             }
             Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
             Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
@@ -151,35 +151,35 @@ impl Metrics {
 
     /// In the text format of Prometheus, version 0.0.4.
     #[must_use]
-    pub fn text(&self, gauges: &[Gauge]) -> String {
+    pub fn to_prometheus(&self, gauges: &[Gauge]) -> String {
         let mut text = String::new();
         for family in FAMILIES {
-            head(&mut text, family.name, family.help, "counter");
+            write_header(&mut text, family.name, family.help, "counter");
             for (labels, value) in self.counters.get(family.name).into_iter().flatten() {
                 let pairs: Vec<String> = family
                     .labels
                     .iter()
                     .zip(labels)
-                    .map(|(name, value)| format!("{name}=\"{}\"", escaped(value)))
+                    .map(|(name, value)| format!("{name}=\"{}\"", escape_label(value)))
                     .collect();
                 // Writing to a String cannot fail.
                 let _ = writeln!(text, "{}{{{}}} {value}", family.name, pairs.join(","));
             }
         }
         for gauge in gauges {
-            head(&mut text, gauge.name, gauge.help, "gauge");
+            write_header(&mut text, gauge.name, gauge.help, "gauge");
             let _ = writeln!(text, "{} {}", gauge.name, gauge.value);
         }
         text
     }
 }
 
-fn head(text: &mut String, name: &str, help: &str, kind: &str) {
+fn write_header(text: &mut String, name: &str, help: &str, kind: &str) {
     let _ = writeln!(text, "# HELP {name} {help}\n# TYPE {name} {kind}");
 }
 
-fn escaped(value: &str) -> String {
-    visible(value).replace('\\', "\\\\").replace('"', "\\\"")
+fn escape_label(value: &str) -> String {
+    escape_line(value).replace('\\', "\\\\").replace('"', "\\\"")
 }
 
 #[cfg(test)]
@@ -193,13 +193,13 @@ mod tests {
         for number in 0..1_000 {
             let command = format!("{number}\"\n");
             let reason = String::new();
-            metrics.output(&Output::Event(Event::Refused {
+            metrics.count_output(&Output::Event(Event::Refused {
                 port: Port::Ip0,
                 command,
                 reason,
             }));
         }
-        let text = metrics.text(&[]);
+        let text = metrics.to_prometheus(&[]);
         let lines = text
             .lines()
             .filter(|line| line.starts_with("ts3100_refusals_total{"));

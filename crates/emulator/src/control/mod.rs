@@ -1,7 +1,8 @@
 //! The control interface: everything a real controller denies a test, over HTTP. One file a resource; each adds its
-//! calls to the `table`. What a call does goes through the hub's queue: nothing here owns or changes a controller.
+//! calls to the `table`. What a call does goes through the driver's queue: nothing here owns or changes a controller.
 
 mod alarms;
+mod api_names;
 mod body;
 mod channels;
 mod clock;
@@ -20,18 +21,17 @@ mod parameters;
 mod pendant;
 mod power;
 mod problem;
+mod route_table;
 mod service;
 mod settings;
 mod snapshots;
 mod state;
-mod table;
 mod transcript;
 mod variables;
-mod words;
 
 pub use body::MAX_SNAPSHOT;
 pub use clock::MAX_WALL;
-pub use settings::{ControlChoice, ControlError, ControlSettings, MIN_TOKEN, PORT};
+pub use settings::{ControlChoice, ControlError, ControlSettings, DEFAULT_PORT, MIN_TOKEN};
 
 use crate::driver::request::Request;
 use axum::Router;
@@ -39,13 +39,13 @@ use axum::http::header::{CACHE_CONTROL, CONTENT_SECURITY_POLICY, CONTENT_TYPE, H
 use axum::response::IntoResponse;
 use axum::routing::get;
 use guard::Guard;
-use handle::Handle;
+use handle::DriverHandle;
 use journal::Journal;
-use listener::{Bounded, Place};
+use listener::{BoundedListener, ConnectionInfo};
+use route_table::RouteTable;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use table::Table;
 use tokio::net::TcpListener;
 use tokio::sync::mpsc;
 use tracing::error;
@@ -60,7 +60,7 @@ const PAGE_POLICY: &str = "default-src 'none'; connect-src 'self'; style-src 'un
     script-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 
 /// Every call there is.
-fn calls() -> Table {
+fn route_table() -> RouteTable {
     let resources = [
         state::add,
         panel::add,
@@ -79,20 +79,22 @@ fn calls() -> Table {
         transcript::add,
         service::add,
     ];
-    resources.into_iter().fold(Table::new(), |table, add| add(table))
+    resources
+        .into_iter()
+        .fold(RouteTable::new(), |table, add| add(table))
 }
 
 /// The OpenAPI document of all calls.
 #[must_use]
-pub fn document() -> OpenApi {
-    calls().into_parts(env!("CARGO_PKG_VERSION")).1
+pub fn openapi_document() -> OpenApi {
+    route_table().into_parts(env!("CARGO_PKG_VERSION")).1
 }
 
 /// The operations of the OpenAPI document: path and method.
 #[must_use]
 pub fn operations() -> Vec<(String, String)> {
-    let document = document();
-    let operations = table::operations(&document);
+    let document = openapi_document();
+    let operations = route_table::operations(&document);
     operations
         .map(|(path, method, _)| {
             let method = match method {
@@ -142,13 +144,13 @@ impl Server {
     }
 
     /// Answers in tasks of the present runtime until that ends.
-    pub fn serve(self, hub: mpsc::Sender<Request>, journal: Arc<Journal>) {
+    pub fn serve(self, driver: mpsc::Sender<Request>, journal: Arc<Journal>) {
         tokio::spawn(async move {
             // The table of calls and its document take longer to build than everything else of a start: a robot whose
             // interface nobody asks is up without them.
-            let listener = Bounded::called(self.listener).await;
-            let router = router(Handle::new(hub, journal), self.guard);
-            let service = router.into_make_service_with_connect_info::<Place>();
+            let listener = BoundedListener::after_first_connection(self.listener).await;
+            let router = router(DriverHandle::new(driver, journal), self.guard);
+            let service = router.into_make_service_with_connect_info::<ConnectionInfo>();
             if let Err(reason) = axum::serve(listener, service).await {
                 error!("the control interface has ended: {reason}");
             }
@@ -156,10 +158,10 @@ impl Server {
     }
 }
 
-fn router(handle: Handle, guard: Guard) -> Router {
-    let (router, mut document) = calls().into_parts(env!("CARGO_PKG_VERSION"));
+fn router(handle: DriverHandle, guard: Guard) -> Router {
+    let (router, mut document) = route_table().into_parts(env!("CARGO_PKG_VERSION"));
     if guard.token.is_some() {
-        table::require_token(&mut document);
+        route_table::require_token(&mut document);
     }
     // It consists of texts and numbers only, which can always be written.
     let document: Arc<str> = document.to_json().unwrap_or_default().into();
@@ -174,7 +176,7 @@ fn router(handle: Handle, guard: Guard) -> Router {
             Arc::new(guard),
             guard::check,
         ))
-        .layer(axum::middleware::map_response(hardened))
+        .layer(axum::middleware::map_response(with_security_headers))
         .with_state(handle)
 }
 
@@ -187,7 +189,7 @@ async fn page() -> impl IntoResponse {
 }
 
 /// Nothing is kept by a browser, guessed at, framed, or read by a page of another origin.
-async fn hardened(mut response: axum::response::Response) -> axum::response::Response {
+async fn with_security_headers(mut response: axum::response::Response) -> axum::response::Response {
     let headers = response.headers_mut();
     for (name, value) in [
         (CACHE_CONTROL, "no-store"),

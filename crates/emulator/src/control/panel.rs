@@ -1,10 +1,10 @@
 //! `/key-switch`, `/control-right` and the switches and buttons of the panel: what an operator's hand does.
 
-use super::body::{Body, NoBody};
-use super::handle::Handle;
+use super::api_names::{KeyPosition, RightHolder, StatusName};
+use super::body::{JsonBody, NoBody};
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
-use super::words::{KeyWord, RightWord, StatusWord};
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -20,7 +20,7 @@ type Answer<T> = Result<Json<T>, Problem>;
 #[serde(deny_unknown_fields)]
 pub struct KeySwitch {
     /// Where it stands.
-    position: KeyWord,
+    position: KeyPosition,
 }
 
 /// The parameter EXTERNAL mode control right.
@@ -28,7 +28,7 @@ pub struct KeySwitch {
 #[serde(deny_unknown_fields)]
 pub struct ControlRight {
     /// Who commands the robot in EXT.
-    holder: RightWord,
+    holder: RightHolder,
 }
 
 /// A button that stays pressed.
@@ -42,7 +42,8 @@ pub struct Button {
 /// The safety switch (fence).
 #[derive(Debug, Clone, Copy, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Fence {
+#[schema(as = Fence)]
+pub struct SafetySwitch {
     /// It is open: the robot stops as by the emergency stop.
     open: bool,
 }
@@ -65,20 +66,21 @@ pub struct Battery {
 
 /// Where the selected program stands.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Program {
+#[schema(as = Program)]
+pub struct ProgramStatus {
     /// The selected file; empty when none is.
     file: String,
     /// Execution status.
-    status: StatusWord,
+    status: StatusName,
     /// File line at which the program stands; 0 when no file is selected.
     line: u32,
 }
 
-impl Program {
+impl ProgramStatus {
     /// As it is now.
-    pub fn of(sight: &View<'_>) -> Program {
-        let controller = sight.controller;
-        Program {
+    pub fn new(view: &View<'_>) -> ProgramStatus {
+        let controller = view.controller;
+        ProgramStatus {
             file: controller.selected().to_owned(),
             status: controller.status().into(),
             line: controller.line(),
@@ -87,38 +89,38 @@ impl Program {
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "panel",
             "Key switch, control right, switches and buttons of the operating panel.",
         )
-        .call::<__path_get_key_switch, _, _>(get_key_switch)
-        .call::<__path_put_key_switch, _, _>(put_key_switch)
-        .call::<__path_get_control_right, _, _>(get_control_right)
-        .call::<__path_put_control_right, _, _>(put_control_right)
-        .call::<__path_get_emergency_stop, _, _>(get_emergency_stop)
-        .call::<__path_put_emergency_stop, _, _>(put_emergency_stop)
-        .call::<__path_get_safety_switch, _, _>(get_safety_switch)
-        .call::<__path_put_safety_switch, _, _>(put_safety_switch)
-        .call::<__path_get_servo, _, _>(get_servo)
-        .call::<__path_put_servo, _, _>(put_servo)
-        .call::<__path_get_feed_hold, _, _>(get_feed_hold)
-        .call::<__path_put_feed_hold, _, _>(put_feed_hold)
-        .call::<__path_get_machine_lock, _, _>(get_machine_lock)
-        .call::<__path_put_machine_lock, _, _>(put_machine_lock)
-        .call::<__path_get_battery, _, _>(get_battery)
-        .call::<__path_put_battery, _, _>(put_battery)
-        .call::<__path_get_program, _, _>(get_program)
-        .call::<__path_start, _, _>(start)
-        .call::<__path_stop, _, _>(stop)
+        .route::<__path_get_key_switch, _, _>(get_key_switch)
+        .route::<__path_put_key_switch, _, _>(put_key_switch)
+        .route::<__path_get_control_right, _, _>(get_control_right)
+        .route::<__path_put_control_right, _, _>(put_control_right)
+        .route::<__path_get_emergency_stop, _, _>(get_emergency_stop)
+        .route::<__path_put_emergency_stop, _, _>(put_emergency_stop)
+        .route::<__path_get_safety_switch, _, _>(get_safety_switch)
+        .route::<__path_put_safety_switch, _, _>(put_safety_switch)
+        .route::<__path_get_servo, _, _>(get_servo)
+        .route::<__path_put_servo, _, _>(put_servo)
+        .route::<__path_get_feed_hold, _, _>(get_feed_hold)
+        .route::<__path_put_feed_hold, _, _>(put_feed_hold)
+        .route::<__path_get_machine_lock, _, _>(get_machine_lock)
+        .route::<__path_put_machine_lock, _, _>(put_machine_lock)
+        .route::<__path_get_battery, _, _>(get_battery)
+        .route::<__path_put_battery, _, _>(put_battery)
+        .route::<__path_get_program, _, _>(get_program)
+        .route::<__path_start, _, _>(start)
+        .route::<__path_stop, _, _>(stop)
 }
 
 /// Position of the key switch
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
-async fn get_key_switch(State(hub): State<Handle>) -> Answer<KeySwitch> {
-    let look = |sight: &View<'_>| sight.controller.state().key.into();
-    let position = hub.look(look).await?;
+async fn get_key_switch(State(handle): State<DriverHandle>) -> Answer<KeySwitch> {
+    let look = |view: &View<'_>| view.controller.state().key.into();
+    let position = handle.query(look).await?;
     Ok(Json(KeySwitch { position }))
 }
 
@@ -126,7 +128,10 @@ async fn get_key_switch(State(hub): State<Handle>) -> Answer<KeySwitch> {
 ///
 /// A program that runs stops behind its present step.
 #[utoipa::path(put, path = "/key-switch", request_body = KeySwitch, responses((status = 200, body = KeySwitch)))]
-async fn put_key_switch(state: State<Handle>, Body(body): Body<KeySwitch>) -> Answer<KeySwitch> {
+async fn put_key_switch(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<KeySwitch>,
+) -> Answer<KeySwitch> {
     let panel = PanelAction::Key(body.position.into());
     state.action(Action::Panel(panel)).await?;
     get_key_switch(state).await
@@ -134,16 +139,19 @@ async fn put_key_switch(state: State<Handle>, Body(body): Body<KeySwitch>) -> An
 
 /// Who commands the robot in EXT
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
-async fn get_control_right(State(hub): State<Handle>) -> Answer<ControlRight> {
-    let look = |sight: &View<'_>| sight.controller.state().control_right.into();
-    let holder = hub.look(look).await?;
+async fn get_control_right(State(handle): State<DriverHandle>) -> Answer<ControlRight> {
+    let look = |view: &View<'_>| view.controller.state().control_right.into();
+    let holder = handle.query(look).await?;
     Ok(Json(ControlRight { holder }))
 }
 
 /// Set the parameter EXTERNAL mode control right
 #[utoipa::path(put, path = "/control-right", request_body = ControlRight,
     responses((status = 200, body = ControlRight)))]
-async fn put_control_right(state: State<Handle>, Body(body): Body<ControlRight>) -> Answer<ControlRight> {
+async fn put_control_right(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<ControlRight>,
+) -> Answer<ControlRight> {
     let panel = PanelAction::ControlRight(body.holder.into());
     state.action(Action::Panel(panel)).await?;
     get_control_right(state).await
@@ -151,9 +159,9 @@ async fn put_control_right(state: State<Handle>, Body(body): Body<ControlRight>)
 
 /// Whether the emergency stop is pressed
 #[utoipa::path(get, path = "/emergency-stop", responses((status = 200, body = Button)))]
-async fn get_emergency_stop(State(hub): State<Handle>) -> Answer<Button> {
-    let look = |sight: &View<'_>| sight.controller.state().emergency_stop;
-    let pressed = hub.look(look).await?;
+async fn get_emergency_stop(State(handle): State<DriverHandle>) -> Answer<Button> {
+    let look = |view: &View<'_>| view.controller.state().emergency_stop;
+    let pressed = handle.query(look).await?;
     Ok(Json(Button { pressed }))
 }
 
@@ -161,23 +169,26 @@ async fn get_emergency_stop(State(hub): State<Handle>) -> Answer<Button> {
 ///
 /// Pressing it raises alarm 8-027: motion stops at once, servo power goes off.
 #[utoipa::path(put, path = "/emergency-stop", request_body = Button, responses((status = 200, body = Button)))]
-async fn put_emergency_stop(state: State<Handle>, Body(body): Body<Button>) -> Answer<Button> {
+async fn put_emergency_stop(state: State<DriverHandle>, JsonBody(body): JsonBody<Button>) -> Answer<Button> {
     let panel = PanelAction::EmergencyStop(body.pressed);
     state.action(Action::Panel(panel)).await?;
     get_emergency_stop(state).await
 }
 
 /// Whether the safety switch is open
-#[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = Fence)))]
-async fn get_safety_switch(State(hub): State<Handle>) -> Answer<Fence> {
-    let look = |sight: &View<'_>| sight.controller.state().safety_open;
-    let open = hub.look(look).await?;
-    Ok(Json(Fence { open }))
+#[utoipa::path(get, path = "/safety-switch", responses((status = 200, body = SafetySwitch)))]
+async fn get_safety_switch(State(handle): State<DriverHandle>) -> Answer<SafetySwitch> {
+    let look = |view: &View<'_>| view.controller.state().safety_open;
+    let open = handle.query(look).await?;
+    Ok(Json(SafetySwitch { open }))
 }
 
 /// Open or close the safety switch
-#[utoipa::path(put, path = "/safety-switch", request_body = Fence, responses((status = 200, body = Fence)))]
-async fn put_safety_switch(state: State<Handle>, Body(body): Body<Fence>) -> Answer<Fence> {
+#[utoipa::path(put, path = "/safety-switch", request_body = SafetySwitch, responses((status = 200, body = SafetySwitch)))]
+async fn put_safety_switch(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<SafetySwitch>,
+) -> Answer<SafetySwitch> {
     let panel = PanelAction::SafetySwitch(body.open);
     state.action(Action::Panel(panel)).await?;
     get_safety_switch(state).await
@@ -185,9 +196,9 @@ async fn put_safety_switch(state: State<Handle>, Body(body): Body<Fence>) -> Ans
 
 /// Whether servo power is on
 #[utoipa::path(get, path = "/servo", responses((status = 200, body = Switch)))]
-async fn get_servo(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &View<'_>| sight.controller.state().servo;
-    let on = hub.look(look).await?;
+async fn get_servo(State(handle): State<DriverHandle>) -> Answer<Switch> {
+    let look = |view: &View<'_>| view.controller.state().servo;
+    let on = handle.query(look).await?;
     Ok(Json(Switch { on }))
 }
 
@@ -196,7 +207,7 @@ async fn get_servo(State(hub): State<Handle>) -> Answer<Switch> {
 /// On is refused as the command SO is: while the emergency stop is pressed, the safety switch is open, or an alarm of
 /// level 8 is active.
 #[utoipa::path(put, path = "/servo", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_servo(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+async fn put_servo(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
     let panel = PanelAction::Servo(body.on);
     state.action(Action::Panel(panel)).await?;
     get_servo(state).await
@@ -204,30 +215,30 @@ async fn put_servo(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Swi
 
 /// Whether feed hold is on
 #[utoipa::path(get, path = "/feed-hold", responses((status = 200, body = Switch)))]
-async fn get_feed_hold(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &View<'_>| sight.controller.state().feed_hold;
-    let on = hub.look(look).await?;
+async fn get_feed_hold(State(handle): State<DriverHandle>) -> Answer<Switch> {
+    let look = |view: &View<'_>| view.controller.state().feed_hold;
+    let on = handle.query(look).await?;
     Ok(Json(Switch { on }))
 }
 
 /// Turn feed hold on or off
 #[utoipa::path(put, path = "/feed-hold", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_feed_hold(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+async fn put_feed_hold(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
     state.action(Action::FeedHold(body.on)).await?;
     get_feed_hold(state).await
 }
 
 /// Whether the machine lock is on
 #[utoipa::path(get, path = "/machine-lock", responses((status = 200, body = Switch)))]
-async fn get_machine_lock(State(hub): State<Handle>) -> Answer<Switch> {
-    let look = |sight: &View<'_>| sight.controller.state().machine_lock;
-    let on = hub.look(look).await?;
+async fn get_machine_lock(State(handle): State<DriverHandle>) -> Answer<Switch> {
+    let look = |view: &View<'_>| view.controller.state().machine_lock;
+    let on = handle.query(look).await?;
     Ok(Json(Switch { on }))
 }
 
 /// Turn the machine lock on or off: programs run without the arm moving
 #[utoipa::path(put, path = "/machine-lock", request_body = Switch, responses((status = 200, body = Switch)))]
-async fn put_machine_lock(state: State<Handle>, Body(body): Body<Switch>) -> Answer<Switch> {
+async fn put_machine_lock(state: State<DriverHandle>, JsonBody(body): JsonBody<Switch>) -> Answer<Switch> {
     let panel = PanelAction::MachineLock(body.on);
     state.action(Action::Panel(panel)).await?;
     get_machine_lock(state).await
@@ -235,36 +246,36 @@ async fn put_machine_lock(state: State<Handle>, Body(body): Body<Switch>) -> Ans
 
 /// Whether the battery of the RAM drive is low
 #[utoipa::path(get, path = "/battery", responses((status = 200, body = Battery)))]
-async fn get_battery(State(hub): State<Handle>) -> Answer<Battery> {
-    let look = |sight: &View<'_>| sight.controller.state().battery_low;
-    let low = hub.look(look).await?;
+async fn get_battery(State(handle): State<DriverHandle>) -> Answer<Battery> {
+    let look = |view: &View<'_>| view.controller.state().battery_low;
+    let low = handle.query(look).await?;
     Ok(Json(Battery { low }))
 }
 
 /// Make the battery low or good
 #[utoipa::path(put, path = "/battery", request_body = Battery, responses((status = 200, body = Battery)))]
-async fn put_battery(state: State<Handle>, Body(body): Body<Battery>) -> Answer<Battery> {
+async fn put_battery(state: State<DriverHandle>, JsonBody(body): JsonBody<Battery>) -> Answer<Battery> {
     let panel = PanelAction::Battery(body.low);
     state.action(Action::Panel(panel)).await?;
     get_battery(state).await
 }
 
 /// Where the selected program stands
-#[utoipa::path(get, path = "/program", responses((status = 200, body = Program)))]
-async fn get_program(State(hub): State<Handle>) -> Answer<Program> {
-    Ok(Json(hub.look(Program::of).await?))
+#[utoipa::path(get, path = "/program", responses((status = 200, body = ProgramStatus)))]
+async fn get_program(State(handle): State<DriverHandle>) -> Answer<ProgramStatus> {
+    Ok(Json(handle.query(ProgramStatus::new).await?))
 }
 
 /// Press START: the selected program starts or goes on, whatever the control right
-#[utoipa::path(post, path = "/program/start", responses((status = 200, body = Program)))]
-async fn start(state: State<Handle>, _: NoBody) -> Answer<Program> {
+#[utoipa::path(post, path = "/program/start", responses((status = 200, body = ProgramStatus)))]
+async fn start(state: State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
     state.action(Action::Panel(PanelAction::Start)).await?;
     get_program(state).await
 }
 
 /// Press STOP: the program stops behind its present step
-#[utoipa::path(post, path = "/program/stop", responses((status = 200, body = Program)))]
-async fn stop(state: State<Handle>, _: NoBody) -> Answer<Program> {
+#[utoipa::path(post, path = "/program/stop", responses((status = 200, body = ProgramStatus)))]
+async fn stop(state: State<DriverHandle>, _: NoBody) -> Answer<ProgramStatus> {
     state.action(Action::Panel(PanelAction::Stop)).await?;
     get_program(state).await
 }

@@ -1,9 +1,9 @@
 //! `/parameters`: what USER.PAR and ETHERNET.PAR said when the power last came on. Changing them is changing the
 //! files of the RAM drive.
 
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -17,16 +17,17 @@ use utoipa::ToSchema;
 #[derive(Debug, Clone, Serialize, ToSchema)]
 pub struct Parameters {
     /// ETHERNET.PAR.
-    ethernet: Ethernet,
+    ethernet: EthernetParameters,
     /// USER.PAR [U06] of HOST.
-    host: Serial,
+    host: SerialParameters,
     /// USER.PAR [U06] of COM1.
-    com1: Serial,
+    com1: SerialParameters,
 }
 
 /// ETHERNET.PAR.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Ethernet {
+#[schema(as = Ethernet)]
+pub struct EthernetParameters {
     /// [E01] address of the controller.
     address: String,
     /// [E02] name of the controller.
@@ -63,7 +64,8 @@ pub struct EthernetChannel {
 
 /// A serial line.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-pub struct Serial {
+#[schema(as = Serial)]
+pub struct SerialParameters {
     /// Speed in bit/s.
     speed: u32,
     /// Character length in bits.
@@ -74,9 +76,9 @@ pub struct Serial {
     stop: u8,
 }
 
-impl Serial {
-    fn of(line: SerialSettings) -> Serial {
-        Serial {
+impl SerialParameters {
+    fn new(line: SerialSettings) -> SerialParameters {
+        SerialParameters {
             speed: line.speed,
             length: line.length,
             parity: line.parity.number(),
@@ -91,8 +93,8 @@ fn dotted([a, b, c, d]: [u8; 4]) -> String {
 
 impl Parameters {
     /// As of the last power-on.
-    pub fn of(sight: &View<'_>) -> Parameters {
-        let (ethernet, user) = (sight.controller.ethernet(), sight.controller.user());
+    pub fn new(view: &View<'_>) -> Parameters {
+        let (ethernet, user) = (view.controller.ethernet(), view.controller.user());
         let channels = Port::ETHERNET.into_iter().enumerate();
         let channels = channels.map(|(index, port)| EthernetChannel {
             port: port.name(),
@@ -103,7 +105,7 @@ impl Parameters {
             alarm_level: ethernet.alarm_level[index].map(AlarmLevel::number),
         });
         Parameters {
-            ethernet: Ethernet {
+            ethernet: EthernetParameters {
                 address: dotted(ethernet.address),
                 name: ethernet.name.clone(),
                 mask: dotted(ethernet.mask),
@@ -112,23 +114,23 @@ impl Parameters {
                 dhcp: ethernet.dhcp,
                 channels: channels.collect(),
             },
-            host: Serial::of(user.host),
-            com1: Serial::of(user.com1),
+            host: SerialParameters::new(user.host),
+            com1: SerialParameters::new(user.com1),
         }
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("parameters", "USER.PAR and ETHERNET.PAR as of the last power-on.")
-        .call::<__path_get_parameters, _, _>(get_parameters)
+        .route::<__path_get_parameters, _, _>(get_parameters)
 }
 
 /// Parameters in effect
 ///
 /// Put the files USER.PAR and ETHERNET.PAR on the RAM drive and turn the power off and on to change them.
 #[utoipa::path(get, path = "/parameters", responses((status = 200, body = Parameters)))]
-async fn get_parameters(State(hub): State<Handle>) -> Result<Json<Parameters>, Problem> {
-    Ok(Json(hub.look(Parameters::of).await?))
+async fn get_parameters(State(handle): State<DriverHandle>) -> Result<Json<Parameters>, Problem> {
+    Ok(Json(handle.query(Parameters::new).await?))
 }

@@ -1,10 +1,10 @@
 //! `/pendant`: what the teach pendant shows, and figures typed at it.
 
-use super::body::Body;
-use super::handle::Handle;
+use super::body::JsonBody;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::state::{Page, ether_pages};
-use super::table::Table;
+use super::route_table::RouteTable;
+use super::state::{PendantPage, ether_pages};
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -19,48 +19,53 @@ const MAX_KEYS: usize = 256;
 
 /// The teach pendant.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct PendantDoc {
+#[schema(as = PendantDoc)]
+pub struct PendantStatus {
     /// What PRINT has shown.
     text: String,
     /// The three pages [ETHER].
-    ether_pages: Vec<Page>,
+    ether_pages: Vec<PendantPage>,
 }
 
 /// Keys to be pressed.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Keys {
+#[schema(as = Keys)]
+pub struct KeysRequest {
     /// What is typed for INPUT without a channel; a comma or a carriage return (`\r`) ends a value.
     #[schema(min_length = 1, max_length = 256, pattern = "^[ -~\r]+$", example = "12\r")]
     keys: String,
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("pendant", "What the teach pendant shows, and its keys.")
-        .call::<__path_get_pendant, _, _>(get_pendant)
-        .call::<__path_press_keys, _, _>(press_keys)
+        .route::<__path_get_pendant, _, _>(get_pendant)
+        .route::<__path_press_keys, _, _>(press_keys)
 }
 
 /// What the teach pendant shows
-#[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantDoc)))]
-async fn get_pendant(State(hub): State<Handle>) -> Result<Json<PendantDoc>, Problem> {
-    let look = |sight: &View<'_>| PendantDoc {
-        text: sight.controller.pendant().to_owned(),
-        ether_pages: ether_pages(sight),
+#[utoipa::path(get, path = "/pendant", responses((status = 200, body = PendantStatus)))]
+async fn get_pendant(State(handle): State<DriverHandle>) -> Result<Json<PendantStatus>, Problem> {
+    let look = |view: &View<'_>| PendantStatus {
+        text: view.controller.pendant().to_owned(),
+        ether_pages: ether_pages(view),
     };
-    Ok(Json(hub.look(look).await?))
+    Ok(Json(handle.query(look).await?))
 }
 
 /// Type at the teach pendant, for INPUT without a channel
-#[utoipa::path(post, path = "/pendant/keys", request_body = Keys, responses((status = 200, body = PendantDoc)))]
-async fn press_keys(state: State<Handle>, Body(body): Body<Keys>) -> Result<Json<PendantDoc>, Problem> {
+#[utoipa::path(post, path = "/pendant/keys", request_body = KeysRequest, responses((status = 200, body = PendantStatus)))]
+async fn press_keys(
+    state: State<DriverHandle>,
+    JsonBody(body): JsonBody<KeysRequest>,
+) -> Result<Json<PendantStatus>, Problem> {
     let keys = body.keys;
     let typed = |letter: char| letter == '\r' || letter == ' ' || letter.is_ascii_graphic();
     if keys.is_empty() || keys.len() > MAX_KEYS || !keys.chars().all(typed) {
         let expected = format!("1 to {MAX_KEYS} characters of ASCII or \\r");
-        return Err(Problem::at(
+        return Err(Problem::expected_found(
             StatusCode::UNPROCESSABLE_ENTITY,
             "keys",
             expected,

@@ -1,9 +1,9 @@
 //! `/power` and `/reset`: off, on, cycle; everything as at the start.
 
 use super::body::NoBody;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::{LinkAction, View};
 use axum::Json;
 use axum::extract::State;
@@ -14,7 +14,8 @@ use utoipa::ToSchema;
 
 /// The power, and the ports it keeps open.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct PowerDoc {
+#[schema(as = PowerDoc)]
+pub struct PowerStatus {
     /// It is on.
     on: bool,
     /// The server channels and the TCP port each accepts on.
@@ -30,25 +31,25 @@ pub struct OpenPort {
     accepts: u16,
 }
 
-type Answer = Result<Json<PowerDoc>, Problem>;
+type Answer = Result<Json<PowerStatus>, Problem>;
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("power", "Power off, on, cycle; reset between tests.")
-        .call::<__path_get_power, _, _>(get_power)
-        .call::<__path_power_off, _, _>(power_off)
-        .call::<__path_power_on, _, _>(power_on)
-        .call::<__path_power_cycle, _, _>(power_cycle)
-        .call::<__path_reset, _, _>(reset)
+        .route::<__path_get_power, _, _>(get_power)
+        .route::<__path_power_off, _, _>(power_off)
+        .route::<__path_power_on, _, _>(power_on)
+        .route::<__path_power_cycle, _, _>(power_cycle)
+        .route::<__path_reset, _, _>(reset)
 }
 
 /// Whether the power is on
-#[utoipa::path(get, path = "/power", responses((status = 200, body = PowerDoc)))]
-async fn get_power(State(hub): State<Handle>) -> Answer {
-    let look = |sight: &View<'_>| PowerDoc {
-        on: sight.controller.state().powered,
-        ports: sight
+#[utoipa::path(get, path = "/power", responses((status = 200, body = PowerStatus)))]
+async fn get_power(State(handle): State<DriverHandle>) -> Answer {
+    let look = |view: &View<'_>| PowerStatus {
+        on: view.controller.state().powered,
+        ports: view
             .ports
             .iter()
             .map(|(port, accepts)| OpenPort {
@@ -57,26 +58,26 @@ async fn get_power(State(hub): State<Handle>) -> Answer {
             })
             .collect(),
     };
-    Ok(Json(hub.look(look).await?))
+    Ok(Json(handle.query(look).await?))
 }
 
 /// Turn the power off: every connection ends, no port is open
-#[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerDoc)))]
-async fn power_off(state: State<Handle>, _: NoBody) -> Answer {
+#[utoipa::path(post, path = "/power/off", responses((status = 200, body = PowerStatus)))]
+async fn power_off(state: State<DriverHandle>, _: NoBody) -> Answer {
     state.action(Action::PowerOff).await?;
     get_power(state).await
 }
 
 /// Turn the power on: as at power-on; the RAM drive, the posture and the selection are as they were
-#[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerDoc)))]
-async fn power_on(state: State<Handle>, _: NoBody) -> Answer {
+#[utoipa::path(post, path = "/power/on", responses((status = 200, body = PowerStatus)))]
+async fn power_on(state: State<DriverHandle>, _: NoBody) -> Answer {
     state.action(Action::PowerOn).await?;
     get_power(state).await
 }
 
 /// Turn the power off and on
-#[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerDoc)))]
-async fn power_cycle(state: State<Handle>, _: NoBody) -> Answer {
+#[utoipa::path(post, path = "/power/cycle", responses((status = 200, body = PowerStatus)))]
+async fn power_cycle(state: State<DriverHandle>, _: NoBody) -> Answer {
     state.action(Action::Panel(PanelAction::PowerCycle)).await?;
     get_power(state).await
 }
@@ -85,8 +86,8 @@ async fn power_cycle(state: State<Handle>, _: NoBody) -> Answer {
 ///
 /// Files, variables, lines, alarms, forces and findings; time begins at 0 again; connections are closed; the TCP ports
 /// and the way time passes stay. Events and counters go on.
-#[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerDoc)))]
-async fn reset(state: State<Handle>, _: NoBody) -> Answer {
-    state.edge(LinkAction::Reset).await?;
+#[utoipa::path(post, path = "/reset", responses((status = 200, body = PowerStatus)))]
+async fn reset(state: State<DriverHandle>, _: NoBody) -> Answer {
+    state.link_action(LinkAction::Reset).await?;
     get_power(state).await
 }

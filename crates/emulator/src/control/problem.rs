@@ -1,7 +1,7 @@
 //! What is answered when a call has no effect: a status, and words in JSON that say what was expected, what was
 //! found, and where.
 
-use crate::visible::shown;
+use crate::printable::printable;
 use axum::Json;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
@@ -32,7 +32,7 @@ impl Problem {
     pub fn new(status: StatusCode, error: impl Into<String>) -> Problem {
         Problem {
             status,
-            error: shown(error.into()),
+            error: printable(error.into()),
             expected: None,
             found: None,
             place: None,
@@ -40,13 +40,17 @@ impl Problem {
     }
 
     /// A problem with its parts; the sentence is made of them.
-    pub fn at(
+    pub fn expected_found(
         status: StatusCode,
         place: impl Into<String>,
         expected: impl Into<String>,
         found: impl Into<String>,
     ) -> Problem {
-        let (place, expected, found) = (shown(place.into()), shown(expected.into()), shown(found.into()));
+        let (place, expected, found) = (
+            printable(place.into()),
+            printable(expected.into()),
+            printable(found.into()),
+        );
         Problem {
             status,
             error: format!("{place}: {expected} expected, {found} found"),
@@ -57,12 +61,12 @@ impl Problem {
     }
 
     /// There is no such thing.
-    pub fn missing(place: &str, expected: &str, found: impl Into<String>) -> Problem {
-        Problem::at(StatusCode::NOT_FOUND, place, expected, found)
+    pub fn not_found(place: &str, expected: &str, found: impl Into<String>) -> Problem {
+        Problem::expected_found(StatusCode::NOT_FOUND, place, expected, found)
     }
 
     /// The emulator is ending.
-    pub fn ending() -> Problem {
+    pub fn shutting_down() -> Problem {
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, "the emulator is ending")
     }
 }
@@ -76,10 +80,10 @@ impl From<ActionError> for Problem {
         };
         Problem {
             status,
-            error: shown(&refusal),
-            expected: Some(shown(refusal.expected)),
-            found: Some(shown(refusal.found)),
-            place: Some(shown(refusal.place)),
+            error: printable(&refusal),
+            expected: Some(printable(refusal.expected)),
+            found: Some(printable(refusal.found)),
+            place: Some(printable(refusal.place)),
         }
     }
 }

@@ -1,10 +1,10 @@
 //! `/health`, `/version`, `/metrics`, `/findings`: for those who look after the emulator and its hosts.
 
 use super::event::{ApiEvent, seconds};
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::metrics::Gauge;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use crate::store::backing::BackingStatus;
 use axum::Json;
@@ -47,7 +47,7 @@ pub struct DriveHealth {
 }
 
 impl DriveHealth {
-    fn of(condition: &BackingStatus) -> DriveHealth {
+    fn new(condition: &BackingStatus) -> DriveHealth {
         let good = condition.error.is_none() && condition.unsaved.is_empty();
         DriveHealth {
             status: if good { "ok" } else { "failing" },
@@ -72,58 +72,58 @@ pub struct Version {
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("service", "For those who look after the emulator and its hosts.")
-        .call::<__path_get_health, _, _>(get_health)
-        .call::<__path_get_version, _, _>(get_version)
-        .call::<__path_get_metrics, _, _>(get_metrics)
-        .call::<__path_get_findings, _, _>(get_findings)
+        .route::<__path_get_health, _, _>(get_health)
+        .route::<__path_get_version, _, _>(get_version)
+        .route::<__path_get_metrics, _, _>(get_metrics)
+        .route::<__path_get_findings, _, _>(get_findings)
 }
 
 /// Whether the emulator answers
 #[utoipa::path(get, path = "/health", responses((status = 200, body = Health)))]
-async fn get_health(State(hub): State<Handle>) -> Result<Json<Health>, Problem> {
-    let look = |sight: &View<'_>| Health {
+async fn get_health(State(handle): State<DriverHandle>) -> Result<Json<Health>, Problem> {
+    let look = |view: &View<'_>| Health {
         status: "ok",
-        power: sight.controller.state().powered,
-        t: seconds(sight.controller.now()),
-        drive: sight.backing.map(DriveHealth::of),
+        power: view.controller.state().powered,
+        t: seconds(view.controller.now()),
+        drive: view.backing.map(DriveHealth::new),
     };
-    Ok(Json(hub.look(look).await?))
+    Ok(Json(handle.query(look).await?))
 }
 
 /// What runs here
 #[utoipa::path(get, path = "/version", responses((status = 200, body = Version)))]
-async fn get_version(State(hub): State<Handle>) -> Result<Json<Version>, Problem> {
-    let look = |sight: &View<'_>| Version {
+async fn get_version(State(handle): State<DriverHandle>) -> Result<Json<Version>, Problem> {
+    let look = |view: &View<'_>| Version {
         name: "ts3100",
         version: env!("CARGO_PKG_VERSION"),
-        controller: sight.controller.config().controller.name(),
-        model: sight.controller.config().model.name.clone(),
+        controller: view.controller.config().controller.name(),
+        model: view.controller.config().model.name.clone(),
     };
-    Ok(Json(hub.look(look).await?))
+    Ok(Json(handle.query(look).await?))
 }
 
 /// Counters and gauges in the text format of Prometheus
 #[utoipa::path(get, path = "/metrics",
     responses((status = 200, body = String, content_type = "text/plain")))]
-async fn get_metrics(State(hub): State<Handle>) -> Result<impl IntoResponse, Problem> {
-    let gauges = hub.look(gauges).await?;
-    let text = hub.journal.metrics().text(&gauges);
+async fn get_metrics(State(handle): State<DriverHandle>) -> Result<impl IntoResponse, Problem> {
+    let gauges = handle.query(gauges).await?;
+    let text = handle.journal.metrics().to_prometheus(&gauges);
     Ok(([(CONTENT_TYPE, PROMETHEUS)], text))
 }
 
-fn gauges(sight: &View<'_>) -> Vec<Gauge> {
-    let controller = sight.controller;
+fn gauges(view: &View<'_>) -> Vec<Gauge> {
+    let controller = view.controller;
     let state = controller.state();
     let peers = controller.ports().into_iter();
-    let peers = peers.filter(|view| view.peer.is_some()).count();
+    let peers = peers.filter(|port| port.peer.is_some()).count();
     let gauge = |name, help, value: f64| Gauge { name, help, value };
     let switch = |name, help, on: bool| gauge(name, help, f64::from(u8::from(on)));
     #[expect(clippy::cast_precision_loss, reason = "there are six ports and 32 alarms")]
     let (peers, alarms) = (peers as f64, controller.alarms().active().len() as f64);
-    let drive = sight.backing.into_iter().flat_map(drive_gauges);
+    let drive = view.backing.into_iter().flat_map(drive_gauges);
     let mut gauges = vec![
         gauge(
             "ts3100_virtual_seconds",
@@ -173,9 +173,9 @@ fn drive_gauges(condition: &BackingStatus) -> [Gauge; 3] {
 
 /// What hosts did that the manual advises against or that was forgiven, the last 1024, oldest first
 #[utoipa::path(get, path = "/findings", responses((status = 200, body = Vec<ApiEvent>)))]
-async fn get_findings(State(hub): State<Handle>) -> Result<Json<Vec<ApiEvent>>, Problem> {
+async fn get_findings(State(handle): State<DriverHandle>) -> Result<Json<Vec<ApiEvent>>, Problem> {
     // A look, so that what came before has been served.
-    hub.look(|_| ()).await?;
-    let findings = hub.journal.findings();
+    handle.query(|_| ()).await?;
+    let findings = handle.journal.findings();
     Ok(Json(findings.iter().map(|finding| (**finding).clone()).collect()))
 }

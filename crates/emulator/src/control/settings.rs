@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
 /// The port, if nothing else is said.
-pub const PORT: u16 = 3_100;
+pub const DEFAULT_PORT: u16 = 3_100;
 /// Fewest characters of a token.
 pub const MIN_TOKEN: usize = 16;
 
@@ -16,7 +16,7 @@ pub enum ControlChoice {
     /// No control interface.
     Off,
     /// There.
-    At(SocketAddr),
+    Address(SocketAddr),
 }
 
 impl FromStr for ControlChoice {
@@ -30,7 +30,7 @@ impl FromStr for ControlChoice {
         }
         let port = text.parse::<u16>().map(|port| SocketAddr::new(loopback, port));
         port.or_else(|_| text.parse())
-            .map(ControlChoice::At)
+            .map(ControlChoice::Address)
             .map_err(|_| format!("expected `off`, ADDRESS:PORT or a port of 127.0.0.1, found `{text}`"))
     }
 }
@@ -39,7 +39,7 @@ impl fmt::Display for ControlChoice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             ControlChoice::Off => f.write_str("off"),
-            ControlChoice::At(address) => address.fmt(f),
+            ControlChoice::Address(address) => address.fmt(f),
         }
     }
 }
@@ -72,7 +72,7 @@ pub enum ControlError {
     Host(String),
     /// The port does not exist.
     #[error(
-        "--port-offset {0}: the control interface would be on port {PORT} + {0}; say --control off or \
+        "--port-offset {0}: the control interface would be on port {DEFAULT_PORT} + {0}; say --control off or \
          --control ADDRESS:PORT"
     )]
     Offset(u16),
@@ -93,7 +93,7 @@ impl ControlSettings {
     ///
     /// # Errors
     /// See [`ControlError`].
-    pub fn check(self) -> Result<ControlSettings, ControlError> {
+    pub fn validate(self) -> Result<ControlSettings, ControlError> {
         if let Some(token) = &self.token {
             if token.len() < MIN_TOKEN {
                 return Err(ControlError::Token(format!("{} characters", token.len())));

@@ -1,11 +1,11 @@
 //! `/snapshots`: states of the whole controller, kept under names and put back; `/snapshot`: the present one as a file
 //! has it.
 
-use super::body::{InPath, NoBody, SnapshotText};
+use super::body::{NoBody, PathParam, SnapshotText};
 use super::event::seconds;
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::snapshot::handle::{SnapshotReply, SnapshotRequestError, SnapshotTask};
 use crate::snapshot::{self, NamedError, ParseError};
 use axum::Json;
@@ -19,57 +19,59 @@ use utoipa::ToSchema;
 
 /// The snapshots under names.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Snapshots {
+#[schema(as = Snapshots)]
+pub struct SnapshotList {
     /// In alphabetical order.
-    snapshots: Vec<Named>,
+    snapshots: Vec<SnapshotInfo>,
 }
 
 /// A snapshot under a name.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Named {
+#[schema(as = Named)]
+pub struct SnapshotInfo {
     /// Its name.
     name: String,
     /// The virtual time at which it was taken, in seconds.
     t: f64,
 }
 
-type Answer = Result<Json<Snapshots>, Problem>;
+type Answer = Result<Json<SnapshotList>, Problem>;
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "snapshots",
             "The whole controller at a moment, kept and put back.",
         )
-        .call::<__path_get_snapshots, _, _>(get_snapshots)
-        .call::<__path_put_snapshot, _, _>(put_snapshot)
-        .call::<__path_restore_snapshot, _, _>(restore_snapshot)
-        .call::<__path_delete_snapshot, _, _>(delete_snapshot)
-        .call::<__path_get_named, _, _>(get_named)
-        .call::<__path_get_snapshot, _, _>(get_snapshot)
-        .call::<__path_load_snapshot, _, _>(load_snapshot)
+        .route::<__path_get_snapshots, _, _>(get_snapshots)
+        .route::<__path_put_snapshot, _, _>(put_snapshot)
+        .route::<__path_restore_snapshot, _, _>(restore_snapshot)
+        .route::<__path_delete_snapshot, _, _>(delete_snapshot)
+        .route::<__path_get_named, _, _>(get_named)
+        .route::<__path_get_snapshot, _, _>(get_snapshot)
+        .route::<__path_load_snapshot, _, _>(load_snapshot)
 }
 
 /// The snapshots there are
-#[utoipa::path(get, path = "/snapshots", responses((status = 200, body = Snapshots)))]
-async fn get_snapshots(State(hub): State<Handle>) -> Answer {
-    let names = match hub.snapshot(SnapshotTask::List).await? {
+#[utoipa::path(get, path = "/snapshots", responses((status = 200, body = SnapshotList)))]
+async fn get_snapshots(State(handle): State<DriverHandle>) -> Answer {
+    let names = match handle.snapshot(SnapshotTask::List).await? {
         SnapshotReply::Names(names) => names,
         SnapshotReply::Done | SnapshotReply::State(_) => Vec::new(),
     };
-    let named = |(name, micros)| Named {
+    let named = |(name, micros)| SnapshotInfo {
         name,
         t: seconds(Time::from_micros(micros)),
     };
     let snapshots = names.into_iter().map(named).collect();
-    Ok(Json(Snapshots { snapshots }))
+    Ok(Json(SnapshotList { snapshots }))
 }
 
 /// Keep the present state under a name, in place of one of the same name
 #[utoipa::path(put, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = Snapshots)))]
-async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    responses((status = 200, body = SnapshotList)))]
+async fn put_snapshot(state: State<DriverHandle>, PathParam(name): PathParam<String>, _: NoBody) -> Answer {
     state.snapshot(SnapshotTask::Save(name)).await?;
     get_snapshots(state).await
 }
@@ -79,24 +81,35 @@ async fn put_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoB
 /// Hosts that are connected stay so and are new to the controller; virtual time is that of the snapshot. Waits that are
 /// under way end unreached.
 #[utoipa::path(post, path = "/snapshots/{name}/restore", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = Snapshots)))]
-async fn restore_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    responses((status = 200, body = SnapshotList)))]
+async fn restore_snapshot(
+    state: State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    _: NoBody,
+) -> Answer {
     state.snapshot(SnapshotTask::Restore(name)).await?;
     get_snapshots(state).await
 }
 
 /// Forget the state of that name
 #[utoipa::path(delete, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = Snapshots)))]
-async fn delete_snapshot(state: State<Handle>, InPath(name): InPath<String>, _: NoBody) -> Answer {
+    responses((status = 200, body = SnapshotList)))]
+async fn delete_snapshot(
+    state: State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    _: NoBody,
+) -> Answer {
     state.snapshot(SnapshotTask::Remove(name)).await?;
     get_snapshots(state).await
 }
 
 /// A state as the file of a snapshot has it.
-async fn file(hub: &Handle, task: SnapshotTask) -> Result<impl IntoResponse + use<>, Problem> {
-    let SnapshotReply::State(controller) = hub.snapshot(task).await? else {
-        return Err(Problem::ending());
+async fn snapshot_file(
+    handle: &DriverHandle,
+    task: SnapshotTask,
+) -> Result<impl IntoResponse + use<>, Problem> {
+    let SnapshotReply::State(controller) = handle.snapshot(task).await? else {
+        return Err(Problem::shutting_down());
     };
     let text = snapshot::to_pretty_json(&controller);
     Ok(([(CONTENT_TYPE, "application/json")], text))
@@ -106,23 +119,23 @@ async fn file(hub: &Handle, task: SnapshotTask) -> Result<impl IntoResponse + us
 #[utoipa::path(get, path = "/snapshots/{name}", params(("name" = String, Path, description = "Its name")),
     responses((status = 200, body = serde_json::Value)))]
 async fn get_named(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
 ) -> Result<impl IntoResponse, Problem> {
-    file(&hub, SnapshotTask::GetNamed(name)).await
+    snapshot_file(&handle, SnapshotTask::GetNamed(name)).await
 }
 
 /// The present state as the file of a snapshot has it, which `serve --restore` takes
 #[utoipa::path(get, path = "/snapshot", responses((status = 200, body = serde_json::Value)))]
-async fn get_snapshot(State(hub): State<Handle>) -> Result<impl IntoResponse, Problem> {
-    file(&hub, SnapshotTask::Get).await
+async fn get_snapshot(State(handle): State<DriverHandle>) -> Result<impl IntoResponse, Problem> {
+    snapshot_file(&handle, SnapshotTask::Get).await
 }
 
 /// Go on from the state of this file of a snapshot, at most 16 MiB
 ///
 /// As of `/snapshots/{name}/restore`. What no run leads to is refused.
-#[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = Snapshots)))]
-async fn load_snapshot(state: State<Handle>, SnapshotText(text): SnapshotText) -> Answer {
+#[utoipa::path(put, path = "/snapshot", request_body = serde_json::Value, responses((status = 200, body = SnapshotList)))]
+async fn load_snapshot(state: State<DriverHandle>, SnapshotText(text): SnapshotText) -> Answer {
     let controller = snapshot::from_json(&text).map_err(SnapshotRequestError::Parse)?;
     state
         .snapshot(SnapshotTask::Replace(Box::new(controller)))
@@ -134,19 +147,19 @@ impl From<SnapshotRequestError> for Problem {
     fn from(error: SnapshotRequestError) -> Problem {
         match error {
             SnapshotRequestError::Named(NamedError::Unknown { expected, found }) => {
-                Problem::missing("name", &expected, found)
+                Problem::not_found("name", &expected, found)
             }
             SnapshotRequestError::Named(NamedError::Name(found)) => {
-                Problem::missing("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
+                Problem::not_found("name", "1 to 64 letters, digits, `-`, `_` or `.`", found)
             }
-            SnapshotRequestError::Busy => Problem::ending(),
+            SnapshotRequestError::Busy => Problem::shutting_down(),
             SnapshotRequestError::Parse(ParseError::Json(error)) => {
                 let status = if error.is_data() {
                     StatusCode::CONFLICT
                 } else {
                     StatusCode::BAD_REQUEST
                 };
-                Problem::at(status, "body", "the file of a snapshot", error.to_string())
+                Problem::expected_found(status, "body", "the file of a snapshot", error.to_string())
             }
             unkept @ SnapshotRequestError::Drive(_) => {
                 Problem::new(StatusCode::INSUFFICIENT_STORAGE, unkept.to_string())

@@ -1,17 +1,17 @@
 //! `/state`: everything at one moment in one document.
 
 use super::alarms::ActiveAlarm;
-use super::channels::ChannelDoc;
+use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};
+use super::channels::ChannelStatus;
 use super::event::seconds;
-use super::faults::FaultsDoc;
-use super::files::DriveDoc;
-use super::handle::Handle;
-use super::lines::LinesDoc;
+use super::faults::FaultList;
+use super::files::DriveStatus;
+use super::handle::DriverHandle;
+use super::lines::LineList;
 use super::parameters::Parameters;
 use super::problem::Problem;
-use super::table::Table;
-use super::variables::{self, VariableDoc};
-use super::words::{KeyWord, PortWord, RightWord, StatusWord};
+use super::route_table::RouteTable;
+use super::variables::{self, VariableInfo};
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -24,7 +24,8 @@ use utoipa::ToSchema;
 
 /// Everything at one moment.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Everything {
+#[schema(as = Everything)]
+pub struct ControllerState {
     /// Virtual time in seconds.
     t: f64,
     /// How time passes: `real`, `xN`, `stepped`, `auto`.
@@ -34,9 +35,9 @@ pub struct Everything {
     /// The power is on.
     power: bool,
     /// Position of the key switch.
-    key: KeyWord,
+    key: KeyPosition,
     /// Who commands the robot in EXT.
-    control_right: RightWord,
+    control_right: RightHolder,
     /// The column of the permission tables that holds.
     master_mode: &'static str,
     /// Operation mode: `continuous`, `cycle`, `step`, `segment`.
@@ -59,11 +60,11 @@ pub struct Everything {
     /// Speed override in percent.
     override_percent: u8,
     /// Guidance by hand.
-    guide: GuideDoc,
+    guide: JogStatus,
     /// The selected file; empty when none is.
     file: String,
     /// Execution status.
-    status: StatusWord,
+    status: StatusName,
     /// File line at which the main program stands.
     line: u32,
     /// File line that is executed: of the motion, while one is under way.
@@ -71,36 +72,36 @@ pub struct Everything {
     /// File line that is analysed.
     analysed_line: u32,
     /// The main program, its tasks, and the statement of DO.
-    tasks: Vec<TaskDoc>,
+    tasks: Vec<TaskStatus>,
     /// The arm.
-    arm: ArmDoc,
+    arm: ArmPose,
     /// Hand 1 and hand 2: `open`, `closed` or `neither`.
     hands: [&'static str; 2],
     /// Active alarms, oldest first.
     alarms: Vec<ActiveAlarm>,
     /// Din.
-    inputs: LinesDoc,
+    inputs: LineList,
     /// Dout.
-    outputs: LinesDoc,
+    outputs: LineList,
     /// The six communication ports.
-    channels: Vec<ChannelDoc>,
+    channels: Vec<ChannelStatus>,
     /// The RAM drive.
-    files: DriveDoc,
+    files: DriveStatus,
     /// Variables and positions of GLOBAL and DATA of the selected file.
-    variables: Vec<VariableDoc>,
+    variables: Vec<VariableInfo>,
     /// Faults on purpose, and what has become of them.
-    faults: FaultsDoc,
+    faults: FaultList,
     /// Rules of the manual that hosts broke, each with how often.
     findings: BTreeMap<String, u64>,
     /// The watchdog of a host, while it is armed.
     #[serde(skip_serializing_if = "Option::is_none")]
-    watchdog: Option<WatchdogDoc>,
+    watchdog: Option<WatchdogStatus>,
     /// Parameters in effect.
     parameters: Parameters,
     /// What PRINT has shown on the teach pendant.
     pendant: String,
     /// The three pages [ETHER] of the teach pendant.
-    ether_pages: Vec<Page>,
+    ether_pages: Vec<PendantPage>,
     /// Whole minutes since the power came on.
     power_on_minutes: u32,
     /// Whole minutes in which a program ran since then.
@@ -109,7 +110,8 @@ pub struct Everything {
 
 /// Guidance by hand, as SF shows it.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-pub struct GuideDoc {
+#[schema(as = GuideDoc)]
+pub struct JogStatus {
     /// 0 joint, 1 tool, 2 work, 3 world.
     coordinate: u16,
     /// 0 slow, 1 mid, 2 fast.
@@ -120,7 +122,8 @@ pub struct GuideDoc {
 
 /// A task.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-pub struct TaskDoc {
+#[schema(as = TaskDoc)]
+pub struct TaskStatus {
     /// 1 the main program, 0 the statement of DO.
     id: u16,
     /// File line at which it stands.
@@ -130,12 +133,13 @@ pub struct TaskDoc {
     doing: &'static str,
     /// The port from which it waits for values; absent for the teach pendant.
     #[serde(skip_serializing_if = "Option::is_none")]
-    reads: Option<PortWord>,
+    reads: Option<PortName>,
 }
 
 /// The arm.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct ArmDoc {
+#[schema(as = ArmDoc)]
+pub struct ArmPose {
     /// The model.
     model: String,
     /// Joint values: degrees, of the SCARA's third axis mm.
@@ -160,7 +164,8 @@ pub struct ArmDoc {
 
 /// The watchdog of a host.
 #[derive(Debug, Clone, Copy, Serialize, ToSchema)]
-pub struct WatchdogDoc {
+#[schema(as = WatchdogDoc)]
+pub struct WatchdogStatus {
     /// Longest pause between two SM, in seconds.
     timeout: f64,
     /// Level of the alarm that follows a longer one.
@@ -171,7 +176,8 @@ pub struct WatchdogDoc {
 
 /// One page of the teach pendant.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct Page {
+#[schema(as = Page)]
+pub struct PendantPage {
     /// For example `ETHERNET STATUS [1/3]`.
     heading: String,
     /// The lines below it.
@@ -179,20 +185,20 @@ pub struct Page {
 }
 
 /// The pages [ETHER] of the teach pendant.
-pub fn ether_pages(sight: &View<'_>) -> Vec<Page> {
-    let pages = sight.controller.ethernet_pages().into_iter();
+pub fn ether_pages(view: &View<'_>) -> Vec<PendantPage> {
+    let pages = view.controller.ethernet_pages().into_iter();
     pages
-        .map(|page| Page {
+        .map(|page| PendantPage {
             heading: page.heading,
             lines: page.lines,
         })
         .collect()
 }
 
-impl Everything {
+impl ControllerState {
     /// As it is now.
-    pub fn of(sight: &View<'_>, findings: BTreeMap<String, u64>) -> Everything {
-        let controller = sight.controller;
+    pub fn new(view: &View<'_>, findings: BTreeMap<String, u64>) -> ControllerState {
+        let controller = view.controller;
         let state = controller.state();
         let now = controller.now();
         let (executed_line, analysed_line) = controller.steps();
@@ -201,10 +207,10 @@ impl Everything {
             Some(false) => "closed",
             None => "neither",
         };
-        Everything {
+        ControllerState {
             t: seconds(now),
-            time_mode: sight.clock.mode().to_string(),
-            calendar: super::alarms::moment(controller.calendar_now()),
+            time_mode: view.clock.mode().to_string(),
+            calendar: super::alarms::format_calendar(controller.calendar_now()),
             power: state.powered,
             key: state.key.into(),
             control_right: state.control_right.into(),
@@ -218,7 +224,7 @@ impl Everything {
             machine_lock: state.machine_lock,
             battery_low: state.battery_low,
             override_percent: state.override_percent,
-            guide: GuideDoc {
+            guide: JogStatus {
                 coordinate: state.guide.coordinate,
                 rate: state.guide.rate,
                 mode: state.guide.mode,
@@ -228,47 +234,52 @@ impl Everything {
             line: controller.line(),
             executed_line,
             analysed_line,
-            tasks: tasks(sight),
-            arm: arm(sight),
+            tasks: task_statuses(view),
+            arm: arm_pose(view),
             hands: controller.hands().map(hand),
-            alarms: controller.alarms().active().iter().map(ActiveAlarm::of).collect(),
-            inputs: LinesDoc::of(sight, IoKind::Input),
-            outputs: LinesDoc::of(sight, IoKind::Output),
-            channels: ChannelDoc::all(sight),
-            files: DriveDoc::of(sight),
-            variables: variables::all(sight),
-            faults: FaultsDoc::of(sight),
+            alarms: controller
+                .alarms()
+                .active()
+                .iter()
+                .map(ActiveAlarm::new)
+                .collect(),
+            inputs: LineList::new(view, IoKind::Input),
+            outputs: LineList::new(view, IoKind::Output),
+            channels: ChannelStatus::all(view),
+            files: DriveStatus::new(view),
+            variables: variables::all(view),
+            faults: FaultList::new(view),
             findings,
-            watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogDoc {
+            watchdog: state.watchdog.as_ref().map(|watchdog| WatchdogStatus {
                 timeout: watchdog.timeout.as_secs_f64(),
                 level: watchdog.level.number(),
                 due: seconds(watchdog.deadline()),
             }),
-            parameters: Parameters::of(sight),
+            parameters: Parameters::new(view),
             pendant: controller.pendant().to_owned(),
-            ether_pages: ether_pages(sight),
+            ether_pages: ether_pages(view),
             power_on_minutes: state.power_on_minutes(now),
             run_minutes: state.run_minutes(now),
         }
     }
 }
 
-fn tasks(sight: &View<'_>) -> Vec<TaskDoc> {
-    let tasks = sight.controller.tasks().into_iter();
+fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
+    let tasks = view.controller.tasks().into_iter();
     tasks
-        .map(|task| TaskDoc {
+        .map(|task| TaskStatus {
             id: task.id,
             line: task.line,
             doing: task.doing,
-            reads: task.reads.and_then(Port::of_channel).map(PortWord::from),
+            reads: task.reads.and_then(Port::of_channel).map(PortName::from),
         })
         .collect()
 }
 
-fn arm(sight: &View<'_>) -> ArmDoc {
-    let arm = sight.controller.arm_view();
-    ArmDoc {
-        model: sight.controller.config().model.name.clone(),
+fn arm_pose(view: &View<'_>) -> ArmPose {
+    let arm = view.controller.arm_view();
+    ArmPose {
+        model: view.controller.config().model.name.clone(),
         joints: arm.joints,
         world: arm.world,
         work: arm.work,
@@ -276,23 +287,23 @@ fn arm(sight: &View<'_>) -> ArmDoc {
         configuration: arm.configuration,
         moving: arm.moving,
         percent: arm.percent,
-        position_file: String::from_utf8_lossy(&sight.controller.current_position().encode())
+        position_file: String::from_utf8_lossy(&view.controller.current_position().encode())
             .trim_end()
             .to_owned(),
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("state", "Everything at one moment.")
-        .call::<__path_get_state, _, _>(get_state)
+        .route::<__path_get_state, _, _>(get_state)
 }
 
 /// Everything at one moment
-#[utoipa::path(get, path = "/state", responses((status = 200, body = Everything)))]
-async fn get_state(State(hub): State<Handle>) -> Result<Json<Everything>, Problem> {
-    let journal = Arc::clone(&hub.journal);
-    let look = move |sight: &View<'_>| Everything::of(sight, journal.findings_by_rule());
-    Ok(Json(hub.look(look).await?))
+#[utoipa::path(get, path = "/state", responses((status = 200, body = ControllerState)))]
+async fn get_state(State(handle): State<DriverHandle>) -> Result<Json<ControllerState>, Problem> {
+    let journal = Arc::clone(&handle.journal);
+    let look = move |view: &View<'_>| ControllerState::new(view, journal.findings_by_rule());
+    Ok(Json(handle.query(look).await?))
 }

@@ -1,9 +1,9 @@
 //! `/transcript`: what went over the ports and what was done at the controller, as `--transcript` writes it to files.
 
-use super::body::InQuery;
-use super::handle::Handle;
+use super::body::QueryParams;
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::transcript::Format;
 use axum::extract::State;
 use axum::http::header::CONTENT_TYPE;
@@ -15,7 +15,7 @@ use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 /// The form of a transcript.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum FormatWord {
+pub enum FormatName {
     #[default]
     Text,
     Jsonl,
@@ -26,11 +26,11 @@ pub enum FormatWord {
 #[derive(Debug, Clone, Copy, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
-struct Wanted {
+struct TranscriptQuery {
     /// `text` as people read it and `ts3100 diff` plays it, `jsonl` for programs, `pcapng` for Wireshark.
     #[serde(default)]
     #[param(schema_with = format_schema, required = false)]
-    format: FormatWord,
+    format: FormatName,
 }
 
 fn format_schema() -> Object {
@@ -41,37 +41,37 @@ fn format_schema() -> Object {
         .build()
 }
 
-impl FormatWord {
+impl FormatName {
     fn format(self) -> (Format, &'static str) {
         match self {
-            FormatWord::Text => (Format::Text, "text/plain; charset=utf-8"),
-            FormatWord::Jsonl => (Format::Json, "application/x-ndjson"),
-            FormatWord::Pcapng => (Format::Pcapng, "application/octet-stream"),
+            FormatName::Text => (Format::Text, "text/plain; charset=utf-8"),
+            FormatName::Jsonl => (Format::Json, "application/x-ndjson"),
+            FormatName::Pcapng => (Format::Pcapng, "application/octet-stream"),
         }
     }
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "transcript",
             "What went over the ports and what was done at the controller.",
         )
-        .call::<__path_get_transcript, _, _>(get_transcript)
+        .route::<__path_get_transcript, _, _>(get_transcript)
 }
 
 /// The transcript since the start or the last reset, the last 16384 records of it
 ///
 /// What `--transcript FILE` writes to a file: docs/EVIDENCE.md. What is no longer kept is a remark at the beginning.
-#[utoipa::path(get, path = "/transcript", params(Wanted), responses((status = 200, content(
+#[utoipa::path(get, path = "/transcript", params(TranscriptQuery), responses((status = 200, content(
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
-    State(hub): State<Handle>,
-    InQuery(wanted): InQuery<Wanted>,
+    State(handle): State<DriverHandle>,
+    QueryParams(wanted): QueryParams<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.
-    hub.look(|_| ()).await?;
+    handle.query(|_| ()).await?;
     let (format, media_type) = wanted.format.format();
-    Ok(([(CONTENT_TYPE, media_type)], hub.journal.transcript(format)))
+    Ok(([(CONTENT_TYPE, media_type)], handle.journal.transcript(format)))
 }

@@ -1,9 +1,9 @@
 //! `/variables` and `/positions`: GLOBAL and DATA of the selected file: read, set, teach.
 
-use super::body::{Body, InPath};
-use super::handle::Handle;
+use super::body::{JsonBody, PathParam};
+use super::handle::DriverHandle;
 use super::problem::Problem;
-use super::table::Table;
+use super::route_table::RouteTable;
 use crate::driver::request::View;
 use axum::Json;
 use axum::extract::State;
@@ -22,29 +22,31 @@ const MAX_VALUES: usize = 16;
 
 /// A variable of GLOBAL or DATA.
 #[derive(Debug, Clone, Serialize, ToSchema)]
-pub struct VariableDoc {
+#[schema(as = VariableDoc)]
+pub struct VariableInfo {
     /// Its name.
     name: String,
     /// Its kind; absent when the first assignment will fix it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    kind: Option<KindWord>,
+    kind: Option<KindName>,
     /// Upper bounds of its subscripts; empty for a plain variable.
     bounds: Vec<u32>,
     /// Its value in the order of the command MR: one number, or those of a load, a coordinate, a position; absent when
     /// it has none, or when it is an array.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<f64>>)]
-    value: Option<Vec<Figure>>,
+    value: Option<Vec<JsonNumber>>,
     /// The values of an array of one subscript, from 0 on, the first 1000.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Vec<Option<Vec<f64>>>>)]
-    elements: Option<Vec<Option<Vec<Figure>>>>,
+    elements: Option<Vec<Option<Vec<JsonNumber>>>>,
 }
 
 /// Kind of a variable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ToSchema)]
 #[serde(rename_all = "lowercase")]
-pub enum KindWord {
+#[schema(as = KindWord)]
+pub enum KindName {
     Integer,
     Real,
     Load,
@@ -55,7 +57,7 @@ pub enum KindWord {
 /// A number: whole without a decimal point, real with one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Figure {
+pub enum JsonNumber {
     /// Within 32 bits.
     Whole(i32),
     /// Any other.
@@ -65,12 +67,13 @@ pub enum Figure {
 /// A value to be set.
 #[derive(Debug, Clone, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SetValue {
+#[schema(as = SetValue)]
+pub struct SetValueRequest {
     /// As many numbers as the kind takes on this arm, in the order of the command MW. A whole number without a decimal
     /// point fits integers and reals, one with a decimal point reals only. A single number needs no list.
     #[serde(deserialize_with = "one_or_several")]
     #[schema(schema_with = values_schema)]
-    value: Vec<Figure>,
+    value: Vec<JsonNumber>,
     /// It is written into the file of the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
@@ -80,15 +83,15 @@ pub struct SetValue {
 /// A number, or a list of numbers.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a number or a list of numbers expected")]
-enum Values {
-    One(Figure),
-    Several(Vec<Figure>),
+enum OneOrSeveral {
+    One(JsonNumber),
+    Several(Vec<JsonNumber>),
 }
 
-fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Figure>, D::Error> {
-    Ok(match Values::deserialize(deserializer)? {
-        Values::One(figure) => vec![figure],
-        Values::Several(figures) => figures,
+fn one_or_several<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<JsonNumber>, D::Error> {
+    Ok(match OneOrSeveral::deserialize(deserializer)? {
+        OneOrSeveral::One(figure) => vec![figure],
+        OneOrSeveral::Several(figures) => figures,
     })
 }
 
@@ -104,76 +107,84 @@ fn values_schema() -> Schema {
 /// How a position is taught.
 #[derive(Debug, Clone, Copy, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Teach {
+#[schema(as = Teach)]
+pub struct TeachRequest {
     /// It is written into the file of the RAM drive too.
     #[serde(default)]
     #[schema(default = false)]
     restore: bool,
 }
 
-impl From<Number> for Figure {
-    fn from(number: Number) -> Figure {
+impl From<Number> for JsonNumber {
+    fn from(number: Number) -> JsonNumber {
         match number {
-            Number::Integer(whole) => Figure::Whole(whole),
-            Number::Real(real) => Figure::Real(real),
+            Number::Integer(whole) => JsonNumber::Whole(whole),
+            Number::Real(real) => JsonNumber::Real(real),
         }
     }
 }
 
-impl From<Figure> for Number {
-    fn from(figure: Figure) -> Number {
+impl From<JsonNumber> for Number {
+    fn from(figure: JsonNumber) -> Number {
         match figure {
-            Figure::Whole(whole) => Number::Integer(whole),
-            Figure::Real(real) => Number::Real(real),
+            JsonNumber::Whole(whole) => Number::Integer(whole),
+            JsonNumber::Real(real) => Number::Real(real),
         }
     }
 }
 
-fn figures(numbers: Vec<Number>) -> Vec<Figure> {
-    numbers.into_iter().map(Figure::from).collect()
+fn json_numbers(numbers: Vec<Number>) -> Vec<JsonNumber> {
+    numbers.into_iter().map(JsonNumber::from).collect()
 }
 
-impl VariableDoc {
-    fn of(view: VariableView) -> VariableDoc {
-        VariableDoc {
-            name: view.name,
-            kind: view.kind.map(|kind| match kind {
-                ValueKind::Integer => KindWord::Integer,
-                ValueKind::Real => KindWord::Real,
-                ValueKind::Load => KindWord::Load,
-                ValueKind::Coordinate => KindWord::Coordinate,
-                ValueKind::Position => KindWord::Position,
+impl VariableInfo {
+    fn new(variable: VariableView) -> VariableInfo {
+        VariableInfo {
+            name: variable.name,
+            kind: variable.kind.map(|kind| match kind {
+                ValueKind::Integer => KindName::Integer,
+                ValueKind::Real => KindName::Real,
+                ValueKind::Load => KindName::Load,
+                ValueKind::Coordinate => KindName::Coordinate,
+                ValueKind::Position => KindName::Position,
             }),
-            bounds: view.bounds,
-            value: view.value.map(figures),
+            bounds: variable.bounds,
+            value: variable.value.map(json_numbers),
             elements: None,
         }
     }
 
-    fn one(sight: &View<'_>, name: &VariableName) -> Option<VariableDoc> {
-        let view = sight.controller.variable(&name.name, &name.subscripts)?;
-        let mut document = VariableDoc::of(view);
+    fn lookup(view: &View<'_>, name: &VariableName) -> Option<VariableInfo> {
+        let variable = view.controller.variable(&name.name, &name.subscripts)?;
+        let mut document = VariableInfo::new(variable);
         if let [bound] = document.bounds.as_slice() {
-            let elements = sight.controller.elements(&document.name, *bound);
-            document.elements = Some(elements.into_iter().map(|value| value.map(figures)).collect());
+            let elements = view.controller.elements(&document.name, *bound);
+            document.elements = Some(
+                elements
+                    .into_iter()
+                    .map(|value| value.map(json_numbers))
+                    .collect(),
+            );
         }
         Some(document)
     }
 }
 
-async fn variable(hub: &Handle, text: &str, position: bool) -> Result<Json<VariableDoc>, Problem> {
+async fn variable(handle: &DriverHandle, text: &str, position: bool) -> Result<Json<VariableInfo>, Problem> {
     let missing = |found: String| {
         let expected = if position {
             "a position of GLOBAL or DATA of the selected file"
         } else {
             "a variable of GLOBAL or DATA of the selected file"
         };
-        Problem::missing("name", expected, found)
+        Problem::not_found("name", expected, found)
     };
     let name = VariableName::parse(text).map_err(|error| missing(error.to_string()))?;
-    let found = hub.look(move |sight| VariableDoc::one(sight, &name)).await?;
+    let found = handle
+        .query(move |view| VariableInfo::lookup(view, &name))
+        .await?;
     let is_meant =
-        |document: &VariableDoc| !position || document.kind.is_none_or(|kind| kind == KindWord::Position);
+        |document: &VariableInfo| !position || document.kind.is_none_or(|kind| kind == KindName::Position);
     found
         .filter(is_meant)
         .map(Json)
@@ -181,125 +192,125 @@ async fn variable(hub: &Handle, text: &str, position: bool) -> Result<Json<Varia
 }
 
 async fn set(
-    hub: &Handle,
+    handle: &DriverHandle,
     name: String,
-    body: SetValue,
+    body: SetValueRequest,
     position: bool,
-) -> Result<Json<VariableDoc>, Problem> {
+) -> Result<Json<VariableInfo>, Problem> {
     if body.value.is_empty() || body.value.len() > MAX_VALUES {
         let expected = format!("1 to {MAX_VALUES} numbers");
         let found = body.value.len().to_string();
-        return Err(Problem::at(
+        return Err(Problem::expected_found(
             StatusCode::UNPROCESSABLE_ENTITY,
             "value",
             expected,
             found,
         ));
     }
-    let _known = variable(hub, &name, position).await?;
+    let _known = variable(handle, &name, position).await?;
     let values = body.value.into_iter().map(Number::from).collect();
     let action = Action::SetVariable {
         name: name.clone(),
         values,
         restore: body.restore,
     };
-    hub.action(action).await?;
-    variable(hub, &name, position).await
+    handle.action(action).await?;
+    variable(handle, &name, position).await
 }
 
 /// Adds the calls of this file.
-pub fn add(table: Table) -> Table {
+pub fn add(table: RouteTable) -> RouteTable {
     table
         .group(
             "variables",
             "GLOBAL and DATA of the selected file; positions among them.",
         )
-        .call::<__path_get_variables, _, _>(get_variables)
-        .call::<__path_get_variable, _, _>(get_variable)
-        .call::<__path_put_variable, _, _>(put_variable)
-        .call::<__path_get_positions, _, _>(get_positions)
-        .call::<__path_get_position, _, _>(get_position)
-        .call::<__path_put_position, _, _>(put_position)
-        .call::<__path_teach_position, _, _>(teach_position)
+        .route::<__path_get_variables, _, _>(get_variables)
+        .route::<__path_get_variable, _, _>(get_variable)
+        .route::<__path_put_variable, _, _>(put_variable)
+        .route::<__path_get_positions, _, _>(get_positions)
+        .route::<__path_get_position, _, _>(get_position)
+        .route::<__path_put_position, _, _>(put_position)
+        .route::<__path_teach_position, _, _>(teach_position)
 }
 
 /// All of the selected file.
-pub fn all(sight: &View<'_>) -> Vec<VariableDoc> {
-    let views = sight.controller.variables().into_iter();
-    views.map(VariableDoc::of).collect()
+pub fn all(view: &View<'_>) -> Vec<VariableInfo> {
+    let variables = view.controller.variables().into_iter();
+    variables.map(VariableInfo::new).collect()
 }
 
 /// All variables of GLOBAL and DATA of the selected file
-#[utoipa::path(get, path = "/variables", responses((status = 200, body = Vec<VariableDoc>)))]
-async fn get_variables(State(hub): State<Handle>) -> Result<Json<Vec<VariableDoc>>, Problem> {
-    Ok(Json(hub.look(all).await?))
+#[utoipa::path(get, path = "/variables", responses((status = 200, body = Vec<VariableInfo>)))]
+async fn get_variables(State(handle): State<DriverHandle>) -> Result<Json<Vec<VariableInfo>>, Problem> {
+    Ok(Json(handle.query(all).await?))
 }
 
 /// One variable, or an element of an array
 #[utoipa::path(get, path = "/variables/{name}",
     params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
-    responses((status = 200, body = VariableDoc)))]
+    responses((status = 200, body = VariableInfo)))]
 async fn get_variable(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-) -> Result<Json<VariableDoc>, Problem> {
-    variable(&hub, &name, false).await
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+) -> Result<Json<VariableInfo>, Problem> {
+    variable(&handle, &name, false).await
 }
 
 /// Give a variable a value, as the command MW does
-#[utoipa::path(put, path = "/variables/{name}", request_body = SetValue,
+#[utoipa::path(put, path = "/variables/{name}", request_body = SetValueRequest,
     params(("name" = String, Path, description = "Its name, for an element with subscripts: `A(1,2)`")),
-    responses((status = 200, body = VariableDoc)))]
+    responses((status = 200, body = VariableInfo)))]
 async fn put_variable(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-    Body(body): Body<SetValue>,
-) -> Result<Json<VariableDoc>, Problem> {
-    set(&hub, name, body, false).await
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    JsonBody(body): JsonBody<SetValueRequest>,
+) -> Result<Json<VariableInfo>, Problem> {
+    set(&handle, name, body, false).await
 }
 
 /// All positions of GLOBAL and DATA of the selected file
-#[utoipa::path(get, path = "/positions", responses((status = 200, body = Vec<VariableDoc>)))]
-async fn get_positions(State(hub): State<Handle>) -> Result<Json<Vec<VariableDoc>>, Problem> {
-    let mut found = hub.look(all).await?;
-    found.retain(|document| document.kind == Some(KindWord::Position));
+#[utoipa::path(get, path = "/positions", responses((status = 200, body = Vec<VariableInfo>)))]
+async fn get_positions(State(handle): State<DriverHandle>) -> Result<Json<Vec<VariableInfo>>, Problem> {
+    let mut found = handle.query(all).await?;
+    found.retain(|document| document.kind == Some(KindName::Position));
     Ok(Json(found))
 }
 
 /// One position
 #[utoipa::path(get, path = "/positions/{name}", params(("name" = String, Path, description = "Its name")),
-    responses((status = 200, body = VariableDoc)))]
+    responses((status = 200, body = VariableInfo)))]
 async fn get_position(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-) -> Result<Json<VariableDoc>, Problem> {
-    variable(&hub, &name, true).await
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+) -> Result<Json<VariableInfo>, Problem> {
+    variable(&handle, &name, true).await
 }
 
 /// Set a position
-#[utoipa::path(put, path = "/positions/{name}", request_body = SetValue,
-    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableDoc)))]
+#[utoipa::path(put, path = "/positions/{name}", request_body = SetValueRequest,
+    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn put_position(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-    Body(body): Body<SetValue>,
-) -> Result<Json<VariableDoc>, Problem> {
-    set(&hub, name, body, true).await
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    JsonBody(body): JsonBody<SetValueRequest>,
+) -> Result<Json<VariableInfo>, Problem> {
+    set(&handle, name, body, true).await
 }
 
 /// Teach a position: it becomes the present one of the arm
-#[utoipa::path(post, path = "/positions/{name}/teach", request_body = Teach,
-    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableDoc)))]
+#[utoipa::path(post, path = "/positions/{name}/teach", request_body = TeachRequest,
+    params(("name" = String, Path, description = "Its name")), responses((status = 200, body = VariableInfo)))]
 async fn teach_position(
-    State(hub): State<Handle>,
-    InPath(name): InPath<String>,
-    Body(body): Body<Teach>,
-) -> Result<Json<VariableDoc>, Problem> {
-    let _known = variable(&hub, &name, true).await?;
+    State(handle): State<DriverHandle>,
+    PathParam(name): PathParam<String>,
+    JsonBody(body): JsonBody<TeachRequest>,
+) -> Result<Json<VariableInfo>, Problem> {
+    let _known = variable(&handle, &name, true).await?;
     let action = Action::Teach {
         name: name.clone(),
         restore: body.restore,
     };
-    hub.action(action).await?;
-    variable(&hub, &name, true).await
+    handle.action(action).await?;
+    variable(&handle, &name, true).await
 }

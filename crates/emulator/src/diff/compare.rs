@@ -74,7 +74,7 @@ fn beside(part: DissectedField, other: Option<DissectedField>) -> PartDifference
 }
 
 fn whole(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
-    let shown = |bytes: &[u8]| Some(crate::log::Readable(bytes).to_string());
+    let shown = |bytes: &[u8]| Some(crate::log::Escaped(bytes).to_string());
     PartDifference {
         key: key.to_owned(),
         name: key.to_owned(),

@@ -58,7 +58,7 @@ impl Cutter {
     /// Bytes of the host: they tell what is asked.
     pub(super) fn host(&mut self, bytes: &[u8]) {
         if !self.texts {
-            self.question = crate::log::Readable(bytes).to_string();
+            self.question = crate::log::Escaped(bytes).to_string();
             return;
         }
         self.host.push(bytes);
@@ -67,7 +67,7 @@ impl Cutter {
                 continue;
             };
             let message = text.data.strip_suffix(&[CR]).unwrap_or(&text.data);
-            self.question = crate::log::Readable(message).to_string();
+            self.question = crate::log::Escaped(message).to_string();
             if let Some(letters @ [b'A'..=b'Z' | b'a'..=b'z', b'A'..=b'Z' | b'a'..=b'z']) = message.get(..2) {
                 let letters = String::from_utf8_lossy(letters).to_ascii_uppercase();
                 if !["OK", "NG", "FL"].contains(&letters.as_str()) {

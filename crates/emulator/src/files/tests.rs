@@ -120,7 +120,7 @@ mod unix {
         assert!(fs::symlink_metadata(&inside).unwrap().is_symlink());
         // Planted where the unfinished file will be.
         let path = directory.path().join("report");
-        let planted = beside(&path, Some(std::process::id())).unwrap();
+        let planted = unfinished_path(&path, Some(std::process::id())).unwrap();
         symlink(&theirs, &planted).unwrap();
         replace(&path, b"ours").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"ours");

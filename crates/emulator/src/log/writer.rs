@@ -3,9 +3,9 @@
 //! counted, and told of as soon as there is room again; a storm of lines is folded by [`super::fold`]. What a line says
 //! is `log`'s.
 
-use super::fold::{Folds, Kind, kind};
+use super::fold::{LineFolder, LineKey, line_key};
 use crate::config::args::LogFormat;
-use crate::visible::{shown, visible, visible_lines};
+use crate::printable::{escape_line, escape_lines, printable};
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -16,10 +16,10 @@ use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
 /// Lines that may wait to be written.
-const QUEUE: usize = 4_096;
+const QUEUE_LENGTH: usize = 4_096;
 /// Longest wait at the end for lines that are not written yet, and the pause between two looks for room.
-const FAREWELL: Duration = Duration::from_millis(250);
-const LOOK: Duration = Duration::from_millis(1);
+const FLUSH_TIMEOUT: Duration = Duration::from_millis(250);
+const FLUSH_RETRY: Duration = Duration::from_millis(1);
 
 /// The one queue of the process.
 static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
@@ -28,68 +28,74 @@ static DROPPED: AtomicU64 = AtomicU64::new(0);
 
 enum Entry {
     /// A line; its kind, if it may be folded.
-    Line(Vec<u8>, Option<Kind>),
+    Line(Vec<u8>, Option<LineKey>),
     /// Everything before it is written: tell so.
-    Mark(SyncSender<()>),
+    Flush(SyncSender<()>),
 }
 
 /// Where log lines are written to; never waits, never fails.
 #[derive(Debug, Clone)]
-pub(super) struct Lines {
+pub(super) struct LogWriter {
     format: LogFormat,
     /// Where the line comes from, if it may be folded.
-    from: Option<Identifier>,
+    callsite: Option<Identifier>,
 }
 
-impl Lines {
+impl LogWriter {
     /// Starts the thread that writes; the second and later calls change nothing.
-    pub(super) fn start(format: LogFormat) -> Lines {
+    pub(super) fn start(format: LogFormat) -> LogWriter {
         QUEUED.get_or_init(|| {
-            let (sender, receiver) = sync_channel(QUEUE);
+            let (sender, receiver) = sync_channel(QUEUE_LENGTH);
             let named = std::thread::Builder::new().name("ts3100-log".to_owned());
             // Without a thread the receiver is gone, and all lines count as dropped.
             let _ = named.spawn(move || write_all(&receiver, format));
             sender
         });
-        Lines { format, from: None }
+        LogWriter {
+            format,
+            callsite: None,
+        }
     }
 }
 
-impl Lines {
+impl LogWriter {
     /// The line without control characters of others. Further lines of a message are indented, so that none can be
     /// taken for a line of the log; JSON has none.
-    fn plain(&self, line: &[u8]) -> Vec<u8> {
+    fn escaped(&self, line: &[u8]) -> Vec<u8> {
         let text = String::from_utf8_lossy(line);
         let message = text.strip_suffix('\n').unwrap_or(&text);
         let lines = match self.format {
-            LogFormat::Text => visible_lines(message).replace('\n', "\n    "),
-            LogFormat::Json => visible(message),
+            LogFormat::Text => escape_lines(message).replace('\n', "\n    "),
+            LogFormat::Json => escape_line(message),
         };
         format!("{lines}\n").into_bytes()
     }
 }
 
-impl<'a> MakeWriter<'a> for Lines {
-    type Writer = Lines;
+impl<'a> MakeWriter<'a> for LogWriter {
+    type Writer = LogWriter;
 
-    fn make_writer(&'a self) -> Lines {
+    fn make_writer(&'a self) -> LogWriter {
         self.clone()
     }
 
     /// Whoever asks for every text and byte gets every one.
-    fn make_writer_for(&'a self, meta: &Metadata<'_>) -> Lines {
-        Lines {
-            from: (*meta.level() <= Level::INFO).then(|| meta.callsite()),
+    fn make_writer_for(&'a self, meta: &Metadata<'_>) -> LogWriter {
+        LogWriter {
+            callsite: (*meta.level() <= Level::INFO).then(|| meta.callsite()),
             ..*self
         }
     }
 }
 
-impl Write for Lines {
+impl Write for LogWriter {
     /// Takes a whole line: the subscriber hands over one at a time.
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        let kind = self.from.clone().map(|from| kind(from, line, self.format));
-        put(self.plain(line), kind);
+        let kind = self
+            .callsite
+            .clone()
+            .map(|from| line_key(from, line, self.format));
+        enqueue(self.escaped(line), kind);
         Ok(line.len())
     }
 
@@ -98,7 +104,7 @@ impl Write for Lines {
     }
 }
 
-fn put(line: Vec<u8>, kind: Option<Kind>) {
+fn enqueue(line: Vec<u8>, kind: Option<LineKey>) {
     let queue = QUEUED.get();
     if queue.is_none_or(|queue| queue.try_send(Entry::Line(line, kind)).is_err()) {
         DROPPED.fetch_add(1, Ordering::Relaxed);
@@ -106,10 +112,10 @@ fn put(line: Vec<u8>, kind: Option<Kind>) {
 }
 
 fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
-    let mut folds = Folds::new(format);
+    let mut folds = LineFolder::new(format);
     loop {
         let patience = folds
-            .next()
+            .next_window_end()
             .map(|at| at.saturating_duration_since(Instant::now()));
         let entry = match patience {
             None => entries.recv().map_err(RecvTimeoutError::from),
@@ -117,20 +123,20 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
         };
         let (line, done) = match entry {
             Ok(Entry::Line(line, None)) => (Some(line), None),
-            Ok(Entry::Line(line, Some(kind))) => (folds.take(Instant::now(), kind, line), None),
-            Ok(Entry::Mark(done)) => (None, Some(done)),
+            Ok(Entry::Line(line, Some(kind))) => (folds.admit(Instant::now(), kind, line), None),
+            Ok(Entry::Flush(done)) => (None, Some(done)),
             Err(RecvTimeoutError::Timeout) => (None, None),
             Err(RecvTimeoutError::Disconnected) => return,
         };
         // What it stands for came before the line.
-        for told in folds.told(Instant::now()) {
+        for told in folds.due_summaries(Instant::now()) {
             write(&told, format);
         }
         if let Some(line) = line {
             write(&line, format);
         }
         if let Some(done) = done {
-            for told in folds.end() {
+            for told in folds.final_summaries() {
                 write(&told, format);
             }
             // Fails only when nobody waits for it any more.
@@ -142,12 +148,15 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
 fn write(line: &[u8], format: LogFormat) {
     let mut stderr = io::stderr();
     let dropped = DROPPED.swap(0, Ordering::Relaxed);
-    let told = dropped == 0 || stderr.write_all(words(dropped, format).as_bytes()).is_ok();
+    let told = dropped == 0
+        || stderr
+            .write_all(dropped_notice(dropped, format).as_bytes())
+            .is_ok();
     let lost = u64::from(stderr.write_all(line).is_err()) + if told { 0 } else { dropped };
     DROPPED.fetch_add(lost, Ordering::Relaxed);
 }
 
-fn words(dropped: u64, format: LogFormat) -> String {
+fn dropped_notice(dropped: u64, format: LogFormat) -> String {
     match format {
         LogFormat::Text => format!("WARN lines dropped: {dropped}\n"),
         LogFormat::Json => {
@@ -157,17 +166,17 @@ fn words(dropped: u64, format: LogFormat) -> String {
 }
 
 /// Waits until the lines so far are written, or for a moment at most.
-pub(crate) fn finish() {
+pub(crate) fn flush() {
     let Some(queue) = QUEUED.get() else { return };
-    let until = Instant::now() + FAREWELL;
+    let until = Instant::now() + FLUSH_TIMEOUT;
     let (done, written) = sync_channel(1);
-    let mut mark = Entry::Mark(done);
+    let mut mark = Entry::Flush(done);
     loop {
         match queue.try_send(mark) {
             Ok(()) => break,
             Err(TrySendError::Full(back)) if Instant::now() < until => {
                 mark = back;
-                std::thread::sleep(LOOK);
+                std::thread::sleep(FLUSH_RETRY);
             }
             Err(_) => return,
         }
@@ -177,11 +186,11 @@ pub(crate) fn finish() {
 }
 
 /// A line of the program itself, after the log lines before it. A stderr that takes nothing is not an error.
-pub(crate) fn say(line: &str) {
-    let line = format!("ts3100: {}\n", shown(line)).into_bytes();
+pub(crate) fn print_line(line: &str) {
+    let line = format!("ts3100: {}\n", printable(line)).into_bytes();
     if QUEUED.get().is_some() {
-        put(line, None);
-        finish();
+        enqueue(line, None);
+        flush();
     } else {
         let _ = io::stderr().write_all(&line);
     }
@@ -195,7 +204,14 @@ mod tests {
     fn no_line_of_the_log_can_be_made_up_by_others() {
         let of = |format, line: &str| {
             let from = None;
-            String::from_utf8(Lines { format, from }.plain(line.as_bytes())).unwrap()
+            String::from_utf8(
+                LogWriter {
+                    format,
+                    callsite: from,
+                }
+                .escaped(line.as_bytes()),
+            )
+            .unwrap()
         };
         let line = "2026  INFO \x1b[1mpick\r\n2026  INFO all is well\n";
         let expected = "2026  INFO <1B>[1mpick<CR>\n    2026  INFO all is well\n";

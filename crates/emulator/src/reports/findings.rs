@@ -1,7 +1,7 @@
 //! Findings as one JSON document: the report of `--findings FILE.json`.
 
 use crate::control::event::seconds;
-use crate::log::Readable;
+use crate::log::Escaped;
 use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
@@ -119,7 +119,7 @@ impl FindingView {
             t: seconds(finding.at),
             message: finding.message.clone(),
             bytes,
-            text: Readable(&finding.bytes).to_string(),
+            text: Escaped(&finding.bytes).to_string(),
         }
     }
 }

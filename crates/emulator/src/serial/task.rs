@@ -2,7 +2,7 @@
 //! to write.
 
 use super::{SerialEvent, SerialMessage, SerialSettings};
-use crate::log::Readable;
+use crate::log::Escaped;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc};
@@ -126,7 +126,7 @@ impl WriteBuffer {
 
 /// On a channel without texts the bytes are all there is to show.
 fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
-    let text = Readable(bytes);
+    let text = Escaped(bytes);
     if port.protocol().is_some() {
         trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
     } else {

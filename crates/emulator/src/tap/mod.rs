@@ -5,7 +5,7 @@
 mod relay;
 
 use crate::clock::system_calendar;
-use crate::log::Readable;
+use crate::log::Escaped;
 use crate::tcp::{ChannelError, bind};
 use crate::transcript::{
     EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
@@ -228,10 +228,10 @@ impl Notes {
     fn note(&self, what: RecordKind) {
         match &what {
             RecordKind::FromHost { line, bytes } => {
-                debug!(event = "tap", %line, "{line} < {}", Readable(bytes))
+                debug!(event = "tap", %line, "{line} < {}", Escaped(bytes))
             }
             RecordKind::FromRobot { line, bytes } => {
-                debug!(event = "tap", %line, "{line} > {}", Readable(bytes))
+                debug!(event = "tap", %line, "{line} > {}", Escaped(bytes))
             }
             RecordKind::Connected { .. }
             | RecordKind::Ended { .. }

@@ -2,7 +2,7 @@
 //! end is reported exactly once, whatever ended it.
 
 use super::ChannelMessage;
-use crate::log::Readable;
+use crate::log::Escaped;
 use crate::socket;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
@@ -256,7 +256,7 @@ async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Ve
 
 /// On a channel without texts the bytes are all there is to show.
 fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
-    let text = Readable(bytes);
+    let text = Escaped(bytes);
     if port.protocol().is_some() {
         trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
     } else {

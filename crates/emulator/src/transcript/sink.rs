@@ -6,7 +6,7 @@ use super::{
     TranscriptBuffer, without_port,
 };
 use crate::config::Settings;
-use crate::loading::Powered;
+use crate::loading::PoweredController;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
@@ -120,7 +120,7 @@ impl TranscriptSink {
     ///
     /// # Errors
     /// The first file that cannot be written.
-    pub fn begin(settings: &Settings, powered: &Powered) -> Result<TranscriptSink, RecorderError> {
+    pub fn begin(settings: &Settings, powered: &PoweredController) -> Result<TranscriptSink, RecorderError> {
         let calendar = settings.controller.calendar;
         let header = Header {
             origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),

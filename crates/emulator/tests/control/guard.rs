@@ -264,18 +264,18 @@ fn beyond_the_loopback_there_is_no_interface_without_a_token() {
         address: "0.0.0.0:0".parse().unwrap(),
         ..ControlSettings::free()
     };
-    let words = everywhere.clone().check().unwrap_err().to_string();
+    let words = everywhere.clone().validate().unwrap_err().to_string();
     assert!(words.contains("--control-token"), "{words}");
     let short = ControlSettings {
         token: Some("short".to_owned()),
         ..everywhere.clone()
     };
-    assert!(short.check().is_err());
+    assert!(short.validate().is_err());
     let allowed = ControlSettings {
         token: Some(TOKEN.to_owned()),
         ..everywhere
     };
-    assert!(allowed.check().is_ok());
+    assert!(allowed.validate().is_ok());
 }
 
 #[test]

@@ -81,7 +81,7 @@ mod tests {
     use std::string::ToString;
 
     #[test]
-    fn integers_and_reals_are_distinguished() {
+    fn integers_and_reals_are_told_apart() {
         assert_eq!(Number::parse("42"), Some(Number::Integer(42)));
         assert_eq!(Number::parse("-7"), Some(Number::Integer(-7)));
         assert_eq!(Number::parse("+7"), Some(Number::Integer(7)));
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn other_text_is_no_number() {
+    fn what_is_no_number_is_none() {
         for text in [
             "", "-", ".", "e", "1e", "inf", "nan", "1e999", "1,5", " 1", "0x1", "1_0", "--1", "1.2.3",
         ] {

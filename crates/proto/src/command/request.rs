@@ -132,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn other_operands_are_malformed_where_they_are() {
+    fn what_is_no_number_is_malformed_where_it_is() {
         for (letters, ..) in REQUESTS {
             for (rest, position) in [
                 ("", 2),

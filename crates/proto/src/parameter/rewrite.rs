@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_name_what_cannot_be_replaced() {
+    fn what_cannot_be_replaced_is_named() {
         assert_eq!(
             rewrite(FILE, "E09", "", "1"),
             Err(RewriteError::NoSection("E09".into()))

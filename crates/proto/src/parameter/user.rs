@@ -363,7 +363,7 @@ mod tests {
     }
 
     #[test]
-    fn missing_and_surplus_values_are_reported() {
+    fn missing_and_surplus_values_are_told() {
         let factory = UserParameters::factory();
         let (parameters, problems) = UserParameters::parse(b"", &factory, Edition::SixAxis);
         assert_eq!((parameters, problems.len()), (factory, 2));

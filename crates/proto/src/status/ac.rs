@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn other_content_is_no_list() {
+    fn what_is_no_list_is_refused() {
         let two = [record("8-001", "a", 2014, 15), record("4-002", "b", 2015, 16)];
         let content = encode_alarms(&two);
         for end in 0..content.len() - 1 {

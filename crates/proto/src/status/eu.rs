@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn other_content_is_no_history() {
+    fn what_is_no_history_is_refused() {
         let bytes = encode_history(&[entry(AlarmLevel::L2, 46)]);
         for end in 0..bytes.len() - 1 {
             assert!(decode_history(&bytes[..end]).is_err(), "{end}");

@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn other_content_is_no_quick_status() {
+    fn what_is_no_quick_status_is_refused() {
         for end in 0..IDLE.len() {
             assert!(QuickStatus::decode(&IDLE[..end]).is_err(), "{end}");
         }

@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn other_content_is_no_version() {
+    fn what_is_no_version_is_refused() {
         for bad in [
             "TS3100     2014/02/06 10:30 ABCD\r",
             "TS3100     2014-02-30 10:30 ABCD\r",

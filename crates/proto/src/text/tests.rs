@@ -316,7 +316,7 @@ fn a_binary_text_that_goes_on_is_a_fault() {
 }
 
 #[test]
-fn memory_is_bounded_and_lost_bytes_are_counted() {
+fn memory_is_bounded_and_what_is_lost_is_counted() {
     let mut decoder = TextDecoder::new(STX_ONLY);
     decoder.push(b"\x02SU\r\x03\x02S");
     for _ in 0..40 {

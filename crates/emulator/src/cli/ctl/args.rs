@@ -34,41 +34,41 @@ pub enum Command {
     /// Everything at one moment
     State,
     /// Key switch: show, or turn
-    Key { position: Option<Key> },
+    Key { position: Option<KeyPosition> },
     /// Control right in EXT: show, or set
-    Right { holder: Option<Holder> },
+    Right { holder: Option<RightHolder> },
     /// Emergency stop: show, press, release
-    EmergencyStop { action: Option<Press> },
+    EmergencyStop { action: Option<StopAction> },
     /// Safety switch (fence): show, open, close
-    SafetySwitch { action: Option<Fence> },
+    SafetySwitch { action: Option<FenceAction> },
     /// Servo power
-    Servo { state: Option<OnOff> },
+    Servo { state: Option<SwitchState> },
     /// Feed hold
-    FeedHold { state: Option<OnOff> },
+    FeedHold { state: Option<SwitchState> },
     /// Machine lock
-    MachineLock { state: Option<OnOff> },
+    MachineLock { state: Option<SwitchState> },
     /// Battery of the RAM drive
-    Battery { state: Option<Battery> },
+    Battery { state: Option<BatteryState> },
     /// The selected program: show, start, stop
-    Program { action: Option<StartStop> },
+    Program { action: Option<ProgramAction> },
     /// Teach pendant: show, or type at it (`\r` is a carriage return)
     Pendant { keys: Option<String> },
     /// Alarms: list, raise, reset, the table with cause and remedy
     Alarms {
         #[command(subcommand)]
-        action: Option<Alarms>,
+        action: Option<AlarmsCommand>,
     },
     /// Inputs: those that are on, or one of them
     Input {
         line: Option<u16>,
         #[command(subcommand)]
-        action: Option<Line>,
+        action: Option<LineCommand>,
     },
     /// Outputs: those that are on, or one of them
     Output {
         line: Option<u16>,
         #[command(subcommand)]
-        action: Option<Line>,
+        action: Option<LineCommand>,
     },
     /// Variables of the selected file: list, show one, set it
     Variable {
@@ -97,39 +97,39 @@ pub enum Command {
     /// RAM drive: list, get, put, delete, select
     File {
         #[command(subcommand)]
-        action: Option<File>,
+        action: Option<FileCommand>,
     },
     /// Communication ports: all, or one: inject bytes, drop its peer
     Channel {
-        port: Option<Port>,
+        port: Option<PortName>,
         #[command(subcommand)]
-        action: Option<Channel>,
+        action: Option<ChannelCommand>,
     },
     /// Parameters in effect
     Parameters,
     /// Clock: show, set how time passes, move it
     Clock {
         #[command(subcommand)]
-        action: Option<Clock>,
+        action: Option<ClockCommand>,
     },
     /// Wait until something happens, without moving time
-    Wait(Until),
+    Wait(WaitArgs),
     /// Power: show, off, on, cycle
-    Power { action: Option<Power> },
+    Power { action: Option<PowerAction> },
     /// Everything as when the emulator was started
     Reset,
     /// Faults on purpose: list, arm, disarm, clear, the kinds there are
     Faults {
         #[command(subcommand)]
-        action: Option<Faults>,
+        action: Option<FaultsCommand>,
     },
     /// Snapshots: list, take, restore, delete, show, load
     Snapshot {
         #[command(subcommand)]
-        action: Option<Snapshot>,
+        action: Option<SnapshotCommand>,
     },
     /// What happens, as it happens
-    Events(Events),
+    Events(EventsArgs),
     /// What went over the ports: print it, or write it to a file
     Transcript {
         /// Text, JSON lines or a capture for Wireshark, by its ending: .txt, .jsonl, .pcapng
@@ -146,7 +146,7 @@ pub enum Command {
     /// Any call of the OpenAPI document
     Call {
         /// GET, PUT, POST, DELETE
-        method: Method,
+        method: HttpMethod,
         /// For example /state
         path: String,
         /// JSON
@@ -156,7 +156,7 @@ pub enum Command {
 
 /// How an answer is shown to people.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Shown {
+pub enum OutputStyle {
     /// Names and values.
     Document,
     /// The text in it, and nothing else.
@@ -167,66 +167,66 @@ pub enum Shown {
 
 impl Command {
     /// How its answer is shown.
-    pub fn shown(&self) -> Shown {
+    pub fn output_style(&self) -> OutputStyle {
         match self {
             Command::File {
-                action: Some(File::Get { .. }),
-            } => Shown::Text,
+                action: Some(FileCommand::Get { .. }),
+            } => OutputStyle::Text,
             Command::Snapshot {
-                action: Some(Snapshot::Show { .. }),
+                action: Some(SnapshotCommand::Show { .. }),
             }
-            | Command::Transcript { .. } => Shown::Verbatim,
-            _ => Shown::Document,
+            | Command::Transcript { .. } => OutputStyle::Verbatim,
+            _ => OutputStyle::Document,
         }
     }
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Key {
+pub enum KeyPosition {
     Teaching,
     Internal,
     Ext,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Holder {
+pub enum RightHolder {
     Sig,
     Rs232c,
     Ether,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Press {
+pub enum StopAction {
     Press,
     Release,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Fence {
+pub enum FenceAction {
     Open,
     Close,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum OnOff {
+pub enum SwitchState {
     On,
     Off,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Battery {
+pub enum BatteryState {
     Low,
     Good,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum StartStop {
+pub enum ProgramAction {
     Start,
     Stop,
 }
 
 #[derive(Debug, Clone, Subcommand)]
-pub enum Snapshot {
+pub enum SnapshotCommand {
     /// Keep the present state under a name
     Take { name: String },
     /// Go on from the state of a name
@@ -240,14 +240,14 @@ pub enum Snapshot {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Power {
+pub enum PowerAction {
     Off,
     On,
     Cycle,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Method {
+pub enum HttpMethod {
     #[value(name = "GET", alias = "get")]
     Get,
     #[value(name = "PUT", alias = "put")]
@@ -259,7 +259,7 @@ pub enum Method {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum Port {
+pub enum PortName {
     Host,
     Com1,
     Ip0,
@@ -269,7 +269,7 @@ pub enum Port {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Alarms {
+pub enum AlarmsCommand {
     /// Active ones and the history
     List,
     /// Raise one of the table
@@ -286,7 +286,7 @@ pub enum Alarms {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Faults {
+pub enum FaultsCommand {
     /// Those that were armed, and what has become of them
     List,
     /// Arm one
@@ -304,7 +304,7 @@ pub enum Faults {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Line {
+pub enum LineCommand {
     /// Drive it on (an output: as IW does)
     On,
     /// Drive it off
@@ -312,19 +312,19 @@ pub enum Line {
     /// On for so many seconds
     Pulse { seconds: f64 },
     /// It shows this state whatever drives it
-    Force { state: OnOff },
+    Force { state: SwitchState },
     /// It shows again what drives it
     Release,
     /// Wait until it shows this state
     Wait {
-        state: OnOff,
+        state: SwitchState,
         #[command(flatten)]
-        limits: Limits,
+        limits: WaitLimits,
     },
 }
 
 #[derive(Debug, Subcommand)]
-pub enum File {
+pub enum FileCommand {
     /// All files
     List,
     /// Print a file
@@ -338,7 +338,7 @@ pub enum File {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Channel {
+pub enum ChannelCommand {
     /// Bytes as if they had come from the peer
     Inject {
         /// As text; `\r` and `\n` are control codes
@@ -353,7 +353,7 @@ pub enum Channel {
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Clock {
+pub enum ClockCommand {
     /// real, xN, stepped, auto
     Mode { mode: String },
     /// Move time by so many seconds
@@ -364,12 +364,12 @@ pub enum Clock {
         wall: Option<f64>,
     },
     /// Move time until something happens
-    AdvanceUntil(Until),
+    AdvanceUntil(WaitArgs),
 }
 
 /// How long is waited.
 #[derive(Debug, Clone, Copy, Args)]
-pub struct Limits {
+pub struct WaitLimits {
     /// For so many seconds of virtual time at most
     #[arg(long, default_value_t = 60.0)]
     pub within: f64,
@@ -379,17 +379,17 @@ pub struct Limits {
 }
 
 #[derive(Debug, Args)]
-pub struct Until {
+pub struct WaitArgs {
     /// status running|reset|retry|continue; input N on|off; output N on|off; line N; printed [PORT] TEXT; alarm NUMBER|any;
     /// idle
     #[arg(required = true, num_args = 1..)]
     pub condition: Vec<String>,
     #[command(flatten)]
-    pub limits: Limits,
+    pub limits: WaitLimits,
 }
 
 #[derive(Debug, Clone, Copy, Args)]
-pub struct Events {
+pub struct EventsArgs {
     /// Number of the first event; 1 for all that are kept; those from now on if not said
     #[arg(long)]
     pub since: Option<u64>,

@@ -1,10 +1,11 @@
 //! From the words of a command line to one call of the control interface.
 
 use super::args::{
-    Alarms, Battery, Channel, Clock, Command, Events, Faults, Fence, File, Limits, Line, Method, OnOff,
-    Power, Press, Snapshot, StartStop, Until,
+    AlarmsCommand, BatteryState, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand,
+    FenceAction, FileCommand, HttpMethod, LineCommand, PowerAction, ProgramAction, SnapshotCommand,
+    StopAction, SwitchState, WaitArgs, WaitLimits,
 };
-use crate::client::encoded;
+use crate::client::percent_encoded;
 use crate::faults::fault_json;
 use crate::files;
 use crate::transcript::{Format, TranscriptFile};
@@ -61,13 +62,13 @@ fn delete(path: impl Into<String>) -> Call {
 }
 
 /// The word of a value of the command line.
-fn word(value: &impl ValueEnum) -> String {
+fn value_name(value: &impl ValueEnum) -> String {
     let value = value.to_possible_value();
     value.map_or_else(String::new, |value| value.get_name().to_owned())
 }
 
-fn is_on(state: OnOff) -> bool {
-    matches!(state, OnOff::On)
+fn is_on(state: SwitchState) -> bool {
+    matches!(state, SwitchState::On)
 }
 
 /// A switch: shown, or set.
@@ -84,37 +85,39 @@ impl Call {
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
     #[expect(clippy::too_many_lines, reason = "a flat match by name")]
-    pub fn of(command: &Command, json: bool) -> Result<Call, String> {
+    pub fn from_command(command: &Command, json: bool) -> Result<Call, String> {
         Ok(match command {
             Command::State => get("/state"),
             Command::Key { position: None } => get("/key-switch"),
-            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": word(key)})),
+            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": value_name(key)})),
             Command::Right { holder: None } => get("/control-right"),
-            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": word(right)})),
+            Command::Right { holder: Some(right) } => {
+                put("/control-right", json!({"holder": value_name(right)}))
+            }
             Command::EmergencyStop { action } => {
-                let pressed = action.map(|action| matches!(action, Press::Press));
+                let pressed = action.map(|action| matches!(action, StopAction::Press));
                 switch("/emergency-stop", "pressed", pressed)
             }
             Command::SafetySwitch { action } => {
-                let open = action.map(|action| matches!(action, Fence::Open));
+                let open = action.map(|action| matches!(action, FenceAction::Open));
                 switch("/safety-switch", "open", open)
             }
             Command::Servo { state } => switch("/servo", "on", state.map(is_on)),
             Command::FeedHold { state } => switch("/feed-hold", "on", state.map(is_on)),
             Command::MachineLock { state } => switch("/machine-lock", "on", state.map(is_on)),
             Command::Battery { state } => {
-                let low = state.map(|state| matches!(state, Battery::Low));
+                let low = state.map(|state| matches!(state, BatteryState::Low));
                 switch("/battery", "low", low)
             }
             Command::Program { action: None } => get("/program"),
             Command::Program {
-                action: Some(StartStop::Start),
+                action: Some(ProgramAction::Start),
             } => post("/program/start", json!({})),
             Command::Program {
-                action: Some(StartStop::Stop),
+                action: Some(ProgramAction::Stop),
             } => post("/program/stop", json!({})),
             Command::Pendant { keys: None } => get("/pendant"),
-            Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescaped(keys)})),
+            Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescape(keys)})),
             Command::Alarms { action } => alarms(action.as_ref()),
             Command::Faults { action } => faults(action.as_ref()),
             Command::Input { line, action } => line_call("input", *line, action.as_ref())?,
@@ -128,7 +131,7 @@ impl Call {
                 restore,
                 ..
             } => post(
-                format!("/positions/{}/teach", encoded(name)),
+                format!("/positions/{}/teach", percent_encoded(name)),
                 json!({"restore": restore}),
             ),
             Command::Position {
@@ -147,15 +150,15 @@ impl Call {
             Command::Channel {
                 port: Some(port),
                 action,
-            } => channel(&word(port).to_ascii_uppercase(), action.as_ref()),
+            } => channel(&value_name(port).to_ascii_uppercase(), action.as_ref()),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
             Command::Power { action: None } => get("/power"),
             Command::Power { action: Some(action) } => match action {
-                Power::Off => post("/power/off", json!({})),
-                Power::On => post("/power/on", json!({})),
-                Power::Cycle => post("/power/cycle", json!({})),
+                PowerAction::Off => post("/power/off", json!({})),
+                PowerAction::On => post("/power/on", json!({})),
+                PowerAction::Cycle => post("/power/cycle", json!({})),
             },
             Command::Reset => post("/reset", json!({})),
             Command::Snapshot { action } => snapshot(action.as_ref())?,
@@ -170,20 +173,26 @@ impl Call {
     }
 }
 
-fn snapshot(action: Option<&Snapshot>) -> Result<Call, String> {
+fn snapshot(action: Option<&SnapshotCommand>) -> Result<Call, String> {
     Ok(match action {
         None => get("/snapshots"),
-        Some(Snapshot::Show { name: None }) => get("/snapshot"),
-        Some(Snapshot::Show { name: Some(name) }) => get(format!("/snapshots/{}", encoded(name))),
-        Some(Snapshot::Load { path }) => put("/snapshot", document(path)?),
-        Some(Snapshot::Take { name }) => put(format!("/snapshots/{}", encoded(name)), json!({})),
-        Some(Snapshot::Restore { name }) => post(format!("/snapshots/{}/restore", encoded(name)), json!({})),
-        Some(Snapshot::Delete { name }) => delete(format!("/snapshots/{}", encoded(name))),
+        Some(SnapshotCommand::Show { name: None }) => get("/snapshot"),
+        Some(SnapshotCommand::Show { name: Some(name) }) => {
+            get(format!("/snapshots/{}", percent_encoded(name)))
+        }
+        Some(SnapshotCommand::Load { path }) => put("/snapshot", read_json(path)?),
+        Some(SnapshotCommand::Take { name }) => {
+            put(format!("/snapshots/{}", percent_encoded(name)), json!({}))
+        }
+        Some(SnapshotCommand::Restore { name }) => {
+            post(format!("/snapshots/{}/restore", percent_encoded(name)), json!({}))
+        }
+        Some(SnapshotCommand::Delete { name }) => delete(format!("/snapshots/{}", percent_encoded(name))),
     })
 }
 
 /// A file of JSON.
-fn document(path: &Path) -> Result<Value, String> {
+fn read_json(path: &Path) -> Result<Value, String> {
     let bytes = read(path, MAX_SNAPSHOT)?;
     serde_json::from_slice(&bytes).map_err(|error| format!("{}: no JSON: {error}", path.display()))
 }
@@ -201,7 +210,7 @@ fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
     })
 }
 
-fn raw(method: Method, path: &str, body: Option<&str>) -> Result<Call, String> {
+fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> Result<Call, String> {
     let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
     if !plain {
         return Err(format!("expected a path as a URL has it, found `{path}`"));
@@ -209,41 +218,43 @@ fn raw(method: Method, path: &str, body: Option<&str>) -> Result<Call, String> {
     let body = body.map(|body| serde_json::from_str(body).map_err(|error| format!("body: {error}")));
     Ok(Call {
         method: match method {
-            Method::Get => "GET",
-            Method::Put => "PUT",
-            Method::Post => "POST",
-            Method::Delete => "DELETE",
+            HttpMethod::Get => "GET",
+            HttpMethod::Put => "PUT",
+            HttpMethod::Post => "POST",
+            HttpMethod::Delete => "DELETE",
         },
         path: path.to_owned(),
         body: body.transpose()?,
     })
 }
 
-fn alarms(action: Option<&Alarms>) -> Call {
+fn alarms(action: Option<&AlarmsCommand>) -> Call {
     match action {
-        None | Some(Alarms::List) => get("/alarms"),
-        Some(Alarms::Raise { number, detail }) => {
+        None | Some(AlarmsCommand::List) => get("/alarms"),
+        Some(AlarmsCommand::Raise { number, detail }) => {
             let detail = detail.as_deref().unwrap_or_default();
             post("/alarms", json!({"number": number, "detail": detail}))
         }
-        Some(Alarms::Reset) => post("/alarms/reset", json!({})),
-        Some(Alarms::Table { number: None }) => get("/alarms/table"),
-        Some(Alarms::Table { number: Some(number) }) => get(format!("/alarms/table/{}", encoded(number))),
+        Some(AlarmsCommand::Reset) => post("/alarms/reset", json!({})),
+        Some(AlarmsCommand::Table { number: None }) => get("/alarms/table"),
+        Some(AlarmsCommand::Table { number: Some(number) }) => {
+            get(format!("/alarms/table/{}", percent_encoded(number)))
+        }
     }
 }
 
-fn faults(action: Option<&Faults>) -> Call {
+fn faults(action: Option<&FaultsCommand>) -> Call {
     match action {
-        None | Some(Faults::List) => get("/faults"),
-        Some(Faults::Arm { spec }) => post("/faults", request(spec)),
-        Some(Faults::Disarm { number }) => delete(format!("/faults/{number}")),
-        Some(Faults::Clear) => delete("/faults"),
-        Some(Faults::Kinds) => get("/faults/kinds"),
+        None | Some(FaultsCommand::List) => get("/faults"),
+        Some(FaultsCommand::Arm { spec }) => post("/faults", arm_body(spec)),
+        Some(FaultsCommand::Disarm { number }) => delete(format!("/faults/{number}")),
+        Some(FaultsCommand::Clear) => delete("/faults"),
+        Some(FaultsCommand::Kinds) => get("/faults/kinds"),
     }
 }
 
 /// A fault as the body that arms it.
-fn request(fault: &Fault) -> Value {
+fn arm_body(fault: &Fault) -> Value {
     let mut body = fault_json(fault);
     if fault.id == 0
         && let Some(keys) = body.as_object_mut()
@@ -253,7 +264,7 @@ fn request(fault: &Fault) -> Value {
     body
 }
 
-fn line_call(side: &str, line: Option<u16>, action: Option<&Line>) -> Result<Call, String> {
+fn line_call(side: &str, line: Option<u16>, action: Option<&LineCommand>) -> Result<Call, String> {
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
@@ -263,12 +274,12 @@ fn line_call(side: &str, line: Option<u16>, action: Option<&Line>) -> Result<Cal
     let path = format!("/{side}s/{line}");
     Ok(match action {
         None => get(path),
-        Some(Line::On) => put(path, json!({"on": true})),
-        Some(Line::Off) => put(path, json!({"on": false})),
-        Some(Line::Pulse { seconds }) => post(format!("{path}/pulse"), json!({"seconds": seconds})),
-        Some(Line::Force { state }) => put(format!("{path}/force"), json!({"on": is_on(*state)})),
-        Some(Line::Release) => delete(format!("{path}/force")),
-        Some(Line::Wait { state, limits }) => {
+        Some(LineCommand::On) => put(path, json!({"on": true})),
+        Some(LineCommand::Off) => put(path, json!({"on": false})),
+        Some(LineCommand::Pulse { seconds }) => post(format!("{path}/pulse"), json!({"seconds": seconds})),
+        Some(LineCommand::Force { state }) => put(format!("{path}/force"), json!({"on": is_on(*state)})),
+        Some(LineCommand::Release) => delete(format!("{path}/force")),
+        Some(LineCommand::Wait { state, limits }) => {
             let condition = json!({ side: {"line": line, "on": is_on(*state)} });
             post("/wait", wait_body(&condition, *limits))
         }
@@ -279,7 +290,7 @@ fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -
     let Some(name) = name else {
         return Ok(get(path));
     };
-    let path = format!("{path}/{}", encoded(name));
+    let path = format!("{path}/{}", percent_encoded(name));
     if value.is_empty() {
         return Ok(get(path));
     }
@@ -291,14 +302,14 @@ fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -
     Ok(put(path, json!({"value": value, "restore": restore})))
 }
 
-fn file(action: Option<&File>) -> Result<Call, String> {
-    let path = |name: &str| format!("/files/{}", encoded(name));
+fn file(action: Option<&FileCommand>) -> Result<Call, String> {
+    let path = |name: &str| format!("/files/{}", percent_encoded(name));
     Ok(match action {
-        None | Some(File::List) => get("/files"),
-        Some(File::Get { name }) => get(path(name)),
-        Some(File::Put { name, path: from }) => put(path(name), content(from)?),
-        Some(File::Delete { name }) => delete(path(name)),
-        Some(File::Select { name }) => post(format!("{}/select", path(name)), json!({})),
+        None | Some(FileCommand::List) => get("/files"),
+        Some(FileCommand::Get { name }) => get(path(name)),
+        Some(FileCommand::Put { name, path: from }) => put(path(name), read_content(from)?),
+        Some(FileCommand::Delete { name }) => delete(path(name)),
+        Some(FileCommand::Select { name }) => post(format!("{}/select", path(name)), json!({})),
     })
 }
 
@@ -313,46 +324,48 @@ fn read(path: &Path, most: u64) -> Result<Vec<u8>, String> {
 }
 
 /// The content of a file, as text where it is one.
-fn content(path: &Path) -> Result<Value, String> {
+fn read_content(path: &Path) -> Result<Value, String> {
     Ok(match String::from_utf8(read(path, MAX_FILE)?) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": crate::control::event::hex(error.as_bytes())}),
     })
 }
 
-fn channel(port: &str, action: Option<&Channel>) -> Call {
+fn channel(port: &str, action: Option<&ChannelCommand>) -> Call {
     let path = format!("/channels/{port}");
     match action {
         None => get(path),
-        Some(Channel::Drop) => post(format!("{path}/drop"), json!({})),
-        Some(Channel::Inject { hex: Some(hex), .. }) => post(format!("{path}/inject"), json!({"hex": hex})),
-        Some(Channel::Inject { text, .. }) => {
-            let text = unescaped(text.as_deref().unwrap_or_default());
+        Some(ChannelCommand::Drop) => post(format!("{path}/drop"), json!({})),
+        Some(ChannelCommand::Inject { hex: Some(hex), .. }) => {
+            post(format!("{path}/inject"), json!({"hex": hex}))
+        }
+        Some(ChannelCommand::Inject { text, .. }) => {
+            let text = unescape(text.as_deref().unwrap_or_default());
             post(format!("{path}/inject"), json!({"text": text}))
         }
     }
 }
 
-fn clock(action: Option<&Clock>) -> Result<Call, String> {
+fn clock(action: Option<&ClockCommand>) -> Result<Call, String> {
     Ok(match action {
         None => get("/clock"),
-        Some(Clock::Mode { mode }) => put("/clock", json!({"mode": mode})),
-        Some(Clock::Advance { seconds, wall }) => {
+        Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
+        Some(ClockCommand::Advance { seconds, wall }) => {
             let mut body = json!({"seconds": seconds});
             if let Some(wall) = wall {
                 body["wall"] = json!(wall);
             }
             post("/clock/advance", body)
         }
-        Some(Clock::AdvanceUntil(until)) => post("/clock/advance-until", until_body(until)?),
+        Some(ClockCommand::AdvanceUntil(until)) => post("/clock/advance-until", until_body(until)?),
     })
 }
 
-fn until_body(until: &Until) -> Result<Value, String> {
+fn until_body(until: &WaitArgs) -> Result<Value, String> {
     Ok(wait_body(&condition(&until.condition)?, until.limits))
 }
 
-fn wait_body(condition: &Value, limits: Limits) -> Value {
+fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
     let mut body = json!({"condition": condition, "within": limits.within});
     if let Some(wall) = limits.wall {
         body["wall"] = json!(wall);
@@ -378,9 +391,9 @@ fn condition(words: &[String]) -> Result<Value, String> {
             json!({ *side: {"line": number(line)?, "on": state(on)?} })
         }
         ["line", line] => json!({"line": number(line)?}),
-        ["printed", text] => json!({"printed": {"text": unescaped(text)}}),
+        ["printed", text] => json!({"printed": {"text": unescape(text)}}),
         ["printed", port, text] => {
-            json!({"printed": {"channel": port.to_ascii_uppercase(), "text": unescaped(text)}})
+            json!({"printed": {"channel": port.to_ascii_uppercase(), "text": unescape(text)}})
         }
         ["alarm", number] => json!({ "alarm": number }),
         ["idle"] => json!({"idle": {}}),
@@ -394,7 +407,7 @@ fn condition(words: &[String]) -> Result<Value, String> {
     })
 }
 
-fn events_path(events: Events) -> String {
+fn events_path(events: EventsArgs) -> String {
     let parts = [("since", events.since), ("count", events.count)];
     let parts: Vec<String> = parts
         .into_iter()
@@ -408,7 +421,7 @@ fn events_path(events: Events) -> String {
 }
 
 /// `\r`, `\n`, `\t`, `\\` and `\xNN` as what they stand for.
-fn unescaped(text: &str) -> String {
+fn unescape(text: &str) -> String {
     let mut plain = String::new();
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('\\') {
@@ -438,9 +451,9 @@ mod tests {
 
     #[test]
     fn control_codes_may_be_written() {
-        assert_eq!(unescaped(r"1,2\r\n"), "1,2\r\n");
-        assert_eq!(unescaped(r"\x02SO\r\x03"), "\x02SO\r\x03");
-        assert_eq!(unescaped(r"a\\b\q\"), r"a\b\q\");
+        assert_eq!(unescape(r"1,2\r\n"), "1,2\r\n");
+        assert_eq!(unescape(r"\x02SO\r\x03"), "\x02SO\r\x03");
+        assert_eq!(unescape(r"a\\b\q\"), r"a\b\q\");
     }
 
     #[test]

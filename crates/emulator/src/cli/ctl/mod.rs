@@ -7,11 +7,11 @@ mod show;
 
 pub use args::CtlArgs;
 
-use crate::client::{Answer, Client, ClientError, LIMIT};
+use crate::client::{Client, ClientError, DEFAULT_TIMEOUT, Response};
 use crate::control::{MAX_WALL, URL_VARIABLE};
 use crate::files;
-use crate::visible::{shown, visible_lines};
-use args::{Command, Shown};
+use crate::printable::{escape_lines, printable};
+use args::{Command, OutputStyle};
 use call::Call;
 use std::io::{self, BufRead as _, Write as _};
 use std::path::Path;
@@ -33,20 +33,20 @@ const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 
 /// Makes the call and shows the answer.
 pub fn run(args: &CtlArgs) -> ExitCode {
-    let call = match Call::of(&args.command, args.json) {
+    let call = match Call::from_command(&args.command, args.json) {
         Ok(call) => call,
         Err(reason) => {
-            eprintln!("ts3100 ctl: {}", shown(reason));
+            eprintln!("ts3100 ctl: {}", printable(reason));
             return ExitCode::from(USAGE);
         }
     };
-    match client(args, &call).and_then(|client| make(&client, &call, args)) {
+    match client(args, &call).and_then(|client| perform(&client, &call, args)) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100 ctl: {}", shown(&error));
+            eprintln!("ts3100 ctl: {}", printable(&error));
             ExitCode::from(match error {
                 ClientError::Url(_) | ClientError::Token => USAGE,
-                ClientError::Unreachable { .. } | ClientError::Answer { .. } => NO_ANSWER,
+                ClientError::Unreachable { .. } | ClientError::InvalidResponse { .. } => NO_ANSWER,
             })
         }
     }
@@ -60,11 +60,11 @@ fn client(args: &CtlArgs, call: &Call) -> Result<Client, ClientError> {
     let wall = wall.and_then(|wall| Duration::try_from_secs_f64(wall).ok());
     let limit = args
         .timeout
-        .unwrap_or(LIMIT + wall.unwrap_or_default().min(MAX_WALL));
-    Ok(Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)?.within(limit))
+        .unwrap_or(DEFAULT_TIMEOUT + wall.unwrap_or_default().min(MAX_WALL));
+    Ok(Client::new(url.as_deref().unwrap_or(DEFAULT_URL), token)?.with_timeout(limit))
 }
 
-fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
+fn perform(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, ClientError> {
     let body = call.body.as_ref().map(ToString::to_string);
     if matches!(args.command, Command::Events(_)) {
         return follow(client, call, args.json);
@@ -75,13 +75,13 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
     let (status, text) = client.call(call.method, &call.path, body.as_deref())?;
     let answer = serde_json::from_str::<serde_json::Value>(&text).ok();
     if status >= 400 {
-        refused(args.json, &text, answer.as_ref());
+        print_refusal(args.json, &text, answer.as_ref());
         return Ok(ExitCode::from(REFUSED));
     }
-    let shown = match (&answer, args.command.shown()) {
-        (_, Shown::Verbatim) => text,
-        (Some(answer), Shown::Text) if !args.json => show::text_of(answer),
-        (Some(answer), _) if !args.json => visible_lines(&show::readable(answer)),
+    let shown = match (&answer, args.command.output_style()) {
+        (_, OutputStyle::Verbatim) => text,
+        (Some(answer), OutputStyle::Text) if !args.json => show::file_text(answer),
+        (Some(answer), _) if !args.json => escape_lines(&show::format_document(answer)),
         (Some(answer), _) => format!("{answer}\n"),
         (None, _) => text,
     };
@@ -95,12 +95,12 @@ fn make(client: &Client, call: &Call, args: &CtlArgs) -> Result<ExitCode, Client
     })
 }
 
-fn refused(json: bool, text: &str, answer: Option<&serde_json::Value>) {
+fn print_refusal(json: bool, text: &str, answer: Option<&serde_json::Value>) {
     let words = answer.and_then(|answer| answer.get("error")?.as_str());
     if json {
-        eprintln!("{}", visible_lines(text.trim_end()));
+        eprintln!("{}", escape_lines(text.trim_end()));
     } else {
-        eprintln!("ts3100 ctl: {}", shown(words.unwrap_or(text).trim_end()));
+        eprintln!("ts3100 ctl: {}", printable(words.unwrap_or(text).trim_end()));
     }
 }
 
@@ -108,10 +108,10 @@ fn refused(json: bool, text: &str, answer: Option<&serde_json::Value>) {
 fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCode, ClientError> {
     let mut answer = client.send(call.method, &call.path, None)?;
     if answer.status >= 400 {
-        return Ok(refused_with(&mut answer, json));
+        return Ok(read_refusal(&mut answer, json));
     }
-    answer.body.unbounded();
-    let written = files::replace_by(path, |file| io::copy(&mut answer.body, file).map(drop));
+    answer.body.lift_size_limit();
+    let written = files::replace_with(path, |file| io::copy(&mut answer.body, file).map(drop));
     Ok(match written {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
@@ -122,11 +122,11 @@ fn save(client: &Client, call: &Call, path: &Path, json: bool) -> Result<ExitCod
 }
 
 /// A refusal that has not been read yet.
-fn refused_with(answer: &mut Answer, json: bool) -> ExitCode {
+fn read_refusal(answer: &mut Response, json: bool) -> ExitCode {
     let mut text = String::new();
     // What cannot be read is shown as far as it came.
     let _ = io::Read::read_to_string(&mut answer.body, &mut text);
-    refused(json, &text, serde_json::from_str(&text).ok().as_ref());
+    print_refusal(json, &text, serde_json::from_str(&text).ok().as_ref());
     ExitCode::from(REFUSED)
 }
 
@@ -134,9 +134,9 @@ fn refused_with(answer: &mut Answer, json: bool) -> ExitCode {
 fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientError> {
     let mut answer = client.send(call.method, &call.path, None)?;
     if answer.status >= 400 {
-        return Ok(refused_with(&mut answer, json));
+        return Ok(read_refusal(&mut answer, json));
     }
-    answer.body.endless();
+    answer.body.lift_limits();
     let mut kind = String::new();
     for line in io::BufReader::new(answer.body).lines() {
         // The interface has ended.
@@ -149,7 +149,7 @@ fn follow(client: &Client, call: &Call, json: bool) -> Result<ExitCode, ClientEr
         };
         let event = serde_json::from_str::<serde_json::Value>(data).ok();
         let shown = match event {
-            Some(event) if !json => visible_lines(&show::event(&kind, &event)),
+            Some(event) if !json => escape_lines(&show::format_event(&kind, &event)),
             _ => format!("{data}\n"),
         };
         if !print(&shown) {

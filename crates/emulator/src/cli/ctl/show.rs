@@ -6,24 +6,24 @@ use serde_json::{Map, Value};
 const WIDTH: usize = 100;
 
 /// A document as names and values, indented.
-pub fn readable(answer: &Value) -> String {
+pub fn format_document(answer: &Value) -> String {
     let mut text = String::new();
     write(&mut text, answer, 0);
     text
 }
 
 /// The text a file holds, or its digits.
-pub fn text_of(answer: &Value) -> String {
+pub fn file_text(answer: &Value) -> String {
     let part = |name: &str| answer.get(name).and_then(Value::as_str);
     match (part("text"), part("hex")) {
         (Some(text), _) => text.to_owned(),
         (None, Some(hex)) => format!("{hex}\n"),
-        (None, None) => readable(answer),
+        (None, None) => format_document(answer),
     }
 }
 
 /// One event on one line.
-pub fn event(kind: &str, event: &Value) -> String {
+pub fn format_event(kind: &str, event: &Value) -> String {
     let empty = Map::new();
     let fields = event.as_object().unwrap_or(&empty);
     let at = fields.get("t").and_then(Value::as_f64).unwrap_or_default();
@@ -108,11 +108,11 @@ mod tests {
     fn documents_are_names_and_values() {
         let answer = json!({"on": [1, 2], "none": [], "deep": {"a": [{"b": 1, "c": "x\ny"}]}});
         let expected = "on: 1 2\nnone: none\ndeep:\n  a:\n    - b: 1\n      c:\n        x\n        y\n";
-        assert_eq!(readable(&answer), expected);
-        assert_eq!(text_of(&json!({"text": "A\n"})), "A\n");
-        let happening = json!({"seq": 1, "t": 0.5, "event": "status", "status": "running", "hex": "00"});
+        assert_eq!(format_document(&answer), expected);
+        assert_eq!(file_text(&json!({"text": "A\n"})), "A\n");
+        let event = json!({"seq": 1, "t": 0.5, "event": "status", "status": "running", "hex": "00"});
         assert_eq!(
-            event("status", &happening),
+            format_event("status", &event),
             "    0.500000 status        status=running\n"
         );
     }

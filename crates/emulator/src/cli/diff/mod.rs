@@ -6,8 +6,8 @@ mod suggest;
 
 use crate::config::{self, Environment, ServeArgs, Settings, args};
 use crate::diff::{Ignore, Tolerance, diff};
+use crate::printable::printable;
 use crate::transcript::{Header, Recording, text};
-use crate::visible::shown;
 use anyhow::{Context as _, anyhow};
 use clap::{Args, Parser};
 use std::path::PathBuf;
@@ -105,7 +105,7 @@ struct RobotArgs {
 /// The flags that a recording names.
 #[derive(Debug, Parser)]
 #[command(no_binary_name = true)]
-struct Recorded {
+struct RecordedFlags {
     #[command(flatten)]
     args: RobotArgs,
 }
@@ -139,7 +139,7 @@ pub(super) fn run(args: &DiffArgs) -> ExitCode {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::from(DIFFERENT),
         Err(error) => {
-            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
+            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
             ExitCode::from(UNUSABLE)
         }
     }
@@ -172,10 +172,10 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
 /// The flags given, over those of a configuration file, over those of the recording.
 fn settings(given: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
     let words = header.flags.iter().map(|flag| format!("--{flag}"));
-    let recorded = Recorded::try_parse_from(words)
+    let recorded = RecordedFlags::try_parse_from(words)
         .map_err(|error| anyhow!("a flag of the recording: {}", error.to_string().trim_end()))?;
     let (given, _) = config::read(given.clone().into(), &Environment::new())?;
-    let merged = given.over(recorded.args.into());
+    let merged = given.with_fallback(recorded.args.into());
     let mut settings = Settings::from_args(&merged)?;
     // Two replays of one recording are the same: the date is the recording's, not today's.
     let fresh = ts3100_controller::Config::new(ts3100_controller::Dialect::default());

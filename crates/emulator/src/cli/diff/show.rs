@@ -2,7 +2,7 @@
 
 use super::suggest::Suggestion;
 use crate::diff::{Difference, Kind, PartDifference, Report};
-use crate::log::Readable;
+use crate::log::Escaped;
 use crate::transcript::EndReason;
 use serde_json::{Value, json};
 use std::io::{self, Write};
@@ -19,9 +19,9 @@ const MAX_SHOWN: usize = 200;
 pub(super) fn show(path: &Path, report: &Report, closer: &[Suggestion], as_json: bool) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     let written = if as_json {
-        writeln!(stdout, "{:#}", document(path, report, closer))
+        writeln!(stdout, "{:#}", report_json(path, report, closer))
     } else {
-        stdout.write_all((text(path, report) + &options(closer)).as_bytes())
+        stdout.write_all((report_text(path, report) + &suggestion_lines(closer)).as_bytes())
     };
     match written.and_then(|()| stdout.flush()) {
         // Whoever reads has seen enough.
@@ -41,7 +41,7 @@ struct Counts {
 }
 
 impl Counts {
-    fn of(report: &Report) -> Counts {
+    fn new(report: &Report) -> Counts {
         let mut counts = Counts::default();
         for difference in &report.differences {
             *match difference.kind {
@@ -56,14 +56,14 @@ impl Counts {
     }
 }
 
-fn text(path: &Path, report: &Report) -> String {
+fn report_text(path: &Path, report: &Report) -> String {
     let mut out = String::new();
     for difference in &report.differences {
         out += &format!(
             "{}:{}: {}\n",
             path.display(),
             difference.file_line,
-            described(difference)
+            describe(difference)
         );
     }
     let Counts {
@@ -72,7 +72,7 @@ fn text(path: &Path, report: &Report) -> String {
         missing,
         surplus,
         ended,
-    } = Counts::of(report);
+    } = Counts::new(report);
     out += &format!(
         "{} inputs played, {} answers compared: {bytes} differ in bytes, {time} in time, {missing} missing, {surplus} \
          surplus, {ended} connections end otherwise",
@@ -92,13 +92,13 @@ fn text(path: &Path, report: &Report) -> String {
 }
 
 /// A line for each option that brings the two closer.
-fn options(closer: &[Suggestion]) -> String {
+fn suggestion_lines(closer: &[Suggestion]) -> String {
     let line =
         |Suggestion { set, left }: &Suggestion| format!("closer with --set {set}: {left} parts left\n");
     closer.iter().map(line).collect()
 }
 
-fn described(difference: &Difference) -> String {
+fn describe(difference: &Difference) -> String {
     let Difference {
         at, line, question, ..
     } = difference;
@@ -119,7 +119,7 @@ fn described(difference: &Difference) -> String {
             for part in parts {
                 out += &format!("\n    {}", part_line(part));
             }
-            out + &because(reason.as_deref())
+            out + &reason_line(reason.as_deref())
         }
         Kind::Time {
             recorded,
@@ -134,13 +134,13 @@ fn described(difference: &Difference) -> String {
         Kind::Missing { recorded, reason } => format!(
             "{place}: the emulator does not send {}{}",
             shortened(recorded),
-            because(reason.as_deref())
+            reason_line(reason.as_deref())
         ),
         Kind::Surplus { emulated, reason } => {
             format!(
                 "{place}: the emulator sends {} besides{}",
                 shortened(emulated),
-                because(reason.as_deref())
+                reason_line(reason.as_deref())
             )
         }
         Kind::Ended { recorded, emulated } => {
@@ -180,7 +180,7 @@ fn part_line(part: &PartDifference) -> String {
     )
 }
 
-fn because(reason: Option<&str>) -> String {
+fn reason_line(reason: Option<&str>) -> String {
     reason
         .map(|reason| format!("\n    the emulator says: {reason}"))
         .unwrap_or_default()
@@ -194,18 +194,18 @@ fn quoted(question: &str) -> String {
 fn shortened(bytes: &[u8]) -> String {
     let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
     let more = if cut.len() < bytes.len() { "..." } else { "" };
-    format!("{}{more}", Readable(cut))
+    format!("{}{more}", Escaped(cut))
 }
 
 fn millis(duration: Duration) -> String {
     format!("{}.{:03} ms", duration.as_millis(), duration.as_micros() % 1_000)
 }
 
-fn document(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
+fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
     let closer = closer
         .iter()
         .map(|Suggestion { set, left }| json!({ "set": set, "left": left }));
-    let counts = Counts::of(report);
+    let counts = Counts::new(report);
     json!({
         "transcript": path.display().to_string(),
         "equal": report.differences.is_empty(),
@@ -220,12 +220,12 @@ fn document(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
         "ignored": report.ignored,
         "not_shown": report.more,
         "closer": closer.collect::<Vec<_>>(),
-        "differences": report.differences.iter().map(difference).collect::<Vec<_>>(),
+        "differences": report.differences.iter().map(difference_json).collect::<Vec<_>>(),
     })
 }
 
-fn difference(difference: &Difference) -> Value {
-    let shown = |bytes: &[u8]| Readable(bytes).to_string();
+fn difference_json(difference: &Difference) -> Value {
+    let shown = |bytes: &[u8]| Escaped(bytes).to_string();
     let mut value = match &difference.kind {
         Kind::Bytes {
             recorded,
@@ -237,7 +237,7 @@ fn difference(difference: &Difference) -> Value {
             "recorded": shown(recorded),
             "emulated": shown(emulated),
             "reason": reason,
-            "parts": parts.iter().map(part).collect::<Vec<_>>(),
+            "parts": parts.iter().map(part_json).collect::<Vec<_>>(),
         }),
         Kind::Time {
             recorded,
@@ -273,7 +273,7 @@ fn difference(difference: &Difference) -> Value {
     value
 }
 
-fn part(part: &PartDifference) -> Value {
+fn part_json(part: &PartDifference) -> Value {
     json!({
         "key": part.key,
         "name": part.name,

@@ -18,7 +18,7 @@ pub(super) struct Suggestion {
 }
 
 /// How many parts of answers differ; what is no answer is one part.
-fn count(report: &Report) -> usize {
+fn differing_parts(report: &Report) -> usize {
     let parts = report
         .differences
         .iter()
@@ -38,7 +38,7 @@ pub(super) fn suggestions(
 ) -> Vec<Suggestion> {
     let mut closer = Vec::new();
     for (key, values) in option_keys() {
-        for value in words(values) {
+        for value in listed_values(values) {
             let mut other = settings.clone();
             let options = &mut other.controller.options;
             if set_option(options, &mut other.links, key, value).is_err() {
@@ -48,8 +48,8 @@ pub(super) fn suggestions(
             let Ok(report) = diff(recording, &other, tolerance) else {
                 continue;
             };
-            let left = count(&report);
-            if left < count(found) {
+            let left = differing_parts(&report);
+            if left < differing_parts(found) {
                 let set = format!("{key}={value}");
                 closer.push(Suggestion { set, left });
             }
@@ -61,7 +61,7 @@ pub(super) fn suggestions(
 }
 
 /// The values that are listed as `one or the other`; numbers and times are not tried.
-fn words(values: &str) -> impl Iterator<Item = &str> {
+fn listed_values(values: &str) -> impl Iterator<Item = &str> {
     let listed = values.contains(" or ");
     let alternatives = values.split(" or ").filter_map(|word| word.split(' ').next());
     alternatives.filter(move |_| listed)
@@ -69,11 +69,11 @@ fn words(values: &str) -> impl Iterator<Item = &str> {
 
 #[cfg(test)]
 mod tests {
-    use super::words;
+    use super::listed_values;
 
     #[test]
     fn alternatives_are_tried_and_numbers_are_not() {
-        let tried = |values| words(values).collect::<Vec<_>>();
+        let tried = |values| listed_values(values).collect::<Vec<_>>();
         assert_eq!(tried("one-record or six-records"), ["one-record", "six-records"]);
         assert_eq!(tried("one or several (texts)"), ["one", "several"]);
         assert!(tried("a number of bytes").is_empty());

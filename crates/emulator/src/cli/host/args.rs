@@ -2,8 +2,8 @@
 //! proto parses. So the operands are held to the same grammar as on the wire.
 
 use super::extensions::Extension;
-use super::kind::Kind;
 use super::session::HostError;
+use super::variable_type::VariableType;
 use crate::loading;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ pub(in crate::cli) struct HostArgs {
     #[arg(value_name = "ADDR")]
     pub(super) address: String,
     #[command(subcommand)]
-    pub(super) command: Word,
+    pub(super) command: HostCommand,
     /// Send texts without STX
     #[arg(long, global = true)]
     pub(super) no_stx: bool,
@@ -46,7 +46,7 @@ pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, String> {
 
 /// One command.
 #[derive(Debug, Subcommand)]
-pub(super) enum Word {
+pub(super) enum HostCommand {
     /// Status: modes, file, override, execution
     Su,
     /// System total status: alarms, lines, signals, positions
@@ -106,7 +106,7 @@ pub(super) enum Word {
         /// Its type: integer, real, load, coordinate, position, or the manual's code: 0-4 these, 5-9 elements
         /// of arrays of these, -1 whatever it is
         #[arg(value_name = "TYPE", allow_negative_numbers = true)]
-        kind: Option<Kind>,
+        kind: Option<VariableType>,
         /// The same as TYPE
         #[arg(
             long = "type",
@@ -114,7 +114,7 @@ pub(super) enum Word {
             allow_negative_numbers = true,
             conflicts_with = "kind"
         )]
-        named_kind: Option<Kind>,
+        named_kind: Option<VariableType>,
     },
     /// Write a global variable
     Mw {
@@ -122,7 +122,7 @@ pub(super) enum Word {
         name: String,
         /// Its type as for mr [default: -1, whatever it is]
         #[arg(long = "type", value_name = "TYPE", allow_negative_numbers = true)]
-        kind: Option<Kind>,
+        kind: Option<VariableType>,
         /// Also write the value into the program file
         #[arg(long)]
         restore: bool,
@@ -156,7 +156,7 @@ pub(super) enum Word {
 
 /// Which decoder an answer needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Show {
+pub(super) enum Decoder {
     /// SU.
     Status,
     /// CA.
@@ -179,7 +179,7 @@ pub(super) enum Show {
 
 /// What an exchange consists of.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) enum HostAction {
+pub(super) enum ExchangeKind {
     /// OK or NG.
     Plain,
     /// OK, then the controller's SP, within the limit if one is given.
@@ -189,14 +189,14 @@ pub(super) enum HostAction {
     /// A file, kept.
     Upload { output: Option<PathBuf> },
     /// A file, decoded.
-    Status(Show),
+    Status(Decoder),
     /// SF: read by length.
     SystemStatus,
     /// IO: read by length.
     Lines,
 }
 
-impl Word {
+impl HostCommand {
     /// The command as proto understands it.
     ///
     /// # Errors
@@ -210,53 +210,53 @@ impl Word {
     }
 
     /// What is to be done with it.
-    pub(super) fn action(&self) -> HostAction {
+    pub(super) fn exchange_kind(&self) -> ExchangeKind {
         match self {
-            Word::Su => HostAction::Status(Show::Status),
-            Word::Sf => HostAction::SystemStatus,
-            Word::Ca => HostAction::Status(Show::Directory),
-            Word::Vr => HostAction::Status(Show::Version),
-            Word::Eu => HostAction::Status(Show::History),
-            Word::Mr { .. } => HostAction::Status(Show::Values),
-            Word::Ul { output, .. } => HostAction::Upload {
+            HostCommand::Su => ExchangeKind::Status(Decoder::Status),
+            HostCommand::Sf => ExchangeKind::SystemStatus,
+            HostCommand::Ca => ExchangeKind::Status(Decoder::Directory),
+            HostCommand::Vr => ExchangeKind::Status(Decoder::Version),
+            HostCommand::Eu => ExchangeKind::Status(Decoder::History),
+            HostCommand::Mr { .. } => ExchangeKind::Status(Decoder::Values),
+            HostCommand::Ul { output, .. } => ExchangeKind::Upload {
                 output: output.clone(),
             },
-            Word::Dl { file, .. } => HostAction::Download { file: file.clone() },
-            Word::Extension(extension) => extension.action(),
-            Word::Rn { wait: Some(limit) } => HostAction::RunAndWait(*limit),
-            Word::Rn { wait: None }
-            | Word::Er { .. }
-            | Word::Sl { .. }
-            | Word::Sp
-            | Word::So
-            | Word::Br
-            | Word::Rs { .. }
-            | Word::Mw { .. }
-            | Word::Iw { .. }
-            | Word::Do { .. }
-            | Word::Ec { .. }
-            | Word::Fd => HostAction::Plain,
+            HostCommand::Dl { file, .. } => ExchangeKind::Download { file: file.clone() },
+            HostCommand::Extension(extension) => extension.exchange_kind(),
+            HostCommand::Rn { wait: Some(limit) } => ExchangeKind::RunAndWait(*limit),
+            HostCommand::Rn { wait: None }
+            | HostCommand::Er { .. }
+            | HostCommand::Sl { .. }
+            | HostCommand::Sp
+            | HostCommand::So
+            | HostCommand::Br
+            | HostCommand::Rs { .. }
+            | HostCommand::Mw { .. }
+            | HostCommand::Iw { .. }
+            | HostCommand::Do { .. }
+            | HostCommand::Ec { .. }
+            | HostCommand::Fd => ExchangeKind::Plain,
         }
     }
 
     fn message(&self) -> Result<String, HostError> {
         Ok(match self {
-            Word::Su => "SU".to_owned(),
-            Word::Sf => "SF".to_owned(),
-            Word::Ca => "CA".to_owned(),
-            Word::Vr => "VR".to_owned(),
-            Word::Eu => "EU".to_owned(),
-            Word::Ul { name, .. } => format!("UL,{name}"),
-            Word::Dl { file, name: None } => format!("DL,{}", loading::drive_name(file)?),
-            Word::Dl { name: Some(name), .. } => format!("DL,{name}"),
-            Word::Er { name } => format!("ER,{name}"),
-            Word::Sl { name } => format!("SL,{name}"),
-            Word::Rn { .. } => "RN".to_owned(),
-            Word::Sp => "SP".to_owned(),
-            Word::So => "SO".to_owned(),
-            Word::Br => "BR".to_owned(),
-            Word::Rs { what } => format!("RS,{what}"),
-            Word::Mr {
+            HostCommand::Su => "SU".to_owned(),
+            HostCommand::Sf => "SF".to_owned(),
+            HostCommand::Ca => "CA".to_owned(),
+            HostCommand::Vr => "VR".to_owned(),
+            HostCommand::Eu => "EU".to_owned(),
+            HostCommand::Ul { name, .. } => format!("UL,{name}"),
+            HostCommand::Dl { file, name: None } => format!("DL,{}", loading::drive_name(file)?),
+            HostCommand::Dl { name: Some(name), .. } => format!("DL,{name}"),
+            HostCommand::Er { name } => format!("ER,{name}"),
+            HostCommand::Sl { name } => format!("SL,{name}"),
+            HostCommand::Rn { .. } => "RN".to_owned(),
+            HostCommand::Sp => "SP".to_owned(),
+            HostCommand::So => "SO".to_owned(),
+            HostCommand::Br => "BR".to_owned(),
+            HostCommand::Rs { what } => format!("RS,{what}"),
+            HostCommand::Mr {
                 name,
                 kind,
                 named_kind,
@@ -264,7 +264,7 @@ impl Word {
                 let kind = kind.or(*named_kind).unwrap_or_default();
                 format!("MR,{name} {}", kind.code(name))
             }
-            Word::Mw {
+            HostCommand::Mw {
                 name,
                 kind,
                 restore,
@@ -273,11 +273,11 @@ impl Word {
                 let kind = kind.unwrap_or_default().code(name);
                 format!("MW,{} {name} {kind} {}", u8::from(*restore), values.join(" "))
             }
-            Word::Iw { pairs } => format!("IW,{}", pairs.join(" ")),
-            Word::Do { statement } => format!("DO,{}", statement.join(" ")),
-            Word::Ec { words } => format!("EC,{}", words.join(" ")),
-            Word::Fd => "FD".to_owned(),
-            Word::Extension(extension) => extension.message(),
+            HostCommand::Iw { pairs } => format!("IW,{}", pairs.join(" ")),
+            HostCommand::Do { statement } => format!("DO,{}", statement.join(" ")),
+            HostCommand::Ec { words } => format!("EC,{}", words.join(" ")),
+            HostCommand::Fd => "FD".to_owned(),
+            HostCommand::Extension(extension) => extension.message(),
         })
     }
 }

@@ -1,7 +1,7 @@
 //! The words of `ts3100 host` for the commands that real hosts send beyond the manual. A controller in the
 //! manual's dialect answers them with NG.
 
-use super::args::{HostAction, Show};
+use super::args::{Decoder, ExchangeKind};
 use clap::{Subcommand, ValueEnum};
 use ts3100_proto::command::ZsFrame;
 
@@ -59,7 +59,7 @@ pub(super) enum Extension {
     /// Extension: set the work or the tool coordinate system
     Zs {
         /// Which one
-        frame: FrameWord,
+        frame: FrameArg,
         /// Name of the coordinate variable
         name: String,
         /// X Y Z C of a SCARA, X Y Z A B C of a six-axis arm
@@ -95,18 +95,18 @@ pub(super) enum Extension {
 
 /// The coordinate system of ZS.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub(super) enum FrameWord {
+pub(super) enum FrameArg {
     /// The work coordinate system
     Work,
     /// The tool
     Tool,
 }
 
-impl From<FrameWord> for ZsFrame {
-    fn from(frame: FrameWord) -> ZsFrame {
+impl From<FrameArg> for ZsFrame {
+    fn from(frame: FrameArg) -> ZsFrame {
         match frame {
-            FrameWord::Work => ZsFrame::Work,
-            FrameWord::Tool => ZsFrame::Tool,
+            FrameArg::Work => ZsFrame::Work,
+            FrameArg::Tool => ZsFrame::Tool,
         }
     }
 }
@@ -128,35 +128,35 @@ impl Extension {
             Extension::Zs { frame, name, values } => {
                 format!("ZS,{} {name} {}", ZsFrame::from(*frame).code(), values.join(" "))
             }
-            Extension::Md { mode } => format!("MD,{}", number(mode, &MODES)),
-            Extension::Rt { rate } => format!("RT,{}", number(rate, &RATES)),
-            Extension::Sc { system } => format!("SC,{}", number(system, &SYSTEMS)),
+            Extension::Md { mode } => format!("MD,{}", name_to_number(mode, &MODES)),
+            Extension::Rt { rate } => format!("RT,{}", name_to_number(rate, &RATES)),
+            Extension::Sc { system } => format!("SC,{}", name_to_number(system, &SYSTEMS)),
             Extension::Jg { axis, motion } => format!("JG,{axis} {motion}"),
         }
     }
 
     /// What is to be done with it.
-    pub(super) fn action(&self) -> HostAction {
+    pub(super) fn exchange_kind(&self) -> ExchangeKind {
         match self {
-            Extension::Sm => HostAction::Status(Show::QuickStatus),
-            Extension::Ac | Extension::Ah => HostAction::Status(Show::Alarms),
-            Extension::Hi { .. } => HostAction::Status(Show::Values),
-            Extension::Pr { .. } | Extension::Vl { .. } => HostAction::Status(Show::Position),
-            Extension::Mn => HostAction::Status(Show::Maintenance),
-            Extension::Io => HostAction::Lines,
+            Extension::Sm => ExchangeKind::Status(Decoder::QuickStatus),
+            Extension::Ac | Extension::Ah => ExchangeKind::Status(Decoder::Alarms),
+            Extension::Hi { .. } => ExchangeKind::Status(Decoder::Values),
+            Extension::Pr { .. } | Extension::Vl { .. } => ExchangeKind::Status(Decoder::Position),
+            Extension::Mn => ExchangeKind::Status(Decoder::Maintenance),
+            Extension::Io => ExchangeKind::Lines,
             Extension::Wd { .. }
             | Extension::Ho { .. }
             | Extension::Zs { .. }
             | Extension::Md { .. }
             | Extension::Rt { .. }
             | Extension::Sc { .. }
-            | Extension::Jg { .. } => HostAction::Plain,
+            | Extension::Jg { .. } => ExchangeKind::Plain,
         }
     }
 }
 
 /// The number of a word, or the word as it is: proto knows which numbers there are.
-fn number(word: &str, words: &[&str]) -> String {
+fn name_to_number(word: &str, words: &[&str]) -> String {
     let place = words.iter().position(|known| word.eq_ignore_ascii_case(known));
     place.map_or_else(|| word.to_owned(), |place| place.to_string())
 }

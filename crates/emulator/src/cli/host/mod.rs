@@ -4,15 +4,15 @@
 
 mod args;
 mod extensions;
-mod kind;
 mod render;
 mod session;
 mod transfer;
+mod variable_type;
 
 pub(super) use args::{HostArgs, seconds};
 
-use crate::visible::{shown, visible_lines};
-use args::{HostAction, Show};
+use crate::printable::{escape_lines, printable};
+use args::{Decoder, ExchangeKind};
 use serde_json::Value;
 use session::{HostError, Session};
 use std::io::{self, Write};
@@ -41,7 +41,7 @@ pub(super) fn run(args: &HostArgs) -> ExitCode {
             ExitCode::from(NEGATIVE)
         }
         Err(error) => {
-            eprintln!("ts3100 host: {}", shown(error));
+            eprintln!("ts3100 host: {}", printable(error));
             ExitCode::from(NO_ANSWER)
         }
     }
@@ -51,20 +51,20 @@ fn exchange(args: &HostArgs) -> Result<Answer, HostError> {
     // Before anything is sent: wrong words are the caller's mistake, not the controller's answer.
     let command = args.command.parse()?;
     let mut session = Session::connect(&args.address, args.no_stx, args.timeout, args.total)?;
-    match args.command.action() {
-        HostAction::Plain => plain(&mut session, &command),
-        HostAction::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
-        HostAction::Download { file } => transfer::download(&mut session, &command, &file),
-        HostAction::Upload { output } => transfer::upload(&mut session, &command, output.as_deref()),
-        HostAction::Status(show) => show_status(&mut session, &command, show, args.json),
-        HostAction::SystemStatus => {
+    match args.command.exchange_kind() {
+        ExchangeKind::Plain => plain(&mut session, &command),
+        ExchangeKind::RunAndWait(limit) => run_and_wait(&mut session, &command, limit),
+        ExchangeKind::Download { file } => transfer::download(&mut session, &command, &file),
+        ExchangeKind::Upload { output } => transfer::upload(&mut session, &command, output.as_deref()),
+        ExchangeKind::Status(show) => show_status(&mut session, &command, show, args.json),
+        ExchangeKind::SystemStatus => {
             let Some(status) = session.system_status(&command)? else {
                 return Ok(Answer::Negative);
             };
             print(&render::system_status(&status), args.json)?;
             Ok(Answer::Positive)
         }
-        HostAction::Lines => {
+        ExchangeKind::Lines => {
             let Some(lines) = session.lines(&command)? else {
                 return Ok(Answer::Negative);
             };
@@ -97,7 +97,7 @@ fn run_and_wait(
 fn show_status(
     session: &mut Session,
     command: &Command,
-    show: Show,
+    show: Decoder,
     json: bool,
 ) -> Result<Answer, HostError> {
     let Some(content) = session.file(command)? else {
@@ -116,7 +116,7 @@ fn print(decoded: &Value, json: bool) -> Result<(), HostError> {
     let text = if json {
         format!("{decoded}\n")
     } else {
-        visible_lines(&render::table(decoded))
+        escape_lines(&render::table(decoded))
     };
     io::stdout()
         .lock()

@@ -1,7 +1,7 @@
 //! Decoded answers as one JSON value each, and that value as a table for people. The values are proto's;
 //! only the names of fields and the layout of the table are made here.
 
-use super::args::Show;
+use super::args::Decoder;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use ts3100_proto::calendar::CalendarTime;
@@ -22,17 +22,17 @@ use ts3100_proto::status::{AlarmLevel, BodyError, ExecutionStatus, mr};
 ///
 /// # Errors
 /// The decoder's, with what was expected and found.
-pub(super) fn decode(show: Show, content: &[u8]) -> Result<Value, BodyError> {
+pub(super) fn decode(show: Decoder, content: &[u8]) -> Result<Value, BodyError> {
     Ok(match show {
-        Show::Status => status(&StatusBody::decode(content)?),
-        Show::Directory => list(&ca::decode_directory(content)?, directory_entry),
-        Show::Version => list(&vr::decode_versions(content)?, version),
-        Show::History => list(&eu::decode_history(content)?, error_entry),
-        Show::Values => list(&mr::decode_values(content)?, number),
-        Show::QuickStatus => quick_status(&QuickStatus::decode(content)?),
-        Show::Alarms => list(&ac::decode_alarms(content)?, alarm_record),
-        Show::Position => position(&pr::decode_position(content)?),
-        Show::Maintenance => maintenance(&Maintenance::decode(content)?),
+        Decoder::Status => status(&StatusBody::decode(content)?),
+        Decoder::Directory => list(&ca::decode_directory(content)?, directory_entry),
+        Decoder::Version => list(&vr::decode_versions(content)?, version),
+        Decoder::History => list(&eu::decode_history(content)?, error_entry),
+        Decoder::Values => list(&mr::decode_values(content)?, number),
+        Decoder::QuickStatus => quick_status(&QuickStatus::decode(content)?),
+        Decoder::Alarms => list(&ac::decode_alarms(content)?, alarm_record),
+        Decoder::Position => position(&pr::decode_position(content)?),
+        Decoder::Maintenance => maintenance(&Maintenance::decode(content)?),
     })
 }
 
@@ -109,8 +109,8 @@ fn quick_status(status: &QuickStatus) -> Value {
         "emergency_switch": status.emergency_switch,
         "safety_switch": status.safety_switch,
         "servo": status.servo,
-        "master_mode": named(&QUICK_MODES, status.master_mode),
-        "run_mode": named(&QUICK_RUN_MODES, status.run_mode),
+        "master_mode": name_or_number(&QUICK_MODES, status.master_mode),
+        "run_mode": name_or_number(&QUICK_RUN_MODES, status.run_mode),
         "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(execution(status))),
         "override_percent": status.override_percent,
         "alarm_level": status.alarm_level,
@@ -132,14 +132,14 @@ const QUICK_MODES: [&str; 6] = [
 const QUICK_RUN_MODES: [&str; 4] = ["continuous", "cycle", "step", "segment"];
 
 /// The word of a number, or the number if it has none.
-fn named(words: &[&str], number: u8) -> Value {
+fn name_or_number(words: &[&str], number: u8) -> Value {
     let word = words.get(usize::from(number));
     word.map_or(json!(number), |word| json!(word))
 }
 
 /// The lines of IO that are on.
 pub(super) fn lines(words: &LineWords) -> Value {
-    json!({ "inputs_on": on(&words.inputs), "outputs_on": on(&words.outputs) })
+    json!({ "inputs_on": lines_on(&words.inputs), "outputs_on": lines_on(&words.outputs) })
 }
 
 /// All of SF; signals as the lists of lines that are on, positions as they came.
@@ -161,8 +161,8 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
         "master_mode": sf_mode(status.master_mode),
         "power_on_minutes": status.power_on_minutes,
         "run_minutes": status.run_minutes,
-        "inputs_on": on(&status.inputs),
-        "outputs_on": on(&status.outputs),
+        "inputs_on": lines_on(&status.inputs),
+        "outputs_on": lines_on(&status.outputs),
         "joint": rounded(&status.joint),
         "world": rounded(&status.world),
         "work": rounded(&status.work),
@@ -173,7 +173,7 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
 }
 
 /// Numbers of the lines that are on: four words each from line 1, 101 and 201; the rest is reserved.
-fn on(words: &[u16]) -> Vec<usize> {
+fn lines_on(words: &[u16]) -> Vec<usize> {
     let mut on = Vec::new();
     for (index, word) in words.iter().enumerate() {
         let first = index / 4 * 100 + index % 4 * 16 + 1;
@@ -247,18 +247,18 @@ pub(super) fn table(value: &Value) -> String {
         Value::Object(fields) => {
             let width = fields.keys().map(String::len).max().unwrap_or(0);
             for (name, value) in fields.iter().filter(|(_, value)| !value.is_null()) {
-                let _ = writeln!(text, "{:<width$}  {}", name.replace('_', " "), cell(value));
+                let _ = writeln!(text, "{:<width$}  {}", name.replace('_', " "), cell_text(value));
             }
         }
         Value::Array(items) => match items.first() {
             None => text.push_str("(none)\n"),
             Some(Value::Object(first)) => text.push_str(&rows(items, first)),
             Some(_) => {
-                let _ = writeln!(text, "{}", cell(value));
+                let _ = writeln!(text, "{}", cell_text(value));
             }
         },
         other => {
-            let _ = writeln!(text, "{}", cell(other));
+            let _ = writeln!(text, "{}", cell_text(other));
         }
     }
     text
@@ -270,7 +270,7 @@ fn rows(items: &[Value], first: &Map<String, Value>) -> String {
         .map(|name| {
             let width = items
                 .iter()
-                .map(|item| cell(&item[name.as_str()]).len())
+                .map(|item| cell_text(&item[name.as_str()]).len())
                 .max()
                 .unwrap_or(0);
             (name, width.max(name.len()))
@@ -291,14 +291,14 @@ fn rows(items: &[Value], first: &Map<String, Value>) -> String {
         line(
             columns
                 .iter()
-                .map(|(name, width)| format!("{:<width$}", cell(&item[name.as_str()])))
+                .map(|(name, width)| format!("{:<width$}", cell_text(&item[name.as_str()])))
                 .collect(),
         );
     }
     text
 }
 
-fn cell(value: &Value) -> String {
+fn cell_text(value: &Value) -> String {
     match value {
         Value::Null => String::new(),
         Value::Bool(true) => "on".to_owned(),
@@ -307,7 +307,7 @@ fn cell(value: &Value) -> String {
         Value::String(text) => text.clone(),
         Value::Number(number) => number.to_string(),
         Value::Array(items) if items.is_empty() => "-".to_owned(),
-        Value::Array(items) => items.iter().map(cell).collect::<Vec<_>>().join(" "),
+        Value::Array(items) => items.iter().map(cell_text).collect::<Vec<_>>().join(" "),
         Value::Object(_) => value.to_string(),
     }
 }
@@ -323,7 +323,7 @@ mod tests {
         words[3] = 0x8000;
         words[4] = 1;
         words[11] = 0x8000;
-        assert_eq!(on(&words), [1, 64, 101, 264]);
+        assert_eq!(lines_on(&words), [1, 64, 101, 264]);
     }
 
     #[test]

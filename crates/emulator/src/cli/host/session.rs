@@ -4,7 +4,7 @@
 
 use super::Answer;
 use crate::loading::LoadError;
-use crate::log::Readable;
+use crate::log::Escaped;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
@@ -47,14 +47,17 @@ pub(super) enum HostError {
     },
     /// The connection broke.
     #[error("expected {expected}, but the connection failed: {reason}")]
-    Broken {
+    ConnectionFailed {
         /// What was awaited.
         expected: &'static str,
         /// What the system said.
         reason: io::Error,
     },
     /// The peer closed.
-    #[error("expected {expected}, but the peer closed the connection{}", after(found))]
+    #[error(
+        "expected {expected}, but the peer closed the connection{}",
+        after_bytes(found)
+    )]
     Closed {
         /// What was awaited.
         expected: &'static str,
@@ -63,7 +66,7 @@ pub(super) enum HostError {
     },
     /// Nothing came.
     #[error("expected {expected} within {limit:?}, found {}", nothing_or(found))]
-    Silent {
+    Timeout {
         /// What was awaited.
         expected: &'static str,
         /// How long.
@@ -76,7 +79,7 @@ pub(super) enum HostError {
         "expected {expected}, but the command took longer than {limit:?} (--total); found {}",
         nothing_or(found)
     )]
-    Overdue {
+    TotalTimeout {
         /// What was awaited.
         expected: &'static str,
         /// How long.
@@ -85,7 +88,7 @@ pub(super) enum HostError {
         found: Vec<u8>,
     },
     /// Something else came.
-    #[error("expected {expected}, found {}", Readable(found))]
+    #[error("expected {expected}, found {}", Escaped(found))]
     Unexpected {
         /// What was awaited.
         expected: &'static str,
@@ -93,7 +96,7 @@ pub(super) enum HostError {
         found: Vec<u8>,
     },
     /// A file that is not what the command asks for.
-    #[error("the answer to {letters} cannot be read: {reason}; found {}", Readable(found))]
+    #[error("the answer to {letters} cannot be read: {reason}; found {}", Escaped(found))]
     Content {
         /// The command.
         letters: &'static str,
@@ -107,11 +110,11 @@ pub(super) enum HostError {
     Output(io::Error),
 }
 
-fn after(found: &[u8]) -> String {
+fn after_bytes(found: &[u8]) -> String {
     if found.is_empty() {
         String::new()
     } else {
-        format!(" after {}", Readable(found))
+        format!(" after {}", Escaped(found))
     }
 }
 
@@ -119,7 +122,7 @@ fn nothing_or(found: &[u8]) -> String {
     if found.is_empty() {
         "nothing".to_owned()
     } else {
-        format!("only {}", Readable(found))
+        format!("only {}", Escaped(found))
     }
 }
 
@@ -138,12 +141,12 @@ enum SfForm {
 pub(super) struct Session {
     stream: TcpStream,
     framing: Framing,
-    limit: Duration,
+    timeout: Duration,
     /// When everything is to be over, and how long that is; not while the end of a program is waited for.
-    whole: Option<(Instant, Duration)>,
+    total_deadline: Option<(Instant, Duration)>,
     decoder: TextDecoder,
     /// Received, not yet given to the decoder.
-    raw: Vec<u8>,
+    received: Vec<u8>,
 }
 
 impl Session {
@@ -166,7 +169,7 @@ impl Session {
                     stream.set_nodelay(true).map_err(refused)?;
                     stream.set_write_timeout(Some(limit)).map_err(refused)?;
                     return Ok(Session {
-                        whole: Some((end, total)),
+                        total_deadline: Some((end, total)),
                         ..Session::over(stream, no_stx, limit)
                     });
                 }
@@ -189,10 +192,10 @@ impl Session {
         Session {
             stream,
             framing,
-            limit,
-            whole: None,
+            timeout: limit,
+            total_deadline: None,
             decoder,
-            raw: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -253,7 +256,7 @@ impl Session {
         self.send(&command.encode())?;
         let whole = FL.len() + SfLayout::Eight.len() + 1;
         let (layout, data) = match self.system_status_form()? {
-            None => return self.no_file(),
+            None => return self.ng_or_unexpected(),
             Some(SfForm::Long) => {
                 let data = self.binary(whole, SF_TEXT)?;
                 self.acknowledge()?;
@@ -285,14 +288,14 @@ impl Session {
 
     /// Waits until the form of an SF answer is plain; `None` if what came is no FL.
     fn system_status_form(&mut self) -> Result<Option<SfForm>, HostError> {
-        let deadline = Instant::now() + self.limit;
-        if !self.begins_file(deadline)? {
+        let deadline = Instant::now() + self.timeout;
+        if !self.starts_with_fl(deadline)? {
             return Ok(None);
         }
         // In the long text names stand where the others have their ETX, and names have no control codes.
-        let full = self.stx() + text::MAX_DATA + 1;
+        let full = self.stx_length() + text::MAX_DATA + 1;
         self.fill(full, deadline)?;
-        let end = self.raw.get(..full).unwrap_or_default();
+        let end = self.received.get(..full).unwrap_or_default();
         Ok(Some(if end.ends_with(&[text::ETX]) {
             SfForm::Full
         } else {
@@ -304,16 +307,16 @@ impl Session {
     /// NG.
     pub(super) fn lines(&mut self, command: &Command) -> Result<Option<LineWords>, HostError> {
         self.send(&command.encode())?;
-        let deadline = Instant::now() + self.limit;
-        if !self.begins_file(deadline)? {
-            return self.no_file();
+        let deadline = Instant::now() + self.timeout;
+        if !self.starts_with_fl(deadline)? {
+            return self.ng_or_unexpected();
         }
         let length = FL.len() + io_words::LENGTH;
         let mut ending = 0;
         for byte in [text::EOF, text::CR] {
-            let at = self.stx() + length + ending;
+            let at = self.stx_length() + length + ending;
             self.fill(at + 1, deadline)?;
-            ending += usize::from(self.raw.get(at) == Some(&byte));
+            ending += usize::from(self.received.get(at) == Some(&byte));
         }
         let data = self.binary(length + ending, "a text of IO")?;
         self.acknowledge()?;
@@ -329,7 +332,7 @@ impl Session {
     }
 
     /// The answer in place of a file that is read by length: `None` for NG.
-    fn no_file<T>(&mut self) -> Result<Option<T>, HostError> {
+    fn ng_or_unexpected<T>(&mut self) -> Result<Option<T>, HostError> {
         let data = self.answer(FILE)?;
         match Reply::parse(&data) {
             Ok(Reply::Ng) => Ok(None),
@@ -341,31 +344,31 @@ impl Session {
     }
 
     /// Bytes in front of the data section.
-    fn stx(&self) -> usize {
+    fn stx_length(&self) -> usize {
         usize::from(self.framing == Framing::Stx)
     }
 
     /// Waits for the beginning of an answer: whether it is an FL. An SP in front of it is reported.
-    fn begins_file(&mut self, deadline: Instant) -> Result<bool, HostError> {
+    fn starts_with_fl(&mut self, deadline: Instant) -> Result<bool, HostError> {
         loop {
-            self.fill(self.stx() + FL.len(), deadline)?;
-            let start = self.raw.get(self.stx()..).unwrap_or_default();
+            self.fill(self.stx_length() + FL.len(), deadline)?;
+            let start = self.received.get(self.stx_length()..).unwrap_or_default();
             if !start.starts_with(b"SP") {
                 return Ok(start.starts_with(FL));
             }
-            self.skip_stop(deadline)?;
+            self.skip_unsolicited_sp(deadline)?;
         }
     }
 
     /// An SP in front of an answer that is read by length.
-    fn skip_stop(&mut self, deadline: Instant) -> Result<(), HostError> {
+    fn skip_unsolicited_sp(&mut self, deadline: Instant) -> Result<(), HostError> {
         loop {
-            if let Some(end) = self.raw.iter().position(|byte| *byte == text::ETX) {
-                self.raw.drain(..=end);
-                report_stop();
+            if let Some(end) = self.received.iter().position(|byte| *byte == text::ETX) {
+                self.received.drain(..=end);
+                report_unsolicited_sp();
                 return Ok(());
             }
-            let more = self.raw.len() + 1;
+            let more = self.received.len() + 1;
             self.fill(more, deadline)?;
         }
     }
@@ -380,7 +383,7 @@ impl Session {
     /// that send no STX (D7), by asking for its status. Returns what to print of it.
     pub(super) fn wait_for_stop(&mut self, limit: Option<Duration>) -> Result<&'static str, HostError> {
         const EXPECTED: &str = "SP";
-        self.whole = None;
+        self.total_deadline = None;
         let deadline = limit.map(|limit| Instant::now() + limit);
         if self.framing == Framing::Bare {
             self.poll_until_stopped(deadline, limit.unwrap_or_default())?;
@@ -410,7 +413,7 @@ impl Session {
                 return Ok(());
             }
             if deadline.is_some_and(|deadline| deadline <= Instant::now()) {
-                return Err(HostError::Silent {
+                return Err(HostError::Timeout {
                     expected: EXPECTED,
                     limit,
                     found: Vec::new(),
@@ -422,10 +425,12 @@ impl Session {
     /// Sends a text in one write.
     pub(super) fn send(&mut self, data: &[u8]) -> Result<(), HostError> {
         let bytes = text::encode_text(data, self.framing, Checksum::None);
-        self.stream.write_all(&bytes).map_err(|reason| HostError::Broken {
-            expected: "to send a text",
-            reason,
-        })
+        self.stream
+            .write_all(&bytes)
+            .map_err(|reason| HostError::ConnectionFailed {
+                expected: "to send a text",
+                reason,
+            })
     }
 
     /// The pause a host should leave after a text of the controller (TRN-04).
@@ -440,13 +445,13 @@ impl Session {
 
     /// The next text that is no SP of the controller's own accord.
     fn answer(&mut self, expected: &'static str) -> Result<Vec<u8>, HostError> {
-        let deadline = Instant::now() + self.limit;
+        let deadline = Instant::now() + self.timeout;
         loop {
-            let data = self.text(expected, Some(deadline), self.limit)?;
+            let data = self.text(expected, Some(deadline), self.timeout)?;
             if !matches!(Reply::parse(&data), Ok(Reply::Sp)) {
                 return Ok(data);
             }
-            report_stop();
+            report_unsolicited_sp();
         }
     }
 
@@ -457,7 +462,7 @@ impl Session {
         limit: Duration,
     ) -> Result<Vec<u8>, HostError> {
         loop {
-            self.decoder.push(&std::mem::take(&mut self.raw));
+            self.decoder.push(&std::mem::take(&mut self.received));
             match self.decoder.next() {
                 Some(Decoded::Text(text)) => match text.error {
                     None => return Ok(text.data),
@@ -478,12 +483,12 @@ impl Session {
 
     /// Reads until so many bytes stand ready for the decoder.
     fn fill(&mut self, length: usize, deadline: Instant) -> Result<(), HostError> {
-        while self.raw.len() < length {
+        while self.received.len() < length {
             // A short answer (NG) is complete before the length is reached.
-            if self.raw.contains(&text::ETX) && !self.raw.windows(FL.len()).any(|part| part == FL) {
+            if self.received.contains(&text::ETX) && !self.received.windows(FL.len()).any(|part| part == FL) {
                 return Ok(());
             }
-            self.read(FILE, Some(deadline), self.limit)?;
+            self.read(FILE, Some(deadline), self.timeout)?;
         }
         Ok(())
     }
@@ -494,27 +499,27 @@ impl Session {
         deadline: Option<Instant>,
         limit: Duration,
     ) -> Result<(), HostError> {
-        let broken = |reason| HostError::Broken { expected, reason };
-        let silent = |found: &[u8]| HostError::Silent {
+        let broken = |reason| HostError::ConnectionFailed { expected, reason };
+        let silent = |found: &[u8]| HostError::Timeout {
             expected,
             limit,
             found: found.to_vec(),
         };
         let now = Instant::now();
-        if let Some((end, limit)) = self.whole
+        if let Some((end, limit)) = self.total_deadline
             && end <= now
         {
-            return Err(HostError::Overdue {
+            return Err(HostError::TotalTimeout {
                 expected,
                 limit,
-                found: self.raw.clone(),
+                found: self.received.clone(),
             });
         }
-        let end = self.whole.map(|(end, _)| end);
+        let end = self.total_deadline.map(|(end, _)| end);
         let left = match deadline.into_iter().chain(end).min() {
             None => None,
             Some(deadline) => match deadline.saturating_duration_since(now) {
-                Duration::ZERO => return Err(silent(&self.raw)),
+                Duration::ZERO => return Err(silent(&self.received)),
                 left => Some(left),
             },
         };
@@ -523,10 +528,10 @@ impl Session {
         match self.stream.read(&mut buffer) {
             Ok(0) => Err(HostError::Closed {
                 expected,
-                found: self.raw.clone(),
+                found: self.received.clone(),
             }),
             Ok(length) => {
-                self.raw
+                self.received
                     .extend_from_slice(buffer.get(..length).unwrap_or_default());
                 Ok(())
             }
@@ -545,6 +550,6 @@ const FILE: &str = "FL or NG";
 /// What SF is answered by.
 const SF_TEXT: &str = "a text of SF";
 
-fn report_stop() {
+fn report_unsolicited_sp() {
     eprintln!("ts3100 host: SP came in between: the controller has stopped by itself");
 }

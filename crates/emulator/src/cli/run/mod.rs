@@ -7,10 +7,10 @@ use super::check::CheckedFile;
 use crate::clock::TimeMode;
 use crate::config::{ServeArgs, Settings};
 use crate::files;
-use crate::headless::{self, Job, RunEnd};
+use crate::headless::{self, RunEnd, RunRequest};
 use crate::loading::{drive_content, drive_name};
+use crate::printable::printable;
 use crate::reports::lcov;
-use crate::visible::shown;
 use anyhow::{Context, anyhow, bail};
 use clap::{Args, Parser};
 use scol_mini::Severity;
@@ -71,35 +71,35 @@ pub(super) struct RunArgs {
 
 /// The flags of `serve`, so that a model and an option mean the same here.
 #[derive(Debug, Parser)]
-struct Served {
+struct ServeFlags {
     #[command(flatten)]
     args: ServeArgs,
 }
 
 /// Runs the program and says the exit code.
 pub(super) fn run(args: &RunArgs) -> ExitCode {
-    match play(args) {
+    match run_program(args) {
         Ok(code) => code,
         Err(error) => {
-            eprintln!("ts3100: {}", shown(format_args!("{error:#}")));
+            eprintln!("ts3100: {}", printable(format_args!("{error:#}")));
             ExitCode::from(2)
         }
     }
 }
 
-fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
+fn run_program(args: &RunArgs) -> anyhow::Result<ExitCode> {
     let words = args.model.iter().map(|model| format!("--model={model}"));
     let words = words.chain(args.set.iter().map(|pair| format!("--set={pair}")));
-    let mut served = Served::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
+    let mut served = ServeFlags::try_parse_from(std::iter::once("ts3100 run".to_owned()).chain(words))
         .map_err(|error| anyhow!("{}", error.to_string().trim_end()))?;
     served.args.points.clone_from(&args.points);
     let config = Settings::from_args(&served.args)?.controller;
-    let checked = CheckedFile::of(&args.file, &config.language(), &config.points);
-    let (source, remarks) = checked.found.with_context(|| checked.name.clone())?;
+    let checked = CheckedFile::check(&args.file, &config.language(), &config.points);
+    let (source, remarks) = checked.result.with_context(|| checked.name.clone())?;
     let errors: Vec<_> = remarks.iter().filter(|d| d.severity == Severity::Error).collect();
     if !errors.is_empty() {
         for remark in errors {
-            eprintln!("{}", shown(remark.render(&source, &checked.name).trim_end()));
+            eprintln!("{}", printable(remark.render(&source, &checked.name).trim_end()));
         }
         return Ok(ExitCode::from(2));
     }
@@ -109,10 +109,10 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
     if let Some(line) = args.din.iter().find(|line| !Signals::exists(**line)) {
         bail!("--din {line}: expected input lines, 1-64, 101-164 or 201-264");
     }
-    let job = Job {
+    let job = RunRequest {
         name: drive_name(&args.file).unwrap_or_else(|_| "MAIN".to_owned()),
         source: drive_content(source.as_bytes(), config.options.line_end),
-        records: records(&args.input)?,
+        records: read_records(&args.input)?,
         lines_on: args.din.clone(),
         trace: args.trace,
         record_lines: args.lcov.is_some(),
@@ -120,21 +120,21 @@ fn play(args: &RunArgs) -> anyhow::Result<ExitCode> {
         max_time: Duration::from_secs_f64(args.max_time),
         config: config.clone(),
     };
-    let mut screen = show::Screen::new(&source, args.json);
-    let report = headless::run(job, &mut |at, happening| screen.show(at, happening))?;
+    let mut screen = show::RunPrinter::new(&source, args.json);
+    let report = headless::run(job, &mut |at, event| screen.show(at, event))?;
     screen.finish(&report)?;
     if let Some(path) = &args.lcov {
         lcov::write(path, &report.executed, &config, std::slice::from_ref(&args.file))?;
     }
-    Ok(ExitCode::from(match report.ending {
+    Ok(ExitCode::from(match report.end {
         RunEnd::End | RunEnd::Stopped { .. } | RunEnd::OutOfInput { .. } => 0,
-        RunEnd::Alarm { .. } | RunEnd::Stuck { .. } | RunEnd::TimeUp { .. } => 1,
+        RunEnd::Alarm { .. } | RunEnd::Blocked { .. } | RunEnd::TimeUp { .. } => 1,
         RunEnd::NoInput { .. } => 2,
     }))
 }
 
 /// The records of every `--input`.
-fn records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
+fn read_records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8>>>> {
     let mut records = BTreeMap::new();
     for input in inputs {
         let expected = "expected tp, com1, ip1 or ip2, = and a file";
@@ -145,7 +145,7 @@ fn records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8
         if !CHANNELS.contains(&channel.as_str()) {
             bail!("--input {input}: {expected}");
         }
-        let bytes = content(path).with_context(|| format!("--input {input}"))?;
+        let bytes = read_content(path).with_context(|| format!("--input {input}"))?;
         let lines = bytes
             .split(|byte| matches!(byte, b'\r' | b'\n'))
             .filter(|line| !line.is_empty())
@@ -157,7 +157,7 @@ fn records(inputs: &[String]) -> anyhow::Result<BTreeMap<String, VecDeque<Vec<u8
     Ok(records)
 }
 
-fn content(path: &str) -> anyhow::Result<Vec<u8>> {
+fn read_content(path: &str) -> anyhow::Result<Vec<u8>> {
     Ok(if path == "-" {
         files::read_all(std::io::stdin().lock(), MAX_RECORDS)?
     } else {

@@ -1,7 +1,7 @@
 //! What a run looks like: PRINT in lines on stdout, statements and the end on stderr, or all of it in one JSON
 //! document.
 
-use crate::headless::{Report, RunEnd, RunEvent};
+use crate::headless::{RunEnd, RunEvent, RunReport};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -15,64 +15,64 @@ const SCARA_COORDINATES: usize = 5;
 const MAX_ENTRIES: usize = 100_000;
 
 /// Shows a run while it goes on.
-pub(super) struct Screen {
+pub(super) struct RunPrinter {
     /// The lines of the program, for the trace.
     program: Vec<String>,
     json: bool,
     /// Channels are named: the program prints on several.
-    named: bool,
+    names_channels: bool,
     /// Tasks are named: the program starts some.
-    tasks: bool,
+    names_tasks: bool,
     /// What was printed since the last CR.
-    open: BTreeMap<&'static str, (Duration, Vec<u8>)>,
-    printed: Entries,
-    statements: Entries,
+    unfinished: BTreeMap<&'static str, (Duration, Vec<u8>)>,
+    printed: BoundedList,
+    statements: BoundedList,
     /// Stdout is gone.
-    broken: Option<io::Error>,
+    write_error: Option<io::Error>,
 }
 
 /// A bounded list.
 #[derive(Default)]
-struct Entries {
-    list: Vec<Value>,
+struct BoundedList {
+    entries: Vec<Value>,
     left_out: u64,
 }
 
-impl Entries {
+impl BoundedList {
     fn push(&mut self, entry: impl FnOnce() -> Value) {
-        if self.list.len() < MAX_ENTRIES {
-            self.list.push(entry());
+        if self.entries.len() < MAX_ENTRIES {
+            self.entries.push(entry());
         } else {
             self.left_out += 1;
         }
     }
 }
 
-impl Screen {
+impl RunPrinter {
     /// For this program; with `json` everything is kept for the document.
-    pub(super) fn new(source: &str, json: bool) -> Screen {
+    pub(super) fn new(source: &str, json: bool) -> RunPrinter {
         let source = source.replace("\r\n", "\n").replace('\r', "\n");
-        Screen {
+        RunPrinter {
             program: source.split('\n').map(|line| line.trim().to_owned()).collect(),
             json,
-            named: scol_mini::print_channels(&source).len() > 1,
-            tasks: scol_mini::starts_tasks(&source),
-            open: BTreeMap::new(),
-            printed: Entries::default(),
-            statements: Entries::default(),
-            broken: None,
+            names_channels: scol_mini::print_channels(&source).len() > 1,
+            names_tasks: scol_mini::starts_tasks(&source),
+            unfinished: BTreeMap::new(),
+            printed: BoundedList::default(),
+            statements: BoundedList::default(),
+            write_error: None,
         }
     }
 
     /// Shows one thing.
-    pub(super) fn show(&mut self, at: Duration, happening: RunEvent<'_>) {
-        match happening {
-            RunEvent::Printed { channel, bytes } => self.printed(at, channel, bytes),
-            RunEvent::Statement { line, task } => self.statement(at, line, task),
+    pub(super) fn show(&mut self, at: Duration, event: RunEvent<'_>) {
+        match event {
+            RunEvent::Printed { channel, bytes } => self.add_printed(at, channel, bytes),
+            RunEvent::Statement { line, task } => self.add_statement(at, line, task),
         }
     }
 
-    fn statement(&mut self, at: Duration, line: u32, task: u16) {
+    fn add_statement(&mut self, at: Duration, line: u32, task: u16) {
         let number = usize::try_from(line).unwrap_or(usize::MAX);
         let text = self
             .program
@@ -84,7 +84,7 @@ impl Screen {
                 .push(|| json!({ "time": seconds, "task": task, "line": line, "text": text }));
         } else {
             // The main program is task 1; its statements bear no number while it is alone.
-            let task = if self.tasks {
+            let task = if self.names_tasks {
                 format!(" task {task:<3}")
             } else {
                 String::new()
@@ -93,23 +93,23 @@ impl Screen {
         }
     }
 
-    fn printed(&mut self, at: Duration, channel: &'static str, bytes: &[u8]) {
-        let (_, mut rest) = self.open.remove(channel).unwrap_or_default();
+    fn add_printed(&mut self, at: Duration, channel: &'static str, bytes: &[u8]) {
+        let (_, mut rest) = self.unfinished.remove(channel).unwrap_or_default();
         rest.extend_from_slice(bytes);
         while let Some(end) = rest.iter().position(|byte| *byte == b'\r') {
             let line: Vec<u8> = rest.drain(..=end).take(end).collect();
-            self.line(at, channel, &line);
+            self.print_line(at, channel, &line);
         }
         if rest.len() > MAX_LINE {
-            self.line(at, channel, &rest);
+            self.print_line(at, channel, &rest);
             rest.clear();
         }
         if !rest.is_empty() {
-            self.open.insert(channel, (at, rest));
+            self.unfinished.insert(channel, (at, rest));
         }
     }
 
-    fn line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
+    fn print_line(&mut self, at: Duration, channel: &'static str, line: &[u8]) {
         let text = String::from_utf8_lossy(line);
         if self.json {
             let seconds = seconds(at);
@@ -118,13 +118,13 @@ impl Screen {
             return;
         }
         let mut out = io::stdout().lock();
-        let written = if self.named {
+        let written = if self.names_channels {
             writeln!(out, "{channel}: {text}")
         } else {
             writeln!(out, "{text}")
         };
         if let Err(error) = written.and_then(|()| out.flush()) {
-            self.broken.get_or_insert(error);
+            self.write_error.get_or_insert(error);
         }
     }
 
@@ -132,17 +132,17 @@ impl Screen {
     ///
     /// # Errors
     /// Stdout does not take it.
-    pub(super) fn finish(mut self, report: &Report) -> io::Result<()> {
-        for (channel, (at, rest)) in std::mem::take(&mut self.open) {
-            self.line(at, channel, &rest);
+    pub(super) fn finish(mut self, report: &RunReport) -> io::Result<()> {
+        for (channel, (at, rest)) in std::mem::take(&mut self.unfinished) {
+            self.print_line(at, channel, &rest);
         }
-        if let Some(error) = self.broken {
+        if let Some(error) = self.write_error {
             return Err(error);
         }
         if self.json {
             return writeln!(io::stdout().lock(), "{:#}", self.document(report));
         }
-        let (_, words) = ending(&report.ending);
+        let (_, words) = describe_end(&report.end);
         eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
         let names: &[&str] = match report.arm.world.len() {
             SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
@@ -151,7 +151,7 @@ impl Screen {
         let world: Vec<String> = names
             .iter()
             .zip(&report.arm.world)
-            .map(|(name, value)| format!("{name} {:.3}", tidy(*value)))
+            .map(|(name, value)| format!("{name} {:.3}", rounded(*value)))
             .collect();
         eprintln!(
             "position {}, configuration {}",
@@ -162,7 +162,7 @@ impl Screen {
             .arm
             .joints
             .iter()
-            .map(|j| format!("{:.3}", tidy(*j)))
+            .map(|j| format!("{:.3}", rounded(*j)))
             .collect();
         eprintln!("joints {}", joints.join(" "));
         let outputs: Vec<String> = report.outputs.iter().map(u16::to_string).collect();
@@ -178,27 +178,27 @@ impl Screen {
         Ok(())
     }
 
-    fn document(&self, report: &Report) -> Value {
-        let (word, words) = ending(&report.ending);
+    fn document(&self, report: &RunReport) -> Value {
+        let (word, words) = describe_end(&report.end);
         let mut document = Map::new();
         let mut put = |key: &str, value: Value| document.insert(key.to_owned(), value);
         put("version", json!(1));
         put("ending", json!(word));
         put("message", json!(words));
-        if let RunEnd::Alarm { number, text } = &report.ending {
+        if let RunEnd::Alarm { number, text } = &report.end {
             put("alarm", json!({ "number": number, "text": text }));
         }
         put("seconds", seconds(report.duration));
-        let rounded = |values: &[f64]| values.iter().map(|v| tidy(*v)).collect::<Vec<f64>>();
+        let rounded = |values: &[f64]| values.iter().map(|v| rounded(*v)).collect::<Vec<f64>>();
         put("position", json!(rounded(&report.arm.world)));
         put("configuration", json!(configuration(report)));
         put("joints", json!(rounded(&report.arm.joints)));
         put("outputs", json!(report.outputs));
         put("unused", json!(report.unused));
-        put("printed", json!(self.printed.list));
+        put("printed", json!(self.printed.entries));
         put("printedLeftOut", json!(self.printed.left_out));
-        if !self.statements.list.is_empty() {
-            put("trace", json!(self.statements.list));
+        if !self.statements.entries.is_empty() {
+            put("trace", json!(self.statements.entries));
             put("traceLeftOut", json!(self.statements.left_out));
         }
         Value::Object(document)
@@ -210,12 +210,12 @@ fn seconds(at: Duration) -> Value {
 }
 
 /// To the thousandth of a micrometre, and no minus before a zero.
-fn tidy(value: f64) -> f64 {
+fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
 /// The configuration as a program writes it: a word on a SCARA, five digits on six axes.
-fn configuration(report: &Report) -> String {
+fn configuration(report: &RunReport) -> String {
     let digits = &report.arm.configuration;
     match (report.arm.world.len(), digits.first()) {
         (SCARA_COORDINATES, Some(1)) => "LEFTY".to_owned(),
@@ -226,7 +226,7 @@ fn configuration(report: &Report) -> String {
 }
 
 /// A word for programs and a sentence for people.
-fn ending(ending: &RunEnd) -> (&'static str, String) {
+fn describe_end(ending: &RunEnd) -> (&'static str, String) {
     match ending {
         RunEnd::End => ("end", "ended".to_owned()),
         RunEnd::Stopped { line } => ("stopped", format!("stopped, line {line} is next")),
@@ -241,7 +241,7 @@ fn ending(ending: &RunEnd) -> (&'static str, String) {
             ("no-input", words)
         }
         RunEnd::Alarm { number, text } => ("alarm", format!("alarm {number} {text}")),
-        RunEnd::Stuck { line } => (
+        RunEnd::Blocked { line } => (
             "stuck",
             format!("line {line} waits for what cannot happen any more"),
         ),

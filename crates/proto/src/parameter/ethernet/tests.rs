@@ -131,7 +131,7 @@ fn keeping(section: &str) -> EthernetParameters {
 }
 
 #[test]
-fn a_bad_value_keeps_the_previous_one_and_is_reported() {
+fn a_bad_value_keeps_the_previous_one_and_is_told() {
     for (from, to, section) in [
         ("= 192.168.0.124", "= 192.168.0.256", "E01"),
         ("= 192.168.0.124", "= 192.168.0", "E01"),
@@ -227,7 +227,7 @@ fn one_port_for_two_channels_leaves_the_later_unused() {
 }
 
 #[test]
-fn unknown_double_and_missing_parts_are_reported() {
+fn unknown_double_and_missing_parts_are_told() {
     for (from, to, expected) in [
         ("[END]", "", "[END] at the end"),
         ("[E09]", "[E11] = 1 [E09]", "a section [E00] to [E10]"),

@@ -7,12 +7,12 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// What the report says until the run has ended.
-pub(super) const NOT_ENDED: &str = "the run was not carried to its end";
+pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";
 /// The variable that stands for `--junit`.
 const VARIABLE: &str = "TS3100_JUNIT";
 
 /// The report: one test case with an error, which is why.
-pub(super) fn junit(why: &str) -> String {
+pub(super) fn document(why: &str) -> String {
     let why = escape(why.trim_end());
     let first = why.lines().next().unwrap_or_default();
     format!(
@@ -27,7 +27,7 @@ pub(super) fn junit(why: &str) -> String {
 pub(super) fn write(path: Option<&Path>, why: &str) {
     let Some(path) = path else { return };
     let shown = path.display().to_string();
-    match files::replace(path, junit(why).as_bytes()) {
+    match files::replace(path, document(why).as_bytes()) {
         // That it cannot be written may be why the run did not start.
         Err(error) if !why.contains(&shown) => eprintln!("ts3100: cannot write {shown}: {error}"),
         _ => {}
@@ -35,7 +35,7 @@ pub(super) fn write(path: Option<&Path>, why: &str) {
 }
 
 /// The file of `--junit`, or of its variable, on a command line that cannot be understood otherwise.
-pub(super) fn asked_for(words: impl Iterator<Item = OsString>) -> Option<PathBuf> {
+pub(super) fn path_from_arguments(words: impl Iterator<Item = OsString>) -> Option<PathBuf> {
     let mut words = words.take_while(|word| word != "--");
     while let Some(word) = words.next() {
         if word == "--junit" {
@@ -45,11 +45,11 @@ pub(super) fn asked_for(words: impl Iterator<Item = OsString>) -> Option<PathBuf
             return Some(PathBuf::from(path));
         }
     }
-    by_variable()
+    path_from_environment()
 }
 
 /// The file of the variable.
-pub(super) fn by_variable() -> Option<PathBuf> {
+pub(super) fn path_from_environment() -> Option<PathBuf> {
     std::env::var_os(VARIABLE).map(PathBuf::from)
 }
 
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn the_file_is_found_on_a_broken_command_line() {
-        let found = |line: &str| asked_for(line.split(' ').map(OsString::from));
+        let found = |line: &str| path_from_arguments(line.split(' ').map(OsString::from));
         assert_eq!(found("exec --nonsense --junit a.xml -- x"), Some("a.xml".into()));
         assert_eq!(found("exec --junit=b.xml --nonsense"), Some("b.xml".into()));
         assert_eq!(found("exec -- x --junit a.xml"), None);
@@ -68,7 +68,7 @@ mod tests {
 
     #[test]
     fn what_is_said_is_escaped() {
-        let report = junit("no <command> & \"none\"\nUsage: a\n");
+        let report = document("no <command> & \"none\"\nUsage: a\n");
         assert!(
             report.contains("message=\"no &lt;command&gt; &amp; &quot;none&quot;\">no &lt;command&gt;"),
             "{report}"

@@ -1,7 +1,7 @@
 //! The table of all calls. A resource adds its handlers; where each is served, by which method, and what stands of
 //! it in the OpenAPI document, all comes from the one description at the handler.
 
-use super::handle::Handle;
+use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
 use axum::handler::Handler;
@@ -21,19 +21,19 @@ const DESCRIPTION: &str = "Everything a real controller denies a test: look at a
     returns. Durations and moments are seconds of virtual time.";
 
 /// All calls.
-pub struct Table {
-    router: Router<Handle>,
+pub struct RouteTable {
+    router: Router<DriverHandle>,
     paths: Paths,
     schemas: Vec<(String, RefOr<Schema>)>,
     tags: Vec<Tag>,
     tag: String,
 }
 
-impl Table {
+impl RouteTable {
     /// Empty.
     #[must_use]
-    pub fn new() -> Table {
-        Table {
+    pub fn new() -> RouteTable {
+        RouteTable {
             router: Router::new(),
             paths: Paths::new(),
             schemas: vec![(Problem::name().into_owned(), Problem::schema())],
@@ -44,7 +44,7 @@ impl Table {
 
     /// The calls added from now on belong together.
     #[must_use]
-    pub fn group(mut self, name: &str, description: &str) -> Table {
+    pub fn group(mut self, name: &str, description: &str) -> RouteTable {
         let mut tag = Tag::new(name);
         tag.description = Some(description.to_owned());
         self.tags.push(tag);
@@ -54,35 +54,38 @@ impl Table {
 
     /// Adds the handler that `P`, made by `#[utoipa::path]` beside it, describes.
     #[must_use]
-    pub fn call<P, H, T>(mut self, handler: H) -> Table
+    pub fn route<P, H, T>(mut self, handler: H) -> RouteTable
     where
         P: Path + utoipa::__dev::SchemaReferences,
-        H: Handler<T, Handle>,
+        H: Handler<T, DriverHandle>,
         T: 'static,
     {
         let path = P::path();
         let methods = P::methods();
-        let filters = methods.iter().map(filter);
+        let filters = methods.iter().map(method_filter);
         if let Some(filter) = filters.reduce(MethodFilter::or) {
             self.router = self.router.route(&path, on(filter, handler));
         }
         let changes = methods.iter().any(|method| *method != HttpMethod::Get);
         let mut operation = P::operation();
         operation.tags = Some(vec![self.tag.clone()]);
-        document(&mut operation, changes);
+        add_error_responses(&mut operation, changes);
         self.paths.add_path_operation(&path, methods, operation);
         P::schemas(&mut self.schemas);
         self
     }
 
     /// The router, the document not yet in it.
-    pub fn into_parts(self, version: &str) -> (Router<Handle>, OpenApi) {
+    pub fn into_parts(self, version: &str) -> (Router<DriverHandle>, OpenApi) {
         let mut info = Info::new("TS3100 control interface", version);
         info.description = Some(DESCRIPTION.to_owned());
         info.license = Some(License::new("MIT OR Apache-2.0"));
         let mut components = Components::new();
         components.schemas.extend(self.schemas);
-        components.schemas.values_mut().for_each(close);
+        components
+            .schemas
+            .values_mut()
+            .for_each(forbid_additional_properties);
         let scheme = HttpBuilder::new().scheme(HttpAuthScheme::Bearer).build();
         components.add_security_scheme("token", SecurityScheme::Http(scheme));
         let document = OpenApiBuilder::new()
@@ -106,7 +109,7 @@ pub fn require_token(document: &mut OpenApi) {
 }
 
 /// Exactly one of several keys: the document says of each alternative that it has no others.
-fn close(schema: &mut RefOr<Schema>) {
+fn forbid_additional_properties(schema: &mut RefOr<Schema>) {
     let RefOr::T(Schema::OneOf(alternatives)) = schema else {
         return;
     };
@@ -142,7 +145,7 @@ pub fn operations(document: &OpenApi) -> impl Iterator<Item = (&str, HttpMethod,
 }
 
 /// The refusals that every call shares.
-fn document(operation: &mut Operation, changes: bool) {
+fn add_error_responses(operation: &mut Operation, changes: bool) {
     let mut refusals = vec![
         ("400", "The path, the query or the body cannot be read."),
         ("401", "The token is missing or another one."),
@@ -182,7 +185,7 @@ fn document(operation: &mut Operation, changes: bool) {
     }
 }
 
-fn filter(method: &HttpMethod) -> MethodFilter {
+fn method_filter(method: &HttpMethod) -> MethodFilter {
     match method {
         HttpMethod::Put => MethodFilter::PUT,
         HttpMethod::Post => MethodFilter::POST,
@@ -192,12 +195,12 @@ fn filter(method: &HttpMethod) -> MethodFilter {
 }
 
 async fn no_such_path(uri: Uri) -> Problem {
-    Problem::missing("path", "a path of /openapi.json", uri.path())
+    Problem::not_found("path", "a path of /openapi.json", uri.path())
 }
 
 async fn no_such_method(method: Method, uri: Uri) -> Problem {
     let expected = format!("a method that /openapi.json lists for {}", uri.path());
-    Problem::at(
+    Problem::expected_found(
         StatusCode::METHOD_NOT_ALLOWED,
         "method",
         expected,

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 /// What is reported at the end of a run.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Reports")]
-pub struct EvidenceArgs {
+pub struct ReportArgs {
     /// Write what the hosts did that they had better not: .xml JUnit, .sarif SARIF, .json JSON
     #[arg(long, value_name = "FILE")]
     pub findings: Vec<PathBuf>,
@@ -21,22 +21,22 @@ pub struct EvidenceArgs {
     #[arg(long, value_name = "FILE")]
     pub coverage: Vec<PathBuf>,
     /// Exit code 4 if they have reached less
-    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    #[arg(long, value_name = "PERCENT", value_parser = parse_percent)]
     pub min_coverage: Option<f64>,
     /// Write which lines of the user files were executed, as an lcov tracefile
     #[arg(long, value_name = "FILE")]
     pub lcov: Option<PathBuf>,
 }
 
-impl EvidenceArgs {
+impl ReportArgs {
     /// These arguments, and where they are silent those of a layer below.
     #[must_use]
-    pub fn over(self, below: EvidenceArgs) -> EvidenceArgs {
-        EvidenceArgs {
-            findings: first(self.findings, below.findings),
+    pub fn with_fallback(self, below: ReportArgs) -> ReportArgs {
+        ReportArgs {
+            findings: first_non_empty(self.findings, below.findings),
             findings_format: self.findings_format.or(below.findings_format),
-            deny: first(self.deny, below.deny),
-            coverage: first(self.coverage, below.coverage),
+            deny: first_non_empty(self.deny, below.deny),
+            coverage: first_non_empty(self.coverage, below.coverage),
             min_coverage: self.min_coverage.or(below.min_coverage),
             lcov: self.lcov.or(below.lcov),
         }
@@ -60,7 +60,7 @@ impl EvidenceArgs {
     }
 }
 
-fn first<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
+fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
     if above.is_empty() { below } else { above }
 }
 
@@ -68,7 +68,7 @@ fn first<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
 ///
 /// # Errors
 /// What was expected and found.
-pub fn percent(text: &str) -> Result<f64, String> {
+pub fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     number
         .filter(|number| (0.0..=100.0).contains(number))

@@ -5,57 +5,57 @@
 use std::fmt::{self, Display, Write as _};
 
 /// Longest line of a message in characters: three of them, as the TOML parser shows a mistake, are less than 2 kB.
-const LINE: usize = 480;
+const MAX_LINE: usize = 480;
 /// Most lines of a message.
-const LINES: usize = 1_000;
+const MAX_LINES: usize = 1_000;
 
 /// Whether a character does something other than to be seen.
-fn acts(letter: char) -> bool {
+fn needs_escape(letter: char) -> bool {
     // Directions of writing can turn what is read around; two separators break lines.
     letter.is_control() || matches!(letter, '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
-fn put(to: &mut String, letter: char) {
+fn push_escaped(to: &mut String, letter: char) {
     let code = u32::from(letter);
     // Writing to a String cannot fail.
     let _: fmt::Result = match letter {
         '\n' => to.write_str("<LF>"),
         '\r' => to.write_str("<CR>"),
-        _ if acts(letter) && code > 0xFF => write!(to, "<U+{code:04X}>"),
-        _ if acts(letter) => write!(to, "<{code:02X}>"),
+        _ if needs_escape(letter) && code > 0xFF => write!(to, "<U+{code:04X}>"),
+        _ if needs_escape(letter) => write!(to, "<{code:02X}>"),
         _ => to.write_char(letter),
     };
 }
 
 /// On one line, as the log shows bytes: `<CR>`, `<1B>`.
-pub(crate) fn visible(text: &str) -> String {
+pub(crate) fn escape_line(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
-            put(&mut to, letter);
+            push_escaped(&mut to, letter);
             to
         })
 }
 
 /// The same with its lines and tabs kept.
-pub(crate) fn visible_lines(text: &str) -> String {
+pub(crate) fn escape_lines(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
             match letter {
                 '\n' | '\t' => to.push(letter),
-                _ => put(&mut to, letter),
+                _ => push_escaped(&mut to, letter),
             }
             to
         })
 }
 
 /// A message with its lines kept, none longer than a person reads.
-pub(crate) fn shown(message: impl Display) -> String {
+pub(crate) fn printable(message: impl Display) -> String {
     let text = message.to_string();
     let mut lines: Vec<String> = Vec::new();
-    for line in text.split('\n').take(LINES) {
-        let start: String = line.chars().take(LINE).collect();
+    for line in text.split('\n').take(MAX_LINES) {
+        let start: String = line.chars().take(MAX_LINE).collect();
         let cut = if start.len() < line.len() { "..." } else { "" };
-        lines.push(format!("{}{cut}", visible_lines(&start)));
+        lines.push(format!("{}{cut}", escape_lines(&start)));
     }
     lines.join("\n")
 }
@@ -67,19 +67,19 @@ mod tests {
     #[test]
     fn what_a_terminal_would_obey_is_spelled_out() {
         assert_eq!(
-            visible("a\x1b[2Jb\r\n\tc\u{85}\u{202e}d ü\x7f"),
+            escape_line("a\x1b[2Jb\r\n\tc\u{85}\u{202e}d ü\x7f"),
             "a<1B>[2Jb<CR><LF><09>c<85><U+202E>d ü<7F>"
         );
-        assert_eq!(visible_lines("a\r\n\tb"), "a<CR>\n\tb");
-        assert_eq!(shown("error:\n  \x07"), "error:\n  <07>");
+        assert_eq!(escape_lines("a\r\n\tb"), "a<CR>\n\tb");
+        assert_eq!(printable("error:\n  \x07"), "error:\n  <07>");
     }
 
     #[test]
     fn a_giant_line_is_cut_and_the_others_are_whole() {
         let text = format!("first\n{}\nlast\n", "ü".repeat(1 << 20));
-        let found = shown(&text);
+        let found = printable(&text);
         assert!(found.len() < 2_000, "{}", found.len());
         assert!(found.starts_with("first\n") && found.ends_with("...\nlast\n"));
-        assert!(shown("\n".repeat(1 << 20)).len() <= LINES);
+        assert!(printable("\n".repeat(1 << 20)).len() <= MAX_LINES);
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn json(files: &[CheckedFile]) -> Value {
     let all = || {
         files
             .iter()
-            .filter_map(|file| file.found.as_ref().ok())
+            .filter_map(|file| file.result.as_ref().ok())
             .flat_map(|(_, d)| d)
     };
     let count = |severity| all().filter(|d| d.severity == severity).count();
@@ -19,24 +19,24 @@ pub(super) fn json(files: &[CheckedFile]) -> Value {
         "version": 1,
         "errors": count(Severity::Error),
         "warnings": count(Severity::Warning),
-        "files": files.iter().map(file).collect::<Vec<_>>(),
+        "files": files.iter().map(file_json).collect::<Vec<_>>(),
     })
 }
 
-fn file(file: &CheckedFile) -> Value {
-    match &file.found {
+fn file_json(file: &CheckedFile) -> Value {
+    match &file.result {
         Err(error) => json!({ "file": file.name, "unreadable": error.to_string() }),
         Ok((source, remarks)) => json!({
             "file": file.name,
-            "diagnostics": remarks.iter().map(|d| remark(d, source)).collect::<Vec<_>>(),
+            "diagnostics": remarks.iter().map(|d| diagnostic_json(d, source)).collect::<Vec<_>>(),
         }),
     }
 }
 
-fn remark(diagnostic: &Diagnostic, source: &str) -> Value {
-    let place = Place::of(diagnostic, source);
+fn diagnostic_json(diagnostic: &Diagnostic, source: &str) -> Value {
+    let place = Columns::new(diagnostic, source);
     json!({
-        "severity": word(diagnostic.severity),
+        "severity": severity_name(diagnostic.severity),
         "code": diagnostic.code,
         "message": diagnostic.message,
         "help": diagnostic.help,
@@ -53,7 +53,7 @@ fn remark(diagnostic: &Diagnostic, source: &str) -> Value {
 pub(super) fn sarif(files: &[CheckedFile]) -> Value {
     let remarks = || {
         files.iter().filter_map(|file| {
-            let (source, remarks) = file.found.as_ref().ok()?;
+            let (source, remarks) = file.result.as_ref().ok()?;
             Some(
                 remarks
                     .iter()
@@ -65,16 +65,16 @@ pub(super) fn sarif(files: &[CheckedFile]) -> Value {
     let index = |code: &str| rules.iter().position(|rule| *rule == code);
     let results: Vec<Value> = remarks()
         .flatten()
-        .map(|(name, source, d)| result(name, source, d, index(d.code)))
+        .map(|(name, source, d)| sarif_result(name, source, d, index(d.code)))
         .collect();
     let unreadable: Vec<Value> = files
         .iter()
-        .filter_map(|file| Some((&file.name, file.found.as_ref().err()?)))
+        .filter_map(|file| Some((&file.name, file.result.as_ref().err()?)))
         .map(|(name, error)| {
             json!({
                 "level": "error",
                 "message": { "text": error.to_string() },
-                "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri(name) } } }],
+                "locations": [{ "physicalLocation": { "artifactLocation": { "uri": uri_reference(name) } } }],
             })
         })
         .collect();
@@ -97,8 +97,8 @@ pub(super) fn sarif(files: &[CheckedFile]) -> Value {
     })
 }
 
-fn result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>) -> Value {
-    let place = Place::of(diagnostic, source);
+fn sarif_result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>) -> Value {
+    let place = Columns::new(diagnostic, source);
     let text = match &diagnostic.help {
         Some(help) => format!("{} (help: {help})", diagnostic.message),
         None => diagnostic.message.clone(),
@@ -106,10 +106,10 @@ fn result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>
     json!({
         "ruleId": diagnostic.code,
         "ruleIndex": rule,
-        "level": word(diagnostic.severity),
+        "level": severity_name(diagnostic.severity),
         "message": { "text": text },
         "locations": [{ "physicalLocation": {
-            "artifactLocation": { "uri": uri(name) },
+            "artifactLocation": { "uri": uri_reference(name) },
             "region": {
                 "startLine": diagnostic.line,
                 "startColumn": place.column,
@@ -120,7 +120,7 @@ fn result(name: &str, source: &str, diagnostic: &Diagnostic, rule: Option<usize>
 }
 
 /// JSON's and SARIF's word.
-fn word(severity: Severity) -> &'static str {
+fn severity_name(severity: Severity) -> &'static str {
     match severity {
         Severity::Error => "error",
         Severity::Warning => "warning",
@@ -128,13 +128,13 @@ fn word(severity: Severity) -> &'static str {
 }
 
 /// Columns from 1, in characters; the second is one past the last. A remark stays on its line.
-struct Place {
+struct Columns {
     column: usize,
     end_column: usize,
 }
 
-impl Place {
-    fn of(diagnostic: &Diagnostic, source: &str) -> Place {
+impl Columns {
+    fn new(diagnostic: &Diagnostic, source: &str) -> Columns {
         let bytes = source.as_bytes();
         let start = diagnostic.span.start.min(bytes.len());
         let begin = (start + 1).saturating_sub(diagnostic.column as usize);
@@ -150,7 +150,7 @@ impl Place {
                 .count()
         };
         let column = characters(begin, start) + 1;
-        Place {
+        Columns {
             column,
             end_column: column + characters(start, start + length),
         }
@@ -158,7 +158,7 @@ impl Place {
 }
 
 /// The path of a file as a URI reference (RFC 3986).
-fn uri(path: &str) -> String {
+fn uri_reference(path: &str) -> String {
     let mut uri = String::new();
     for byte in path.bytes() {
         match byte {
@@ -181,11 +181,11 @@ mod tests {
         vec![
             CheckedFile {
                 name: "a b/pick.scol".to_owned(),
-                found: Ok((source.to_owned(), remarks)),
+                result: Ok((source.to_owned(), remarks)),
             },
             CheckedFile {
                 name: "gone.scol".to_owned(),
-                found: Err(std::io::Error::other("not there")),
+                result: Err(std::io::Error::other("not there")),
             },
         ]
     }
