@@ -8,7 +8,7 @@
 
 pub mod clauses;
 pub mod kinematics;
-pub mod paper;
+pub mod round_trip;
 pub mod transcript;
 
 pub use ts3100_emulator::transcript::notation;
@@ -33,7 +33,7 @@ pub struct Robot {
     /// Everything else it has put out, in order.
     pub outputs: Vec<Output>,
     /// After everything that happens it is written down and read back.
-    on_paper: paper::Paper,
+    round_trips: round_trip::RoundTrips,
     /// What the host did that it had better not.
     pub findings: Findings,
 }
@@ -60,7 +60,7 @@ impl Robot {
             now: Time::ZERO,
             sent: BTreeMap::new(),
             outputs: Vec::new(),
-            on_paper: paper::wanted(),
+            round_trips: round_trip::RoundTrips::current(),
             findings: Findings::default(),
         };
         robot.feed(Input::Tick);
@@ -69,13 +69,13 @@ impl Robot {
 
     /// A controller that has lived already.
     #[must_use]
-    pub fn of(controller: Controller) -> Robot {
+    pub fn from_controller(controller: Controller) -> Robot {
         Robot {
             now: controller.now(),
             controller,
             sent: BTreeMap::new(),
             outputs: Vec::new(),
-            on_paper: paper::wanted(),
+            round_trips: round_trip::RoundTrips::current(),
             findings: Findings::default(),
         }
     }
@@ -123,8 +123,8 @@ impl Robot {
                 other => self.outputs.push(other),
             }
         }
-        if self.on_paper.is_due() {
-            self.controller = paper::again(&self.controller);
+        if self.round_trips.is_due() {
+            self.controller = round_trip::round_trip(&self.controller);
         }
     }
 

@@ -102,7 +102,7 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
     (
         &["SO"],
         &[
-            "ready", "running", "moving", "stopped", "held", "guided", "direct", "watched",
+            "ready", "running", "moving", "stopped", "held", "jogged", "direct", "watched",
         ],
         "servo power is on",
     ),
@@ -120,30 +120,30 @@ const SO_ALREADY: [(&[&str], &[&str], &str); 13] = [
     ),
     (
         &["EC,MODE CYCLE"],
-        &["off", "ready", "stopped", "guided", "watched"],
+        &["off", "ready", "stopped", "jogged", "watched"],
         "it is cycle mode",
     ),
     (&["EC,OVRD 100"], &STATES, "the override is 100"),
     (
         &["RS,PRG", "RS,STP", "SL,TEST"],
-        &["off", "ready", "guided", "watched"],
+        &["off", "ready", "jogged", "watched"],
         "step 1, data as in the file",
     ),
     (
         &["RS,ERR"],
-        &["off", "ready", "guided", "watched"],
+        &["off", "ready", "jogged", "watched"],
         "there is no alarm",
     ),
     (
         &["RS,SIG", "IW,3 0", "HO,1 8 0"],
-        &["off", "ready", "guided", "watched"],
+        &["off", "ready", "jogged", "watched"],
         "the outputs are off",
     ),
     (&["IW,3 0", "HO,1 8 0"], &["direct"], "the outputs are off"),
     (
         &["WD,0 0"],
         &[
-            "off", "ready", "running", "moving", "stopped", "held", "guided", "direct",
+            "off", "ready", "running", "moving", "stopped", "held", "jogged", "direct",
         ],
         "no watchdog",
     ),
@@ -185,7 +185,7 @@ fn state(name: &str) -> Robot {
             robot.advance_ms(1_000);
             robot.command(Port::Ip0, "FD");
         }
-        "guided" => robot.command(Port::Ip0, "JG,1 +"),
+        "jogged" => robot.command(Port::Ip0, "JG,1 +"),
         "direct" => robot.command(Port::Ip0, "DO,MOVEA 1,60.0 WITH SPEED=10"),
         "watched" => robot.command(Port::Ip0, "WD,2500 8"),
         other => panic!("no state {other}"),
@@ -197,7 +197,7 @@ fn state(name: &str) -> Robot {
 }
 
 const STATES: [&str; 9] = [
-    "off", "ready", "running", "moving", "stopped", "held", "guided", "direct", "watched",
+    "off", "ready", "running", "moving", "stopped", "held", "jogged", "direct", "watched",
 ];
 
 /// What can be seen from outside, times and the flag of SU left out.
@@ -248,8 +248,8 @@ fn what_is_answered_ok_has_an_effect() {
     });
     let mut allowed: BTreeSet<(&str, &str)> = pairs.collect();
     assert!(
-        allowed.remove(&("guided", "JG,2 !")),
-        "there it ends the guidance, whatever axis it names"
+        allowed.remove(&("jogged", "JG,2 !")),
+        "there it ends the jog, whatever axis it names"
     );
     let (mut without, mut refused) = (BTreeSet::new(), 0);
     for name in STATES {

@@ -1,6 +1,6 @@
 //! A SCARA arm without axis T from end to end: its positions, what SF and PR show, and what it refuses.
 
-use crate::extended::{scara_of, values};
+use crate::extensions::{scara_of, values};
 use ts3100_controller::Port;
 use ts3100_controller::model::ArmModel;
 use ts3100_tests::Robot;

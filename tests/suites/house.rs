@@ -292,7 +292,7 @@ fn no_test_waits_by_the_clock() {
 
 /// An error whose words contain those of its source, and that hands the source on besides, has it twice in the words
 /// of a chain (`{:#}`).
-fn tells_twice(text: &str) -> Vec<usize> {
+fn repeats_its_source(text: &str) -> Vec<usize> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices("#[error(\"") {
         let rest = &text[at..];
@@ -313,23 +313,25 @@ fn tells_twice(text: &str) -> Vec<usize> {
 }
 
 #[test]
-fn no_error_tells_its_source_twice() {
+fn no_error_repeats_its_source() {
     assert_eq!(
-        tells_twice("    #[error(\"a: {source}\")]\n    A {\n        source: io::Error,\n    },\n}\n"),
+        repeats_its_source("    #[error(\"a: {source}\")]\n    A {\n        source: io::Error,\n    },\n}\n"),
         [1]
     );
     assert_eq!(
-        tells_twice("\n    #[error(\"a: {0}\")]\n    A(#[from] B),\n}\n"),
+        repeats_its_source("\n    #[error(\"a: {0}\")]\n    A(#[from] B),\n}\n"),
         [2]
     );
     assert!(
-        tells_twice("    #[error(\"a: {0}\")]\n    A(B),\n    #[error(\"c\")]\n    C(#[from] D),\n}\n")
-            .is_empty()
+        repeats_its_source(
+            "    #[error(\"a: {0}\")]\n    A(B),\n    #[error(\"c\")]\n    C(#[from] D),\n}\n"
+        )
+        .is_empty()
     );
     let mut offenders = Vec::new();
     for (path, text) in sources().into_iter().filter(|(path, _)| !is_test(path)) {
         offenders.extend(
-            tells_twice(product(&text))
+            repeats_its_source(product(&text))
                 .into_iter()
                 .map(|line| format!("{}:{line}", path.display())),
         );

@@ -1,7 +1,7 @@
 //! The language as a host and the controller together see it: points that are taught on the controller, what a
 //! program reads of the world, and what it writes back into its file.
 
-use crate::extended::scara_of;
+use crate::extensions::scara_of;
 use crate::variables::read;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Controller, Dialect, Output, PanelAction, Port};
@@ -117,7 +117,7 @@ fn a_restored_controller_knows_its_points_and_one_of_old_has_none() {
     robot.load("PICK", BARE);
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(50);
-    let mut again = Robot::of(Controller::restore(robot.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.advance_ms(10_000);
         assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
@@ -303,7 +303,7 @@ fn input_by_do_makes_its_variable_waits_for_it_and_is_cut_short_by_a_stop() {
     assert_eq!(robot.ask(Port::Ip0, "DO,INPUT IP1, FRESH, N, MINE"), b"OK\r");
     robot.advance_ms(500);
     assert_eq!(robot.ask(Port::Ip0, "DO,DELAY 0"), b"NG\r", "it waits");
-    let mut again = Robot::of(Controller::restore(robot.controller.snapshot()).unwrap());
+    let mut again = Robot::from_controller(Controller::restore(robot.controller.snapshot()).unwrap());
     for robot in [&mut robot, &mut again] {
         robot.raw(Port::Ip1, b"2.5,");
         robot.advance_ms(100);

@@ -7,30 +7,30 @@
     reason = "what does not hold in a helper of the suites fails the test"
 )]
 
-mod courses;
 mod coverage;
-mod dialogue;
 mod docs;
 mod effects;
 mod exchange;
-mod extended;
+mod extensions;
 mod faults;
 mod findings;
 mod four_axes;
-mod guiding;
 mod house;
+mod jogging;
 mod kinematics;
 mod language;
-mod lines;
 mod maintenance;
-mod measured;
+mod manual_clauses;
+mod measured_times;
 mod motion;
+mod mutants;
 mod network;
 mod options;
-mod overlooked;
 mod permissions;
+mod polling_independence;
+mod ports;
+mod print_input;
 mod programs;
-mod proofs;
 mod purity;
 mod recordings;
 mod scara_edition;

@@ -1,13 +1,13 @@
 //! The maintenance information of MN (S29): every number is counted, in virtual time, and survives a power cycle.
 
-use crate::extended::{scara, scara_of, six_axis};
+use crate::extensions::{scara, scara_of, six_axis};
 use ts3100_controller::action::Action;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Dialect, Input, PanelAction, Port};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::mn::Maintenance;
 use ts3100_proto::status::position::CurrentPosition;
-use ts3100_tests::{Robot, paper};
+use ts3100_tests::{Robot, round_trip};
 
 /// Half a unit of the only decimal.
 const ROUNDING: f64 = 0.05 + 1e-9;
@@ -102,7 +102,7 @@ fn an_axis_that_slides_moves_and_does_not_turn() {
     }
 }
 
-/// What is cut short, held, taken up, guided and run through counts as far as it went, whoever asks in between.
+/// What is cut short, held, taken up, jogged and run through counts as far as it went, whoever asks in between.
 #[test]
 fn every_kind_of_motion_counts_once() {
     let run = |asked: bool| {
@@ -141,11 +141,11 @@ fn every_kind_of_motion_counts_once() {
     let (mut alone, mut watched) = (run(false), run(true));
     let read = maintenance(&mut alone);
     assert_eq!(read, maintenance(&mut watched), "it does not depend on who asks");
-    // Axis 3 goes from 0 over 20 and 60 to 90, up to 120, down to 20; then as far as it was guided.
-    let joints = crate::extended::values(&mut alone, "PR,0");
-    let guided = joints[2] - 20.0;
-    assert!(guided > 1.0, "{joints:?}");
-    close(read.axes[1][2], 120.0 + 100.0 + guided, "axis 3");
+    // Axis 3 goes from 0 over 20 and 60 to 90, up to 120, down to 20; then as far as it was jogged.
+    let joints = crate::extensions::values(&mut alone, "PR,0");
+    let jogged = joints[2] - 20.0;
+    assert!(jogged > 1.0, "{joints:?}");
+    close(read.axes[1][2], 120.0 + 100.0 + jogged, "axis 3");
 }
 
 // clause: S29
@@ -168,7 +168,7 @@ fn times_and_counts_are_those_of_the_states_and_survive_a_power_cycle() {
     robot.advance_ms(30 * 60_000);
     robot.put(Input::Action(Action::PowerOn));
     robot.connect(Port::Ip0);
-    robot = Robot::of(paper::again(&robot.controller));
+    robot = Robot::from_controller(round_trip::round_trip(&robot.controller));
     let read = maintenance(&mut robot);
     let [total, energised, off, motion, fault, servo_offs, servo] = read.information;
     close(total, 60.0, "total");

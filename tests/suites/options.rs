@@ -4,7 +4,7 @@
 
 mod sockets;
 
-use crate::extended::text;
+use crate::extensions::text;
 use std::collections::BTreeSet;
 use std::time::Duration;
 use ts3100_controller::{Config, ControlRight, Dialect, HostLine, HostSettings, Input, PanelAction, Port};

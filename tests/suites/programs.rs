@@ -5,7 +5,7 @@
 //! `' @1200 ...` at that millisecond after the start: `din 3 on`, `ip1 1,2.5`, `key 7`, `host SP`, `start`, `stop`,
 //! `hold`. Nothing of the language is repeated here.
 
-use crate::extended::{scara_of as small_robot, six_axis};
+use crate::extensions::{scara_of as small_robot, six_axis};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;

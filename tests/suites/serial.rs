@@ -1,5 +1,5 @@
 //! The serial lines HOST and COM1 with their physics: how long characters take, what other settings make of them,
-//! what is lost on a half-duplex line. Settings as such are in `lines`.
+//! what is lost on a half-duplex line. Settings as such are in `ports`.
 
 use std::time::Duration;
 use ts3100_controller::{

@@ -265,7 +265,7 @@ fn with_a_checksum_every_text_has_one_byte_more() {
 
 // clause: TRN-04 TRN-05
 #[test]
-fn the_fifty_milliseconds_bite_when_asked_to() {
+fn an_answer_within_50_ms_is_ignored_with_strict_50ms() {
     for (strict, answered) in [(false, true), (true, false)] {
         let mut robot = with_options(|options| options.strict_50ms = strict);
         robot.send(Port::Ip0, b"SP\r");

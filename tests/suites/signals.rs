@@ -2,7 +2,7 @@
 //! Dout249 to Dout262. Edges, levels and pulses are those of docs/PROTOCOL.md 11, all of them assumed but for what
 //! ACK answers (S40) and where EX_SVON acts (S41).
 
-use crate::extended::{text, values, word};
+use crate::extensions::{text, values, word};
 use std::time::Duration;
 use ts3100_controller::options::Strobe;
 use ts3100_controller::{
@@ -534,7 +534,7 @@ fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
         );
         // Asked again meanwhile it comes no later; a snapshot carries it.
         robot.command(Port::Ip0, "SO");
-        robot = Robot::of(ts3100_tests::paper::again(&robot.controller));
+        robot = Robot::from_controller(ts3100_tests::round_trip::round_trip(&robot.controller));
         robot.advance(due.since(robot.now()) - Duration::from_millis(1));
         assert!(!servo(&mut robot), "{way}");
         robot.advance_ms(1);

@@ -59,9 +59,9 @@ const COMMANDS: [&str; 34] = [
 ];
 
 /// xorshift: small, and the same everywhere.
-pub struct Dice(pub u64);
+pub struct Rng(pub u64);
 
-impl Dice {
+impl Rng {
     pub fn next(&mut self, sides: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
@@ -110,45 +110,45 @@ fn agree(robot: &mut Robot, wait: u64) {
     assert!(body[3] == 0 || body[4] == 0, "servo power in an emergency stop");
 }
 
-fn operator(robot: &mut Robot, dice: &mut Dice) {
-    let panel = match dice.next(12) {
-        0 => PanelAction::Key([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext][dice.next(3)]),
+fn operator(robot: &mut Robot, rng: &mut Rng) {
+    let panel = match rng.next(12) {
+        0 => PanelAction::Key([KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext][rng.next(3)]),
         1 => PanelAction::ControlRight(
-            [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether][dice.next(3)],
+            [ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether][rng.next(3)],
         ),
         2 => PanelAction::EmergencyStop(true),
         3 | 4 => PanelAction::EmergencyStop(false),
         5 => PanelAction::AlarmReset,
-        6 => PanelAction::Servo(dice.next(3) > 0),
+        6 => PanelAction::Servo(rng.next(3) > 0),
         7 => PanelAction::Start,
         8 => PanelAction::Stop,
         9 => PanelAction::FeedHold,
-        10 => PanelAction::MachineLock(dice.next(2) == 0),
+        10 => PanelAction::MachineLock(rng.next(2) == 0),
         _ => PanelAction::InputLine {
-            line: [1, 249, 255, 257, 261][dice.next(5)],
-            on: dice.next(2) == 0,
+            line: [1, 249, 255, 257, 261][rng.next(5)],
+            on: rng.next(2) == 0,
         },
     };
     robot.panel(panel);
 }
 
-fn step(robot: &mut Robot, dice: &mut Dice) {
-    match dice.next(20) {
+fn step(robot: &mut Robot, rng: &mut Rng) {
+    match rng.next(20) {
         0..8 => {
-            let answer = ask(robot, COMMANDS[dice.next(COMMANDS.len())]);
+            let answer = ask(robot, COMMANDS[rng.next(COMMANDS.len())]);
             assert!(
                 answer == b"OK\r" || answer == b"NG\r",
                 "{}",
                 notation::write(&answer)
             );
         }
-        8..10 => operator(robot, dice),
-        10..14 => robot.advance(Duration::from_micros(dice.next(400_000) as u64)),
+        8..10 => operator(robot, rng),
+        10..14 => robot.advance(Duration::from_micros(rng.next(400_000) as u64)),
         14 => robot.advance_ms(20_000),
-        15 => robot.raw(Port::Ip1, [&b"1\r"[..], b"2,", b"x\r", b"\r\n"][dice.next(4)]),
+        15 => robot.raw(Port::Ip1, [&b"1\r"[..], b"2,", b"x\r", b"\r\n"][rng.next(4)]),
         16 => robot.disconnect(Port::Ip1),
         17 => robot.connect(Port::Ip1),
-        18 => agree(robot, dice.next(3_000) as u64),
+        18 => agree(robot, rng.next(3_000) as u64),
         _ => {
             // Back to where something can happen.
             robot.panel(PanelAction::Key(KeySwitch::Ext));
@@ -162,7 +162,7 @@ fn step(robot: &mut Robot, dice: &mut Dice) {
 }
 
 pub fn run(seed: u64) -> Vec<u8> {
-    let mut dice = Dice(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut rng = Rng(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
     let mut robot = Robot::new(Dialect::Field);
     for (number, program) in PROGRAMS.iter().enumerate() {
         let stored = robot
@@ -172,7 +172,7 @@ pub fn run(seed: u64) -> Vec<u8> {
     }
     robot.connect(Port::Ip0);
     for _ in 0..STEPS {
-        step(&mut robot, &mut dice);
+        step(&mut robot, &mut rng);
     }
     robot.advance_ms(100);
     without_sp(&mut robot);

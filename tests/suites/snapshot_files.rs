@@ -125,7 +125,7 @@ fn difference(found: &str, expected: &str) -> String {
 #[test]
 fn a_file_goes_on_from_its_state() {
     for (name, check) in FILES {
-        let mut robot = Robot::of(load(name));
+        let mut robot = Robot::from_controller(load(name));
         let start = robot.now();
         check(&mut robot);
         let passed = robot.now().as_micros() - start.as_micros();
@@ -160,7 +160,7 @@ fn six_axis_running(robot: &mut Robot) {
     for _ in 0..20 {
         robot.advance_ms(500);
         // The warning 1-102: base 736 for level 1, codes count from 1.
-        assert_eq!(super::extended::word(&robot.total(Port::Ip0), 4), 736 + 101);
+        assert_eq!(super::extensions::word(&robot.total(Port::Ip0), 4), 736 + 101);
     }
     assert!(
         robot.file(Port::Ip0, "MR,N1 0") > b"13\r".to_vec(),

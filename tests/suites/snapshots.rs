@@ -10,7 +10,7 @@ use ts3100_controller::{
     Config, Controller, Dialect, PanelAction, Port, Snapshot, SnapshotError, SnapshotHead,
 };
 use ts3100_tests::Robot;
-use ts3100_tests::paper::{self, on_paper};
+use ts3100_tests::round_trip::{self, with_round_trips};
 use ts3100_tests::transcript::Cut;
 
 /// Seeds of the simulation that are run on paper.
@@ -19,31 +19,31 @@ const SEEDS: std::ops::Range<u64> = 100..102;
 const EVERY: u32 = 17;
 
 #[test]
-fn every_transcript_holds_on_paper_whole_and_byte_by_byte() {
+fn every_transcript_survives_round_trips_whole_and_byte_by_byte() {
     for (name, transcript) in transcripts::transcripts() {
         for (cut, every) in [(Cut::Whole, 1), (Cut::Bytes, EVERY)] {
-            let result = on_paper(every, || transcript.run(cut));
+            let result = with_round_trips(every, || transcript.run(cut));
             assert!(result.is_ok(), "{name}: {result:?}");
         }
     }
 }
 
 #[test]
-fn the_simulation_gives_the_same_bytes_on_paper() {
+fn the_simulation_gives_the_same_bytes_with_round_trips() {
     for seed in SEEDS {
         assert!(
-            on_paper(1, || simulation::run(seed)) == simulation::run(seed),
+            with_round_trips(1, || simulation::run(seed)) == simulation::run(seed),
             "seed {seed}"
         );
     }
 }
 
 #[test]
-fn programs_do_the_same_on_paper() {
+fn programs_do_the_same_with_round_trips() {
     for (path, source) in programs::programs() {
         let plain = programs::play(&source);
         assert_eq!(
-            on_paper(EVERY, || programs::play(&source)),
+            with_round_trips(EVERY, || programs::play(&source)),
             plain,
             "{}",
             path.display()
@@ -100,7 +100,7 @@ const LATER_FIELDS: [&str; 5] = [
 #[test]
 fn a_snapshot_without_the_fields_that_came_later_is_read() {
     let robot = busy();
-    let mut json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
     for field in LATER_FIELDS {
         let (parent, name) = field.rsplit_once('/').unwrap();
         let parent = json.pointer_mut(parent).unwrap().as_object_mut().unwrap();
@@ -110,14 +110,14 @@ fn a_snapshot_without_the_fields_that_came_later_is_read() {
         let rows = json["config"]["permissions"][table].as_array_mut().unwrap();
         rows.truncate(15);
     }
-    let restored = paper::read(&json.to_string());
+    let restored = round_trip::from_json(&json.to_string());
     assert!(restored.is_ok(), "{restored:?}");
 }
 
 #[test]
 fn the_busy_controller_is_busy() {
     let robot = busy();
-    let json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
     assert_eq!(json["format"], "ts3100-snapshot");
     assert_eq!(json["version"], 1);
     for place in [
@@ -266,18 +266,18 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
 /// What no run leads to is refused, and the words say where.
 #[test]
 fn what_no_run_leads_to_is_refused_with_its_place() {
-    let whole: Json = serde_json::from_str(&paper::written(&busy().controller)).unwrap();
+    let whole: Json = serde_json::from_str(&round_trip::to_json(&busy().controller)).unwrap();
     for (place, value, expected) in impossible() {
         let mut json = whole.clone();
         let field = json.pointer_mut(place);
         *field.unwrap_or_else(|| panic!("{place} in {whole:#}")) = value;
-        let error = paper::read(&json.to_string()).map(drop).unwrap_err();
+        let error = round_trip::from_json(&json.to_string()).map(drop).unwrap_err();
         assert!(error.contains(expected), "{place}: {error}");
     }
     let mut json = whole;
     json["surplus"] = 1.into();
     assert!(
-        paper::read(&json.to_string())
+        round_trip::from_json(&json.to_string())
             .unwrap_err()
             .contains("unknown field `surplus`")
     );
@@ -285,42 +285,42 @@ fn what_no_run_leads_to_is_refused_with_its_place() {
 
 /// A motion that a stop (retry) has cut short is on the paper, and looked at as one under way.
 #[test]
-fn an_interrupted_motion_is_looked_at_too() {
+fn an_interrupted_motion_is_validated_too() {
     let mut robot = busy();
     robot.panel(PanelAction::Servo(false));
-    let mut json: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let mut json: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
     let path = json.pointer_mut("/arm/interrupted/motion/path");
     *path.unwrap() = serde_json::json!({"Chain": {"legs": [], "duration": 1.0}});
-    let error = paper::read(&json.to_string()).map(drop).unwrap_err();
+    let error = round_trip::from_json(&json.to_string()).map(drop).unwrap_err();
     assert!(error.contains("arm.interrupted"), "{error}");
 }
 
 /// Changes one place of a value.
-fn tamper(json: &mut Json, dice: &mut simulation::Dice) {
-    let inner = dice.next(8) > 0;
+fn tamper(json: &mut Json, rng: &mut simulation::Rng) {
+    let inner = rng.next(8) > 0;
     match json {
         Json::Array(list) if !list.is_empty() => {
-            let at = dice.next(list.len());
-            match dice.next(10) {
+            let at = rng.next(list.len());
+            match rng.next(10) {
                 0 => drop(list.remove(at)),
                 1 => list.push(list[at].clone()),
-                _ => tamper(&mut list[at], dice),
+                _ => tamper(&mut list[at], rng),
             }
         }
         Json::Object(fields) if inner && !fields.is_empty() => {
-            let at = dice.next(fields.len());
+            let at = rng.next(fields.len());
             if let Some((_, field)) = fields.iter_mut().nth(at) {
-                tamper(field, dice);
+                tamper(field, rng);
             }
         }
-        Json::String(text) if dice.next(4) > 0 => match dice.next(3) {
+        Json::String(text) if rng.next(4) > 0 => match rng.next(3) {
             0 => text.push('\r'),
             1 => drop(text.pop()),
             _ => *text = text.repeat(1_000),
         },
-        Json::Number(number) if dice.next(3) > 0 => {
+        Json::Number(number) if rng.next(3) > 0 => {
             let double = number.as_f64().unwrap_or(0.0);
-            *json = match dice.next(4) {
+            *json = match rng.next(4) {
                 0 => (double * 2.0).into(),
                 1 => (double - 1.0).into(),
                 2 => number
@@ -333,14 +333,14 @@ fn tamper(json: &mut Json, dice: &mut simulation::Dice) {
         }
         other => {
             let wholes = [0, 1, 2, 3, 17, 255, 65_535, i64::from(u32::MAX), i64::MAX, -1];
-            *other = match dice.next(10) {
+            *other = match rng.next(10) {
                 0 => Json::Null,
-                1 => Json::Bool(dice.next(2) == 0),
+                1 => Json::Bool(rng.next(2) == 0),
                 2 => u64::MAX.into(),
-                3 => ["Ready", "Holding", "Resting", "Reset", "Idle", "Retry", "IP1"][dice.next(7)].into(),
-                4 => [0.5, 1e300, -1e300, 1e-300][dice.next(4)].into(),
+                3 => ["Ready", "Holding", "Resting", "Reset", "Idle", "Retry", "IP1"][rng.next(7)].into(),
+                4 => [0.5, 1e300, -1e300, 1e-300][rng.next(4)].into(),
                 5 => serde_json::json!({ "Running": { "stop": null } }),
-                _ => wholes[dice.next(wholes.len())].into(),
+                _ => wholes[rng.next(wholes.len())].into(),
             };
         }
     }
@@ -348,7 +348,7 @@ fn tamper(json: &mut Json, dice: &mut simulation::Dice) {
 
 /// Whatever a controller of tampered paper still does, it does without panic and gets on.
 fn live(controller: Controller) {
-    let mut robot = Robot::of(controller);
+    let mut robot = Robot::from_controller(controller);
     for port in [Port::Ip0, Port::Ip1, Port::Host] {
         robot.connect(port);
     }
@@ -381,18 +381,18 @@ fn live(controller: Controller) {
 }
 
 #[test]
-fn tampered_paper_is_refused_or_goes_on_but_never_panics_or_hangs() {
+fn a_tampered_snapshot_is_refused_or_goes_on_but_never_panics_or_hangs() {
     let robot = busy();
-    let mut dice = simulation::Dice(0x7533_1006);
-    let whole: Json = serde_json::from_str(&paper::written(&robot.controller)).unwrap();
+    let mut rng = simulation::Rng(0x7533_1006);
+    let whole: Json = serde_json::from_str(&round_trip::to_json(&robot.controller)).unwrap();
     let (mut refused, mut lived) = (0, 0);
     for _ in 0..tries() {
         let mut json = whole.clone();
-        for _ in 0..=dice.next(2) {
-            tamper(&mut json, &mut dice);
+        for _ in 0..=rng.next(2) {
+            tamper(&mut json, &mut rng);
         }
         let text = json.to_string();
-        match paper::read(&text) {
+        match round_trip::from_json(&text) {
             Err(error) => {
                 assert!(!error.is_empty());
                 refused += 1;

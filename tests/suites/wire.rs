@@ -1,7 +1,7 @@
 //! Clauses that units prove elsewhere, proven here by what a host sends and hears, and what a snapshot has to bring
 //! back for the wire to go on.
 
-use super::extended::text;
+use super::extensions::text;
 use ts3100_controller::faults::FaultAction;
 use ts3100_controller::{Config, Controller, Dialect, Event, Output, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
@@ -233,7 +233,7 @@ fn the_example_of_a_user_file_comes_back_as_it_was_sent_and_runs_to_its_end() {
         if body[2] != 1 {
             break;
         }
-        lines.push(super::extended::word(&body, 24));
+        lines.push(super::extensions::word(&body, 24));
         robot.advance_ms(10);
     }
     lines.dedup();
@@ -287,7 +287,7 @@ fn rs_cyc_forgets_the_motion_that_was_interrupted() {
 
 /// Written down and read back.
 fn restored(robot: &Robot) -> Robot {
-    Robot::of(Controller::restore(robot.controller.snapshot()).unwrap())
+    Robot::from_controller(Controller::restore(robot.controller.snapshot()).unwrap())
 }
 
 #[test]

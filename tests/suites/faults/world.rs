@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
 use ts3100_controller::faults::{Fault, FaultAction, FaultReport};
 use ts3100_controller::{Config, Controller, Dialect, Event, Input, Output, PanelAction, Port, Time};
-use ts3100_tests::paper::{self, Paper};
+use ts3100_tests::round_trip::{self, RoundTrips};
 
 /// Inputs and deadlines of one test before the controller is taken to hang.
 const MOST_STEPS: u32 = 200_000;
 
 /// After so many happenings the controller is written down and read back: a snapshot holds what faults and variation
 /// are in the middle of.
-const ON_PAPER: u32 = 5;
+const ROUND_TRIP_EVERY: u32 = 5;
 
 /// Why a read gave nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub struct World {
     /// When and how bytes left, for comparisons.
     pub sent: Vec<(Time, Port, Vec<u8>)>,
     steps: u32,
-    paper: Paper,
+    round_trips: RoundTrips,
 }
 
 impl World {
@@ -55,7 +55,7 @@ impl World {
             fired: Vec::new(),
             sent: Vec::new(),
             steps: 0,
-            paper: Paper::every(ON_PAPER),
+            round_trips: RoundTrips::every(ROUND_TRIP_EVERY),
         };
         if let Some((name, _)) = files.first() {
             world.controller.select(Time::ZERO, name).unwrap();
@@ -86,8 +86,8 @@ impl World {
             for output in self.controller.feed(self.now, input) {
                 self.perform(output, &mut inputs);
             }
-            if self.paper.is_due() {
-                self.controller = paper::again(&self.controller);
+            if self.round_trips.is_due() {
+                self.controller = round_trip::round_trip(&self.controller);
             }
         }
     }

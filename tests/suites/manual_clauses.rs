@@ -1,7 +1,7 @@
 //! Clauses whose way of being verified asks for the whole controller, where unit tests alone spoke for them:
 //! examples of the manual by what they send and where they move, bytes of SF, parameter files on real ports.
 
-use crate::extended::{text, values, word};
+use crate::extensions::{text, values, word};
 use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 

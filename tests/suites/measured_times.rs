@@ -5,7 +5,7 @@
 //! on IP1 to `DONE`, so some milliseconds of communication are in them. C was 0 and the arm LEFTY throughout. The
 //! override is not stated; 20 is the one that fits.
 
-use crate::extended::scara_of;
+use crate::extensions::scara_of;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Event, Output, Port};
 use ts3100_tests::Robot;
@@ -104,7 +104,7 @@ fn a_point_measured_on_a_real_arm_is_in_reach() {
         let mut robot = scara_of(model);
         arrive(&mut robot, "E4");
         assert_eq!(robot.alarms(), Vec::<String>::new());
-        let axis = crate::extended::values(&mut robot, "PR,0")[0];
+        let axis = crate::extensions::values(&mut robot, "PR,0")[0];
         assert!((axis + 175.4).abs() < 0.05, "{axis}");
     }
 }

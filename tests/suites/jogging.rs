@@ -1,7 +1,7 @@
-//! Guiding the arm from the host (MD, RT, SC, JG), the watchdog (WD fed by SM), and the conversation of a host
+//! Jogging the arm from the host (MD, RT, SC, JG), the watchdog (WD fed by SM), and the conversation of a host
 //! that moves the arm by DO and watches it with SM and PR (hosts.md 2).
 
-use crate::extended::{scara, six_axis, text, values, word};
+use crate::extensions::{scara, six_axis, text, values, word};
 use ts3100_controller::{ControlRight, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, notation};
 
@@ -56,12 +56,12 @@ fn the_arm_moves_while_the_key_is_held() {
         robot.command(Port::Ip0, "JG,1 -");
         robot.advance_ms(500);
         assert!(joint(&mut robot, 1) < rest, "and back");
-        assert_eq!(robot.total(Port::Ip0)[2], 0, "guiding is no run");
+        assert_eq!(robot.total(Port::Ip0)[2], 0, "jogging is no run");
     }
 }
 
 #[test]
-fn every_axis_of_both_arms_is_guided_to_its_limit() {
+fn every_axis_of_both_arms_is_jogged_to_its_limit() {
     for (mut robot, limits) in [
         (six_axis(), vec![190.0, 179.0, 165.0, 360.0, 175.0, 360.0]),
         (scara(), vec![180.0, 150.0, 150.0, 360.0, 360.0]),
@@ -87,7 +87,7 @@ fn every_axis_of_both_arms_is_guided_to_its_limit() {
 /// In a coordinate system the arm goes until it is stretched: 750 mm from the shoulder, 73.28 mm above which the wrist
 /// hangs, and 100 mm before the foot; 400 mm of the SCARA, 17.55 mm beside its foot.
 #[test]
-fn a_straight_way_is_guided_to_the_end_of_the_reach() {
+fn a_straight_way_is_jogged_to_the_end_of_the_reach() {
     let wrist: f64 = 293.282 + 80.0 - 300.0;
     let six = 100.0 + (750.0 * 750.0 - wrist * wrist).sqrt();
     let four = (400.0_f64 * 400.0 - 17.55 * 17.55).sqrt();
@@ -189,7 +189,7 @@ fn a_host_that_leaves_stops_the_arm() {
 }
 
 #[test]
-fn what_ends_guiding_and_what_forbids_it() {
+fn what_ends_a_jog_and_what_forbids_it() {
     let stops: [(&str, Action); 4] = [
         ("BR", |robot| robot.command(Port::Ip0, "BR")),
         ("EC,BREAK", |robot| robot.command(Port::Ip0, "EC,BREAK")),
@@ -231,7 +231,7 @@ fn what_ends_guiding_and_what_forbids_it() {
 }
 
 #[test]
-fn a_program_does_not_start_while_the_arm_is_guided() {
+fn a_program_does_not_start_while_the_arm_is_jogged() {
     let mut robot = Robot::ready("PROGRAM T\nPRINT IP1, \"A\", CR\nEND\n");
     robot.command(Port::Ip0, "JG,1 +");
     refused(&mut robot, "RN");
@@ -266,7 +266,7 @@ fn the_watchdog_raises_the_alarm_of_its_level() {
         let message = "Host Port Time Out: no text of a host within 700 ms";
         let record = format!("1,00{alarm},{message},14-02-06 00:00:00\r");
         assert_eq!(text(&mut robot, "AC"), record);
-        assert_eq!(super::extended::word(&robot.total(Port::Ip0), 4), word);
+        assert_eq!(super::extensions::word(&robot.total(Port::Ip0), 4), word);
         robot.advance_ms(5_000);
         assert_eq!(robot.alarms().len(), 1, "once");
     }
@@ -453,7 +453,7 @@ fn in_teaching_the_host_on_ip0_does_not_jog() {
 }
 
 #[test]
-fn at_its_limit_an_axis_is_not_guided_further() {
+fn at_its_limit_an_axis_is_not_jogged_further() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "RT,2");
     robot.command(Port::Ip0, "JG,1 -");
@@ -463,7 +463,7 @@ fn at_its_limit_an_axis_is_not_guided_further() {
 }
 
 #[test]
-fn a_host_that_has_guided_the_arm_may_leave_while_a_program_moves_it() {
+fn a_host_that_has_jogged_the_arm_may_leave_while_a_program_moves_it() {
     let mut robot = Robot::ready("PROGRAM T\nMOVEA 1,90.0 WITH SPEED=20\nPRINT IP1, \"DONE\", CR\nEND\n");
     robot.command(Port::Ip0, "MD,1");
     robot.command(Port::Ip0, "JG,2 +");
@@ -498,7 +498,7 @@ fn jg_stop_does_not_stop_a_program() {
 }
 
 #[test]
-fn a_watchdog_of_level_2_ends_guidance() {
+fn a_watchdog_of_level_2_ends_the_jog() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "WD,700 2");
     robot.command(Port::Ip0, "JG,1 +");
@@ -511,7 +511,7 @@ fn a_watchdog_of_level_2_ends_guidance() {
 }
 
 #[test]
-fn turning_the_key_ends_guidance() {
+fn turning_the_key_ends_the_jog() {
     let mut robot = six_axis();
     robot.command(Port::Ip0, "JG,1 +");
     robot.panel(PanelAction::Key(ts3100_controller::KeySwitch::Teaching));

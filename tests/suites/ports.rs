@@ -1,7 +1,7 @@
 //! The ports beside the conversation: serial lines as [U06] sets them, the Ethernet display as data, kinds of
 //! file, lengths, and the code table.
 
-use crate::extended::{text, word};
+use crate::extensions::{text, word};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::pendant_pages::PAGES;
@@ -235,7 +235,7 @@ fn fields_keep_to_their_lengths() {
 
 // clause: ASCII-01
 #[test]
-fn codes_stand_where_the_table_has_them() {
+fn codes_have_the_characters_of_the_table() {
     let mut robot = Robot::ready("PROGRAM TEST\nPRINT IP1, \"a\\b{|}~\", CR\nEND\n");
     robot.raw(
         Port::Ip0,

@@ -1,5 +1,5 @@
 //! The commands that real hosts send beyond the manual (hosts.md 2): answers to the byte, effect, refusals and
-//! permissions, on both arm models. Guiding by hand and the watchdog are in `guiding`, the DO conversation in
+//! permissions, on both arm models. Jogging by hand and the watchdog are in `jogging`, the DO conversation in
 //! `polling`.
 
 use ts3100_controller::model::ArmModel;
@@ -561,7 +561,7 @@ fn zs_sets_the_work_coordinate_and_the_tool() {
 
 // clause: SF-14 SF-15 SF-16
 #[test]
-fn md_rt_and_sc_stand_in_sf() {
+fn sf_shows_md_rt_and_sc() {
     let mut robot = six_axis();
     for (command, offset, count) in [("SC", 34, 4), ("RT", 36, 3), ("MD", 38, 3)] {
         for value in 0..count {

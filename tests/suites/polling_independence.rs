@@ -1,7 +1,7 @@
 //! Random programs with random things happening to them, seeded: what they print, which outputs they switch, which
 //! alarms they raise and where the arm is at every moment do not depend on when, and how often, a host asks.
 
-use crate::extended::scara;
+use crate::extensions::scara;
 use std::fmt::Write;
 use std::time::Duration;
 use ts3100_controller::{Event, Output, Port};
@@ -11,17 +11,17 @@ use ts3100_tests::kinematics::Seeded;
 /// Programs of each arm.
 const PROGRAMS: u64 = 14;
 /// Things that happen to each.
-const HAPPENINGS: usize = 8;
+const EVENTS: usize = 8;
 
-struct Dice(Seeded);
+struct Rng(Seeded);
 
-impl Dice {
-    fn of(seed: u64) -> Dice {
+impl Rng {
+    fn new(seed: u64) -> Rng {
         let mut seeded = Seeded::new(seed);
         for _ in 0..10 {
             seeded.between(0.0, 1.0);
         }
-        Dice(seeded)
+        Rng(seeded)
     }
 
     fn below(&mut self, count: usize) -> usize {
@@ -33,7 +33,7 @@ impl Dice {
     }
 }
 
-fn point(dice: &mut Dice, small: bool) -> String {
+fn point(rng: &mut Rng, small: bool) -> String {
     let (x, z) = if small {
         ((180.0, 330.0), (-60.0, 60.0))
     } else {
@@ -41,56 +41,56 @@ fn point(dice: &mut Dice, small: bool) -> String {
     };
     format!(
         "{:.1},{:.1},{:.1}",
-        dice.0.between(x.0, x.1),
-        dice.0.between(-150.0, 150.0),
-        dice.0.between(z.0, z.1)
+        rng.0.between(x.0, x.1),
+        rng.0.between(-150.0, 150.0),
+        rng.0.between(z.0, z.1)
     )
 }
 
 /// A program of motions in all their kinds, with what runs beside them.
-fn program(dice: &mut Dice, small: bool) -> String {
+fn program(rng: &mut Rng, small: bool) -> String {
     let mut text = "PROGRAM R\nTIMER=0\nON DIN(1) DO DOUT(9)\n".to_string();
-    if dice.below(2) == 0 {
+    if rng.below(2) == 0 {
         text += "ON MOTION > 60 DO PRINT IP1, \"HALF\", TIMER, CR\n";
     }
     for step in 0..8 {
         let (name, other) = (
-            ["A", "B", "C", "D"][dice.below(4)],
-            ["A", "B", "C", "D"][dice.below(4)],
+            ["A", "B", "C", "D"][rng.below(4)],
+            ["A", "B", "C", "D"][rng.below(4)],
         );
-        text += &match dice.below(13) {
-            0..=2 => format!("MOVE {name} WITH SPEED={}\n", 10 + dice.below(90)),
+        text += &match rng.below(13) {
+            0..=2 => format!("MOVE {name} WITH SPEED={}\n", 10 + rng.below(90)),
             3..=5 => format!("MOVES {name}\n"),
-            6 => format!("MOVEC {name} {other} WITH SPEED={}\n", 10 + dice.below(90)),
+            6 => format!("MOVEC {name} {other} WITH SPEED={}\n", 10 + rng.below(90)),
             7 => format!("MOVEJ {name} POINT(5,20,5)\n"),
-            8 => format!("PASS={}\n", dice.below(101)),
-            9 => ["ENABLE NOWAIT\n", "DISABLE NOWAIT\n", "DISABLE PASS\n"][dice.below(3)].to_string(),
-            10 => format!("WAIT MOTION >= {}\n", dice.below(101)),
-            11 => format!("DOUT({}{})\n", ["", "-"][dice.below(2)], 1 + dice.below(8)),
-            _ => format!("DELAY {:.3}\n", dice.0.between(0.0, 0.1)),
+            8 => format!("PASS={}\n", rng.below(101)),
+            9 => ["ENABLE NOWAIT\n", "DISABLE NOWAIT\n", "DISABLE PASS\n"][rng.below(3)].to_string(),
+            10 => format!("WAIT MOTION >= {}\n", rng.below(101)),
+            11 => format!("DOUT({}{})\n", ["", "-"][rng.below(2)], 1 + rng.below(8)),
+            _ => format!("DELAY {:.3}\n", rng.0.between(0.0, 0.1)),
         };
         let _ = writeln!(text, "PRINT IP1, {step}, TIMER, MOTION, MOTIONT, REMAINT, CR");
         let _ = writeln!(text, "PRINT IP1, HERE.X, HERE.Y, DEST.Z, CR");
     }
     text += "END\nDATA\n";
     for name in ["A", "B", "C", "D"] {
-        let _ = writeln!(text, "POINT {name}={}/", point(dice, small));
+        let _ = writeln!(text, "POINT {name}={}/", point(rng, small));
     }
     text + "END\n"
 }
 
 /// What happens, and how long after the last.
-fn happenings(dice: &mut Dice) -> Vec<(Duration, String)> {
-    (0..HAPPENINGS)
+fn script(rng: &mut Rng) -> Vec<(Duration, String)> {
+    (0..EVENTS)
         .map(|_| {
-            let what = match dice.below(8) {
-                0 | 1 => format!("EC,OVRD {}", 1 + dice.below(100)),
+            let what = match rng.below(8) {
+                0 | 1 => format!("EC,OVRD {}", 1 + rng.below(100)),
                 2 | 3 => "FD".to_string(),
                 4 => "EC,BREAK".to_string(),
                 5 => "SP".to_string(),
                 _ => "RN".to_string(),
             };
-            (dice.micros(400_000.0), what)
+            (rng.micros(400_000.0), what)
         })
         .collect()
 }
@@ -129,14 +129,14 @@ fn seen(robot: &mut Robot, log: &mut String) {
 }
 
 /// The whole course, with a host that asks in between or not.
-fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Option<Dice>) -> String {
+fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Option<Rng>) -> String {
     let mut robot = robot(text, small);
     let mut log = String::new();
     let mut pass = |robot: &mut Robot, whole: Duration| {
         let end = robot.now() + whole;
-        while let Some(dice) = &mut asks {
+        while let Some(rng) = &mut asks {
             let left = end.since(robot.now());
-            let step = dice.micros(60_000.0);
+            let step = rng.micros(60_000.0);
             if step >= left {
                 break;
             }
@@ -166,12 +166,12 @@ fn nothing_depends_on_when_a_host_asks() {
     let mut moved = 0;
     for small in [false, true] {
         for seed in 0..PROGRAMS {
-            let mut dice = Dice::of(seed);
-            let text = program(&mut dice, small);
-            let script = happenings(&mut dice);
+            let mut rng = Rng::new(seed);
+            let text = program(&mut rng, small);
+            let script = script(&mut rng);
             let quiet = course(&text, small, &script, None);
             moved += usize::from(quiet.matches("running").count() > 1);
-            let asked = course(&text, small, &script, Some(Dice::of(1_000 + seed)));
+            let asked = course(&text, small, &script, Some(Rng::new(1_000 + seed)));
             let differs = quiet
                 .lines()
                 .zip(asked.lines())

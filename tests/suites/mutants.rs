@@ -1,6 +1,6 @@
 //! Behaviours that could be taken out of the controller without any other suite noticing.
 
-use super::extended::{text, word};
+use super::extensions::{text, word};
 use super::signals::{ALARM, SYS_RDY, output};
 use ts3100_controller::action::Action;
 use ts3100_controller::{Config, Dialect, Input, KeySwitch, Options, PanelAction, Port};
