@@ -1,6 +1,8 @@
 //! Which clause of the manual is proven by which test. Tests name their clauses in a comment line
 //! `// clause: ID ID` above them, transcripts in their header; this file finds them and joins them with the
-//! outcome of a test run, read from what `cargo test` printed. Running the tests is the command's.
+//! outcome of a test run, read from what `cargo test` printed.
+//!
+//! It runs no tests; the binary `clauses` does.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -18,7 +20,7 @@ pub const PACKAGES: [(&str, &str); 5] = [
 const TRANSCRIPT_TEST: &str = "every_transcript_holds_as_written";
 /// What a comment that names clauses begins with.
 const MARK: &str = "// clause:";
-/// How many lines may stand between that comment and the function: attributes and further comments.
+/// How many lines may be between that comment and the function: attributes and further comments.
 const REACH: usize = 8;
 
 /// A test that names clauses.
@@ -26,7 +28,7 @@ const REACH: usize = 8;
 pub struct Proof {
     /// Package of the test.
     pub package: &'static str,
-    /// Where it stands, from the root of the repository.
+    /// Path of its file, from the root of the repository.
     pub file: String,
     /// Name of the function.
     pub test: String,
@@ -55,7 +57,7 @@ impl Clause {
 }
 
 impl Proof {
-    /// Whether it stands beside the code it tests, and not in a suite that tests from outside.
+    /// Whether it is a unit test next to the code, and not in a suite that tests from outside.
     #[must_use]
     pub fn is_unit(&self) -> bool {
         self.file.split(['/', '\\']).any(|folder| folder == "src")
@@ -123,7 +125,7 @@ pub fn write_list(clauses: &[Clause]) -> String {
 /// Every test of the repository that names clauses.
 ///
 /// # Errors
-/// A file that cannot be read, a mark without a test behind it.
+/// A file that cannot be read, a mark without a test after it.
 pub fn proofs(root: &Path) -> Result<Vec<Proof>, String> {
     let mut found = Vec::new();
     for (package, folder) in PACKAGES {
@@ -217,7 +219,7 @@ pub fn outcomes(printed: &str) -> Outcomes {
 
 /// Whose tests come after `Running unittests src/lib.rs (target/debug/deps/ts3100_proto-0123)` or
 /// `Running tests/embed.rs (...)`; `None` for a package whose tests do not count. Cargo names the file from the root of its
-/// package, which is how the tests of one are told from those of another.
+/// package, which is how the tests of two packages are distinguished.
 fn package_of(line: &str) -> Option<&'static str> {
     let mut words = line.split_whitespace();
     let file = match words.next()? {

@@ -1,6 +1,7 @@
-//! Kinematics and motion checked at scale: there and back over random postures in all configurations, lines that
-//! stay on their line, durations beside the closed form, and the same answer whatever was asked before. The suites
-//! run it with few postures, the binary `kinematics` with all.
+//! Checks of kinematics and motion over random postures: there and back in all configurations, lines that stay straight,
+//! durations compared with the closed form, and answers that do not depend on earlier queries.
+//!
+//! The suite `kinematics` runs them with few postures, the binary `kinematics` with all.
 
 use std::time::Duration;
 use ts3100_controller::model::{ArmKind, ArmModel, Joints};
@@ -58,7 +59,7 @@ pub struct Report {
     pub worst_mm: f64,
     /// Worst difference of a pose, degrees.
     pub worst_degrees: f64,
-    /// Postures whose configuration was not the one asked for, or that were lost on the way back.
+    /// Postures whose configuration was not the one polled for, or that were lost on the way back.
     pub wrong: u64,
     /// Lines planned.
     pub lines: u32,
@@ -68,7 +69,7 @@ pub struct Report {
     pub timed: u32,
     /// Worst difference from the closed form, s.
     pub worst_seconds: f64,
-    /// Answers that depended on what was asked before.
+    /// Answers that depended on what was polled before.
     pub polled: u32,
 }
 
@@ -175,26 +176,26 @@ fn line(model: &ArmModel, seeded: &mut Seeded, report: &mut Report) {
         return;
     };
     report.lines += 1;
-    let mut asked = motion.clone();
+    let mut polled = motion.clone();
     for step in 0..=POINTS {
         let at = motion.duration() * step / POINTS;
         let joints = motion.joints_at(at);
-        // Asked in another order, and of a motion asked before.
-        let other = asked.joints_at(motion.duration() - at);
-        report.polled += u32::from(asked.joints_at(at) != joints);
+        // Asked in another order, and of a motion polled before.
+        let other = polled.joints_at(motion.duration() - at);
+        report.polled += u32::from(polled.joints_at(at) != joints);
         report.polled += u32::from(motion.joints_at(motion.duration() - at) != other);
         let here = tool_point(model, &joints, &tool);
         report.worst_line = report.worst_line.max(off_line(here.xyz, start.xyz, end.xyz));
     }
-    // Feed hold and its release at the same moments lead to the same, however often it was asked between.
+    // Feed hold and its release at the same moments lead to the same, however often it was polled between.
     let mut once = motion;
-    for motion in [&mut asked, &mut once] {
+    for motion in [&mut polled, &mut once] {
         let third = motion.duration() / 3;
         motion.hold(third);
         let rest = motion.duration();
         motion.resume(rest + Duration::from_millis(7));
     }
-    report.polled += u32::from(asked != once);
+    report.polled += u32::from(polled != once);
 }
 
 fn tool_point(model: &ArmModel, joints: &Joints, tool: &Transform) -> Pose {

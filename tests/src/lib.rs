@@ -1,5 +1,7 @@
-//! Helpers shared by the suites: a controller in process under virtual time. What it has to do is written in
-//! the suites; this file only carries bytes, time and panel actions to it and keeps what it sends.
+//! Helpers shared by the suites: a controller in process under virtual time.
+//!
+//! [`Robot`] only carries bytes, time and panel actions to the controller and keeps what it sends; what is expected is
+//! written in the suites. [`transcript`] runs hand-written conversations, [`round_trip`] adds snapshots to any suite.
 
 #![expect(
     clippy::panic,
@@ -40,7 +42,7 @@ pub struct Robot {
 
 impl Robot {
     /// A controller of this dialect whose power has just come on. Its serial lines take no time: most suites are
-    /// about what is said on them.
+    /// about the bytes on them.
     #[must_use]
     pub fn new(dialect: Dialect) -> Robot {
         let mut config = Config::new(dialect);
@@ -204,7 +206,7 @@ impl Robot {
         bytes
     }
 
-    /// The ports on which something lies that nobody has read.
+    /// The ports with bytes that were sent and not read by the test.
     #[must_use]
     pub fn unread(&self) -> Vec<(Port, Vec<u8>)> {
         self.sent
@@ -214,7 +216,7 @@ impl Robot {
     }
 
     /// A command with its answer: the data section of an OK, an NG or the first FL text. An unsolicited SP
-    /// behind it is left to be received.
+    /// after it is left to be received.
     ///
     /// # Panics
     /// When the answer is not one text with STX.

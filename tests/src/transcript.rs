@@ -6,7 +6,7 @@
 //! dialect: field                  or manual; field when left out
 //! servo: on                       off when left out
 //! model: tsl3000-thl400           the SCARA arm; the six-axis one when left out
-//! file TEST                       a file on the RAM drive, lines follow behind a bar; `select TEST` selects it
+//! file TEST                       a file on the RAM drive, lines follow after a bar; `select TEST` selects it
 //! | PROGRAM T
 //! | END
 //! > IP0 SO<CR>                    the host sends a text; STX and ETX are added
@@ -226,7 +226,7 @@ impl Transcript {
         self.steps.iter().map(length).max().unwrap_or(0)
     }
 
-    /// Runs it up to each text of a protocol port, cuts that text off behind each of its bytes, hangs up, and
+    /// Runs it up to each text of a protocol port, cuts that text off after each of its bytes, hangs up, and
     /// has the next host ask for SU.
     ///
     /// # Errors
@@ -241,7 +241,7 @@ impl Transcript {
                     other.raw(*port, &bytes[..end]);
                     other.disconnect(*port);
                     served(&mut other, *port)
-                        .map_err(|error| format!("line {number} cut off behind {end} bytes: {error}"))?;
+                        .map_err(|error| format!("line {number} cut off after {end} bytes: {error}"))?;
                     tried += 1;
                 }
             }

@@ -1,5 +1,8 @@
-//! Coverage of the permission tables: a host that walks the tables reaches every cell, and each answer counts where
-//! it belongs.
+//! Coverage of the permission tables: a host that walks the tables reaches every cell, and each answer is counted in its
+//! cell.
+//!
+//! The tables themselves are checked in `permissions.rs`; the report that `--coverage` writes has unit tests in
+//! `ts3100-emulator`.
 
 use crate::permissions::{MANUAL, example, prepare};
 use std::collections::BTreeSet;

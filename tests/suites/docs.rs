@@ -1,4 +1,6 @@
-//! What the code has, the documents have: each command, alarm and option has its row.
+//! The documents are complete: each command, alarm, option and rule of the code has its row in `docs`.
+//!
+//! Whether what a row says is true is tested in the suite of its subject.
 
 use std::fs;
 use std::path::PathBuf;

@@ -1,6 +1,8 @@
-//! Nothing answers OK without doing what it says: every command in every state of the robot, once sent and once
-//! not, and what can be seen of the robot then, later, and after the next start. Where both look the same, the
-//! pair has to stand in a list with the reason; where a reading command changes something, that is an error.
+//! An OK means an effect: every command in every state of the robot, once sent and once not, compared by what can be
+//! observed of the robot then, later, and after the next start.
+//!
+//! A pair without a difference has to be in a list with the reason; a reading command that makes a difference is an error.
+//! What the effects are is tested in the suites of the commands.
 
 use std::collections::BTreeSet;
 use ts3100_controller::{PanelAction, Port};

@@ -1,5 +1,7 @@
-//! Conversations over many texts and the time limits on them: what a transcript says badly because it counts
-//! bytes or compares long files.
+//! Exchanges of many texts and their time limits, as far as a transcript cannot express them because bytes are counted or
+//! long files compared.
+//!
+//! Short conversations are transcripts in `fixtures/transcripts`; the rules are in docs/PROTOCOL.md 3.
 
 use ts3100_controller::{Config, Dialect, Port};
 use ts3100_tests::{Robot, frame, notation, unframe};
@@ -347,7 +349,7 @@ fn an_unsolicited_sp_is_never_glued_to_an_ok() {
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
 }
 
-/// Time passes until the robot has said SP; how many ms that took.
+/// Advances until the robot sends SP and returns the milliseconds that took.
 fn until_stop(robot: &mut Robot, mut each: impl FnMut(&mut Robot)) -> u64 {
     for ms in 1..=1_000 {
         robot.advance_ms(1);
@@ -362,18 +364,18 @@ fn until_stop(robot: &mut Robot, mut each: impl FnMut(&mut Robot)) -> u64 {
 // clause: CMD-SP-07 CMD-SP-10
 #[test]
 fn a_host_that_never_pauses_is_told_of_a_stop_within_200_ms() {
-    // A command every 30 ms, answered OK: there are never 50 ms behind one.
+    // A command every 30 ms, answered OK: there are never 50 ms after one.
     let mut robot = Robot::ready("PROGRAM E\nDELAY 0.1\nEND\n");
     robot.command(Port::Ip0, "RN");
     let mut ms = 0;
-    let told = until_stop(&mut robot, |robot| {
+    let passed = until_stop(&mut robot, |robot| {
         ms += 1;
         if ms % 30 == 0 {
             assert_eq!(robot.ask(Port::Ip0, "EC,OVRD 50"), b"OK\r");
         }
     });
-    assert_eq!(told, 300);
-    // One that does not even wait for its answers is told between two of them.
+    assert_eq!(passed, 300);
+    // One that does not even wait for its answers gets SP between two of them.
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(50);
     assert!(robot.ask(Port::Ip0, "SU").starts_with(b"FL,MODE"));
@@ -390,7 +392,7 @@ fn a_host_that_never_pauses_is_told_of_a_stop_within_200_ms() {
 #[test]
 fn each_stop_has_its_own_sp_and_none_comes_in_a_later_cycle() {
     let mut robot = Robot::ready("PROGRAM E\nDELAY 0.01\nEND\n");
-    // The next start comes before SP may: nothing is said of the stop before it.
+    // The next start comes before SP may: the SP of the stop before it is dropped.
     for _ in 0..10 {
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(20);

@@ -1,6 +1,7 @@
-//! The commands that real hosts send beyond the manual (hosts.md 2): answers to the byte, effect, refusals and
-//! permissions, on both arm models. Jogging by hand and the watchdog are in `jogging`, the DO conversation in
-//! `polling`.
+//! The commands that real hosts send beyond the manual (hosts.md 2): answers to the byte, effects, refusals and
+//! permissions, on both arm models.
+//!
+//! Jogging and the watchdog are in `jogging.rs`, MN is in `maintenance.rs`.
 
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};

@@ -1,5 +1,7 @@
-//! Every kind of fault against two hosts: the one that knows what to do survives, the other one does not, and the log
-//! and the report say why. A kind without a row fails.
+//! Every kind of fault against two hosts: the careful one survives, the careless one does not, and the log and the report
+//! give the reason. A kind without a row fails.
+//!
+//! The hosts are in `faults/hosts.rs`, the controller they share in `faults/world.rs`.
 
 mod hosts;
 mod variation;
@@ -119,7 +121,7 @@ const ROWS: &[Row] = &[
     ),
 ];
 
-/// The servo goes on, and what is asked behind it is answered by what belongs to it.
+/// The servo goes on, and each later command gets its own answer.
 fn servo(world: &mut World, host: &mut dyn Host) -> Outcome<()> {
     host.command(world, "BR")?;
     host.command(world, "SO")?;

@@ -1,4 +1,6 @@
-//! A SCARA arm without axis T from end to end: its positions, what SF and PR show, and what it refuses.
+//! A SCARA arm without axis T, end to end: its positions, what SF and PR show, and what it refuses.
+//!
+//! The arm with axis T is in `scara_edition.rs` and `extensions.rs`.
 
 use crate::extensions::{scara_of, values};
 use ts3100_controller::Port;
@@ -16,7 +18,7 @@ fn four_axes() -> Robot {
     robot
 }
 
-/// The six joint values of SF, asked of a copy.
+/// The six joint values of SF, requested from a copy.
 fn joints(robot: &Robot) -> [f32; 6] {
     let body = robot.clone().total(Port::Ip0);
     assert_eq!(body.len(), 250);

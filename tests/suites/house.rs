@@ -1,5 +1,7 @@
-//! The house rules of design.md, held by a test: lengths of files, opening comments, dependencies, `expect`
-//! density, and the origin of every fixture.
+//! The house rules: lengths of files, module heads, dependencies, `expect` density, the origin of every fixture, and the
+//! words that names and comments do not use.
+//!
+//! These tests read the sources; they run nothing. Rules about `std` in the pure crates are in `purity.rs`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -229,7 +231,7 @@ const MAY_WATCH_THE_CLOCK: [(&str, &str, &str); 7] = [
     (
         "crates/emulator/src/driver/tests.rs",
         "Instant::now(",
-        "virtual time is compared with the wall, which it must not pass",
+        "virtual time is compared with wall-clock time, which it must not exceed",
     ),
     (
         "crates/emulator/src/log/fold.rs",

@@ -1,5 +1,7 @@
-//! Jogging the arm from the host (MD, RT, SC, JG), the watchdog (WD fed by SM), and the conversation of a host
-//! that moves the arm by DO and watches it with SM and PR (hosts.md 2).
+//! Jogging from the host (MD, RT, SC, JG), the watchdog (WD, fed by SM), and the exchange of a host that moves the arm by
+//! DO and polls it with SM and PR (hosts.md 2).
+//!
+//! The manual calls jogging "guide". Byte-exact answers of these commands are in `extensions.rs`.
 
 use crate::extensions::{scara, six_axis, text, values, word};
 use ts3100_controller::{ControlRight, KeySwitch, PanelAction, Port};
@@ -321,13 +323,13 @@ fn every_text_feeds_the_watchdog_and_wd_0_0_ends_it() {
 
 #[test]
 fn the_watchdog_stops_a_move_of_do() {
-    for (level, stands) in [(8, true), (2, false), (1, false)] {
+    for (level, stopped) in [(8, true), (2, false), (1, false)] {
         let mut robot = six_axis();
         robot.command(Port::Ip0, &format!("WD,300 {level}"));
         robot.command(Port::Ip0, "DO,MOVEA 1,90.0 WITH SPEED=10");
         robot.advance_ms(10_000);
         let place = joint(&mut robot, 1);
-        assert_eq!(place < 45.0, stands, "level {level}: {place}");
+        assert_eq!(place < 45.0, stopped, "level {level}: {place}");
     }
 }
 

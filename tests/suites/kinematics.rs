@@ -1,4 +1,6 @@
-//! Kinematics at scale, and beside an implementation of somebody else's: the crate rs-opw-kinematics.
+//! Kinematics over random postures, and compared with an independent implementation, the crate rs-opw-kinematics.
+//!
+//! The checks themselves are in `ts3100_tests::kinematics`; the binary `kinematics` runs them at full scale.
 
 use rs_opw_kinematics::glam::{DQuat, DVec3, EulerRot};
 use rs_opw_kinematics::kinematic_traits::{Kinematics, Pose as OpwPose};

@@ -1,5 +1,7 @@
-//! The language as a host and the controller together see it: points that are taught on the controller, what a
-//! program reads of the world, and what it writes back into its file.
+//! The language and the controller together: points taught on the controller, what a program reads of the robot, and what
+//! it writes back into its file.
+//!
+//! The language alone is tested in `scol-mini`; whole programs are in `programs.rs`.
 
 use crate::extensions::scara_of;
 use crate::variables::read;
@@ -102,7 +104,7 @@ fn hosts_reach_taught_points_and_restore_them_into_the_file() {
     assert_eq!(robot.received(Port::Ip1), b"     240.000\r");
 }
 
-/// The content of the selected file as it was last given to the edge.
+/// The content of the selected file as it was last sent to the edge.
 fn stored(robot: &Robot) -> String {
     let mut contents = robot.outputs.iter().filter_map(|output| match output {
         Output::Stored { content, .. } => Some(content),
@@ -124,16 +126,16 @@ fn a_restored_controller_knows_its_points_and_one_of_old_has_none() {
         robot.load("AGAIN", BARE);
         assert!(read(robot, "T1 4").starts_with("250.000"));
     }
-    let mut paper = serde_json::to_value(robot.controller.snapshot()).unwrap();
-    let two = paper["config"]["points"][0].clone();
-    paper["config"]["points"].as_array_mut().unwrap().push(two);
-    let twice = serde_json::from_value(paper).unwrap();
-    assert!(Controller::restore(twice).is_err(), "a name stands twice");
+    let mut snapshot = serde_json::to_value(robot.controller.snapshot()).unwrap();
+    let two = snapshot["config"]["points"][0].clone();
+    snapshot["config"]["points"].as_array_mut().unwrap().push(two);
+    let twice = serde_json::from_value(snapshot).unwrap();
+    assert!(Controller::restore(twice).is_err(), "a name appears twice");
     let mut plain = Robot::ready("PROGRAM P\nMOVE P1\nEND\nDATA\nPOINT P1=400/\nEND\n");
     plain.advance_ms(1);
-    let mut paper = serde_json::to_value(plain.controller.snapshot()).unwrap();
-    paper["config"].as_object_mut().unwrap().remove("points");
-    let old = serde_json::from_value(paper).unwrap();
+    let mut snapshot = serde_json::to_value(plain.controller.snapshot()).unwrap();
+    snapshot["config"].as_object_mut().unwrap().remove("points");
+    let old = serde_json::from_value(snapshot).unwrap();
     assert_eq!(Controller::restore(old).unwrap(), plain.controller);
 }
 
@@ -260,7 +262,7 @@ fn integers_out_of_range_raise_the_overflow_alarm_on_both_sides() {
         "X = 0.0\nINPUT IP1, X\nINPUT IP1, X\nPRINT IP1, X, CR",
         b"1E400\r7\r",
     );
-    assert_eq!(text, "", "an alarm of level 2 stops behind the step");
+    assert_eq!(text, "", "an alarm of level 2 stops after the step");
     robot.panel(PanelAction::AlarmReset);
     robot.command(Port::Ip0, "RN");
     robot.advance_ms(1_000);

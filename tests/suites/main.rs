@@ -1,5 +1,8 @@
-//! The whole-system suites: hand-written transcripts, the permission tables, behaviour that takes a clock, and
-//! the house rules. Unit tests stand with their crates and are not repeated here.
+//! The whole-system suites: hand-written transcripts, the permission tables, behaviour in virtual time, and the house
+//! rules.
+//!
+//! Unit tests are in their crates and are not repeated here. A suite begins with what it tests and where its neighbours
+//! are; `ts3100_tests::Robot` is the controller they all use.
 
 #![expect(
     clippy::panic,

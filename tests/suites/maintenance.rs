@@ -1,4 +1,7 @@
-//! The maintenance information of MN (S29): every number is counted, in virtual time, and survives a power cycle.
+//! The maintenance information of MN (S29): every number is counted in virtual time and survives a power cycle and a
+//! snapshot.
+//!
+//! The layout of the answer has unit tests in `ts3100-proto`.
 
 use crate::extensions::{scara, scara_of, six_axis};
 use ts3100_controller::action::Action;
@@ -105,12 +108,12 @@ fn an_axis_that_slides_moves_and_does_not_turn() {
 /// What is cut short, held, taken up, jogged and run through counts as far as it went, whoever asks in between.
 #[test]
 fn every_kind_of_motion_counts_once() {
-    let run = |asked: bool| {
+    let run = |polled: bool| {
         let mut robot = scara();
         let pass = |robot: &mut Robot, ms: u64| {
             for _ in 0..ms / 10 {
                 robot.advance_ms(10);
-                if asked {
+                if polled {
                     maintenance(robot);
                 }
             }

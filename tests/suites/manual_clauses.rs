@@ -1,11 +1,13 @@
-//! Clauses whose way of being verified asks for the whole controller, where unit tests alone spoke for them:
-//! examples of the manual by what they send and where they move, bytes of SF, parameter files on real ports.
+//! Clauses of the manual that need the whole controller for their proof: examples of the manual by the bytes they send and
+//! the positions they reach, bytes of SF, parameter files on real ports.
+//!
+//! `docs/clauses.tsv` lists which tests prove which clause.
 
 use crate::extensions::{text, values, word};
 use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
 
-/// Eleven positions, told apart by X: P1 at 301 mm and so on.
+/// Eleven positions, that differ in X: P1 at 301 mm and so on.
 fn positions() -> String {
     let points = [1, 2, 3, 4, 5, 11, 12, 13, 21, 22, 23];
     let lines = points.map(|number| format!("POINT A{number}={},0,300/\n", 300 + number));
@@ -58,7 +60,10 @@ fn the_lines_of_sf_go_on_by_one_a_statement() {
         robot.advance_ms(2_000);
         robot.received(Port::Ip0);
         let sf = robot.total(Port::Ip0);
-        assert!(word(&sf, 26) >= word(&sf, 24), "analysis is not behind execution");
+        assert!(
+            word(&sf, 26) >= word(&sf, 24),
+            "analysis is never after execution"
+        );
         lines.push(word(&sf, 24));
     }
     assert_eq!(lines, [4, 6, 7, 8]);
@@ -157,7 +162,7 @@ fn headings_and_comments_of_a_parameter_file_mean_nothing() {
     assert_eq!(
         robot.controller.network().channels[1].own_port,
         4001,
-        "what stands behind = means something"
+        "the value after = means something"
     );
 }
 

@@ -1,4 +1,4 @@
-//! Motion times of the SCARA arm against those of a real one.
+//! Motion times of the SCARA arm, compared with those of a real one.
 //!
 //! Source (hosts.md 8.11, 8.12): the data set of a vision cell with a TSL3000 and a THL400 arm, GitHub
 //! `Thanhcn0704/POS_TRACKING`, `robot_training_dataset.csv`: means of three repetitions, from the sending of a record

@@ -1,5 +1,6 @@
-//! What a host sees of the arm's motion: it takes time, it can be stopped, held and overridden, and DO answers
-//! before it ends.
+//! Motion as a host sees it: it takes time, it can be stopped, held and overridden, and DO answers before it ends.
+//!
+//! The closed forms have unit tests in `ts3100-controller`; independence of polling is in `polling_independence.rs`.
 
 use ts3100_controller::{Config, ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_tests::{Robot, frame};
@@ -75,7 +76,11 @@ fn sp_completes_the_step_and_rn_goes_on_behind_it() {
     assert!(distance(position(&mut robot), FAR) < 0.01);
     robot.advance_ms(5_000);
     assert_eq!(robot.received(Port::Ip1), b"");
-    assert_eq!(robot.received(Port::Ip0), b"", "no SP for what the host asked");
+    assert_eq!(
+        robot.received(Port::Ip0),
+        b"",
+        "no SP for a stop that the host requested"
+    );
     robot.command(Port::Ip0, "RN");
     until(&mut robot, "the end", |robot| motion_status(robot) == 0);
     assert_eq!(robot.received(Port::Ip1), b"23");
@@ -319,7 +324,7 @@ fn the_unsolicited_sp_never_lands_inside_an_exchange() {
     assert_eq!(
         robot.received(Port::Host),
         frame(b"SP\r"),
-        "the other port is told at once"
+        "the other port gets SP at once"
     );
     robot.send(Port::Ip0, b"OK\r");
     assert_eq!(robot.received(Port::Ip0), frame(b"SP\r"));
@@ -355,7 +360,7 @@ fn the_same_run_whatever_the_polling() {
     assert_eq!(trace(50), once);
 }
 
-/// The alarms of one DO, given a second after a MOVE to HOME, and whether the arm stayed there.
+/// The alarms of one DO, sent a second after a MOVE to HOME, and whether the arm stayed there.
 fn refused(statements: &[&str]) -> (Vec<String>, bool) {
     let mut robot = Robot::ready("PROGRAM NONE\nEND\n");
     robot.command(Port::Ip0, "DO,MOVE POINT(400,-200,200)");
@@ -382,7 +387,7 @@ fn tool_and_frames_count_for_reach_and_for_the_path() {
     let far = "MOVE POINT(900,0,300)";
     for (place, line) in [("MOVE", "MOVES"), ("MOVES", "MOVE")] {
         out(&[&far.replace("MOVE", place)]);
-        // A tool that stands out 200 mm to the front reaches there, one that stands back does not reach 700.
+        // A tool that sticks out 200 mm to the front reaches there, one that points back does not reach 700.
         reached(&["TOOL=TRANS(200,0,0)", &far.replace("MOVE", line)]);
         reached(&[&format!("{place} POINT(600,0,300)")]);
         out(&["TOOL=TRANS(-300,0,0)", &format!("{place} POINT(600,0,300)")]);

@@ -1,4 +1,5 @@
-//! Behaviours that could be taken out of the controller without any other suite noticing.
+//! Behaviour that mutation testing found untested: each test here fails when one line of the controller is taken out, and
+//! no other suite did.
 
 use super::extensions::{text, word};
 use super::signals::{ALARM, SYS_RDY, output};

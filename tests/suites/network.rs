@@ -1,5 +1,7 @@
-//! What only real sockets show: four channels at once, sizes of what is sent, addresses and ports of the
-//! parameter file, ping. Each test has an emulator of its own in this process, on loopback addresses.
+//! What only real sockets show: four channels at once, sizes of segments, addresses and ports of the parameter file,
+//! ping. Each test starts its own emulator in this process, on loopback addresses.
+//!
+//! Everything that can be tested under virtual time is in the other suites.
 
 use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use std::io::{ErrorKind, Read, Write};

@@ -206,12 +206,12 @@ const ROWS: &[Row] = &[
     ),
     row(
         "text.require_cr",
-        |robot| heard(robot, Port::Ip0, b"\x02SP\x03"),
+        |robot| received(robot, Port::Ip0, b"\x02SP\x03"),
         &[("false", "<STX>OK<CR><ETX>"), ("true", "<STX>NG<CR><ETX>")],
     ),
     row(
         "text.stx",
-        |robot| heard(robot, Port::Ip0, b"SP\r\x03"),
+        |robot| received(robot, Port::Ip0, b"SP\r\x03"),
         &[("detect", "OK<CR><ETX>"), ("required", "silence")],
     ),
     row(
@@ -282,12 +282,12 @@ fn every_option_has_a_row() {
 }
 
 /// What the port sends after these bytes.
-fn heard(robot: &mut Robot, port: Port, bytes: &[u8]) -> String {
+fn received(robot: &mut Robot, port: Port, bytes: &[u8]) -> String {
     robot.raw(port, bytes);
-    said(&robot.received(port))
+    shown(&robot.received(port))
 }
 
-fn said(bytes: &[u8]) -> String {
+fn shown(bytes: &[u8]) -> String {
     if bytes.is_empty() {
         "silence".to_string()
     } else {
@@ -453,7 +453,7 @@ fn text_with_wrong_parity(robot: &mut Robot) -> String {
     });
     robot.raw(Port::Host, &frame(b"SP\r"));
     robot.advance_ms(1_000);
-    said(&robot.received(Port::Host))
+    shown(&robot.received(Port::Host))
 }
 
 fn with_host(robot: &mut Robot) {
@@ -463,7 +463,7 @@ fn with_host(robot: &mut Robot) {
 
 fn answer_of_host_at_once(robot: &mut Robot) -> String {
     with_host(robot);
-    heard(robot, Port::Host, &frame(b"SP\r"))
+    received(robot, Port::Host, &frame(b"SP\r"))
 }
 
 fn text_while_the_robot_sends(robot: &mut Robot) -> String {
@@ -524,28 +524,28 @@ fn run_without_strobe(robot: &mut Robot) -> String {
 
 fn told_of_stops(robot: &mut Robot) -> String {
     robot.load("TEST", "PROGRAM T\nDELAY 0.1\nEND\n");
-    let mut told = || {
+    let mut stop_comes = || {
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(1_000);
-        let told = robot.received(Port::Ip0) == frame(b"SP\r");
+        let stop_comes = robot.received(Port::Ip0) == frame(b"SP\r");
         robot.file(Port::Ip0, "SM,1");
-        if told { "yes" } else { "no" }
+        if stop_comes { "yes" } else { "no" }
     };
-    let (first, second) = (told(), told());
+    let (first, second) = (stop_comes(), stop_comes());
     format!("{first}, after an extension {second}")
 }
 
 fn second_text_after_10_ms(robot: &mut Robot) -> String {
     robot.command(Port::Ip0, "SP");
     robot.advance_ms(10);
-    heard(robot, Port::Ip0, &frame(b"SP\r"))
+    received(robot, Port::Ip0, &frame(b"SP\r"))
 }
 
 fn text_and_one_byte(robot: &mut Robot) -> String {
     let text = frame(b"SP\r");
-    let first = heard(robot, Port::Ip0, &text);
+    let first = received(robot, Port::Ip0, &text);
     let sum = text[1..].iter().fold(0_u8, |sum, byte| sum.wrapping_add(*byte));
-    format!("{first}, then {}", heard(robot, Port::Ip0, &[sum]))
+    format!("{first}, then {}", received(robot, Port::Ip0, &[sum]))
 }
 
 fn start_after_a_stop_in_wait(robot: &mut Robot) -> String {

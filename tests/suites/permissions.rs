@@ -1,6 +1,7 @@
 //! Tables 5.3 and 5.4 of the manual, walked on the wire: 20 commands in five modes on two ports, with the
-//! robot stopped and with a program running. The table below is typed from the manual a second time; the
-//! product's own copy is compared with it as well.
+//! robot stopped and with a program running.
+//!
+//! The table below was typed from the manual a second time; the product's own copy is compared with it as well.
 
 use ts3100_controller::{ControlRight, Dialect, KeySwitch, PanelAction, Port};
 use ts3100_proto::permission::{Permission, PermissionTable, ProtocolPort};

@@ -1,5 +1,7 @@
-//! Random programs with random things happening to them, seeded: what they print, which outputs they switch, which
-//! alarms they raise and where the arm is at every moment do not depend on when, and how often, a host asks.
+//! Random programs under random commands, from a seed: output, alarms and the pose at every moment do not depend on when
+//! and how often a host polls.
+//!
+//! `simulation.rs` checks invariants over random hosts; this suite compares two runs.
 
 use crate::extensions::scara;
 use std::fmt::Write;
@@ -10,8 +12,8 @@ use ts3100_tests::kinematics::Seeded;
 
 /// Programs of each arm.
 const PROGRAMS: u64 = 14;
-/// Things that happen to each.
-const EVENTS: usize = 8;
+/// Commands sent to each.
+const COMMANDS: usize = 8;
 
 struct Rng(Seeded);
 
@@ -79,18 +81,18 @@ fn program(rng: &mut Rng, small: bool) -> String {
     text + "END\n"
 }
 
-/// What happens, and how long after the last.
+/// The commands, each with the time since the one before.
 fn script(rng: &mut Rng) -> Vec<(Duration, String)> {
-    (0..EVENTS)
+    (0..COMMANDS)
         .map(|_| {
-            let what = match rng.below(8) {
+            let command = match rng.below(8) {
                 0 | 1 => format!("EC,OVRD {}", 1 + rng.below(100)),
                 2 | 3 => "FD".to_string(),
                 4 => "EC,BREAK".to_string(),
                 5 => "SP".to_string(),
                 _ => "RN".to_string(),
             };
-            (rng.micros(400_000.0), what)
+            (rng.micros(400_000.0), command)
         })
         .collect()
 }
@@ -108,7 +110,7 @@ fn robot(text: &str, small: bool) -> Robot {
     robot
 }
 
-/// Everything that can be told apart: what was printed, switched and raised so far, and where the arm is.
+/// Everything observable: what was printed, switched and raised so far, and where the arm is.
 fn seen(robot: &mut Robot, log: &mut String) {
     let printed = robot.received(Port::Ip1);
     let raised = robot.outputs.iter().filter_map(|output| match output {
@@ -128,13 +130,13 @@ fn seen(robot: &mut Robot, log: &mut String) {
     );
 }
 
-/// The whole course, with a host that asks in between or not.
-fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Option<Rng>) -> String {
+/// The log of the whole run, with a host that polls in between or without.
+fn run(text: &str, small: bool, script: &[(Duration, String)], mut polls: Option<Rng>) -> String {
     let mut robot = robot(text, small);
     let mut log = String::new();
     let mut pass = |robot: &mut Robot, whole: Duration| {
         let end = robot.now() + whole;
-        while let Some(rng) = &mut asks {
+        while let Some(rng) = &mut polls {
             let left = end.since(robot.now());
             let step = rng.micros(60_000.0);
             if step >= left {
@@ -146,12 +148,12 @@ fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Opti
         }
         robot.advance(end.since(robot.now()));
     };
-    for (after, what) in script {
+    for (after, command) in script {
         pass(&mut robot, *after);
         seen(&mut robot, &mut log);
         // Some are refused in the state the robot is in: the same ones both times.
-        let answer = robot.ask(Port::Ip0, what);
-        let _ = writeln!(log, "{what}: {}", String::from_utf8_lossy(&answer));
+        let answer = robot.ask(Port::Ip0, command);
+        let _ = writeln!(log, "{command}: {}", String::from_utf8_lossy(&answer));
     }
     for _ in 0..6 {
         pass(&mut robot, Duration::from_millis(500));
@@ -162,21 +164,21 @@ fn course(text: &str, small: bool, script: &[(Duration, String)], mut asks: Opti
 
 // clause: SEQ-01 CMD-FD-01 CMD-EC-02
 #[test]
-fn nothing_depends_on_when_a_host_asks() {
+fn nothing_depends_on_when_a_host_polls() {
     let mut moved = 0;
     for small in [false, true] {
         for seed in 0..PROGRAMS {
             let mut rng = Rng::new(seed);
             let text = program(&mut rng, small);
             let script = script(&mut rng);
-            let quiet = course(&text, small, &script, None);
+            let quiet = run(&text, small, &script, None);
             moved += usize::from(quiet.matches("running").count() > 1);
-            let asked = course(&text, small, &script, Some(Rng::new(1_000 + seed)));
+            let polled = run(&text, small, &script, Some(Rng::new(1_000 + seed)));
             let differs = quiet
                 .lines()
-                .zip(asked.lines())
-                .find(|(quiet, asked)| quiet != asked);
-            assert!(quiet == asked, "seed {seed}: {differs:#?}\n{text}\n{script:#?}");
+                .zip(polled.lines())
+                .find(|(quiet, polled)| quiet != polled);
+            assert!(quiet == polled, "seed {seed}: {differs:#?}\n{text}\n{script:#?}");
         }
     }
     assert!(moved > 5, "{moved} programs were stopped and started again");

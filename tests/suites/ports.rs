@@ -1,5 +1,7 @@
-//! The ports beside the conversation: serial lines as [U06] sets them, the Ethernet display as data, kinds of
-//! file, lengths, and the code table.
+//! The ports apart from exchanges: serial lines as [U06] sets them, the Ethernet display, kinds of file, lengths, and the
+//! code table.
+//!
+//! Timing and line errors of serial lines are in `serial.rs`, real sockets in `network.rs`.
 
 use crate::extensions::{text, word};
 use std::time::Duration;

@@ -1,5 +1,7 @@
-//! PRINT and INPUT on the wire: the blocks of twelve characters, what INPUT takes, BUFFRESET, and the example
-//! programs of section 4.2 in our own wording.
+//! PRINT and INPUT on the wire: the fields of twelve characters, what INPUT accepts, BUFFRESET, and the example programs
+//! of section 4.2 of the manual, reworded.
+//!
+//! The syntax of both statements is tested in `scol-mini`; faults of channels are in `faults.rs`.
 
 use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, frame, notation};

@@ -1,5 +1,5 @@
 //! Walks `fixtures/scol/run`: every program runs in a whole controller under virtual time, and what it prints, which
-//! outputs it switches, its alarms, how long it takes and where the arm stands at the end are as expected.
+//! outputs it switches, its alarms, how long it takes and where the arm is at the end are as expected.
 //!
 //! A program says in comments what happens outside: `' arm: scara` or `scara-4`, `' mode: continuous`, `' limit: 5000`, and
 //! `' @1200 ...` at that millisecond after the start: `din 3 on`, `ip1 1,2.5`, `key 7`, `host SP`, `start`, `stop`,
@@ -32,8 +32,8 @@ pub fn programs() -> Vec<(PathBuf, String)> {
 }
 
 fn directive<'a>(source: &'a str, name: &str) -> Option<&'a str> {
-    let wanted = format!("' {name}: ");
-    source.lines().find_map(|line| line.strip_prefix(&wanted))
+    let key = format!("' {name}: ");
+    source.lines().find_map(|line| line.strip_prefix(&key))
 }
 
 /// What happens outside: milliseconds after the start, and what.
@@ -152,7 +152,7 @@ fn act(robot: &mut Robot, what: &str) {
     }
 }
 
-/// The body of SF, asked of a copy so that the program is not disturbed.
+/// The body of SF, requested from a copy so that the program is not disturbed.
 fn status(robot: &Robot) -> Vec<u8> {
     let text = robot.clone().ask(Port::Ip0, "SF");
     text.strip_prefix(b"FL,").unwrap().to_vec()
@@ -257,7 +257,7 @@ fn the_analysis_line_runs_ahead_of_the_motion() {
     assert_eq!(
         lines(&robot),
         [5, 6, 1, 1],
-        "a MOVE behind a MOVE is read before its time"
+        "a MOVE after a MOVE is read before its time"
     );
     while lines(&robot)[0] == 5 {
         robot.advance_ms(10);

@@ -1,5 +1,7 @@
-//! The pure crates cannot name a clock, a socket, a file or a thread: `#![no_std]` keeps the names out of the
-//! build, and clippy refuses them to the one who brings std back. Both are tried here with the compiler.
+//! The pure crates cannot name a clock, a socket, a file or a thread: `#![no_std]` keeps the names out of the build, and
+//! clippy refuses them where somebody brings `std` back. Both are tried here with the compiler.
+//!
+//! Which dependencies a crate may have is in `house.rs`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -55,7 +57,7 @@ impl Drop for Folder {
     }
 }
 
-/// Compiles a source; what the compiler said if it refused.
+/// Compiles a source and returns the messages of the compiler if it fails.
 fn refusal(
     compiler: &str,
     folder: &Path,
@@ -95,9 +97,12 @@ fn without_std_the_names_do_not_exist() {
         let refused = |source: &str| refusal("rustc", &folder.0, source, &[], &crate_folder(name));
         assert_eq!(refused(&header), None, "{name}: its header alone compiles");
         for (what, function) in FORBIDDEN {
-            let said = refused(&format!("{header}{function}\n"));
-            let said = said.unwrap_or_else(|| panic!("{name} may name a {what}"));
-            assert!(said.contains("std"), "{name}: refused for another reason: {said}");
+            let message = refused(&format!("{header}{function}\n"));
+            let message = message.unwrap_or_else(|| panic!("{name} may name a {what}"));
+            assert!(
+                message.contains("std"),
+                "{name}: refused for another reason: {message}"
+            );
         }
     }
 }
@@ -116,11 +121,11 @@ fn with_std_brought_back_clippy_refuses_them() {
         let refused = |source: &str| refusal("clippy-driver", &folder.0, source, &lints, &crate_folder(name));
         assert_eq!(refused(&header), None, "{name}: its header alone passes");
         for (what, function) in FORBIDDEN {
-            let said = refused(&format!("{header}{function}\n"));
-            let said = said.unwrap_or_else(|| panic!("{name} may name a {what} with std"));
+            let message = refused(&format!("{header}{function}\n"));
+            let message = message.unwrap_or_else(|| panic!("{name} may name a {what} with std"));
             assert!(
-                said.contains("disallowed"),
-                "{name}: refused for another reason: {said}"
+                message.contains("disallowed"),
+                "{name}: refused for another reason: {message}"
             );
         }
     }

@@ -1,5 +1,7 @@
-//! Recordings of an emulator are transcripts: what `--transcript` writes as text runs in the runner of the
-//! hand-written ones, against a controller of its own.
+//! Recordings of an emulator are transcripts: the text that `--transcript` writes runs in the runner of the hand-written
+//! ones, against a new controller.
+//!
+//! The other forms of a recording are tested in `ts3100-emulator`.
 
 use std::io::{Read, Write};
 use std::net::TcpStream;

@@ -1,4 +1,6 @@
-//! What the SCARA edition of the communication manual (STE 80722) says beyond the six-axis one, for arms of its kind.
+//! What the SCARA edition of the communication manual (STE 80722) states beyond the six-axis edition, for SCARA arms.
+//!
+//! Its commands (SM, IO, WD ...) are in `extensions.rs`.
 
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Dialect, PanelAction, Port};

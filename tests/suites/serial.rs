@@ -1,5 +1,7 @@
-//! The serial lines HOST and COM1 with their physics: how long characters take, what other settings make of them,
-//! what is lost on a half-duplex line. Settings as such are in `ports`.
+//! The serial lines HOST and COM1 at bit level: how long characters take, what mismatched settings make of them, what is
+//! lost on a half-duplex line.
+//!
+//! The settings themselves ([U06]) are in `ports.rs`; real ports are tried by `cable.py`.
 
 use std::time::Duration;
 use ts3100_controller::{
@@ -99,7 +101,7 @@ fn ten_thousand_bytes_take_what_the_line_takes_in_both_directions() {
         robot.panel(PanelAction::Start);
         within(time_for(&mut robot, Port::Com1, 10_000), expected);
 
-        // 10,000 bytes to the robot; the answer to the last text comes behind them.
+        // 10,000 bytes to the robot; the answer to the last text comes after them.
         let start = robot.now();
         let mut rest = vec![b'x'; 9_995];
         rest.extend(frame(b"CA\r"));
@@ -134,7 +136,7 @@ fn a_file_takes_the_time_of_its_bytes_and_of_the_hosts_answers() {
     robot.send(Port::Host, b"UL,BULK\r");
     let (mut sent, mut got) = (frame(b"UL,BULK\r").len(), 0);
     loop {
-        let text = hear(&mut robot);
+        let text = received(&mut robot);
         got += text.len();
         robot.send(Port::Host, b"OK\r");
         sent += 5;
@@ -148,7 +150,7 @@ fn a_file_takes_the_time_of_its_bytes_and_of_the_hosts_answers() {
 }
 
 /// The next text on HOST, which takes its time.
-fn hear(robot: &mut Robot) -> Vec<u8> {
+fn received(robot: &mut Robot) -> Vec<u8> {
     let mut text = Vec::new();
     while text.last() != Some(&0x03) {
         robot.advance(Duration::from_micros(100));
@@ -216,43 +218,43 @@ fn settings(speed: u32, length: u8, parity: Parity, stop: u8) -> HostSettings {
     }
 }
 
-/// What a host hears that opened its port so, and what it is told.
+/// A robot whose HOST has these settings of [U06] and a host with others, and the answer to one CA.
 fn mismatched(u06: &str, host: HostSettings) -> (Robot, Vec<u8>) {
     let mut robot = paced(u06, |_| {});
     opened(&mut robot, Port::Host, host);
     robot.send(Port::Host, b"CA\r");
     robot.advance_ms(2_000);
-    let heard = robot.received(Port::Host);
-    (robot, heard)
+    let answer = robot.received(Port::Host);
+    (robot, answer)
 }
 
 #[test]
 fn a_wrong_speed_gets_no_answer_that_can_be_read_and_a_reason() {
     for speed in [1_200, 4_800, 19_200, 38_400] {
-        let (robot, heard) = mismatched("9600 8 0 1", settings(speed, 8, Parity::None, 1));
-        assert!(!heard.starts_with(b"\x02"), "{speed}: {heard:02x?}");
-        let told = findings(&robot, "line-settings");
-        assert_eq!(told.len(), 1, "{speed}");
+        let (robot, answer) = mismatched("9600 8 0 1", settings(speed, 8, Parity::None, 1));
+        assert!(!answer.starts_with(b"\x02"), "{speed}: {answer:02x?}");
+        let found = findings(&robot, "line-settings");
+        assert_eq!(found.len(), 1, "{speed}");
         assert!(
-            told[0].starts_with(&format!(
+            found[0].starts_with(&format!(
                 "speed: [U06] says 9600 bps, the host opened the port with {speed} bps; the bytes arrive garbled"
             )),
-            "{told:?}"
+            "{found:?}"
         );
     }
 }
 
 #[test]
 fn a_wrong_parity_costs_every_character_and_a_reason() {
-    let (robot, heard) = mismatched("9600 8 2 1", settings(9_600, 8, Parity::Odd, 1));
-    assert_eq!(heard, b"");
+    let (robot, answer) = mismatched("9600 8 2 1", settings(9_600, 8, Parity::Odd, 1));
+    assert_eq!(answer, b"");
     assert_eq!(dropped(&robot, "parity error"), 5);
-    let told = findings(&robot, "line-settings");
+    let found = findings(&robot, "line-settings");
     assert!(
-        told[0].starts_with("parity: [U06] says even parity, the host opened the port with odd parity"),
-        "{told:?}"
+        found[0].starts_with("parity: [U06] says even parity, the host opened the port with odd parity"),
+        "{found:?}"
     );
-    assert!(told[0].contains("set {HOST} = 9600 8 1 1"), "{told:?}");
+    assert!(found[0].contains("set {HOST} = 9600 8 1 1"), "{found:?}");
     // The other reading: the robot takes the data bits all the same, and so does the host.
     let mut robot = paced("9600 8 2 1", |options| {
         options.bad_character = ts3100_controller::options::BadCharacter::Keep;
@@ -266,12 +268,12 @@ fn a_wrong_parity_costs_every_character_and_a_reason() {
 // clause: SER-10
 #[test]
 fn eight_bits_without_parity_on_a_line_of_seven_with_parity() {
-    let (robot, heard) = mismatched("9600 7 2 1", settings(9_600, 8, Parity::None, 1));
+    let (robot, answer) = mismatched("9600 7 2 1", settings(9_600, 8, Parity::None, 1));
     // STX, C and CR have an odd number of ones, A and ETX an even one.
     assert_eq!(dropped(&robot, "parity error"), 3, "STX, C and CR");
     let refusal = [b'N', b'G', b'\r' | 0x80, 0x03];
     assert_eq!(
-        heard, refusal,
+        answer, refusal,
         "A and ETX are a text without CR; the parity is seen as the top bit"
     );
     assert_eq!(findings(&robot, "line-settings").len(), 1);
@@ -287,12 +289,12 @@ fn eight_bits_without_parity_on_a_line_of_seven_with_parity() {
         robot.received(Port::Com1),
         [b'A', b'B', b'C' | 0x80, b'\r' | 0x80]
     );
-    let told = findings(&robot, "line-settings");
+    let found = findings(&robot, "line-settings");
     assert!(
-        told[0].contains("character length: [U06] says 7 bits"),
-        "{told:?}"
+        found[0].contains("character length: [U06] says 7 bits"),
+        "{found:?}"
     );
-    assert!(told[0].contains("{COM1} = 9600 8 0 1"), "{told:?}");
+    assert!(found[0].contains("{COM1} = 9600 8 0 1"), "{found:?}");
 }
 
 #[test]
@@ -304,7 +306,7 @@ fn what_is_not_known_matches_and_the_finding_comes_once_for_each_settings() {
     };
     opened(&mut robot, Port::Host, unknown);
     robot.send(Port::Host, b"CA\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,"));
     robot.send(Port::Host, b"OK\r");
     robot.advance_ms(100);
     let other = settings(4_800, 8, Parity::None, 1);
@@ -324,7 +326,7 @@ fn what_is_not_known_matches_and_the_finding_comes_once_for_each_settings() {
     robot.received(Port::Host);
     robot.advance_ms(11_000);
     robot.send(Port::Host, b"CA\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,"));
 }
 
 // clause: SER-02
@@ -333,7 +335,7 @@ fn host_is_half_duplex() {
     let two = [frame(b"CA\r"), frame(b"VR\r")].concat();
     let mut robot = usual();
     robot.raw(Port::Host, &two);
-    assert!(hear(&mut robot).starts_with(b"\x02FL,ETHERNET.PAR"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,ETHERNET.PAR"));
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Host), b"", "VR came while the robot sent");
     assert_eq!(dropped(&robot, "the robot was sending"), 5);
@@ -343,8 +345,8 @@ fn host_is_half_duplex() {
         options.while_sending = ts3100_controller::options::WhileSending::Kept;
     });
     robot.raw(Port::Host, &two);
-    hear(&mut robot);
-    assert!(hear(&mut robot).starts_with(b"\x02FL,TS3100"));
+    received(&mut robot);
+    assert!(received(&mut robot).starts_with(b"\x02FL,TS3100"));
     // COM1 is full-duplex.
     let mut robot = usual();
     let program = format!(
@@ -403,7 +405,7 @@ fn what_a_host_has_sent_still_arrives_when_it_hangs_up() {
     robot.advance_ms(1_000);
     assert_eq!(robot.received(Port::Host), b"");
     robot.send(Port::Host, b"SU\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));
 }
 
 #[test]
@@ -422,16 +424,16 @@ fn a_host_that_comes_while_its_predecessors_bytes_are_on_the_line_stays() {
         "the answer was for the former host"
     );
     robot.send(Port::Host, b"SU\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));
     robot.send(Port::Host, b"OK\r");
-    // Its bytes may stand right behind the former's, and its port may be set otherwise.
+    // Its bytes may follow those of the first directly, and its port may be set otherwise.
     robot.advance_ms(100);
     robot.send(Port::Host, b"SF\r");
     robot.disconnect(Port::Host);
     robot.connect(Port::Host);
     opened(&mut robot, Port::Host, settings(9_600, 8, Parity::None, 1));
     robot.send(Port::Host, b"VR\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,TS3100"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,TS3100"));
     assert!(
         findings(&robot, "command-in-exchange").is_empty(),
         "SF is forgotten"
@@ -479,7 +481,7 @@ fn a_purge_forgets_what_is_not_on_the_line_and_holds_nobody_up() {
     assert!(!robot.outputs.contains(&Output::Event(Event::Servo(true))));
     robot.advance_ms(11_000);
     robot.send(Port::Host, b"SU\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));
 }
 
 #[test]
@@ -531,10 +533,10 @@ fn a_real_cable_does_its_own_physics() {
         port: Port::Host,
         bytes: b"SU\r".to_vec(),
     });
-    let told = findings(&robot, "line-garbled");
+    let found = findings(&robot, "line-garbled");
     assert!(
-        told[0].contains("9600 bps, 8 bits, no parity, 1 stop bit"),
-        "{told:?}"
+        found[0].contains("9600 bps, 8 bits, no parity, 1 stop bit"),
+        "{found:?}"
     );
     assert_eq!(dropped(&robot, "parity or framing error"), 3);
     let mut robot = paced("9600 8 0 1", |options| {
@@ -544,7 +546,7 @@ fn a_real_cable_does_its_own_physics() {
         port: Port::Host,
         bytes: frame(b"CA\r"),
     });
-    assert!(hear(&mut robot).starts_with(b"\x02FL,"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,"));
 }
 
 #[test]
@@ -558,7 +560,7 @@ fn power_off_clears_the_line() {
     assert_eq!(robot.received(Port::Host), b"");
     robot.connect(Port::Host);
     robot.send(Port::Host, b"SU\r");
-    assert!(hear(&mut robot).starts_with(b"\x02FL,MODE:"));
+    assert!(received(&mut robot).starts_with(b"\x02FL,MODE:"));
 }
 
 // clause: TRN-11
@@ -574,6 +576,6 @@ fn both_protocol_ports_at_once_on_a_line_that_takes_time() {
         robot.file(Port::Ip0, "SU").starts_with(b"MODE:"),
         "the other port serves on"
     );
-    assert_eq!(hear(&mut robot), frame(b"OK\r"));
+    assert_eq!(received(&mut robot), frame(b"OK\r"));
     assert_eq!(robot.file(Port::Ip0, "UL,BOTH"), b"PROGRAM BOTH\rEND\r");
 }

@@ -1,4 +1,6 @@
-//! What is set before the power comes on: parameter files, the model, and the options of the dialect.
+//! Configuration before power-on: parameter files, the model, and the options of the dialect.
+//!
+//! Each option alone is in `options.rs`.
 
 use ts3100_controller::options::UnsolicitedSp;
 use ts3100_controller::{Config, ControllerType, Dialect, Input, KeySwitch, Options, PanelAction, Port};
@@ -29,13 +31,11 @@ fn power_cycle(robot: &mut Robot) {
     robot.connect(Port::Ip0);
 }
 
-/// The value line behind a section's tag, replaced.
+/// Replaces the value line after a section's tag.
 fn value(text: &str, section: &str, key: &str, new: &str) -> String {
-    let start = text
-        .find(&format!("[{section}]"))
-        .expect("the section stands there");
-    let at = start + text[start..].find(key).expect("the key stands there");
-    let equals = at + text[at..].find('=').expect("a value stands there");
+    let start = text.find(&format!("[{section}]")).expect("the section is there");
+    let at = start + text[start..].find(key).expect("the key is there");
+    let equals = at + text[at..].find('=').expect("a value is there");
     let end = equals + text[equals..].find(['\n', '\r']).unwrap_or(text.len() - equals);
     format!("{}= {new}{}", &text[..equals], &text[end..])
 }
@@ -310,7 +310,7 @@ fn a_full_drive_refuses_and_keeps_what_it_has() {
 fn who_is_told_of_stops_is_an_option() {
     use UnsolicitedSp::{Always, Auto, Never};
     // The host connects, sends this first, and runs a program.
-    for (rule, first, told) in [
+    for (rule, first, expects_sp) in [
         (Auto, b"\x02SO\r\x03".as_slice(), true),
         (Auto, b"\x02SM,1\r\x03\x02OK\r\x03", false),
         (Auto, b"\x02HI,1 8\r\x03\x02OK\r\x03", false),
@@ -327,7 +327,7 @@ fn who_is_told_of_stops_is_an_option() {
         robot.command(Port::Ip0, "SO");
         robot.command(Port::Ip0, "RN");
         robot.advance_ms(200);
-        let expected = if told { frame(b"SP\r") } else { Vec::new() };
+        let expected = if expects_sp { frame(b"SP\r") } else { Vec::new() };
         assert_eq!(
             robot.received(Port::Ip0),
             expected,

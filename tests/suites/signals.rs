@@ -287,7 +287,7 @@ fn stop_inputs_act_in_every_mode() {
             assert_eq!(
                 robot.received(Port::Ip0),
                 b"\x02SP\r\x03",
-                "Din{line}: the host is told"
+                "Din{line}: the host gets SP"
             );
             assert_eq!(status(&mut robot), expected, "{key:?} {right:?} Din{line}");
             assert_eq!(robot.total(Port::Ip0)[0], servo, "Din{line}");
@@ -308,14 +308,14 @@ fn resets_do_what_rs_does() {
         assert_eq!(status(&mut robot), "stop(retry)");
         robot
     };
-    for (line, course, number, printed) in [
+    for (line, expected, number, printed) in [
         (PRG_RST, "stop(reset)", "7\r", "AB"),
         (STEP_RST, "stop(reset)", "21\r", "AB"),
         (CYC_RST, "stop(continue)", "21\r", "B"),
     ] {
         let mut robot = stopped();
         pulse(&mut robot, line);
-        assert_eq!(status(&mut robot), course, "Din{line}");
+        assert_eq!(status(&mut robot), expected, "Din{line}");
         assert_eq!(text(&mut robot, "MR,N 0"), number, "Din{line}");
         pulse(&mut robot, RUN);
         robot.advance_ms(11_000);
@@ -479,7 +479,7 @@ fn ex_svon_is_latched_and_acts_in_ext_sig_while_sv_rdy_is_off() {
     }
 }
 
-/// A TSL3000E in EXT, its servo off, asked for it by each way there is.
+/// A TSL3000E in EXT, its servo off, switched on in each of the ways there are.
 fn tsl3000e() -> Robot {
     let mut robot = Robot::with(Config::new(Dialect::Field).with_controller(ControllerType::Tsl3000e));
     robot.connect(Port::Ip0);
@@ -532,7 +532,7 @@ fn every_third_servo_on_comes_7_s_later_by_whatever_way() {
             b"NG\r",
             "{way}: no servo power yet"
         );
-        // Asked again meanwhile it comes no later; a snapshot carries it.
+        // Requested again meanwhile it comes no later; a snapshot carries it.
         robot.command(Port::Ip0, "SO");
         robot = Robot::from_controller(ts3100_tests::round_trip::round_trip(&robot.controller));
         robot.advance(due.since(robot.now()) - Duration::from_millis(1));

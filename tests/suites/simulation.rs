@@ -1,6 +1,8 @@
-//! Seeded simulation: hosts, operators and time in any order. Nothing is known beforehand but what has to hold
-//! always: every command is answered by exactly one text, nothing comes unasked but SP and never inside an
-//! exchange, SU and SF agree, and the same seed gives the same bytes.
+//! Seeded simulation: hosts, operators and time in any order. It checks what must hold always: every command is answered
+//! by exactly one text, nothing but SP comes unsolicited and never inside an exchange, SU and SF agree, and the same seed
+//! gives the same bytes.
+//!
+//! A failure names its seed. `snapshots.rs` runs the same simulation with round trips.
 
 use std::time::Duration;
 use ts3100_controller::{ControlRight, Dialect, KeySwitch, PanelAction, Port};

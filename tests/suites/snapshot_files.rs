@@ -32,7 +32,7 @@ const FILES: [(&str, Check); 14] = [
 
 /// The oldest two files. Fields have come since, so they are written again with more than they hold.
 const OLDEST: [&str; 2] = ["scara-do", "six-axis-running"];
-/// The field of these two that is no longer written: `direct_ended` counts what it told.
+/// The field of these two that is no longer written; `direct_ended` has taken its place.
 const DROPPED: &str = "/execution/direct_done";
 
 fn folder() -> PathBuf {
@@ -134,13 +134,13 @@ fn a_file_goes_on_from_its_state() {
 }
 
 /// What the wire has on this port since the last call, in the notation of transcripts.
-fn heard(robot: &mut Robot, port: Port) -> String {
+fn wire(robot: &mut Robot, port: Port) -> String {
     notation::write(&robot.received(port))
 }
 
 /// The same for what PRINT sent, without the blanks that fill a number up to twelve characters.
 fn printed(robot: &mut Robot, port: Port) -> String {
-    heard(robot, port).replace(' ', "")
+    wire(robot, port).replace(' ', "")
 }
 
 /// An answer by FL as text.
@@ -199,9 +199,9 @@ fn six_axis_tasks(robot: &mut Robot) {
 /// 400 bytes of LONG have come, 2 s ago; the rest is awaited for 10 s.
 fn scara_download(robot: &mut Robot) {
     robot.advance_ms(7_900);
-    assert_eq!(heard(robot, Port::Ip0), "", "the download is still open");
+    assert_eq!(wire(robot, Port::Ip0), "", "the download is still open");
     robot.send(Port::Ip0, b"END\n\x1a");
-    assert_eq!(heard(robot, Port::Ip0), "<STX>OK<CR><ETX>");
+    assert_eq!(wire(robot, Port::Ip0), "<STX>OK<CR><ETX>");
     robot.advance_ms(2_200);
     let file = answer(robot, "UL,LONG");
     assert!(file.starts_with("PROGRAM LONG\nREMARK line 000"), "{file}");
@@ -220,7 +220,7 @@ fn six_axis_upload_host(robot: &mut Robot) {
     );
     robot.send(Port::Host, b"NG\r");
     robot.advance_ms(8_000);
-    assert_eq!(heard(robot, Port::Host), "", "the rest is not sent after NG");
+    assert_eq!(wire(robot, Port::Host), "", "the rest is not sent after NG");
 }
 
 /// WD,9000 8 was sent at 0 s, RN after it, now it is 1 s; INPUT has the first of two values and half of the second.
@@ -290,7 +290,7 @@ fn scara_off(robot: &mut Robot) {
     robot.connect(Port::Ip0);
     robot.send(Port::Ip0, b"CA\r");
     robot.advance_ms(10_000);
-    assert_eq!(heard(robot, Port::Ip0), "", "nothing answers");
+    assert_eq!(wire(robot, Port::Ip0), "", "nothing answers");
     robot.feed(Input::Action(Action::PowerOn));
     robot.connect(Port::Ip0);
     assert!(answer(robot, "CA").contains("STEPS "));
@@ -301,9 +301,9 @@ fn scara_off(robot: &mut Robot) {
 /// At 1 s: the late answer to VR leaves at 4 s, the emergency stop is pressed at 8 s and released at 9 s.
 fn six_axis_fault(robot: &mut Robot) {
     robot.advance_ms(2_999);
-    assert_eq!(heard(robot, Port::Ip0), "");
+    assert_eq!(wire(robot, Port::Ip0), "");
     robot.advance_ms(1);
-    assert!(heard(robot, Port::Ip0).starts_with("<STX>FL,TS3100"));
+    assert!(wire(robot, Port::Ip0).starts_with("<STX>FL,TS3100"));
     robot.send(Port::Ip0, b"OK\r");
     assert_eq!(item(robot, "ES"), "0");
     robot.advance_ms(4_500);
@@ -316,23 +316,23 @@ fn six_axis_fault(robot: &mut Robot) {
 /// With seed 11 the answer to SU leaves 28 ms after the command, of which 2 ms have passed.
 fn scara_variation(robot: &mut Robot) {
     robot.advance_ms(25);
-    assert_eq!(heard(robot, Port::Ip0), "");
+    assert_eq!(wire(robot, Port::Ip0), "");
     robot.advance_ms(60);
-    let text = heard(robot, Port::Ip0);
+    let text = wire(robot, Port::Ip0);
     assert!(
         text.starts_with("<STX>FL,MODE:external(ethernet)/cycle FILE:STEPS ")
             && text.ends_with("STATUS:stop(reset)<EOF><ETX>"),
         "{text}"
     );
     robot.advance_ms(10_000);
-    assert_eq!(heard(robot, Port::Ip0), "");
+    assert_eq!(wire(robot, Port::Ip0), "");
 }
 
 /// `U` of an SU is on the line of HOST, `5<CR>` on that of COM1, and a record of PRINT on its way out.
 fn six_axis_serial(robot: &mut Robot) {
     robot.raw(Port::Host, b"\r\x03");
     robot.advance_ms(500);
-    let text = heard(robot, Port::Host);
+    let text = wire(robot, Port::Host);
     assert!(
         text.starts_with("<STX>FL,MODE:external(host)/cycle FILE:CELL ")
             && text.ends_with("STATUS:running<EOF><ETX>"),
@@ -350,18 +350,18 @@ fn six_axis_serial(robot: &mut Robot) {
 /// STEP mode: DELAY 3 began at 0.5 s, SP came at 0.8 s. On IP0 there is `<STX>S`, half a text.
 fn scara_step(robot: &mut Robot) {
     robot.raw(Port::Ip0, b"U\r\x03");
-    let text = heard(robot, Port::Ip0);
+    let text = wire(robot, Port::Ip0);
     assert!(
         text.contains("/step ") && text.contains("STATUS:running"),
         "{text}"
     );
     robot.send(Port::Ip0, b"OK\r");
     robot.advance_ms(2_600);
-    assert_eq!(heard(robot, Port::Ip0), "");
+    assert_eq!(wire(robot, Port::Ip0), "");
     assert_eq!(item(robot, "RS"), "1");
     robot.advance_ms(7_400);
     assert_eq!(
-        heard(robot, Port::Ip0),
+        wire(robot, Port::Ip0),
         "",
         "no unsolicited SP: a host has asked for the stop"
     );

@@ -1,6 +1,7 @@
-//! Snapshots: conversations, programs and the simulation hold on paper, where the controller is written down and read
-//! back after every input and every deadline; and paper that was tampered with is refused or goes on, but nothing
-//! panics or hangs.
+//! Snapshots of the present controller: conversations, programs and the simulation pass with a round trip through JSON
+//! after every input; a tampered snapshot is refused or goes on, but never panics or hangs.
+//!
+//! Files that earlier emulators wrote are in `snapshot_files.rs`.
 
 use crate::{programs, simulation, transcripts};
 use serde_json::Value as Json;
@@ -13,9 +14,9 @@ use ts3100_tests::Robot;
 use ts3100_tests::round_trip::{self, with_round_trips};
 use ts3100_tests::transcript::Cut;
 
-/// Seeds of the simulation that are run on paper.
+/// Seeds of the simulation that are run with round trips.
 const SEEDS: std::ops::Range<u64> = 100..102;
-/// Programs have so many scans that only every so many-eth is written down.
+/// Inputs between two round trips of long runs: programs have many scans.
 const EVERY: u32 = 17;
 
 #[test]
@@ -159,7 +160,7 @@ fn another_version_or_form_is_refused_with_words() {
     assert!(matches!(head.check(), Err(SnapshotError::Value { place, .. }) if place == "format"));
 }
 
-/// Places of the busy controller's paper, what is put there, and what the words of the refusal hold.
+/// JSON pointers into the snapshot of the busy controller, the value put there, and a part of the error message.
 #[expect(clippy::too_many_lines, reason = "a flat table")]
 fn impossible() -> Vec<(&'static str, Json, &'static str)> {
     Vec::from([
@@ -263,9 +264,9 @@ fn impossible() -> Vec<(&'static str, Json, &'static str)> {
     ])
 }
 
-/// What no run leads to is refused, and the words say where.
+/// A state that cannot occur is refused, and the message names the field.
 #[test]
-fn what_no_run_leads_to_is_refused_with_its_place() {
+fn a_state_that_cannot_occur_is_refused_with_its_field() {
     let whole: Json = serde_json::from_str(&round_trip::to_json(&busy().controller)).unwrap();
     for (place, value, expected) in impossible() {
         let mut json = whole.clone();
@@ -283,7 +284,7 @@ fn what_no_run_leads_to_is_refused_with_its_place() {
     );
 }
 
-/// A motion that a stop (retry) has cut short is on the paper, and looked at as one under way.
+/// A motion that a stop (retry) has cut short is in the snapshot, and is validated like one under way.
 #[test]
 fn an_interrupted_motion_is_validated_too() {
     let mut robot = busy();
@@ -346,7 +347,7 @@ fn tamper(json: &mut Json, rng: &mut simulation::Rng) {
     }
 }
 
-/// Whatever a controller of tampered paper still does, it does without panic and gets on.
+/// A controller restored from a tampered snapshot may do anything but panic or hang.
 fn live(controller: Controller) {
     let mut robot = Robot::from_controller(controller);
     for port in [Port::Ip0, Port::Ip1, Port::Host] {
@@ -408,6 +409,6 @@ fn a_tampered_snapshot_is_refused_or_goes_on_but_never_panics_or_hangs() {
 
 /// As many as the environment asks for (`TS3100_TAMPER`), a quick look otherwise.
 fn tries() -> u32 {
-    let wanted = std::env::var("TS3100_TAMPER").ok();
-    wanted.and_then(|count| count.parse().ok()).unwrap_or(1_500)
+    let count = std::env::var("TS3100_TAMPER").ok();
+    count.and_then(|count| count.parse().ok()).unwrap_or(1_500)
 }

@@ -1,4 +1,6 @@
-//! SU, SF, EU, VR and CA as bodies: what each state looks like in all of them at once.
+//! The bodies of SU, SF, EU, VR and CA: how each state of the robot appears in all of them at once.
+//!
+//! Layouts have unit tests in `ts3100-proto`.
 
 use ts3100_controller::{Dialect, PanelAction, Port};
 use ts3100_tests::{Robot, notation};

@@ -1,5 +1,7 @@
-//! Runs every transcript of fixtures/transcripts: as written, with the host's bytes cut at every place, and cut
-//! off at every place with another host coming after.
+//! Runs every transcript of `fixtures/transcripts`: as written, with the host's bytes cut at every place, and with the
+//! connection lost at every place and a new host afterwards.
+//!
+//! The form of a transcript is described in `ts3100_tests::transcript`.
 
 use std::path::PathBuf;
 use ts3100_tests::notation;

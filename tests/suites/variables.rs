@@ -1,5 +1,7 @@
-//! MR and MW: every type, their counts and their errors, the flag that writes the file, and the files a program
-//! can be made of.
+//! MR and MW: every type, their counts and their errors, the flag that writes the file, and line ends and names of user
+//! files.
+//!
+//! The grammar of both commands is tested in `ts3100-proto`.
 
 use ts3100_controller::{Dialect, Port};
 use ts3100_tests::Robot;
@@ -221,7 +223,7 @@ fn a_line_that_mw_adds_to_the_file_moves_the_lines_of_the_program_that_runs() {
     };
     assert_eq!(lines(&mut robot), [6, 6]);
     robot.command(Port::Ip0, "MW,1 T(2) 5 9");
-    assert_eq!(lines(&mut robot), [7, 7], "the MOVE stands on line 7 now");
+    assert_eq!(lines(&mut robot), [7, 7], "the MOVE is on line 7 now");
     robot.command(Port::Ip0, "SP");
     robot.advance_ms(60_000);
     let file = String::from_utf8(robot.file(Port::Ip0, "UL,TEST")).unwrap();

@@ -1,5 +1,7 @@
-//! Clauses that units prove elsewhere, proven here by what a host sends and hears, and what a snapshot has to bring
-//! back for the wire to go on.
+//! Clauses proven by what a host sends and receives, where the crates have unit tests only, and what a snapshot has to
+//! restore for the wire to go on.
+//!
+//! `manual_clauses.rs` has the examples of the manual.
 
 use super::extensions::text;
 use ts3100_controller::faults::FaultAction;
@@ -81,8 +83,8 @@ fn an_input_that_do_executes_waits_for_its_data() {
 fn edit(robot: &mut Robot, section: &str, from: &str, to: &str) {
     let content = text(robot, "UL,ETHERNET.PAR");
     let at = content.find(&format!("[{section}]")).unwrap();
-    let (before, behind) = content.split_at(at);
-    let changed = format!("{before}{}", behind.replacen(from, to, 1));
+    let (before, rest) = content.split_at(at);
+    let changed = format!("{before}{}", rest.replacen(from, to, 1));
     assert_ne!(changed, content);
     download(robot, "ETHERNET.PAR", &changed);
     robot.panel(PanelAction::PowerCycle);
@@ -291,7 +293,7 @@ fn restored(robot: &Robot) -> Robot {
 }
 
 #[test]
-fn a_snapshot_brings_back_the_keys_that_were_typed() {
+fn a_snapshot_restores_typed_keys() {
     let mut robot = field();
     run(
         &mut robot,
@@ -304,7 +306,7 @@ fn a_snapshot_brings_back_the_keys_that_were_typed() {
 }
 
 #[test]
-fn a_snapshot_brings_back_the_texts_that_wait_to_leave() {
+fn a_snapshot_restores_queued_texts() {
     let mut robot = field();
     let late = "late-reply:command=SP,delay=1500".parse().unwrap();
     robot.feed(FaultAction::Arm(Box::new(late)).into());
@@ -319,14 +321,14 @@ fn a_snapshot_brings_back_the_texts_that_wait_to_leave() {
 }
 
 #[test]
-fn a_snapshot_brings_back_that_each_statement_is_told() {
-    for told in [false, true] {
+fn a_snapshot_restores_tracing() {
+    for traced in [false, true] {
         let mut robot = field();
         run(&mut robot, "PROGRAM T\nDELAY 1\nN = 1\nEND\n");
-        robot.controller.trace(told);
+        robot.controller.trace(traced);
         let mut robot = restored(&robot);
         robot.advance_ms(2_000);
-        let is_told = |output: &Output| matches!(output, Output::Event(Event::Statement { line: 3, .. }));
-        assert_eq!(robot.outputs.iter().any(is_told), told);
+        let is_trace = |output: &Output| matches!(output, Output::Event(Event::Statement { line: 3, .. }));
+        assert_eq!(robot.outputs.iter().any(is_trace), traced);
     }
 }

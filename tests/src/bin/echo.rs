@@ -1,4 +1,4 @@
-//! A bare TCP echo server: the yardstick beside which `startup` measures the emulator. It binds a free port of
+//! A bare TCP echo server, the baseline with which `startup` compares the emulator. It binds a free port of
 //! the loopback interface, prints `{"port":N}`, and echoes until it is killed.
 
 use std::io::{ErrorKind, Result, Write};

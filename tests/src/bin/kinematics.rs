@@ -1,5 +1,5 @@
-//! Checks kinematics and motion of all models at full scale and says what was found; exit code 1 when a bound is
-//! broken.
+//! Checks kinematics and motion of all models at full scale and prints the results; exit code 1 when a bound is
+//! exceeded. The checks are in `ts3100_tests::kinematics`.
 //!
 //! `cargo run --release -p ts3100-tests --bin kinematics [POSES]`
 

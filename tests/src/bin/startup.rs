@@ -1,5 +1,5 @@
 //! Measures the time from starting `ts3100 serve` to the first correct SU answer, beside a bare echo server of
-//! tokio started and asked in the same way in the same run.
+//! tokio started and queried in the same way in the same run.
 //!
 //! `cargo run --release -p ts3100-tests --bin startup -- target/release/ts3100 [ROUNDS]`
 //!

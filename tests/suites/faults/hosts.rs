@@ -1,6 +1,8 @@
 //! Two hosts that do the same work. The careful one has time limits, compares what it reads with what can be meant,
-//! drops what it did not ask for, looks at the status, and does again what was not done. The careless one takes one
-//! segment for one text, waits once, and goes on whatever came. They share nothing but the world.
+//! drops what it did not request, reads the status, and repeats what was not done. The careless one takes one
+//! segment for one text, waits once, and goes on whatever came.
+//!
+//! They share nothing but the controller of `world.rs`.
 
 use super::world::{NoBytes, World};
 use std::time::Duration;

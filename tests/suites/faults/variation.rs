@@ -1,5 +1,7 @@
-//! Legal variation: the careful host gets its work done under every seed, the careless one does not, and a seed is a
-//! run that repeats byte for byte.
+//! Legal variation (docs/VARIATION.md): the careful host gets its work done under every seed, the careless one does not,
+//! and a seed is a run that repeats byte for byte.
+//!
+//! The hosts are in `hosts.rs`.
 
 use super::hosts::{Careful, Careless, Host};
 use super::world::World;
@@ -120,8 +122,8 @@ fn an_unsolicited_stop_comes_at_another_time_and_not_more_than_half_a_second_lat
         let stopped = world.now;
         world.put(Input::Panel(PanelAction::EmergencyStop(true)));
         world.pass(Duration::from_secs(2));
-        let told = world.sent.iter().find(|(_, port, _)| *port == Port::Ip0);
-        let (at, ..) = told.unwrap_or_else(|| panic!("seed {seed}: nothing was sent"));
+        let sent = world.sent.iter().find(|(_, port, _)| *port == Port::Ip0);
+        let (at, ..) = sent.unwrap_or_else(|| panic!("seed {seed}: nothing was sent"));
         assert!(at.since(stopped) <= Duration::from_millis(500), "seed {seed}");
         times.insert(at.as_micros());
     }

@@ -1,5 +1,6 @@
-//! A controller under virtual time, and what its hosts see of it: segments, ends of connections, the clock. What is
-//! lost, late or cut is so because of a fault; this file only carries it.
+//! A controller under virtual time, and what its hosts see of it: segments, ends of connections, the clock.
+//!
+//! What is lost, late or cut is so because of a fault; this file only transports it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::time::Duration;
@@ -10,8 +11,7 @@ use ts3100_tests::round_trip::{self, RoundTrips};
 /// Inputs and deadlines of one test before the controller is taken to hang.
 const MOST_STEPS: u32 = 200_000;
 
-/// After so many happenings the controller is written down and read back: a snapshot holds what faults and variation
-/// are in the middle of.
+/// Inputs between two round trips: a snapshot holds what faults and variation are in the middle of.
 const ROUND_TRIP_EVERY: u32 = 5;
 
 /// Why a read gave nothing.

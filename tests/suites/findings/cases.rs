@@ -1,4 +1,7 @@
-//! The hosts of the findings suite: for each rule one that breaks it, and one that does the same work and keeps it.
+//! Hosts of the findings suite that use the protocol: for each rule one that breaks it, and one that does the same work
+//! and keeps it.
+//!
+//! Hosts of channels are in `channels.rs`; the table is in `findings.rs`.
 
 use super::channels::{CHANNELS, RIG};
 use ts3100_controller::findings::{Rule, rules};
@@ -76,7 +79,7 @@ fn host_line(robot: &mut Robot, settings: HostSettings) {
     });
 }
 
-/// Two texts on HOST, the second so many milliseconds behind the first.
+/// Two texts on HOST, the second so many milliseconds after the first.
 fn on_host(robot: &mut Robot, pause: u64) {
     host_line(robot, HostSettings::default());
     for _ in 0..2 {

@@ -1,4 +1,6 @@
-//! The hosts of the findings suite that talk to a program, and what is done at the controller itself.
+//! Hosts of the findings suite that exchange data with a program on IP1 and COM1, and operations at the panel.
+//!
+//! Hosts of the protocol are in `cases.rs`.
 
 use super::cases::{Case, commands, download};
 use ts3100_controller::findings::rules;

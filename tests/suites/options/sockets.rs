@@ -1,4 +1,6 @@
 //! The options of the edge, which only real sockets show.
+//!
+//! Options of the controller are in `options.rs`.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -28,10 +30,10 @@ fn dial(address: SocketAddr) -> TcpStream {
 /// Whether this host is served; the other case is the end of the connection.
 fn served(host: &mut TcpStream) -> bool {
     let mut answer = [0; 5];
-    let told = host
+    let reply = host
         .write_all(&frame(b"SP\r"))
         .and_then(|()| host.read_exact(&mut answer));
-    told.is_ok() && answer == *frame(b"OK\r")
+    reply.is_ok() && answer == *frame(b"OK\r")
 }
 
 #[test]
