@@ -6,15 +6,15 @@
 
 use crate::permissions::{MANUAL, example, prepare};
 use std::collections::BTreeSet;
-use ts3100_controller::command_coverage::{Cell, Coverage, reachable};
+use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reachable};
 use ts3100_controller::{Config, Dialect, Output, PanelAction, Port, Verdict};
 use ts3100_tests::Robot;
 
-fn coverage(robot: &Robot) -> Coverage {
-    let mut coverage = Coverage::default();
+fn coverage(robot: &Robot) -> CommandCoverage {
+    let mut coverage = CommandCoverage::default();
     for output in &robot.outputs {
         if let Output::Event(event) = output {
-            coverage.take(event);
+            coverage.record(event);
         }
     }
     coverage
@@ -37,7 +37,7 @@ fn verdicts(robot: &mut Robot, commands: &[&str]) -> Vec<(&'static str, Verdict)
 fn a_host_that_walks_the_tables_reaches_every_cell_of_the_manual() {
     let mut config = Config::new(Dialect::Field);
     config.options.extensions = false;
-    let mut missing: BTreeSet<Cell> = [Port::Host, Port::Ip0]
+    let mut missing: BTreeSet<PermissionCell> = [Port::Host, Port::Ip0]
         .into_iter()
         .flat_map(|port| reachable(&config, port))
         .collect();

@@ -7,7 +7,7 @@ mod sockets;
 use crate::extensions::text;
 use std::collections::BTreeSet;
 use std::time::Duration;
-use ts3100_controller::{Config, ControlRight, Dialect, HostLine, HostSettings, Input, PanelAction, Port};
+use ts3100_controller::{Config, ControlRight, Dialect, HostEnd, HostSettings, Input, PanelAction, Port};
 use ts3100_emulator::config::{LinkOptions, option_keys, set_option};
 use ts3100_proto::parameter::Parity;
 use ts3100_tests::{Robot, frame, notation};
@@ -449,7 +449,7 @@ fn text_with_wrong_parity(robot: &mut Robot) -> String {
     };
     robot.put(Input::SerialOpened {
         port: Port::Host,
-        host: HostLine::Modelled(host),
+        host: HostEnd::Modelled(host),
     });
     robot.raw(Port::Host, &frame(b"SP\r"));
     robot.advance_ms(1_000);

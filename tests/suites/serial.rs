@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 use ts3100_controller::{
-    Config, ControlRight, Dialect, Event, HostLine, HostSettings, Input, Options, Output, PanelAction, Port,
+    Config, ControlRight, Dialect, Event, HostEnd, HostSettings, Input, Options, Output, PanelAction, Port,
     Time,
 };
 use ts3100_proto::parameter::Parity;
@@ -35,7 +35,7 @@ fn usual() -> Robot {
 }
 
 fn opened(robot: &mut Robot, port: Port, settings: HostSettings) {
-    let host = HostLine::Modelled(settings);
+    let host = HostEnd::Modelled(settings);
     robot.put(Input::SerialOpened { port, host });
 }
 
@@ -525,7 +525,7 @@ fn a_real_cable_does_its_own_physics() {
     let mut robot = usual();
     robot.put(Input::SerialOpened {
         port: Port::Host,
-        host: HostLine::Wire,
+        host: HostEnd::Wire,
     });
     robot.send(Port::Host, b"CA\r");
     assert!(robot.received(Port::Host).starts_with(b"\x02FL,"));

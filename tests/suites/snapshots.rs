@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use std::time::Duration;
 use ts3100_controller::faults::FaultAction;
 use ts3100_controller::{
-    Config, Controller, Dialect, PanelAction, Port, Snapshot, SnapshotError, SnapshotHead,
+    Config, Controller, Dialect, PanelAction, Port, Snapshot, SnapshotError, SnapshotHeader,
 };
 use ts3100_tests::Robot;
 use ts3100_tests::round_trip::{self, with_round_trips};
@@ -145,19 +145,19 @@ fn another_version_or_form_is_refused_with_words() {
     let robot = Robot::new(Dialect::Field);
     let mut json = serde_json::to_value(robot.controller.snapshot()).unwrap();
     json["version"] = 2.into();
-    let head: SnapshotHead = serde_json::from_value(json.clone()).unwrap();
+    let head: SnapshotHeader = serde_json::from_value(json.clone()).unwrap();
     assert_eq!(
-        head.check().unwrap_err().to_string(),
+        head.validate().unwrap_err().to_string(),
         "snapshot, version: expected 1, found 2"
     );
     let snapshot: Snapshot = serde_json::from_value(json.clone()).unwrap();
     assert_eq!(
         Controller::restore(snapshot).unwrap_err(),
-        head.check().unwrap_err()
+        head.validate().unwrap_err()
     );
     json["format"] = "ts3100-recording".into();
-    let head: SnapshotHead = serde_json::from_value(json).unwrap();
-    assert!(matches!(head.check(), Err(SnapshotError::Value { place, .. }) if place == "format"));
+    let head: SnapshotHeader = serde_json::from_value(json).unwrap();
+    assert!(matches!(head.validate(), Err(SnapshotError::Value { place, .. }) if place == "format"));
 }
 
 /// JSON pointers into the snapshot of the busy controller, the value put there, and a part of the error message.

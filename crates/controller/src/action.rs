@@ -1,5 +1,6 @@
-//! What someone who holds the controller may do to it beyond panel and lines: no real operator can. Every such
-//! action is one input, so that a run can be written down and repeated; each either happens or is refused with words.
+//! Actions: what the control interface, a scenario or a test does to the controller itself.
+//!
+//! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen.
 
 use crate::Controller;
 use crate::alarm::ALARMS;
@@ -148,7 +149,7 @@ pub enum ActionErrorKind {
     /// The state of the controller forbids it, or the value does not fit.
     Conflict,
     /// The change of a file cannot be kept outside of the controller.
-    Unkept,
+    NotPersisted,
 }
 
 impl ActionError {
@@ -184,7 +185,7 @@ impl Controller {
             }
             (_, Some(reason)) => {
                 let refusal = ActionError {
-                    kind: ActionErrorKind::Unkept,
+                    kind: ActionErrorKind::NotPersisted,
                     ..ActionError::conflict(&refusal.place, "a change that can be kept", reason)
                 };
                 self.push_output(Output::Rejected(refusal));

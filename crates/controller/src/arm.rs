@@ -1,5 +1,8 @@
-//! The arm in time: where it stands, what it is moving to, and the coordinate systems its position is
-//! shown in. The geometry is `model`'s, the course of a motion `motion`'s.
+//! The arm in time: its posture, the motion under way, and the coordinate systems of its position.
+//!
+//! [`Arm`] starts, holds, resumes and stops motions; submodules add PASS (`append`), jogging (`jog`), retry after a stop
+//! (`retry`), the questions of a program (`trajectory`) and the maintenance counters (`wear`). The geometry is in
+//! `crate::model`, the calculation of a motion in `crate::motion`.
 
 mod trajectory;
 
@@ -20,7 +23,7 @@ pub use wear::Wear;
 
 /// What bounds every motion besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Pace {
+pub struct SpeedLimits {
     /// Speed override in percent.
     pub override_percent: u8,
     /// Highest speed of the tool point in mm/s, if one holds (PRM-SPD-01).
@@ -34,10 +37,11 @@ pub struct Pace {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-struct Active {
+struct ActiveMotion {
     motion: Motion,
     start: Time,
-    asked: MotionSettings,
+    #[cfg_attr(feature = "serde", serde(rename = "asked"))]
+    settings: MotionSettings,
     /// The machine lock was on: time passes, the arm stays.
     locked: bool,
     /// The coordinate systems its WITH names, which hold as long as it does.
@@ -88,10 +92,10 @@ pub struct Arm {
     model: ArmModel,
     /// Posture while no motion is under way.
     rest: Joints,
-    active: Option<Active>,
+    active: Option<ActiveMotion>,
     /// The motion a stop (retry) has cut short.
     #[cfg_attr(feature = "serde", serde(default))]
-    interrupted: Option<Active>,
+    interrupted: Option<ActiveMotion>,
     /// Coordinate system of the position last moved to, where it had its own.
     position_work: Option<Frame>,
     /// What the axes have done.
@@ -164,12 +168,12 @@ impl Arm {
     #[must_use]
     pub fn new(model: ArmModel) -> Arm {
         let rest = model.ready;
-        Arm::at(model, rest)
+        Arm::with_posture(model, rest)
     }
 
     /// The arm in the posture given.
     #[must_use]
-    pub fn at(model: ArmModel, rest: Joints) -> Arm {
+    pub fn with_posture(model: ArmModel, rest: Joints) -> Arm {
         Arm {
             model,
             rest,
@@ -182,20 +186,20 @@ impl Arm {
 
     /// The same, of this model; for a snapshot, which does not hold the model twice.
     #[cfg(feature = "serde")]
-    pub(crate) fn of_model(self, model: ArmModel) -> Arm {
+    pub(crate) fn with_model(self, model: ArmModel) -> Arm {
         Arm { model, ..self }
     }
 
     /// Whether the arm can stand and move so; the field and what is wrong with it.
     #[cfg(feature = "serde")]
-    pub(crate) fn check(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
+    pub(crate) fn validate(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
         use alloc::string::ToString as _;
         let posture = |place, joints: &Joints| {
             let checked = self.model.check_limits(joints);
             checked.map_err(|reason| (place, reason.to_string()))
         };
         posture("arm.rest", &self.rest)?;
-        if !self.wear.is_sound() {
+        if !self.wear.is_valid() {
             return Err(("arm.wear", "numbers that no motion leads to".to_string()));
         }
         let under_way = self.active.iter().map(|active| ("arm.active", active));
@@ -205,7 +209,7 @@ impl Arm {
             if active.start > now && active.locked {
                 return wrong("a motion that begins later, of a locked machine");
             }
-            if !active.motion.is_sound(&self.model) {
+            if !active.motion.is_valid(&self.model) {
                 return wrong("a motion whose times or places are no numbers");
             }
             posture(place, &active.motion.joints_at(now.since(active.start)))?;
@@ -249,11 +253,11 @@ impl Arm {
     }
 
     /// Ends the motion if its time has come; true if it did.
-    pub fn settle(&mut self, now: Time) -> bool {
+    pub fn finish_due(&mut self, now: Time) -> bool {
         let end = self.ends_at().filter(|end| *end <= now);
         let over = end.is_some();
         if let Some(end) = end {
-            self.account(end);
+            self.add_wear_until(end);
         }
         if let Some(active) = self.active.take_if(|_| over)
             && !active.locked
@@ -279,19 +283,19 @@ impl Arm {
         &mut self,
         now: Time,
         motion: &scol_mini::Motion,
-        pace: Pace,
+        pace: SpeedLimits,
         locked: bool,
     ) -> Result<(), MotionError> {
         let (start, from) = self.next_start(now);
-        let (planned, asked) = self.planned(motion, &from, pace)?;
-        self.account(start);
+        let (planned, settings) = self.plan_motion(motion, &from, pace)?;
+        self.add_wear_until(start);
         self.rest = from;
-        self.forget_interrupted();
+        self.drop_interrupted();
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
-        self.active = Some(Active {
+        self.active = Some(ActiveMotion {
             motion: planned,
             start,
-            asked,
+            settings,
             locked,
             frames: Systems::of_motion(motion),
         });
@@ -300,18 +304,18 @@ impl Arm {
 
     /// When and from where the next motion goes: now, or where and when the arm rests that still slows.
     fn next_start(&mut self, now: Time) -> (Time, Joints) {
-        self.settle(now);
+        self.finish_due(now);
         let start = self.ends_at().unwrap_or(now).max(now);
         let slowing = self.active.as_ref().filter(|active| !active.locked);
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
     }
 
     /// The motion from a posture at rest, and the speeds it asks for.
-    fn planned(
+    fn plan_motion(
         &self,
         motion: &scol_mini::Motion,
         from: &Joints,
-        pace: Pace,
+        pace: SpeedLimits,
     ) -> Result<(Motion, MotionSettings), MotionError> {
         let frames = Frames::of(&motion.conditions);
         let target = self.target(motion, &frames, from);
@@ -323,7 +327,7 @@ impl Arm {
             .payload
             .as_ref()
             .map_or(0.0, |(_, load)| load.mass);
-        let asked = MotionSettings {
+        let settings = MotionSettings {
             speed,
             accel,
             decel,
@@ -331,8 +335,8 @@ impl Arm {
             load_part: NO_LOAD,
         }
         .with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, from, &target, &frames.tool, &asked.limits(pace))?;
-        Ok((planned, asked))
+        let planned = plan(&self.model, from, &target, &frames.tool, &settings.limits(pace))?;
+        Ok((planned, settings))
     }
 
     /// Configuration digits of the present posture.
@@ -489,7 +493,7 @@ impl Arm {
 
     /// Feed hold: the arm slows along its path and rests there.
     pub fn hold(&mut self, now: Time) {
-        self.account(now);
+        self.add_wear_until(now);
         if let Some(active) = &mut self.active {
             active.motion.hold(now.since(active.start));
         }
@@ -497,25 +501,25 @@ impl Arm {
 
     /// Feed hold released: the motion goes on.
     pub fn resume(&mut self, now: Time) {
-        self.account(now);
+        self.add_wear_until(now);
         if let Some(active) = &mut self.active {
             active.motion.resume(now.since(active.start));
         }
     }
 
     /// The override or the cap changed under way.
-    pub fn set_pace(&mut self, now: Time, pace: Pace) {
-        self.account(now);
+    pub fn set_speed_limits(&mut self, now: Time, pace: SpeedLimits) {
+        self.add_wear_until(now);
         if let Some(active) = &mut self.active {
             active
                 .motion
-                .set_limits(now.since(active.start), &active.asked.limits(pace));
+                .set_limits(now.since(active.start), &active.settings.limits(pace));
         }
     }
 
     /// The motion is given up: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
-        self.account(now);
+        self.add_wear_until(now);
         if let Some(active) = &mut self.active {
             active.motion.stop(now.since(active.start));
         }

@@ -1,5 +1,6 @@
-//! A SCOL channel: the ring buffer between a line and INPUT, and the reading of values out of it
-//! (NPC-01, INP-01 to INP-17, D10). What INPUT does with the values is the interpreter's.
+//! A SCOL channel: the ring buffer between a port and INPUT, and the parsing of values (NPC-01, INP-01 to INP-17, D10).
+//!
+//! What INPUT does with the values is decided by `requests`.
 
 use crate::limits::RING_BUFFER;
 use crate::options::Malformed;
@@ -9,18 +10,18 @@ use alloc::vec::Vec;
 use scol_mini::Number;
 use ts3100_proto::text::{CR, LF};
 
-/// What stands next in the buffer.
+/// The next value in the buffer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Datum {
     /// No complete value yet: neither comma nor CR has arrived (INP-16).
     Incomplete,
-    /// A value.
+    /// A number.
     Value(Number),
-    /// Nothing stood between two separators: it counts as 0 (INP-17).
+    /// Nothing between two separators; counts as 0 (INP-17).
     Empty,
-    /// Something that is no number, and the number it begins with, 0 if none.
+    /// Not a number; with the number it begins with, or 0 (option `input.malformed`).
     Leading(String, Number),
-    /// Something that is no number.
+    /// Not a number.
     Malformed(String),
     /// A number beyond the range of a real.
     OutOfRange(String),
@@ -34,64 +35,64 @@ pub enum Datum {
     serde(deny_unknown_fields)
 )]
 pub struct Channel {
-    /// The peer, while there is one.
+    /// Address of the peer, while one is connected.
     pub peer: Option<String>,
     #[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))]
     ring: VecDeque<u8>,
-    /// A comma was the last byte read: a CR right behind it ends the record without a further value.
+    /// The last byte read was a comma: a CR directly after it ends the record without a further value.
     after_comma: bool,
 }
 
 impl Channel {
-    /// Puts bytes in as far as there is room; returns how many went in.
+    /// Stores bytes as far as there is room; returns how many were stored.
     pub fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = bytes.len().min(RING_BUFFER.saturating_sub(self.ring.len()));
         self.ring.extend(bytes.iter().take(taken));
         taken
     }
 
-    /// Empties the buffer (BUFFRESET, start from step 1). The CR that ends a record behind its last comma may
-    /// still be on its way; it is no value then either.
+    /// Empties the buffer (BUFFRESET, start from step 1). A CR that ends a record after its last comma may still
+    /// arrive; it then counts as no value.
     pub fn clear(&mut self) {
         self.after_comma = self.ring.back().map_or(self.after_comma, |last| *last == b',');
         self.ring.clear();
     }
 
-    /// A peer is there; nothing is left of a former one's record.
-    pub fn meet_peer(&mut self, peer: String) {
+    /// Sets the peer; a record that the previous one began is over.
+    pub fn connect_peer(&mut self, peer: String) {
         self.peer = Some(peer);
         self.after_comma = false;
     }
 
-    /// Bytes held.
+    /// Number of bytes in the buffer.
     #[must_use]
     pub fn len(&self) -> usize {
         self.ring.len()
     }
 
-    /// The bytes held, oldest first.
+    /// The bytes in the buffer, oldest first.
     #[must_use]
-    pub fn held(&self) -> Vec<u8> {
+    pub fn bytes(&self) -> Vec<u8> {
         self.ring.iter().copied().collect()
     }
 
-    /// Whether nothing is held.
+    /// Whether the buffer is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.ring.is_empty()
     }
 
-    /// The bytes behind the last comma or CR, blanks left out.
+    /// The bytes after the last comma or CR, without blanks.
     #[must_use]
-    pub fn half_value(&self) -> Vec<u8> {
+    pub fn partial_value(&self) -> Vec<u8> {
         let rest = self.ring.iter().rev().take_while(|&&byte| !is_separator(byte));
         let mut half: Vec<u8> = rest.copied().filter(|byte| !matches!(byte, b' ' | &LF)).collect();
         half.reverse();
         half
     }
 
-    /// The peer is gone: what it did not finish with comma or CR is nobody's beginning.
-    pub fn lose_peer(&mut self) {
+    /// Clears the peer and drops its incomplete last value, so that it does not become part of the next peer's.
+    pub fn disconnect_peer(&mut self) {
         self.peer = None;
         let complete = self
             .ring
@@ -101,7 +102,7 @@ impl Channel {
         self.ring.truncate(complete);
     }
 
-    /// Takes the next value out of the buffer.
+    /// Removes the next value from the buffer.
     pub fn take(&mut self, malformed: Malformed) -> Datum {
         self.skip_record_end();
         let Some(end) = self.ring.iter().position(|&byte| is_separator(byte)) else {
@@ -110,7 +111,7 @@ impl Channel {
         let token: Vec<u8> = self.ring.drain(..end).filter(|&byte| byte != LF).collect();
         self.after_comma = self.ring.pop_front() == Some(b',');
         let token = String::from_utf8_lossy(&token);
-        read(token.trim_matches(' '), malformed)
+        parse_datum(token.trim_matches(' '), malformed)
     }
 
     fn skip_record_end(&mut self) {
@@ -130,29 +131,29 @@ fn is_separator(byte: u8) -> bool {
 }
 
 /// The value of a token. An empty one counts as 0 (INP-17).
-fn read(token: &str, malformed: Malformed) -> Datum {
+fn parse_datum(token: &str, malformed: Malformed) -> Datum {
     if token.is_empty() {
         return Datum::Empty;
     }
     match (number(token), malformed) {
-        (Some(Read::Number(value)), _) => Datum::Value(value),
-        (Some(Read::TooLarge), _) => Datum::OutOfRange(String::from(token)),
+        (Some(ParsedNumber::Number(value)), _) => Datum::Value(value),
+        (Some(ParsedNumber::TooLarge), _) => Datum::OutOfRange(String::from(token)),
         (None, Malformed::Alarm) => Datum::Malformed(String::from(token)),
         (None, Malformed::LeadingNumber) => match leading_number(token) {
-            Read::Number(value) => Datum::Leading(String::from(token), value),
-            Read::TooLarge => Datum::OutOfRange(String::from(token)),
+            ParsedNumber::Number(value) => Datum::Leading(String::from(token), value),
+            ParsedNumber::TooLarge => Datum::OutOfRange(String::from(token)),
         },
     }
 }
 
-/// What a token that is a number comes to.
-enum Read {
+/// A token that has the form of a number.
+enum ParsedNumber {
     Number(Number),
     /// Beyond the range of a real.
     TooLarge,
 }
 
-fn number(token: &str) -> Option<Read> {
+fn number(token: &str) -> Option<ParsedNumber> {
     let figures = token
         .bytes()
         .all(|byte| matches!(byte, b'0'..=b'9' | b'+' | b'-' | b'.' | b'E' | b'e'));
@@ -160,11 +161,11 @@ fn number(token: &str) -> Option<Read> {
         return None;
     }
     if let Ok(integer) = token.parse::<i32>() {
-        return Some(Read::Number(Number::Integer(integer)));
+        return Some(ParsedNumber::Number(Number::Integer(integer)));
     }
     let real = token.parse::<f32>().ok()?;
     if !real.is_finite() {
-        return Some(Read::TooLarge);
+        return Some(ParsedNumber::TooLarge);
     }
     // An integer below the range must not be rounded into it.
     let is_integer = !token.bytes().any(|byte| matches!(byte, b'.' | b'E' | b'e'));
@@ -172,15 +173,15 @@ fn number(token: &str) -> Option<Read> {
         true => real.next_down(),
         false => real,
     };
-    Some(Read::Number(Number::Real(real)))
+    Some(ParsedNumber::Number(Number::Real(real)))
 }
 
-fn leading_number(token: &str) -> Read {
+fn leading_number(token: &str) -> ParsedNumber {
     (1..=token.len())
         .rev()
         .filter_map(|end| token.get(..end))
         .find_map(number)
-        .unwrap_or(Read::Number(Number::Integer(0)))
+        .unwrap_or(ParsedNumber::Number(Number::Integer(0)))
 }
 
 #[cfg(test)]
@@ -301,7 +302,7 @@ mod tests {
     fn half_a_value_of_a_lost_peer_is_dropped() {
         let mut channel = Channel::default();
         channel.push(b"1,2\r34");
-        channel.lose_peer();
+        channel.disconnect_peer();
         channel.push(b"5\r");
         for expected in [1, 2, 5] {
             assert_eq!(channel.take(Malformed::Alarm), Datum::Value(Integer(expected)));

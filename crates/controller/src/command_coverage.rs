@@ -1,5 +1,6 @@
-//! Which cells of the permission tables a host's tests have reached: command, master mode, and what came of it.
-//! What counts as reachable is what the tables say; how it is shown is the edge's.
+//! Command coverage: which cells of the permission tables a host has reached, by command, master mode and verdict.
+//!
+//! [`reachable`] derives from the tables what a host can reach. The emulator writes the reports.
 
 use crate::options::Config;
 use crate::output::{Event, Verdict};
@@ -11,7 +12,7 @@ use ts3100_proto::status::MasterMode;
 
 /// A command in a master mode on a port, and what came of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Cell {
+pub struct PermissionCell {
     /// HOST or IP0.
     pub port: Port,
     /// Row of the tables, in the order of [`ROWS`] and behind them [`EXTENSION_ROWS`].
@@ -22,10 +23,10 @@ pub struct Cell {
     pub verdict: Verdict,
 }
 
-impl Cell {
-    fn new(port: Port, row: &str, mode: MasterMode, verdict: Verdict) -> Option<Cell> {
+impl PermissionCell {
+    fn new(port: Port, row: &str, mode: MasterMode, verdict: Verdict) -> Option<PermissionCell> {
         let mut rows = ROWS.iter().chain(&EXTENSION_ROWS);
-        Some(Cell {
+        Some(PermissionCell {
             port,
             row: rows.position(|known| *known == row)?,
             column: MasterMode::ALL.iter().position(|known| *known == mode)?,
@@ -50,15 +51,15 @@ impl Cell {
 
 /// How often each cell was reached.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Coverage {
-    reached: BTreeMap<Cell, u64>,
+pub struct CommandCoverage {
+    reached: BTreeMap<PermissionCell, u64>,
     /// Ports on which a text has come.
     ports: BTreeSet<Port>,
 }
 
-impl Coverage {
+impl CommandCoverage {
     /// Takes note of an event if it is a text or the answer to a command.
-    pub fn take(&mut self, event: &Event) {
+    pub fn record(&mut self, event: &Event) {
         if let Event::TextIn { port, .. } = event {
             self.ports.insert(*port);
         }
@@ -71,7 +72,7 @@ impl Coverage {
         else {
             return;
         };
-        if let Some(cell) = Cell::new(*port, row, *mode, *verdict) {
+        if let Some(cell) = PermissionCell::new(*port, row, *mode, *verdict) {
             let count = self.reached.entry(cell).or_default();
             *count = count.saturating_add(1);
         }
@@ -79,12 +80,12 @@ impl Coverage {
 
     /// How often a cell was reached.
     #[must_use]
-    pub fn count(&self, cell: &Cell) -> u64 {
+    pub fn count(&self, cell: &PermissionCell) -> u64 {
         self.reached.get(cell).copied().unwrap_or_default()
     }
 
     /// The cells reached, in the order of the tables, each with how often.
-    pub fn reached(&self) -> impl Iterator<Item = (&Cell, u64)> {
+    pub fn reached(&self) -> impl Iterator<Item = (&PermissionCell, u64)> {
         self.reached.iter().map(|(cell, count)| (cell, *count))
     }
 
@@ -109,7 +110,7 @@ impl Coverage {
 /// everywhere and required nowhere. Without the option `extensions` there are no rows of extensions, and only
 /// a TS3100 has the mode INTERNAL.
 #[must_use]
-pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
+pub fn reachable(config: &Config, port: Port) -> Vec<PermissionCell> {
     let Some(table) = port.protocol() else {
         return Vec::new();
     };
@@ -132,7 +133,7 @@ pub fn reachable(config: &Config, port: Port) -> Vec<Cell> {
             None => &[],
         };
         let cells = verdicts.iter();
-        cells.filter_map(move |verdict| Cell::new(port, row, mode, *verdict))
+        cells.filter_map(move |verdict| PermissionCell::new(port, row, mode, *verdict))
     };
     places.flat_map(verdicts).collect()
 }
@@ -160,16 +161,16 @@ mod tests {
 
     #[test]
     fn an_answer_reaches_its_cell() {
-        let mut coverage = Coverage::default();
+        let mut coverage = CommandCoverage::default();
         let answered = Event::Answered {
             port: Port::Ip0,
             row: "RS,ERR",
             mode: MasterMode::ExtEther,
             verdict: Verdict::Served,
         };
-        coverage.take(&answered);
-        coverage.take(&answered);
-        coverage.take(&Event::AlarmsReset);
+        coverage.record(&answered);
+        coverage.record(&answered);
+        coverage.record(&Event::AlarmsReset);
         let (cell, count) = coverage.reached().next().unwrap();
         assert_eq!(
             (cell.row(), cell.mode(), count),

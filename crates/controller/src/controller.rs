@@ -8,7 +8,7 @@ use crate::executor::{Executor, RunState, Selected};
 use crate::faults::Faults;
 use crate::input::{Input, KeySwitch};
 use crate::maintenance::MaintenanceCounters;
-use crate::network::NetworkPlan;
+use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::output::{Event, Output};
 use crate::persistence::Persistence;
@@ -17,7 +17,7 @@ use crate::send_queue::SendQueue;
 use crate::serial_line::SerialLine;
 use crate::session::Session;
 use crate::signals::Signals;
-use crate::state::{State, Watchdog};
+use crate::state::{PanelState, Watchdog};
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
@@ -65,7 +65,7 @@ impl From<NameError> for SelectError {
 pub struct Controller {
     pub(crate) config: Config,
     pub(crate) now: Time,
-    pub(crate) state: State,
+    pub(crate) state: PanelState,
     pub(crate) drive: Drive,
     pub(crate) alarms: Alarms,
     pub(crate) signals: Signals,
@@ -85,7 +85,7 @@ pub struct Controller {
     pub(crate) jogging: Option<Port>,
     pub(crate) ethernet: EthernetParameters,
     pub(crate) user: UserParameters,
-    pub(crate) network: NetworkPlan,
+    pub(crate) network: NetworkConfig,
     /// Every statement of the program is told as an event.
     pub(crate) traced: bool,
     /// What is counted for the maintenance information.
@@ -124,7 +124,7 @@ impl Controller {
         };
         let mut controller = Controller {
             now: Time::ZERO,
-            state: State::power_on(Time::ZERO, key, config.control_right),
+            state: PanelState::power_on(Time::ZERO, key, config.control_right),
             drive,
             alarms: Alarms::default(),
             signals: Signals::default(),
@@ -140,7 +140,7 @@ impl Controller {
             executor: Executor::new(&config.language()),
             arm,
             jogging: None,
-            network: NetworkPlan::of(&ethernet),
+            network: NetworkConfig::new(&ethernet),
             ethernet,
             user: UserParameters::factory(),
             traced: false,
@@ -254,7 +254,7 @@ impl Controller {
 
     /// The Ethernet channels as of the last power-on.
     #[must_use]
-    pub fn network(&self) -> &NetworkPlan {
+    pub fn network(&self) -> &NetworkConfig {
         &self.network
     }
 

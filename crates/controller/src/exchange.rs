@@ -9,7 +9,7 @@ use crate::limits::HOST_DELAY;
 use crate::output::Event;
 use crate::persistence::PendingChange;
 use crate::port::Port;
-use crate::serial_line::{Leaving, SerialLine};
+use crate::serial_line::{DepartedPeer, SerialLine};
 use crate::session::{Exchange, Outcome};
 use crate::time::Time;
 use alloc::borrow::Cow;
@@ -24,8 +24,12 @@ use ts3100_proto::text::{CR, Decoded, Framing, Text, TextError};
 
 impl Controller {
     pub(crate) fn connected(&mut self, port: Port, peer: String) {
-        if let Some(leaving) = self.lines.get_mut(&port).and_then(|line| line.leaving.as_mut()) {
-            leaving.next = Some(peer);
+        if let Some(leaving) = self
+            .lines
+            .get_mut(&port)
+            .and_then(|line| line.departed_peer.as_mut())
+        {
+            leaving.next_peer = Some(peer);
             return;
         }
         self.send_queue.clear(port);
@@ -35,7 +39,7 @@ impl Controller {
             session.reset(self.config.options.text, Some(peer));
             session.last_status = Some(body);
         } else if let Some(channel) = self.channels.get_mut(&port) {
-            channel.meet_peer(peer);
+            channel.connect_peer(peer);
         }
     }
 
@@ -43,11 +47,11 @@ impl Controller {
     pub(crate) fn peer_left(&mut self, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
-                line.outbound.cut();
+                line.outbound.clear();
                 line.sending = None;
-                line.leaving = Some(Leaving {
-                    left: line.inbound.queued(),
-                    next: None,
+                line.departed_peer = Some(DepartedPeer {
+                    bytes_left: line.inbound.queued(),
+                    next_peer: None,
                 });
             }
             _ => self.disconnected(port),
@@ -71,7 +75,7 @@ impl Controller {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(self.config.options.text, None);
         } else if let Some(channel) = self.channels.get_mut(&port) {
-            channel.lose_peer();
+            channel.disconnect_peer();
         }
         let level = port
             .ethernet_index()

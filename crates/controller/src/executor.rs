@@ -520,7 +520,7 @@ impl Executor {
     #[must_use]
     pub fn reads_from(&self, port: Port) -> bool {
         self.reading()
-            .any(|channel| Port::of_channel(channel) == Some(port))
+            .any(|channel| Port::from_channel(channel) == Some(port))
     }
 
     /// The channels from which an INPUT waits for values.

@@ -6,7 +6,7 @@ use crate::executor::{Task, TaskState};
 use crate::limits::LONGEST_DELAY;
 use crate::scheduler::Step;
 use crate::signals::Signals;
-use crate::time::program_seconds;
+use crate::time::duration_from_seconds;
 use alloc::format;
 use scol_mini::Answer;
 
@@ -36,7 +36,7 @@ impl Controller {
             let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
             return Step::Trouble(alarm::OUT_OF_RANGE, detail);
         }
-        let pulse = program_seconds(seconds, LONGEST_DELAY);
+        let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
         self.signals.pulse_output(output, self.now + pulse);
         self.answer(task, Answer::Done, false)
     }

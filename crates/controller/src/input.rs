@@ -1,9 +1,10 @@
-//! Everything that can happen to the controller from outside. Who caused it (a socket, a test, a
-//! scenario) is the edge's knowledge.
+//! Everything that can happen to the controller from outside.
+//!
+//! The embedding program knows who caused it: a socket, a serial device, a test, a scenario.
 
 use crate::action::Action;
 use crate::port::Port;
-use crate::serial_line::HostLine;
+use crate::serial_line::HostEnd;
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -32,7 +33,7 @@ pub enum Input {
         /// The port.
         port: Port,
         /// What is known.
-        host: HostLine,
+        host: HostEnd,
     },
     /// The host has its port forget what is not on the line yet.
     SerialPurged {

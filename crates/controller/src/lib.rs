@@ -70,19 +70,19 @@ pub mod time;
 pub mod variation;
 
 pub use action::{Action, ActionError, ActionErrorKind, IoKind};
-pub use command_coverage::Coverage;
+pub use command_coverage::CommandCoverage;
 pub use controller::{Controller, SelectError};
 pub use drive::DriveError;
 pub use findings::{Findings, Rule, Severity};
 pub use input::{ControlRight, Input, KeySwitch, PanelAction};
 pub use inspect::Whereabouts;
-pub use network::{ChannelPlan, NetworkPlan};
+pub use network::{ChannelConfig, NetworkConfig};
 pub use options::{Config, ControllerType, Dialect, Options};
 pub use output::{Event, Output, Verdict};
 pub use parameters::ParameterError;
 pub use port::Port;
-pub use serial_line::{HostLine, HostSettings};
+pub use serial_line::{HostEnd, HostSettings};
 #[cfg(feature = "serde")]
-pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHead};
-pub use statement_coverage::Executed;
+pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHeader};
+pub use statement_coverage::StatementCoverage;
 pub use time::Time;

@@ -1,5 +1,7 @@
-//! The maintenance information (MN, S29): how long the controller was in which state, and what the axes have done, as
-//! numbers on the wire; and the current position file (S28). What the axes have done is counted by `arm`. All of it survives a power cycle.
+//! The maintenance information (MN, S29) and the current position file (S28).
+//!
+//! [`MaintenanceCounters`] counts how long the controller was in each state; `arm` counts what the axes do. Both survive
+//! a power cycle.
 
 use crate::Controller;
 use crate::model::{ArmKind, Joints};
@@ -24,12 +26,12 @@ const SLIDING: usize = 2;
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-struct Meter {
+struct DurationMeter {
     before: Duration,
     since: Option<Time>,
 }
 
-impl Meter {
+impl DurationMeter {
     fn set(&mut self, now: Time, on: bool) {
         match self.since {
             Some(since) if !on => {
@@ -55,10 +57,10 @@ impl Meter {
     serde(deny_unknown_fields)
 )]
 pub(crate) struct MaintenanceCounters {
-    energised: Meter,
-    off: Meter,
-    fault: Meter,
-    servo: Meter,
+    energised: DurationMeter,
+    off: DurationMeter,
+    fault: DurationMeter,
+    servo: DurationMeter,
     servo_offs: u32,
 }
 
@@ -88,7 +90,7 @@ impl Controller {
     /// What the current position file of the SCARA edition holds now (S28); no command is known that asks for it.
     #[must_use]
     pub fn current_position(&self) -> CurrentPosition {
-        let joints = whole(&self.arm.joints(self.now));
+        let joints = truncated(&self.arm.joints(self.now));
         let (line, _) = self.steps();
         CurrentPosition {
             status: self.status(),
@@ -96,7 +98,7 @@ impl Controller {
             joints,
             // The servo follows exactly.
             measured: joints,
-            torques: whole(&self.arm.torques(self.now).map(round)),
+            torques: truncated(&self.arm.torques(self.now).map(round)),
         }
     }
 
@@ -136,7 +138,7 @@ impl Controller {
 }
 
 /// The integer parts of the first axes.
-fn whole(joints: &Joints) -> [i32; POSITION_AXES] {
+fn truncated(joints: &Joints) -> [i32; POSITION_AXES] {
     let mut parts = [0; POSITION_AXES];
     for (part, joint) in parts.iter_mut().zip(joints) {
         #[expect(

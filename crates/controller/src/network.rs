@@ -1,23 +1,24 @@
-//! Which Ethernet channels are to be opened, and how: \[E00\] and \[E05\] to \[E07\] as of the last power-on.
-//! Opening them is the edge's.
+//! The configuration of the Ethernet channels: \[E00\] and \[E05\] to \[E07\] as read at the last power-on.
+//!
+//! The emulator opens the channels accordingly.
 
 use ts3100_proto::parameter::{EthernetParameters, OpenMode};
 
-/// One channel.
+/// One Ethernet channel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct ChannelPlan {
+pub struct ChannelConfig {
     /// Not used, server, or client.
     pub mode: OpenMode,
-    /// The controller's own port, where it is a server.
+    /// The controller's own TCP port, as a server.
     pub own_port: u16,
-    /// The peer's address, where it is a client.
+    /// IPv4 address of the peer, as a client.
     pub peer_address: [u8; 4],
-    /// The peer's port, where it is a client.
+    /// TCP port of the peer, as a client.
     pub peer_port: u16,
 }
 
@@ -28,22 +29,22 @@ pub struct ChannelPlan {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct NetworkPlan {
-    /// In the order of the parameter file.
-    pub channels: [ChannelPlan; 4],
+pub struct NetworkConfig {
+    /// IP0 to IP3, in the order of ETHERNET.PAR.
+    pub channels: [ChannelConfig; 4],
 }
 
-impl NetworkPlan {
-    /// What the parameters ask for.
+impl NetworkConfig {
+    /// The configuration that the parameters ask for.
     #[must_use]
-    pub fn of(parameters: &EthernetParameters) -> NetworkPlan {
-        let channel = |index: usize| ChannelPlan {
+    pub fn new(parameters: &EthernetParameters) -> NetworkConfig {
+        let channel = |index: usize| ChannelConfig {
             mode: parameters.open_mode[index],
             own_port: parameters.own_port[index],
             peer_address: parameters.peer_address[index],
             peer_port: parameters.peer_port[index],
         };
-        NetworkPlan {
+        NetworkConfig {
             channels: [channel(0), channel(1), channel(2), channel(3)],
         }
     }

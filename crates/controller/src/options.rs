@@ -1,5 +1,7 @@
-//! The readings of the manual as named options. A dialect presets them (D0); the user may override
-//! each alone. No other place in the code asks for the dialect.
+//! The options: one for each point that the manual leaves open or that real controllers do differently.
+//!
+//! A dialect presets them (D0) and the user may override each. No other place in the code asks for the dialect.
+//! docs/OPTIONS.md lists them for users.
 
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits;
@@ -201,17 +203,17 @@ pub struct Options {
     /// `scol.data_copy`: a program that assigns to a name of DATA has a copy of its own.
     pub data_copy: bool,
     /// `scol.din_unknown`.
-    #[cfg_attr(feature = "serde", serde(default = "before::din_unknown"))]
+    #[cfg_attr(feature = "serde", serde(default = "serde_defaults::din_unknown"))]
     pub din_unknown: UnknownInput,
     /// `scol.equal_within`: comparisons count reals that differ by so much or less as equal; none: as the arm has it,
     /// [`limits::SCARA_EQUAL_WITHIN`] on a SCARA and 0 on six axes.
-    #[cfg_attr(feature = "serde", serde(default = "before::equal_within"))]
+    #[cfg_attr(feature = "serde", serde(default = "serde_defaults::equal_within"))]
     pub equal_within: Option<f32>,
 }
 
 /// What options of today were before there were snapshots that name them.
 #[cfg(feature = "serde")]
-mod before {
+mod serde_defaults {
     pub(super) fn din_unknown() -> super::UnknownInput {
         super::UnknownInput::Zero
     }
@@ -225,7 +227,7 @@ mod before {
 impl Options {
     /// The preset of a dialect.
     #[must_use]
-    pub fn of(dialect: Dialect) -> Options {
+    pub fn for_dialect(dialect: Dialect) -> Options {
         let field = Options {
             text: TextOptions {
                 stx: StxRule::Detect,
@@ -392,7 +394,7 @@ impl Config {
     #[must_use]
     pub fn new(dialect: Dialect) -> Config {
         Config {
-            options: Options::of(dialect),
+            options: Options::for_dialect(dialect),
             permissions: PermissionTable::printed(),
             controller: ControllerType::default(),
             model: crate::model::ArmModel::tv800(),

@@ -1,4 +1,6 @@
-//! Everything the controller wants done outside, in order. How it is done is the edge's business.
+//! Everything the controller asks the embedding program to do, in order.
+//!
+//! Drain the outputs after every input. [`Event`]s are for logs, transcripts and findings.
 
 use crate::action::ActionError;
 use crate::port::Port;

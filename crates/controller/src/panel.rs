@@ -9,7 +9,7 @@ use crate::input::{KeySwitch, PanelAction};
 use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
 use crate::port::Port;
-use crate::state::State;
+use crate::state::PanelState;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -77,7 +77,7 @@ impl Controller {
         if key != self.state.key {
             self.stop_after_step(StopCause::Other);
             self.state.key = key;
-            self.arm.set_pace(self.now, self.pace());
+            self.arm.set_speed_limits(self.now, self.pace());
         }
         Ok(())
     }
@@ -151,7 +151,7 @@ impl Controller {
             .channels
             .iter_mut()
             .map(|(port, buffer)| {
-                let held = buffer.held();
+                let held = buffer.bytes();
                 buffer.clear();
                 (*port, held)
             })
@@ -214,7 +214,7 @@ impl Controller {
         }
         self.interrupt(StopCause::Host);
         self.jogging = None;
-        self.state = State {
+        self.state = PanelState {
             powered: false,
             run_mode: self.state.run_mode,
             ..self.state.as_left_by_hand(self.now)

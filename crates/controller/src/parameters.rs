@@ -1,9 +1,10 @@
-//! The parameter files of the RAM drive: made when they are missing, taken when the power comes on, changed
-//! value by value. Their text is proto's, what the links do with them is the edge's.
+//! The parameter files of the RAM drive: created if missing, read at power-on, changed value by value.
+//!
+//! `ts3100_proto::parameter` parses and writes them; the emulator applies the settings to its links.
 
 use crate::Controller;
 use crate::drive::DriveError;
-use crate::network::NetworkPlan;
+use crate::network::NetworkConfig;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -86,7 +87,7 @@ impl Controller {
             self.user = user;
             problems.extend(found.into_iter().map(|problem| (USER_PAR, problem)));
         }
-        self.network = NetworkPlan::of(&self.ethernet);
+        self.network = NetworkConfig::new(&self.ethernet);
         for (file, problem) in problems {
             self.raise(crate::alarm::PARAMETER, alloc::format!("{file}: {problem}"));
         }

@@ -25,7 +25,7 @@ impl Controller {
             match there {
                 Some(peer) => {
                     if let Some(channel) = self.channels.get_mut(&port) {
-                        channel.lose_peer();
+                        channel.disconnect_peer();
                     }
                     self.connected(port, alloc::string::String::from(peer));
                 }

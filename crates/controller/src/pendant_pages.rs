@@ -1,8 +1,10 @@
-//! The pages \[ETHER\] of the teach pendant as data: addresses, peers and states of the Ethernet channels
-//! (UI-ETHER-01 to UI-ETHER-07). Drawing a screen of them is for others.
+//! The pages \[ETHER\] of the teach pendant as lines of text: addresses, peers and states of the Ethernet channels
+//! (UI-ETHER-01 to UI-ETHER-07).
+//!
+//! The emulator shows them.
 
 use crate::Controller;
-use crate::network::ChannelPlan;
+use crate::network::ChannelConfig;
 use crate::port::Port;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -18,7 +20,7 @@ pub const PAGES: usize = 3;
 
 /// One page: its heading and its lines.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Page {
+pub struct PendantPage {
     /// `ETHERNET STATUS [1/3]`.
     pub heading: String,
     /// The lines below it.
@@ -35,7 +37,7 @@ enum LinkState {
 }
 
 impl LinkState {
-    fn word(self) -> &'static str {
+    fn as_str(self) -> &'static str {
         match self {
             LinkState::Closed => "CLOSED",
             LinkState::Listen => "LISTEN",
@@ -48,15 +50,15 @@ impl LinkState {
 impl Controller {
     /// The three pages \[ETHER\].
     #[must_use]
-    pub fn ethernet_pages(&self) -> [Page; PAGES] {
-        let rows = |row: fn(&Controller, Port, &ChannelPlan) -> String| {
+    pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
+        let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
             Port::ETHERNET
                 .iter()
                 .zip(&self.network().channels)
                 .map(|(port, plan)| row(self, *port, plan))
                 .collect()
         };
-        let page = |number: usize, lines| Page {
+        let page = |number: usize, lines| PendantPage {
             heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
             lines,
         };
@@ -75,7 +77,7 @@ impl Controller {
     }
 
     /// OwnPort, Port, Connect IP; zeros where the channel is not used or nobody is connected (UI-ETHER-04).
-    fn peer_row(&self, port: Port, plan: &ChannelPlan) -> String {
+    fn peer_row(&self, port: Port, plan: &ChannelConfig) -> String {
         let own = if plan.mode == OpenMode::NotUsed {
             0
         } else {
@@ -87,7 +89,7 @@ impl Controller {
     }
 
     /// App., Mode, Status (UI-ETHER-05, UI-ETHER-07).
-    fn state_row(&self, port: Port, plan: &ChannelPlan) -> String {
+    fn state_row(&self, port: Port, plan: &ChannelConfig) -> String {
         let application = match port {
             Port::Ip0 | Port::Host => "HOST",
             Port::Ip1 | Port::Ip2 | Port::Com1 => "SCOL",
@@ -104,7 +106,7 @@ impl Controller {
             (OpenMode::Server, None) => LinkState::Listen,
             (OpenMode::Client, None) => LinkState::SynSent,
         };
-        format!("{port} {application:<6} {mode} {}", state.word())
+        format!("{port} {application:<6} {mode} {}", state.as_str())
     }
 
     /// Address and port of the peer on a port, as the edge gave it.

@@ -1,5 +1,6 @@
-//! The six communication ports of the controller and what each is for (GEN-02). Sockets and lines
-//! belong to the edge.
+//! The six communication ports of the controller and the purpose of each (GEN-02).
+//!
+//! Sockets and serial devices belong to the emulator.
 
 use core::fmt;
 use scol_mini::Channel;
@@ -25,7 +26,7 @@ pub enum Port {
 }
 
 impl Port {
-    /// All ports.
+    /// All six ports.
     pub const ALL: [Port; 6] = [Port::Host, Port::Com1, Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
     /// The Ethernet channels in the order of ETHERNET.PAR.
     pub const ETHERNET: [Port; 4] = [Port::Ip0, Port::Ip1, Port::Ip2, Port::Ip3];
@@ -53,9 +54,9 @@ impl Port {
         }
     }
 
-    /// The port behind a SCOL channel; the teach pendant has none.
+    /// The port of a SCOL channel; the teach pendant has none.
     #[must_use]
-    pub const fn of_channel(channel: Channel) -> Option<Port> {
+    pub const fn from_channel(channel: Channel) -> Option<Port> {
         match channel {
             Channel::Tp => None,
             Channel::Com1 => Some(Port::Com1),
@@ -64,7 +65,7 @@ impl Port {
         }
     }
 
-    /// Place among the Ethernet channels, 0 to 3.
+    /// Index among the Ethernet channels, 0 to 3; `None` for a serial port.
     #[must_use]
     pub const fn ethernet_index(self) -> Option<usize> {
         match self {

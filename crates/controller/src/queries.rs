@@ -13,7 +13,7 @@ use crate::options::Config;
 use crate::port::Port;
 use crate::session::Exchange;
 use crate::signals::Signals;
-use crate::state::State;
+use crate::state::PanelState;
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::{Arm, Channel, Configuration, Position, ValueKind};
@@ -88,7 +88,7 @@ pub struct VariableView {
 impl Controller {
     /// Modes, key, buttons, and how long everything runs.
     #[must_use]
-    pub fn state(&self) -> &State {
+    pub fn state(&self) -> &PanelState {
         &self.state
     }
 
@@ -226,7 +226,7 @@ impl Controller {
                     Exchange::Receiving { .. } => "receiving",
                 }),
                 partial: session.is_some_and(crate::session::Session::is_partial),
-                buffer: channel.map(crate::channel::Channel::held).unwrap_or_default(),
+                buffer: channel.map(crate::channel::Channel::bytes).unwrap_or_default(),
             }
         };
         Port::ALL.into_iter().map(view).collect()

@@ -3,7 +3,7 @@
 
 use crate::Controller;
 use crate::alarm;
-use crate::arm::Pace;
+use crate::arm::SpeedLimits;
 use crate::channel::Datum;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
@@ -15,7 +15,7 @@ use crate::output::Output;
 use crate::port::Port;
 use crate::scheduler::Step;
 use crate::signals::Signals;
-use crate::time::program_seconds;
+use crate::time::duration_from_seconds;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -40,7 +40,7 @@ impl Controller {
                 Step::Blocked
             }
             Request::Delay { seconds } => {
-                let pause = program_seconds(seconds, LONGEST_DELAY);
+                let pause = duration_from_seconds(seconds, LONGEST_DELAY);
                 task.doing = TaskState::Delaying {
                     until: self.now + pause,
                 };
@@ -74,8 +74,8 @@ impl Controller {
     }
 
     /// How fast the arm may move now.
-    pub(crate) fn pace(&self) -> Pace {
-        Pace {
+    pub(crate) fn pace(&self) -> SpeedLimits {
+        SpeedLimits {
             override_percent: if self.is_slow() {
                 self.state.override_percent.min(self.config.options.low_speed)
             } else {
@@ -133,7 +133,7 @@ impl Controller {
                 if let TaskState::Queued { .. } = task.doing {
                     return Step::Begun;
                 }
-                self.arm.settle(self.now);
+                self.arm.finish_due(self.now);
                 self.begun(task, lead, passing || motion.conditions.nowait)
             }
             Err(error) => {
@@ -171,7 +171,7 @@ impl Controller {
 
     fn print(&mut self, task: &mut Task, channel: Channel, data: &[u8], cut: usize) -> Step {
         let line = task.machine.line();
-        let Some(port) = Port::of_channel(channel) else {
+        let Some(port) = Port::from_channel(channel) else {
             self.tell_cut(None, line, data, cut);
             self.show_on_pendant(data);
             return self.answer(task, Answer::Done, false);
@@ -206,7 +206,7 @@ impl Controller {
     }
 
     fn input(&mut self, task: &mut Task, channel: Channel, wanted: usize) -> Step {
-        let missing = Port::of_channel(channel).filter(|&port| self.missing_peer(port));
+        let missing = Port::from_channel(channel).filter(|&port| self.missing_peer(port));
         if let Some(port) = missing {
             let message = format!("line {}: INPUT {port}: no peer is connected", task.machine.line());
             self.report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
@@ -241,7 +241,7 @@ impl Controller {
                 Datum::Value(value) => values.push(value),
                 Datum::Empty => {
                     let message = "nothing between two separators; read as 0 (INP-17)";
-                    self.report(&rules::INPUT_EMPTY, Port::of_channel(channel), &[], message);
+                    self.report(&rules::INPUT_EMPTY, Port::from_channel(channel), &[], message);
                     values.push(Number::Integer(0));
                 }
                 Datum::Leading(token, value) => {
@@ -280,7 +280,7 @@ impl Controller {
         let message = format!("INPUT: a number expected, {token:?} found");
         self.report(
             &rules::INPUT_NOT_A_NUMBER,
-            Port::of_channel(channel),
+            Port::from_channel(channel),
             token.as_bytes(),
             message,
         );
@@ -330,7 +330,7 @@ impl Controller {
     }
 
     fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::channel::Channel> {
-        match Port::of_channel(channel) {
+        match Port::from_channel(channel) {
             Some(port) => self.channels.get_mut(&port),
             None => Some(&mut self.keys),
         }

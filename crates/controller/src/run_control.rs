@@ -4,11 +4,11 @@
 use crate::Controller;
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{MAIN_TASK, RunState, StopCause, Task, TaskState};
-use crate::limits::SP_LATEST;
+use crate::limits::MAX_SP_DELAY;
 use crate::options::UnsolicitedSp;
 use crate::output::Event;
 use crate::port::Port;
-use crate::state::State;
+use crate::state::PanelState;
 use crate::system_signals::dout;
 use crate::variation::Variation;
 use alloc::string::String;
@@ -36,8 +36,11 @@ impl Controller {
     /// moved since, the statement is done again from where it stands now.
     fn take_up_motion(&mut self) {
         let locked = self.state.machine_lock;
-        if self.executor.course == RunState::Reset || locked || !self.arm.take_up(self.now, self.pace()) {
-            self.arm.forget_interrupted();
+        if self.executor.course == RunState::Reset
+            || locked
+            || !self.arm.resume_interrupted(self.now, self.pace())
+        {
+            self.arm.drop_interrupted();
             self.executor.redo_motions();
         }
     }
@@ -71,7 +74,7 @@ impl Controller {
                         .variation
                         .as_mut()
                         .map_or(Duration::ZERO, Variation::sp_delay);
-                session.sp_by = now + SP_LATEST;
+                session.sp_by = now + MAX_SP_DELAY;
             }
         }
     }
@@ -175,7 +178,7 @@ impl Controller {
 
     /// Ends all alarms but those whose cause persists.
     pub(crate) fn reset_alarms(&mut self) {
-        let State {
+        let PanelState {
             emergency_stop,
             safety_open,
             ..

@@ -63,7 +63,7 @@ impl Controller {
         if self.persistence.is_pending() {
             return;
         }
-        if self.arm.settle(self.now) {
+        if self.arm.finish_due(self.now) {
             // Whatever moves next is no guided motion any more.
             self.jogging = None;
         }

@@ -1,4 +1,6 @@
-//! What a running program may look at: signals, the course of the motion, the present position.
+//! What a running program can read: digital lines, the motion under way, the present position.
+//!
+//! It implements the trait `Inputs` of scol-mini for one instant.
 
 use crate::arm::{Arm, Trio};
 use crate::signals::Signals;

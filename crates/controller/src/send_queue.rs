@@ -1,16 +1,17 @@
-//! What is to leave a port later: texts that a fault or a variation delays, cuts or holds back, in the order of each
-//! port. Why they wait is not known here; without faults and variations nothing ever does.
+//! What is sent later: texts that a fault or a variation delays, cuts or holds back, in order for each port.
+//!
+//! Without faults and variation the queue stays empty. `sending` fills it.
 
 use crate::Controller;
 use crate::faults::kind::{Departure, Segment};
-use crate::limits::{MAX_PARCELS, MAX_SEND, OUTBOX};
+use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
-/// What waits, by port.
+/// What waits to be sent, by port.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -22,41 +23,38 @@ pub struct SendQueue {
 }
 
 impl SendQueue {
-    /// When something is to leave.
+    /// When the next segment is due.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let fronts = self.queues.values().filter_map(VecDeque::front);
         fronts.map(|(due, _)| *due).min()
     }
 
-    /// Whether something waits on this port.
+    /// Whether a segment waits on this port.
     #[must_use]
     pub fn is_busy(&self, port: Port) -> bool {
         self.queues.get(&port).is_some_and(|queue| !queue.is_empty())
     }
 
-    /// Nothing of this port is to leave any more.
+    /// Drops everything that waits on this port.
     pub fn clear(&mut self, port: Port) {
         self.queues.remove(&port);
     }
 
-    /// Bytes that wait on a port, and parcels.
+    /// Number of bytes and of segments that wait on a port.
     pub(crate) fn waiting(&self, port: Port) -> (usize, usize) {
         let queue = self.queues.get(&port).into_iter().flatten();
-        queue.fold((0, 0), |(bytes, parcels), (_, what)| {
-            (bytes + what.length(), parcels + 1)
+        queue.fold((0, 0), |(bytes, segments), (_, what)| {
+            (bytes + what.length(), segments + 1)
         })
     }
 
-    /// Puts a parcel behind what waits; returns when it is due.
-    fn push(&mut self, port: Port, earliest: Time, parcel: Segment) -> Time {
+    /// Appends a segment; returns when it is due.
+    fn push(&mut self, port: Port, earliest: Time, segment: Segment) -> Time {
         let queue = self.queues.entry(port).or_default();
-        let Segment {
-            delay: after,
-            departure: what,
-        } = parcel;
-        // What was held back leaves with what comes now, in front of it.
-        let held = match (queue.back_mut(), &what) {
+        let Segment { delay, departure } = segment;
+        // Bytes that were held back are sent together with these, before them.
+        let held = match (queue.back_mut(), &departure) {
             (Some((_, Departure::Held(held))), Departure::Bytes(bytes))
                 if held.len() + bytes.len() <= MAX_SEND =>
             {
@@ -64,22 +62,22 @@ impl SendQueue {
             }
             _ => None,
         };
-        let (what, from) = match (held, what) {
+        let (departure, from) = match (held, departure) {
             (Some(mut held), Departure::Bytes(bytes)) => {
                 queue.pop_back();
                 held.extend(bytes);
                 (Departure::Bytes(held), None)
             }
-            (_, what) => {
-                // What is held back, and does not fit, waits no longer either.
+            (_, departure) => {
+                // Held bytes that do not fit into one write are sent now.
                 if let Some((due, Departure::Held(_))) = queue.back_mut() {
                     *due = earliest;
                 }
-                (what, queue.back().map(|(due, _)| *due))
+                (departure, queue.back().map(|(due, _)| *due))
             }
         };
-        let due = from.map_or(earliest, |from| from.max(earliest)) + after;
-        queue.push_back((due, what));
+        let due = from.map_or(earliest, |from| from.max(earliest)) + delay;
+        queue.push_back((due, departure));
         due
     }
 
@@ -95,24 +93,24 @@ impl SendQueue {
 }
 
 impl Controller {
-    /// Sends parcels behind what waits on the port; what is due leaves at once. Returns when the last of the bytes
-    /// leaves, as far as that is known.
-    pub(crate) fn enqueue(&mut self, port: Port, parcels: Vec<Segment>) -> Time {
+    /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
+    /// is sent, as far as known.
+    pub(crate) fn enqueue(&mut self, port: Port, segments: Vec<Segment>) -> Time {
         let at_once =
-            |parcel: &Segment| parcel.delay.is_zero() && matches!(parcel.departure, Departure::Bytes(_));
-        let mut parcels = VecDeque::from(parcels);
-        if parcels.len() == 1
-            && parcels.iter().all(at_once)
+            |segment: &Segment| segment.delay.is_zero() && matches!(segment.departure, Departure::Bytes(_));
+        let mut segments = VecDeque::from(segments);
+        if segments.len() == 1
+            && segments.iter().all(at_once)
             && !self.send_queue.is_busy(port)
-            && let Some(Departure::Bytes(bytes)) = parcels.pop_front().map(|parcel| parcel.departure)
+            && let Some(Departure::Bytes(bytes)) = segments.pop_front().map(|segment| segment.departure)
         {
             return self.put_on_line(port, bytes);
         }
         let mut last = self.now;
-        for parcel in parcels {
-            let surplus = parcel.departure.length();
-            let (bytes, parcels) = self.send_queue.waiting(port);
-            if bytes + surplus > OUTBOX || parcels >= MAX_PARCELS {
+        for segment in segments {
+            let surplus = segment.departure.length();
+            let (bytes, segments) = self.send_queue.waiting(port);
+            if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
                 self.event(Event::Dropped {
                     port,
                     bytes: surplus,
@@ -120,13 +118,13 @@ impl Controller {
                 });
                 continue;
             }
-            last = self.send_queue.push(port, last, parcel);
+            last = self.send_queue.push(port, last, segment);
         }
         self.send_due();
         last
     }
 
-    /// Lets leave what is due.
+    /// Sends what is due.
     pub(crate) fn send_due(&mut self) {
         while let Some((port, what)) = self.send_queue.take_due(self.now) {
             match what {
@@ -140,10 +138,10 @@ impl Controller {
                         self.push_output(Output::Stall { port });
                     }
                 }
-                // A serial line has no connection that could end.
+                // A serial line has no connection to end.
                 Departure::Disconnect(_) if port.ethernet_index().is_none() => self.faults.forget_peer(port),
                 Departure::Disconnect(how) => {
-                    // Until the edge says that the peer is gone nothing more is said to it.
+                    // Send nothing more until the embedding program reports that the peer is gone.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
                     self.push_output(Output::Disconnect { port, how });
@@ -165,24 +163,24 @@ mod tests {
 
     #[test]
     fn a_port_keeps_its_order_and_another_port_does_not_wait_for_it() {
-        let mut outbox = SendQueue::default();
+        let mut queue = SendQueue::default();
         let (now, ms) = (Time::ZERO, Duration::from_millis);
         assert_eq!(
-            outbox.push(Port::Ip0, now, Segment::after(ms(30), bytes(b"a"))),
+            queue.push(Port::Ip0, now, Segment::after(ms(30), bytes(b"a"))),
             Time::from_millis(30)
         );
         assert_eq!(
-            outbox.push(Port::Ip0, now, Segment::bytes(b"b".to_vec())),
+            queue.push(Port::Ip0, now, Segment::bytes(b"b".to_vec())),
             Time::from_millis(30)
         );
-        outbox.push(Port::Ip1, now, Segment::after(ms(10), bytes(b"c")));
-        assert_eq!(outbox.deadline(), Some(Time::from_millis(10)));
+        queue.push(Port::Ip1, now, Segment::after(ms(10), bytes(b"c")));
+        assert_eq!(queue.deadline(), Some(Time::from_millis(10)));
         assert_eq!(
-            outbox.take_due(Time::from_millis(29)),
+            queue.take_due(Time::from_millis(29)),
             Some((Port::Ip1, bytes(b"c")))
         );
-        assert_eq!(outbox.take_due(Time::from_millis(29)), None);
-        let rest: Vec<_> = core::iter::from_fn(|| outbox.take_due(Time::from_millis(30))).collect();
+        assert_eq!(queue.take_due(Time::from_millis(29)), None);
+        let rest: Vec<_> = core::iter::from_fn(|| queue.take_due(Time::from_millis(30))).collect();
         assert_eq!(rest, [(Port::Ip0, bytes(b"a")), (Port::Ip0, bytes(b"b"))]);
     }
 
@@ -190,30 +188,30 @@ mod tests {
     fn what_is_held_leaves_with_the_next_or_alone_or_before_what_is_too_much() {
         let held =
             |length: usize| Segment::after(Duration::from_secs(1), Departure::Held([b'h'].repeat(length)));
-        let mut outbox = SendQueue::default();
-        outbox.push(Port::Ip0, Time::ZERO, held(1));
-        assert_eq!(outbox.take_due(Time::from_millis(999)), None);
-        outbox.push(Port::Ip0, Time::from_millis(5), Segment::bytes(b"n".to_vec()));
+        let mut queue = SendQueue::default();
+        queue.push(Port::Ip0, Time::ZERO, held(1));
+        assert_eq!(queue.take_due(Time::from_millis(999)), None);
+        queue.push(Port::Ip0, Time::from_millis(5), Segment::bytes(b"n".to_vec()));
         assert_eq!(
-            outbox.take_due(Time::from_millis(5)),
+            queue.take_due(Time::from_millis(5)),
             Some((Port::Ip0, bytes(b"hn")))
         );
-        outbox.push(Port::Ip0, Time::ZERO, held(MAX_SEND));
-        outbox.push(Port::Ip0, Time::from_millis(5), Segment::bytes(b"n".to_vec()));
-        let alone = outbox.take_due(Time::from_millis(5));
+        queue.push(Port::Ip0, Time::ZERO, held(MAX_SEND));
+        queue.push(Port::Ip0, Time::from_millis(5), Segment::bytes(b"n".to_vec()));
+        let alone = queue.take_due(Time::from_millis(5));
         assert!(matches!(alone, Some((_, Departure::Held(held))) if held.len() == MAX_SEND));
         assert_eq!(
-            outbox.take_due(Time::from_millis(5)),
+            queue.take_due(Time::from_millis(5)),
             Some((Port::Ip0, bytes(b"n")))
         );
-        outbox.push(Port::Ip0, Time::ZERO, held(1));
-        outbox.push(
+        queue.push(Port::Ip0, Time::ZERO, held(1));
+        queue.push(
             Port::Ip0,
             Time::from_millis(5),
             Segment::after(Duration::ZERO, Departure::Disconnect(DisconnectMode::Close)),
         );
-        assert_eq!(outbox.waiting(Port::Ip0), (1, 2));
-        outbox.clear(Port::Ip0);
-        assert!(!outbox.is_busy(Port::Ip0));
+        assert_eq!(queue.waiting(Port::Ip0), (1, 2));
+        queue.clear(Port::Ip0);
+        assert!(!queue.is_busy(Port::Ip0));
     }
 }

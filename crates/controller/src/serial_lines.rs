@@ -6,13 +6,13 @@ use crate::Controller;
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
-use crate::limits::{LINE_QUEUE, LINE_SENDING};
+use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::{Event, Output};
 use crate::port::Port;
-use crate::serial_line::direction::{Arrival, at_once};
-use crate::serial_line::uart::Fault;
-use crate::serial_line::{HostLine, SerialLine};
+use crate::serial_line::direction::{Arrival, receive_unpaced};
+use crate::serial_line::uart::CharacterError;
+use crate::serial_line::{HostEnd, SerialLine};
 use crate::time::Time;
 use alloc::format;
 use alloc::vec::Vec;
@@ -50,7 +50,7 @@ impl Controller {
     }
 
     /// What is known of the far end of a serial line.
-    pub(crate) fn line_opened(&mut self, port: Port, host: HostLine) {
+    pub(crate) fn line_opened(&mut self, port: Port, host: HostEnd) {
         if let Some(line) = self.lines.get_mut(&port) {
             line.host = host;
         }
@@ -82,7 +82,7 @@ impl Controller {
         let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
             return self.arrived(port, now, bytes);
         };
-        let Some(far) = line.far_end(robot) else {
+        let Some(far) = line.host_settings(robot) else {
             return self.received_from_device(port, bytes);
         };
         self.compare_settings(port, robot);
@@ -90,12 +90,14 @@ impl Controller {
             self.push_inbound(port, bytes, far);
             return;
         }
-        let arrivals = at_once(bytes, far, robot).into_iter().map(|character| Arrival {
-            byte: character.byte,
-            fault: character.fault,
-            begin: now,
-            end: now,
-        });
+        let arrivals = receive_unpaced(bytes, far, robot)
+            .into_iter()
+            .map(|character| Arrival {
+                byte: character.byte,
+                fault: character.fault,
+                begin: now,
+                end: now,
+            });
         self.received_characters(port, arrivals.collect());
     }
 
@@ -123,7 +125,7 @@ impl Controller {
             let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
-            let far = line.far_end(robot).unwrap_or(robot);
+            let far = line.host_settings(robot).unwrap_or(robot);
             let arrivals = line.outbound.take(now, far);
             let bytes: Vec<u8> = arrivals.into_iter().map(|arrival| arrival.byte).collect();
             self.push_send(port, bytes);
@@ -137,16 +139,16 @@ impl Controller {
             let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
-            let Some(leaving) = &mut line.leaving else {
+            let Some(leaving) = &mut line.departed_peer else {
                 let arrivals = line.inbound.take(now, robot);
                 self.received_characters(port, arrivals);
                 continue;
             };
             let before = line.inbound.queued();
-            let arrivals = line.inbound.take_first(leaving.left, now, robot);
-            leaving.left -= before - line.inbound.queued();
+            let arrivals = line.inbound.take_first(leaving.bytes_left, now, robot);
+            leaving.bytes_left -= before - line.inbound.queued();
             // Purged bytes never pass.
-            let gone = leaving.left == 0 || line.inbound.queued() == 0;
+            let gone = leaving.bytes_left == 0 || line.inbound.queued() == 0;
             self.received_characters(port, arrivals);
             // A change that its last text has asked for comes first.
             if gone && !self.persistence.is_pending() {
@@ -161,17 +163,17 @@ impl Controller {
             return;
         };
         let before = line.clone();
-        line.leaving = None;
+        line.departed_peer = None;
         self.disconnected(port);
-        let Some(next) = before.leaving.and_then(|leaving| leaving.next) else {
+        let Some(next) = before.departed_peer.and_then(|leaving| leaving.next_peer) else {
             return;
         };
         self.connected(port, next);
         if let Some(line) = self.lines.get_mut(&port) {
             // What a program has printed meanwhile is the next one's.
             *line = SerialLine {
-                leaving: None,
-                told: None,
+                departed_peer: None,
+                reported_mismatch: None,
                 ..before
             };
         }
@@ -193,7 +195,7 @@ impl Controller {
                 continue;
             }
             match arrival.fault {
-                Some(fault) if !keeps => heard.bad.push(fault.words()),
+                Some(fault) if !keeps => heard.bad.push(fault.description()),
                 _ => {
                     heard.bytes.push(arrival.byte);
                     heard.at = Some(arrival.end);
@@ -223,7 +225,7 @@ impl Controller {
         if let Effect::ParityError(place) = self.apply_fault(&characters(port, &bytes))
             && let Some(arrival) = arrivals.get_mut(place)
         {
-            arrival.fault = Some(Fault::Parity);
+            arrival.fault = Some(CharacterError::Parity);
         }
         arrivals
     }
@@ -236,7 +238,7 @@ impl Controller {
             let keeps = self.config.options.bad_character == BadCharacter::Keep;
             if place < bytes.len() && !keeps {
                 bytes.remove(place);
-                let reason = Fault::Parity.words();
+                let reason = CharacterError::Parity.description();
                 self.event(Event::Dropped {
                     port,
                     bytes: 1,
@@ -276,7 +278,7 @@ impl Controller {
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
-            crate::serial_line::Words(robot)
+            crate::serial_line::SettingsText(robot)
         );
         self.report(&rules::LINE_GARBLED, port, bytes, message);
         match self.config.options.bad_character {
@@ -297,24 +299,24 @@ impl Controller {
             self.push_output(Output::Send { port, bytes });
             return now;
         };
-        let Some(far) = line.far_end(robot) else {
+        let Some(far) = line.host_settings(robot) else {
             self.push_output(Output::Send { port, bytes });
             return now;
         };
-        if line.leaving.is_some() && self.sessions.contains_key(&port) {
+        if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }
         self.compare_settings(port, robot);
         if !self.config.options.serial_pacing {
-            let read = at_once(&bytes, robot, far);
+            let read = receive_unpaced(&bytes, robot, far);
             self.push_send(port, read.into_iter().map(|character| character.byte).collect());
             return now;
         }
         let Some(line) = self.lines.get_mut(&port) else {
             return now;
         };
-        if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > LINE_SENDING {
+        if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
             self.event(Event::Dropped {
                 port,
                 bytes: bytes.len(),
@@ -323,7 +325,7 @@ impl Controller {
             return now;
         }
         let (begin, end) = line.outbound.push(now, &bytes, robot);
-        line.sends(begin, end);
+        line.note_sending(begin, end);
         end
     }
 
@@ -336,8 +338,8 @@ impl Controller {
     /// When the robot's buffer of a line will have room for this many bytes more; `None` if it has.
     pub(crate) fn line_free_at(&self, port: Port, bytes: usize) -> Option<Time> {
         let outbound = &self.lines.get(&port)?.outbound;
-        let most = LINE_SENDING.saturating_sub(bytes);
-        (outbound.queued() > most && outbound.queued() > 0).then(|| outbound.down_to_at(most))
+        let most = MAX_LINE_OUTPUT.saturating_sub(bytes);
+        (outbound.queued() > most && outbound.queued() > 0).then(|| outbound.drained_to_at(most))
     }
 
     /// Says so once when bytes go over a line whose two ends do not agree.
@@ -345,14 +347,14 @@ impl Controller {
         let Some(line) = self.lines.get_mut(&port) else {
             return;
         };
-        let HostLine::Modelled(host) = line.host else {
+        let HostEnd::Modelled(host) = line.host else {
             return;
         };
-        if line.told == Some(host) {
+        if line.reported_mismatch == Some(host) {
             return;
         }
         if let Some(message) = host.difference(port.name(), robot) {
-            line.told = Some(host);
+            line.reported_mismatch = Some(host);
             self.report(&rules::LINE_SETTINGS, port, &[], message);
         }
     }

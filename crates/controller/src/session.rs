@@ -186,7 +186,7 @@ impl Session {
     /// Whether a run with these options can lead to this state of the conversation.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self, options: TextOptions) -> bool {
+    pub fn is_valid(&self, options: TextOptions) -> bool {
         let exchange = match &self.exchange {
             Exchange::Idle => true,
             Exchange::Sending { sender } => sender.is_valid(),

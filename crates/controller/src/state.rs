@@ -1,5 +1,6 @@
-//! What the operating panel and the host can set: power, key, modes, holds. The running program is
-//! `execution`'s, the arm's posture `arm`'s.
+//! What the operating panel and the host can set: power, key switch, modes, holds.
+//!
+//! The running program is in `executor`, the posture in `arm`.
 
 use crate::input::{ControlRight, KeySwitch};
 use crate::time::Time;
@@ -7,14 +8,14 @@ use core::time::Duration;
 use ts3100_proto::command::RunMode;
 use ts3100_proto::status::{AlarmLevel, MasterMode};
 
-/// Guidance of the arm by hand, as SF shows it (SF-14 to SF-16).
+/// Settings for jogging, as SF shows them (SF-14 to SF-16).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct Guide {
+pub struct JogMode {
     /// 0 joint, 1 tool, 2 work, 3 world.
     pub coordinate: u16,
     /// 0 slow, 1 mid, 2 fast.
@@ -23,7 +24,7 @@ pub struct Guide {
     pub mode: u16,
 }
 
-/// A host promised to ask SM at least so often (WD).
+/// The watchdog a host set by WD: it must send a text within the timeout (ste80722 S11).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -31,16 +32,16 @@ pub struct Guide {
     serde(deny_unknown_fields)
 )]
 pub struct Watchdog {
-    /// Longest pause between two SM.
+    /// Longest pause allowed.
     pub timeout: Duration,
-    /// Level of the alarm that follows a longer one.
+    /// Level of the alarm after a longer pause.
     pub level: AlarmLevel,
-    /// When the last SM came.
+    /// When the watchdog was last reset.
     pub fed_at: Time,
 }
 
 impl Watchdog {
-    /// When it barks.
+    /// When the alarm is raised.
     #[must_use]
     pub fn deadline(&self) -> Time {
         self.fed_at + self.timeout
@@ -54,12 +55,12 @@ impl Watchdog {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct State {
+pub struct PanelState {
     /// The power is on; nothing else happens while it is off.
     pub powered: bool,
     /// Servo power.
     pub servo: bool,
-    /// When servo power that was turned on comes: `servo.interval` holds it back until then.
+    /// When servo power that was turned on becomes active, if the option `servo.interval` delays it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub servo_due: Option<Time>,
     /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`](crate::limits::SERVO_ONS) less one at most.
@@ -83,8 +84,9 @@ pub struct State {
     pub feed_hold: bool,
     /// The battery of the RAM drive is low.
     pub battery_low: bool,
-    /// Guidance by hand.
-    pub guide: Guide,
+    /// Settings for jogging.
+    #[cfg_attr(feature = "serde", serde(rename = "guide"))]
+    pub jog_mode: JogMode,
     /// The watchdog of a host, while it is armed.
     pub watchdog: Option<Watchdog>,
     /// When the power came on.
@@ -95,11 +97,11 @@ pub struct State {
     pub running_since: Option<Time>,
 }
 
-impl State {
+impl PanelState {
     /// The state when the power comes on at `now` (D8, D9).
     #[must_use]
-    pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> State {
-        State {
+    pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> PanelState {
+        PanelState {
             powered: true,
             servo: false,
             servo_due: None,
@@ -113,7 +115,7 @@ impl State {
             machine_lock: false,
             feed_hold: false,
             battery_low: false,
-            guide: Guide::default(),
+            jog_mode: JogMode::default(),
             watchdog: None,
             powered_at: now,
             run_total: Duration::ZERO,
@@ -133,15 +135,15 @@ impl State {
         }
     }
 
-    /// The state of [`State::power_on`] with what is turned or pressed by hand as it is here.
+    /// The state of [`PanelState::power_on`] that keeps the positions of the switches and buttons of this one.
     #[must_use]
-    pub fn as_left_by_hand(&self, now: Time) -> State {
-        State {
+    pub fn as_left_by_hand(&self, now: Time) -> PanelState {
+        PanelState {
             emergency_stop: self.emergency_stop,
             safety_open: self.safety_open,
             machine_lock: self.machine_lock,
             battery_low: self.battery_low,
-            ..State::power_on(now, self.key, self.control_right)
+            ..PanelState::power_on(now, self.key, self.control_right)
         }
     }
 

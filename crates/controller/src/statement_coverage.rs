@@ -1,5 +1,6 @@
-//! Which lines of the user files were executed, and how often. What a line is, is the language's; how it is shown,
-//! the edge's. Statements are told only after [`Controller::trace`](crate::Controller::trace).
+//! Statement coverage: which lines of the user files were executed, and how often.
+//!
+//! Statements are reported only after [`Controller::trace`](crate::Controller::trace). The emulator writes the reports.
 
 use crate::output::{Event, Output};
 use alloc::collections::BTreeMap;
@@ -12,7 +13,7 @@ pub const MAX_VERSIONS: usize = 256;
 
 /// One content of a user file, and how often its lines were executed.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Version {
+pub struct FileVersion {
     /// Name of the file.
     pub name: String,
     /// Counts the contents the file has had, from 1.
@@ -25,17 +26,17 @@ pub struct Version {
 
 /// The lines executed in a run.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Executed {
-    versions: Vec<Version>,
+pub struct StatementCoverage {
+    versions: Vec<FileVersion>,
     /// The version that was selected last.
     selected: Option<usize>,
 }
 
-impl Executed {
+impl StatementCoverage {
     /// Takes note of what a controller has put out: files stored, the selection, statements.
-    pub fn take(&mut self, output: &Output) {
+    pub fn record(&mut self, output: &Output) {
         match output {
-            Output::Stored { name, content } => self.stored(name, content),
+            Output::Stored { name, content } => self.note_stored(name, content),
             Output::Event(Event::Selected(name)) => {
                 let name = name.as_deref();
                 self.selected = name.and_then(|name| self.latest(name));
@@ -52,7 +53,7 @@ impl Executed {
     }
 
     /// A file is on the RAM drive; the same content again is no new version.
-    pub fn stored(&mut self, name: &str, content: &[u8]) {
+    pub fn note_stored(&mut self, name: &str, content: &[u8]) {
         let latest = self.latest(name).and_then(|index| self.versions.get(index));
         if latest.is_some_and(|version| version.content == content) {
             return;
@@ -61,7 +62,7 @@ impl Executed {
         if self.versions.len() >= MAX_VERSIONS {
             self.forget_oldest();
         }
-        self.versions.push(Version {
+        self.versions.push(FileVersion {
             name: name.to_string(),
             number,
             content: content.to_vec(),
@@ -71,7 +72,7 @@ impl Executed {
 
     /// The versions in the order in which they came.
     #[must_use]
-    pub fn versions(&self) -> &[Version] {
+    pub fn versions(&self) -> &[FileVersion] {
         &self.versions
     }
 
@@ -121,7 +122,7 @@ mod tests {
 
     #[test]
     fn each_content_of_a_file_has_its_own_lines() {
-        let mut executed = Executed::default();
+        let mut executed = StatementCoverage::default();
         for output in [
             stored("A", "one"),
             selected("A"),
@@ -135,7 +136,7 @@ mod tests {
             selected("A"),
             statement(4, 1),
         ] {
-            executed.take(&output);
+            executed.record(&output);
         }
         let seen: Vec<_> = executed
             .versions()
@@ -148,12 +149,12 @@ mod tests {
 
     #[test]
     fn the_oldest_versions_are_forgotten_but_never_the_selected_one() {
-        let mut executed = Executed::default();
-        executed.take(&stored("KEEP", "0"));
-        executed.take(&selected("KEEP"));
+        let mut executed = StatementCoverage::default();
+        executed.record(&stored("KEEP", "0"));
+        executed.record(&selected("KEEP"));
         for number in 0..2 * MAX_VERSIONS {
-            executed.take(&stored("A", &format!("{number}")));
-            executed.take(&statement(7, 1));
+            executed.record(&stored("A", &format!("{number}")));
+            executed.record(&statement(7, 1));
         }
         assert_eq!(executed.versions().len(), MAX_VERSIONS);
         let kept = &executed.versions()[0];

@@ -76,7 +76,7 @@ impl Controller {
             return;
         }
         match line {
-            din::LOW_SPD => self.arm.set_pace(self.now, self.pace()),
+            din::LOW_SPD => self.arm.set_speed_limits(self.now, self.pace()),
             din::CYCLE if self.by_signals() => {
                 self.state.run_mode = if on { RunMode::Cycle } else { RunMode::Continuous };
             }

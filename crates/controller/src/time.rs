@@ -1,5 +1,6 @@
-//! Virtual time: whole microseconds since the controller was made. What they mean in seconds of a wall
-//! clock is the edge's business (real, scaled, stepped, automatic).
+//! Virtual time: whole microseconds since the controller was created.
+//!
+//! The emulator decides how virtual time follows the wall clock (real, scaled, stepped, automatic).
 
 use core::fmt;
 use core::ops::{Add, Sub};
@@ -10,10 +11,10 @@ use core::time::Duration;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Time(u64);
 
-/// The time a program has written in seconds, to the nearest microsecond: `0.1` is a real of 32 bits and a little
-/// more than a tenth. Less than nothing is nothing; `longest` is the most.
+/// A duration that a program gives in seconds, clamped to 0 to `longest` and rounded to the nearest microsecond:
+/// `0.1` is a real of 32 bits and slightly more than a tenth.
 #[must_use]
-pub fn program_seconds(seconds: f64, longest: f64) -> Duration {
+pub fn duration_from_seconds(seconds: f64, longest: f64) -> Duration {
     let micros = libm::round(seconds.clamp(0.0, longest) * 1e6);
     #[expect(
         clippy::cast_possible_truncation,
@@ -45,7 +46,7 @@ impl Time {
         self.0
     }
 
-    /// What has passed since `earlier`; zero when `earlier` is later.
+    /// The time since `earlier`; zero if `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Time) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))
@@ -55,8 +56,7 @@ impl Time {
 impl Add<Duration> for Time {
     type Output = Time;
     fn add(self, rhs: Duration) -> Time {
-        // A duration with a fraction of a microsecond ends with the microsecond it touches, so that
-        // nothing is over before its time.
+        // Round up, so that no timer expires early.
         let micros = u64::try_from(rhs.as_nanos().div_ceil(1_000)).unwrap_or(u64::MAX);
         Time(self.0.saturating_add(micros))
     }

@@ -1,71 +1,74 @@
-//! Legal variation: what the manual leaves open is different from one run to the next, all of it from one seed, so
-//! that a host that leans on luck is found. Each variation is a row of [`VARIATIONS`] and a method here; with the
-//! same seed and the same inputs the bytes and their times are the same.
+//! Legal variation: what the manual leaves open differs from run to run, so that a host that relies on luck is found.
+//!
+//! Everything follows from one seed: the same seed and the same inputs give the same bytes at the same times. Each
+//! variation is a row of [`VARIATIONS`] and a method here.
 
 use crate::faults::kind::{Departure, Segment};
 use crate::faults::rng::Rng;
-use crate::limits::{MAX_SEND, VARY_BLANKS, VARY_GAP, VARY_PIECES, VARY_REPLY, VARY_SP};
+use crate::limits::{
+    MAX_SEND, MAX_VARIED_BLANKS, MAX_VARIED_GAP_MS, MAX_VARIED_PIECES, MAX_VARIED_REPLY_MS, MAX_VARIED_SP_MS,
+};
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
 use ts3100_proto::status::ca::DirectoryEntry;
 use ts3100_proto::text::MAX_DATA;
 
-/// One thing that varies.
+/// One variation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct VariationConfig {
-    /// Its name.
+pub struct VariationRule {
+    /// Name in reports and documentation.
     pub name: &'static str,
     /// What varies, and how far.
-    pub what: &'static str,
+    pub summary: &'static str,
     /// Why the manual allows it.
     pub source: &'static str,
 }
 
-/// All of them.
-pub const VARIATIONS: &[VariationConfig] = &[
-    VariationConfig {
+/// Every variation.
+pub const VARIATIONS: &[VariationRule] = &[
+    VariationRule {
         name: "segments",
-        what: "What is sent leaves in one to four writes, up to 15 ms apart, cut anywhere",
+        summary: "What is sent leaves in one to four writes, up to 15 ms apart, cut anywhere",
         source: "FRM-05, ETH-02: a text ends at ETX, not with its segment; 3.2 speaks of packets of at most 512",
     },
-    VariationConfig {
+    VariationRule {
         name: "reply-delay",
-        what: "A text leaves up to 100 ms after the command it answers",
+        summary: "A text leaves up to 100 ms after the command it answers",
         source: "5.1, TRN-01, SER-06: no time is given for the answer; between characters it is 10 s",
     },
-    VariationConfig {
+    VariationRule {
         name: "sp-timing",
-        what: "The unsolicited SP comes up to 200 ms after the stop, never inside an open exchange",
+        summary: "The unsolicited SP comes up to 200 ms after the stop, never inside an open exchange",
         source: "5.3.3 SP, CMD-SP-05, CMD-SP-07: it is not said when it comes",
     },
-    VariationConfig {
+    VariationRule {
         name: "text-cuts",
-        what: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes",
+        summary: "A file that needs several texts is cut anywhere: texts of 128 to 253 data bytes",
         source: "5.2, FL-02, FL-03: texts have at most 253 data bytes; it is not said that they are filled",
     },
-    VariationConfig {
+    VariationRule {
         name: "directory-order",
-        what: "CA lists the files in any order, another one each time",
+        summary: "CA lists the files in any order, another one each time",
         source: "5.3.3 FL (2), DIR-04: the order of the records is not given",
     },
-    VariationConfig {
+    VariationRule {
         name: "directory-blanks",
-        what: "One to three blanks stand between name and size in CA, the same number in one answer; only with the \
+        summary: "One to three blanks stand between name and size in CA, the same number in one answer; only with the \
                option `extensions` off, since the vendor's library reads one",
         source: "5.3.3 FL (2), DIR-02: the figure is lost; name and size have columns of 12 and 5",
     },
-    VariationConfig {
+    VariationRule {
         name: "history-order",
-        what: "EU lists its entries newest first or oldest first, the same in one run",
+        summary: "EU lists its entries newest first or oldest first, the same in one run",
         source: "5.3.3 FL (4), EU-06: the order of the entries is not given",
     },
 ];
 
-/// Fewest data bytes of a text but the last, when a file is cut.
-pub(crate) const SHORTEST_TEXT: u64 = 128;
+/// Fewest data bytes of a text that is not the last of its file.
+pub(crate) const MIN_CUT_TEXT: u64 = 128;
 
-/// What varies in a run.
+/// The random state of the variations in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -84,7 +87,7 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// Everything follows from the seed.
+    /// The variations of this seed.
     #[must_use]
     pub fn new(seed: u64) -> Variation {
         let rng = |name| Rng::new(seed, name);
@@ -100,69 +103,69 @@ impl Variation {
         }
     }
 
-    /// The seed.
+    /// The seed it was created with.
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
     }
 
-    /// `segments`: the writes in which these bytes leave, the first one after `delay`.
+    /// `segments`: the writes in which these bytes are sent, the first one after `delay`.
     pub fn segments(&mut self, delay: Duration, bytes: &[u8]) -> Vec<Segment> {
-        let pieces = self.segments.between(1, VARY_PIECES);
+        let pieces = self.segments.between(1, MAX_VARIED_PIECES);
         let mut cuts: Vec<usize> = (1..pieces).map(|_| self.segments.index(bytes.len())).collect();
         cuts.sort_unstable();
         cuts.dedup();
-        let mut parcels = Vec::new();
+        let mut segments = Vec::new();
         let mut from = 0;
         for cut in cuts.into_iter().chain([bytes.len()]).filter(|cut| *cut > 0) {
             for piece in bytes.get(from..cut).unwrap_or_default().chunks(MAX_SEND) {
-                let after = match parcels.is_empty() {
+                let after = match segments.is_empty() {
                     true => delay,
-                    false => Duration::from_millis(self.segments.between(0, VARY_GAP)),
+                    false => Duration::from_millis(self.segments.between(0, MAX_VARIED_GAP_MS)),
                 };
-                parcels.push(Segment::after(after, Departure::Bytes(piece.to_vec())));
+                segments.push(Segment::after(after, Departure::Bytes(piece.to_vec())));
             }
             from = cut;
         }
-        parcels
+        segments
     }
 
-    /// `reply-delay`.
+    /// `reply-delay`: the delay of an answer.
     pub fn reply_delay(&mut self) -> Duration {
-        Duration::from_millis(self.reply.between(0, VARY_REPLY))
+        Duration::from_millis(self.reply.between(0, MAX_VARIED_REPLY_MS))
     }
 
-    /// `sp-timing`.
+    /// `sp-timing`: the delay of an unsolicited SP.
     pub fn sp_delay(&mut self) -> Duration {
-        Duration::from_millis(self.sp.between(0, VARY_SP))
+        Duration::from_millis(self.sp.between(0, MAX_VARIED_SP_MS))
     }
 
-    /// `text-cuts`: the data bytes of each text of a file whose data are so many bytes in all; none when they fit
-    /// into one text.
+    /// `text-cuts`: the number of data bytes of each text but the last, for a file of `length` data bytes; empty if
+    /// it fits into one text.
     pub fn cuts(&mut self, length: usize) -> Vec<usize> {
         let mut lengths = Vec::new();
         let mut rest = length;
         while rest > MAX_DATA {
-            let most = u64::try_from(MAX_DATA).unwrap_or(SHORTEST_TEXT);
-            let text = usize::try_from(self.cuts.between(SHORTEST_TEXT, most)).unwrap_or(MAX_DATA);
+            let most = u64::try_from(MAX_DATA).unwrap_or(MIN_CUT_TEXT);
+            let text = usize::try_from(self.cuts.between(MIN_CUT_TEXT, most)).unwrap_or(MAX_DATA);
             lengths.push(text);
             rest -= text;
         }
         lengths
     }
 
-    /// `directory-order`.
+    /// `directory-order`: shuffles the entries.
     pub fn order(&mut self, entries: &mut [DirectoryEntry]) {
         self.order.shuffle(entries);
     }
 
-    /// `directory-blanks`: what stands between name and size.
+    /// `directory-blanks`: the blanks between name and size.
     pub fn directory_blanks(&mut self) -> String {
-        let blanks = usize::try_from(self.blanks.between(1, VARY_BLANKS)).unwrap_or(1);
+        let blanks = usize::try_from(self.blanks.between(1, MAX_VARIED_BLANKS)).unwrap_or(1);
         " ".repeat(blanks)
     }
 
-    /// `history-order`.
+    /// `history-order`: whether EU lists the oldest entry first.
     #[must_use]
     pub fn lists_oldest_first(&self) -> bool {
         self.oldest_first
@@ -173,8 +176,8 @@ impl Variation {
 mod tests {
     use super::*;
 
-    fn joined(parcels: &[Segment]) -> Vec<u8> {
-        let bytes = parcels.iter().map(|parcel| match &parcel.departure {
+    fn joined(segments: &[Segment]) -> Vec<u8> {
+        let bytes = segments.iter().map(|parcel| match &parcel.departure {
             Departure::Bytes(bytes) => bytes.clone(),
             other => panic!("{other:?}"),
         });
@@ -188,10 +191,10 @@ mod tests {
         let bytes: Vec<u8> = (0..=255).cycle().take(700).collect();
         let mut counts = alloc::collections::BTreeSet::new();
         for _ in 0..50 {
-            let parcels = vary.segments(Duration::ZERO, &bytes);
-            assert_eq!(joined(&parcels), bytes);
-            counts.insert(parcels.len());
-            assert!(parcels.iter().all(|parcel| match &parcel.departure {
+            let segments = vary.segments(Duration::ZERO, &bytes);
+            assert_eq!(joined(&segments), bytes);
+            counts.insert(segments.len());
+            assert!(segments.iter().all(|parcel| match &parcel.departure {
                 Departure::Bytes(piece) => (1..=MAX_SEND).contains(&piece.len()),
                 _ => false,
             }));

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::{
-    Config, Controller, DriveError, Executed, Input, PanelAction, SelectError, Time, Whereabouts,
+    Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time, Whereabouts,
 };
 
 /// Name of the teach pendant as a channel.
@@ -137,7 +137,7 @@ pub struct RunReport {
     /// Records that no INPUT wanted, by channel.
     pub unused: BTreeMap<String, usize>,
     /// The lines executed, if they were to be recorded.
-    pub executed: Executed,
+    pub executed: StatementCoverage,
 }
 
 /// Runs a program to its end and tells `listen` what happens, with the virtual time since the start.
@@ -163,7 +163,7 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         refusal: None,
         started_at: Time::ZERO,
         trace: job.trace,
-        executed: Executed::default(),
+        executed: StatementCoverage::default(),
     };
     run.channels_with_records = run.records.keys().cloned().collect();
     run.prepare(&job.name, &job.source, &job.lines_on, listen)?;
@@ -212,7 +212,7 @@ struct Runner {
     started_at: Time,
     /// Statements are told.
     trace: bool,
-    executed: Executed,
+    executed: StatementCoverage,
 }
 
 impl Runner {
@@ -244,7 +244,7 @@ impl Runner {
     fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
         self.controller.handle(now, input);
         while let Some(output) = self.controller.poll_output() {
-            self.executed.take(&output);
+            self.executed.record(&output);
             let at = self.controller.now().since(self.started_at);
             match output {
                 Output::Send { port, bytes } if CHANNELS.contains(&port) => {
@@ -308,7 +308,7 @@ impl Runner {
         let Some(channel) = self.controller.waits_for() else {
             return false;
         };
-        let port = Port::of_channel(channel);
+        let port = Port::from_channel(channel);
         let name = port.map_or(PENDANT, Port::name);
         let Some(mut record) = self.records.get_mut(name).and_then(VecDeque::pop_front) else {
             return false;
@@ -328,7 +328,7 @@ impl Runner {
         let Some(channel) = self.controller.waits_for() else {
             return RunEnd::Blocked { line };
         };
-        let channel = Port::of_channel(channel).map_or(PENDANT, Port::name);
+        let channel = Port::from_channel(channel).map_or(PENDANT, Port::name);
         if self.channels_with_records.iter().any(|given| given == channel) {
             RunEnd::OutOfInput { channel, line }
         } else {

@@ -7,7 +7,7 @@ use super::channels::{CHANNELS, RIG};
 use ts3100_controller::findings::{Rule, rules};
 use ts3100_controller::options::Options;
 use ts3100_controller::{
-    Config, ControlRight, Dialect, HostLine, HostSettings, Input, KeySwitch, PanelAction, Port,
+    Config, ControlRight, Dialect, HostEnd, HostSettings, Input, KeySwitch, PanelAction, Port,
 };
 use ts3100_proto::message::split_message;
 use ts3100_proto::text::Checksum;
@@ -72,7 +72,7 @@ fn host_line(robot: &mut Robot, settings: HostSettings) {
     *robot = with(|options| options.serial_pacing = true);
     robot.panel(PanelAction::ControlRight(ControlRight::Rs232c));
     robot.connect(Port::Host);
-    let host = HostLine::Modelled(settings);
+    let host = HostEnd::Modelled(settings);
     robot.put(Input::SerialOpened {
         port: Port::Host,
         host,

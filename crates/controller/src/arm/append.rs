@@ -1,7 +1,8 @@
-//! PASS in the arm: a motion put behind the one under way so that the arm does not rest between them. How two
-//! motions overlap is `Motion::blend`'s; when a program may read ahead is left to the execution.
+//! PASS: appends a motion to the one under way, so that the arm does not rest between them.
+//!
+//! `Motion::blend` calculates how two motions overlap. When a program may read ahead is decided by the executor.
 
-use super::{Active, Arm, Frames, Pace, Systems, destination};
+use super::{ActiveMotion, Arm, Frames, SpeedLimits, Systems, destination};
 use crate::motion::MotionError;
 use crate::time::Time;
 
@@ -18,25 +19,25 @@ impl Arm {
         now: Time,
         motion: &scol_mini::Motion,
         pass: f64,
-        pace: Pace,
+        pace: SpeedLimits,
     ) -> Result<bool, MotionError> {
-        self.settle(now);
+        self.finish_due(now);
         let Some(active) = self.active.as_ref().filter(|active| !active.locked) else {
             return Ok(false);
         };
-        let (planned, asked) = self.planned(motion, &active.motion.end(), pace)?;
+        let (planned, settings) = self.plan_motion(motion, &active.motion.end(), pace)?;
         let tool = Frames::of(&motion.conditions).tool;
         let at = now.since(active.start);
         let Some(blended) = active.motion.blend(&self.model, at, &planned, pass, &tool) else {
             return Ok(false);
         };
         let start = active.start;
-        self.account(now);
+        self.add_wear_until(now);
         self.position_work = destination(&motion.path).and_then(|position| position.work.as_deref().cloned());
-        self.active = Some(Active {
+        self.active = Some(ActiveMotion {
             motion: blended,
             start,
-            asked,
+            settings,
             locked: false,
             frames: Systems::of_motion(motion),
         });
@@ -46,13 +47,13 @@ impl Arm {
 
 #[cfg(test)]
 mod tests {
-    use super::{Arm, Pace};
+    use super::{Arm, SpeedLimits};
     use crate::model::ArmModel;
     use crate::time::Time;
     use core::time::Duration;
     use scol_mini::{Conditions, Motion, Path};
 
-    const PACE: Pace = Pace {
+    const PACE: SpeedLimits = SpeedLimits {
         override_percent: 100,
         tool_speed_cap: None,
     };
@@ -78,15 +79,15 @@ mod tests {
         assert_eq!(arm.ends_at(), Some(at(750)));
         assert!((arm.joints(at(400))[0] - 66.0).abs() < 1e-3);
         // Half the override for what is left, then the end.
-        arm.set_pace(
+        arm.set_speed_limits(
             at(400),
-            Pace {
+            SpeedLimits {
                 override_percent: 50,
                 ..PACE
             },
         );
         assert!(arm.ends_at().is_some_and(|end| end > at(900)));
-        assert!(arm.settle(at(2_000)));
+        assert!(arm.finish_due(at(2_000)));
         assert!((arm.joints(at(2_000))[0] - 120.0).abs() < 1e-9);
     }
 

@@ -1,8 +1,10 @@
-//! The arm guided by hand: along and about the axes of a coordinate system, or axis by axis, by a step or as far
-//! as it goes. Who may guide it, and how long, is decided in `ops`.
+//! Jogging: moves the arm by hand, axis by axis or along and about the axes of a coordinate system, by a step or as far
+//! as limits and reach allow.
+//!
+//! Who may jog the arm, and for how long, is decided in `ops`.
 
-use super::{Active, Arm, Frames, MotionSettings, Pace, axis_index, torque};
-use crate::limits::{GUIDE_HALVINGS, GUIDE_REACH, GUIDE_TURN};
+use super::{ActiveMotion, Arm, Frames, MotionSettings, SpeedLimits, axis_index, torque};
+use crate::limits::{JOG_BISECTIONS, MAX_JOG_ANGLE, MAX_JOG_DISTANCE};
 use crate::model::Joints;
 use crate::motion::{Limits, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
 use crate::time::Time;
@@ -25,7 +27,7 @@ pub enum JogFrame {
 impl JogFrame {
     /// As SC and SF number it.
     #[must_use]
-    pub fn of(number: u16) -> JogFrame {
+    pub fn from_number(number: u16) -> JogFrame {
         match number {
             0 => JogFrame::Joint,
             1 => JogFrame::Tool,
@@ -65,9 +67,9 @@ pub enum JogError {
 }
 
 /// Place of C among X Y Z A B C.
-const TURN_ABOUT_Z: usize = 5;
+const C_INDEX: usize = 5;
 /// Shortest way a guided motion may have, in mm or degrees.
-const SMALLEST_WAY: f64 = 1e-6;
+const MIN_TRAVEL: f64 = 1e-6;
 
 impl Arm {
     /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
@@ -79,30 +81,30 @@ impl Arm {
         now: Time,
         guidance: &Jog,
         conditions: &Conditions,
-        pace: Pace,
+        pace: SpeedLimits,
         locked: bool,
     ) -> Result<(), JogError> {
-        let asked = MotionSettings {
+        let settings = MotionSettings {
             speed: guidance.speed,
             accel: 100.0,
             decel: 100.0,
             torque: torque(conditions),
             load_part: NO_LOAD,
         };
-        let limits = asked.limits(pace);
+        let limits = settings.limits(pace);
         let frames = Frames::of(conditions);
         let (start, from) = self.next_start(now);
-        let way = guidance.step.unwrap_or(self.farthest(guidance, &from));
-        if way < SMALLEST_WAY {
+        let way = guidance.step.unwrap_or(self.max_travel(guidance, &from));
+        if way < MIN_TRAVEL {
             return Err(JogError::AtLimit { axis: guidance.axis });
         }
-        let mut planned = self.plan_guided(guidance, way, &frames, &from, &limits);
+        let mut planned = self.plan_jog(guidance, way, &frames, &from, &limits);
         if planned.is_err() && guidance.step.is_none() {
             // What can be gone is a beginning of what cannot: the end of the reach lies between the two.
             let (mut near, mut far) = (0.0, way);
-            for _ in 0..GUIDE_HALVINGS {
+            for _ in 0..JOG_BISECTIONS {
                 let middle = 0.5 * (near + far);
-                match self.plan_guided(guidance, middle, &frames, &from, &limits) {
+                match self.plan_jog(guidance, middle, &frames, &from, &limits) {
                     Ok(shorter) => {
                         near = middle;
                         planned = Ok(shorter);
@@ -112,30 +114,30 @@ impl Arm {
             }
         }
         let planned = planned?;
-        self.account(start);
-        self.active = Some(Active {
+        self.add_wear_until(start);
+        self.active = Some(ActiveMotion {
             motion: planned,
             start,
-            asked,
+            settings,
             locked,
             frames: None,
         });
         self.rest = from;
-        self.forget_interrupted();
+        self.drop_interrupted();
         Ok(())
     }
 
-    fn farthest(&self, guidance: &Jog, from: &Joints) -> f64 {
+    fn max_travel(&self, guidance: &Jog, from: &Joints) -> f64 {
         let index = axis_index(guidance.axis);
         match (guidance.frame, self.model.axes.get(index), from.get(index)) {
             (JogFrame::Joint, Some(axis), Some(present)) if guidance.sign > 0.0 => axis.max - present,
             (JogFrame::Joint, Some(axis), Some(present)) => present - axis.min,
-            _ if index < 3 => GUIDE_REACH,
-            _ => GUIDE_TURN,
+            _ if index < 3 => MAX_JOG_DISTANCE,
+            _ => MAX_JOG_ANGLE,
         }
     }
 
-    fn plan_guided(
+    fn plan_jog(
         &self,
         guidance: &Jog,
         way: f64,
@@ -143,7 +145,7 @@ impl Arm {
         from: &Joints,
         limits: &Limits,
     ) -> Result<Motion, MotionError> {
-        let index = self.guided_index(guidance);
+        let index = self.jog_axis_index(guidance);
         if guidance.frame == JogFrame::Joint {
             let present = from.get(index).copied().unwrap_or_default();
             let target = Target::Axis {
@@ -186,11 +188,11 @@ impl Arm {
     }
 
     /// Place of a guided axis: in a coordinate system the fourth of a SCARA is C, a turn about Z.
-    fn guided_index(&self, guidance: &Jog) -> usize {
+    fn jog_axis_index(&self, guidance: &Jog) -> usize {
         match (self.kind(), guidance.frame, guidance.axis) {
             (_, JogFrame::Joint, axis) | (scol_mini::Arm::SixAxis, _, axis) => axis_index(axis),
             (scol_mini::Arm::Scara, _, axis @ 1..=3) => axis_index(axis),
-            (scol_mini::Arm::Scara, _, 4) => TURN_ABOUT_Z,
+            (scol_mini::Arm::Scara, _, 4) => C_INDEX,
             (scol_mini::Arm::Scara, _, _) => usize::MAX,
         }
     }

@@ -1,12 +1,13 @@
-//! Stop (retry) in the arm: a motion that was interrupted goes on, on its own path, when the program does. Planned anew
-//! from where it stopped it would be another one: MOVEI would turn by its whole difference again, MOVEC take the long
-//! way round through a point behind it, MOVEJ rise once more. Which statements wait for it is the execution's.
+//! Stop (retry): an interrupted motion continues on its own path when the program does.
+//!
+//! A motion planned anew from the stop would be another one: MOVEI would turn by its whole difference again, MOVEC take
+//! the long way round through a point behind it, MOVEJ rise once more. The executor decides which statements wait.
 
-use super::{Arm, Pace};
+use super::{Arm, SpeedLimits};
 use crate::time::Time;
 
 impl Arm {
-    /// The motion is interrupted: the arm slows at full deceleration and rests, and [`Arm::take_up`] can let it go on.
+    /// The motion is interrupted: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
     /// One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
         self.interrupted = self.active.clone().filter(|active| {
@@ -27,21 +28,21 @@ impl Arm {
 
     /// The interrupted motion goes on from where it stopped, or still slows; true if it does. False when none was
     /// interrupted, or the arm has been moved since: nothing has changed then.
-    pub fn take_up(&mut self, now: Time, pace: Pace) -> bool {
-        self.settle(now);
+    pub fn resume_interrupted(&mut self, now: Time, pace: SpeedLimits) -> bool {
+        self.finish_due(now);
         let Some(mut interrupted) = self.interrupted.take() else {
             return false;
         };
-        self.account(now);
-        let limits = interrupted.asked.limits(pace);
+        self.add_wear_until(now);
+        let limits = interrupted.settings.limits(pace);
         let at = now.since(interrupted.start);
-        interrupted.motion.take_up(at, &limits);
+        interrupted.motion.continue_from(at, &limits);
         self.active = Some(interrupted);
         true
     }
 
     /// The interrupted motion will not go on: the program stands elsewhere, or the arm does.
-    pub fn forget_interrupted(&mut self) {
+    pub fn drop_interrupted(&mut self) {
         self.interrupted = None;
     }
 }

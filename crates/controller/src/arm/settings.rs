@@ -1,6 +1,9 @@
-//! How fast a motion is asked for, and what the load leaves of it. What the arm makes of it is `motion`'s.
+//! The speeds a motion asks for, and how the load reduces them.
+//!
+//! [`MotionSettings`] holds what SPEED, ACCEL, DECEL, TORQUE and PAYLOAD say; `limits` turns it into the limits that
+//! `crate::motion` plans with.
 
-use super::Pace;
+use super::SpeedLimits;
 use crate::model::Joints;
 use crate::motion::Limits;
 
@@ -41,7 +44,7 @@ impl MotionSettings {
         crate::motion::NO_LOAD
     }
 
-    pub fn limits(self, pace: Pace) -> Limits {
+    pub fn limits(self, pace: SpeedLimits) -> Limits {
         Limits {
             speed: self.speed / 100.0,
             override_part: f64::from(pace.override_percent) / 100.0,

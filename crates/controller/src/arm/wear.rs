@@ -1,5 +1,7 @@
-//! What the axes have done so far, for the maintenance information (S29): added up whenever the course of a motion
-//! changes or ends, never while it is only looked at.
+//! What the axes have done so far, for the maintenance information (MN, S29).
+//!
+//! The counters are brought up to date whenever a motion changes or ends; reading them changes nothing. `maintenance`
+//! turns them into the numbers of MN.
 
 use super::Arm;
 use crate::model::Joints;
@@ -35,7 +37,7 @@ impl Wear {
 
     /// Whether its numbers can have come of motions.
     #[cfg(feature = "serde")]
-    pub(crate) fn is_sound(&self) -> bool {
+    pub(crate) fn is_valid(&self) -> bool {
         /// More than any arm does in the time there is.
         const MOST: f64 = 1e18;
         let numbers = self.total.numbers().chain(self.since_power_on.numbers());
@@ -67,7 +69,7 @@ impl Arm {
     }
 
     /// Takes what the motion under way has done until then; before its course changes.
-    pub(super) fn account(&mut self, until: Time) {
+    pub(super) fn add_wear_until(&mut self, until: Time) {
         let effort = self.effort_until(until);
         self.wear.add(&effort, until);
     }
@@ -98,12 +100,12 @@ impl Arm {
         let (from, to) = (from.since(active.start), until.since(active.start));
         active
             .motion
-            .effort(&self.model, active.asked.load_part, from, to)
+            .effort(&self.model, active.settings.load_part, from, to)
     }
 
     /// The power went off: the arm rests where it is, and what it has done since the power came on is forgotten.
     pub fn power_off(&mut self, now: Time) {
-        self.account(now);
+        self.add_wear_until(now);
         let wear = Wear {
             since_power_on: Effort::default(),
             ..self.wear.clone()
@@ -111,7 +113,7 @@ impl Arm {
         let rest = self.joints(now);
         *self = Arm {
             wear,
-            ..Arm::at(self.model.clone(), rest)
+            ..Arm::with_posture(self.model.clone(), rest)
         };
     }
 }

@@ -5,9 +5,9 @@
 
 use super::kind::{InjectionPoint, ParameterType, ParameterValue};
 use super::{Fault, FaultError, FaultFilter};
-use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, VARY_BLANKS};
+use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS};
 use crate::port::Port;
-use crate::variation::SHORTEST_TEXT;
+use crate::variation::MIN_CUT_TEXT;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -91,7 +91,7 @@ fn max_texts(command: &str) -> u32 {
                 size: u32::try_from(MAX_FILE).unwrap_or(u32::MAX),
                 attribute: None,
             };
-            let blanks = " ".repeat(usize::try_from(VARY_BLANKS).unwrap_or(1));
+            let blanks = " ".repeat(usize::try_from(MAX_VARIED_BLANKS).unwrap_or(1));
             texts(encode_directory_with(&alloc::vec![entry; MAX_FILES], &blanks).len())
         }
         "EU" => {
@@ -116,7 +116,7 @@ fn max_texts(command: &str) -> u32 {
 /// Most texts for a content of this size. Variation may cut texts shorter than necessary, down to
 /// [`SHORTEST_TEXT`], if the content does not fit into one.
 fn texts(content: usize) -> u32 {
-    let shortest = usize::try_from(SHORTEST_TEXT).unwrap_or(1);
+    let shortest = usize::try_from(MIN_CUT_TEXT).unwrap_or(1);
     let after_first = (content + FL_EXTRA).saturating_sub(MAX_DATA).div_ceil(shortest);
     u32::try_from(after_first + 1).unwrap_or(u32::MAX)
 }

@@ -4,7 +4,7 @@
 use super::*;
 use crate::input::PanelAction;
 use crate::output::{DisconnectMode, Output};
-use crate::{Config, Dialect, HostLine, Input};
+use crate::{Config, Dialect, HostEnd, Input};
 use alloc::boxed::Box;
 use core::time::Duration;
 
@@ -422,7 +422,7 @@ fn records_are_lost_whole_however_they_come() {
 
 #[test]
 fn a_parity_error_takes_one_character_on_a_modelled_line_and_on_a_real_one() {
-    for host in [HostLine::default(), HostLine::Wire] {
+    for host in [HostEnd::default(), HostEnd::Wire] {
         let mut robot = robot();
         let port = Port::Host;
         robot.feed(

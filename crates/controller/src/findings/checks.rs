@@ -315,7 +315,7 @@ impl Controller {
                 format!("the connection ended {what}"),
             );
         } else if let Some(channel) = self.channels.get(&port).filter(|channel| channel.peer.is_some()) {
-            let half = channel.half_value();
+            let half = channel.partial_value();
             if !half.is_empty() {
                 let text = "the peer left behind a value without comma or CR; it is dropped";
                 self.report(&rules::HALF_VALUE, port, &half, text);

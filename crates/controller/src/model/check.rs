@@ -1,5 +1,6 @@
-//! Whether the numbers of a model are those of an arm the kinematics can move: all finite and within bounds, the
-//! axes as many as the geometry has. Reading them is left to the edge, where they come from to the model file.
+//! Validates an arm model: every number finite and within bounds, and as many axes as the geometry has.
+//!
+//! Model files are read by the emulator; this module names the table and key of the first wrong number.
 
 use super::{ArmKind, ArmModel, Axis};
 use alloc::format;
@@ -29,10 +30,10 @@ pub enum ModelError {
     #[error("name: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
     Name(String),
     /// As many axes as the geometry moves: 6; SCARA 4, or 5 with axis T.
-    #[error("axes: expected {}, found {found}", if *most == 6 { "6" } else { "4, or 5 with axis T" })]
+    #[error("axes: expected {}, found {found}", if *max == 6 { "6" } else { "4, or 5 with axis T" })]
     Axes {
         /// Most axes this kind of arm has.
-        most: usize,
+        max: usize,
         /// Axes given.
         found: usize,
     },
@@ -50,7 +51,7 @@ pub enum ModelError {
     },
 }
 
-fn number(place: impl Into<String>, found: f64, min: f64, max: f64) -> Result<(), ModelError> {
+fn check_number(place: impl Into<String>, found: f64, min: f64, max: f64) -> Result<(), ModelError> {
     if (min..=max).contains(&found) {
         return Ok(());
     }
@@ -67,38 +68,39 @@ impl ArmModel {
     ///
     /// # Errors
     /// The first number, name or count that is none of an arm, with its place.
-    pub fn check(&self) -> Result<(), ModelError> {
+    pub fn validate(&self) -> Result<(), ModelError> {
         let known = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
         if self.name.is_empty() || self.name.len() > MAX_NAME || !self.name.bytes().all(known) {
             return Err(ModelError::Name(self.name.chars().take(MAX_NAME).collect()));
         }
         self.check_geometry()?;
-        number("tool.max_speed", self.max_tool_speed, MIN_RATE, MAX_SPEED)?;
-        number("tool.max_accel", self.max_tool_accel, MIN_RATE, MAX_ACCEL)?;
-        number("tool.max_turn_speed", self.max_turn_speed, MIN_RATE, MAX_SPEED)?;
-        number("tool.max_payload", self.max_payload, MIN_RATE, MAX_LOAD)?;
+        check_number("tool.max_speed", self.max_tool_speed, MIN_RATE, MAX_SPEED)?;
+        check_number("tool.max_accel", self.max_tool_accel, MIN_RATE, MAX_ACCEL)?;
+        check_number("tool.max_turn_speed", self.max_turn_speed, MIN_RATE, MAX_SPEED)?;
+        check_number("tool.max_payload", self.max_payload, MIN_RATE, MAX_LOAD)?;
         let (least, most) = match self.kind {
             ArmKind::SixAxis(_) => (6, 6),
             ArmKind::Scara(_) => (4, 5),
         };
         let found = self.axes.len();
         if !(least..=most).contains(&found) {
-            return Err(ModelError::Axes { most, found });
+            return Err(ModelError::Axes { max: most, found });
         }
         for (index, (axis, ready)) in self.axes.iter().zip(self.ready).enumerate() {
             self.check_axis(index, axis)?;
-            number(format!("ready: joint {}", index + 1), ready, axis.min, axis.max)?;
+            check_number(format!("ready: joint {}", index + 1), ready, axis.min, axis.max)?;
         }
         for (index, ready) in self.ready.iter().enumerate().skip(found) {
-            number(format!("ready: joint {}", index + 1), *ready, 0.0, 0.0)?;
+            check_number(format!("ready: joint {}", index + 1), *ready, 0.0, 0.0)?;
         }
         Ok(())
     }
 
     fn check_geometry(&self) -> Result<(), ModelError> {
-        let link = |key: &str, value: f64| number(format!("geometry.{key}"), value, MIN_LENGTH, MAX_LENGTH);
+        let link =
+            |key: &str, value: f64| check_number(format!("geometry.{key}"), value, MIN_LENGTH, MAX_LENGTH);
         let offset =
-            |key: &str, value: f64| number(format!("geometry.{key}"), value, -MAX_LENGTH, MAX_LENGTH);
+            |key: &str, value: f64| check_number(format!("geometry.{key}"), value, -MAX_LENGTH, MAX_LENGTH);
         match &self.kind {
             ArmKind::SixAxis(arm) => {
                 offset("shoulder_height", arm.shoulder_height)?;
@@ -106,7 +108,7 @@ impl ArmModel {
                 link("upper_arm", arm.upper_arm)?;
                 offset("elbow_offset", arm.elbow_offset)?;
                 link("forearm", arm.forearm)?;
-                number("geometry.flange", arm.flange, 0.0, MAX_LENGTH)
+                check_number("geometry.flange", arm.flange, 0.0, MAX_LENGTH)
             }
             ArmKind::Scara(arm) => {
                 link("first_arm", arm.first_arm)?;
@@ -119,10 +121,10 @@ impl ArmModel {
         let place = |key: &str| format!("axis {}: {key}", index + 1);
         let slides = matches!(self.kind, ArmKind::Scara(_)) && index == 2;
         let most = if slides { MAX_LENGTH } else { MAX_ANGLE };
-        number(place("max"), axis.max, -most, most)?;
-        number(place("min"), axis.min, -most, axis.max)?;
-        number(place("max_speed"), axis.max_speed, MIN_RATE, MAX_SPEED)?;
-        number(place("max_accel"), axis.max_accel, MIN_RATE, MAX_ACCEL)
+        check_number(place("max"), axis.max, -most, most)?;
+        check_number(place("min"), axis.min, -most, axis.max)?;
+        check_number(place("max_speed"), axis.max_speed, MIN_RATE, MAX_SPEED)?;
+        check_number(place("max_accel"), axis.max_accel, MIN_RATE, MAX_ACCEL)
     }
 }
 
@@ -134,16 +136,16 @@ mod tests {
 
     #[test]
     fn the_built_in_models_are_arms() {
-        assert_eq!(ArmModel::tv800().check(), Ok(()));
-        assert_eq!(ArmModel::thl400().check(), Ok(()));
-        assert_eq!(ArmModel::thl400_four_axes().check(), Ok(()));
+        assert_eq!(ArmModel::tv800().validate(), Ok(()));
+        assert_eq!(ArmModel::thl400().validate(), Ok(()));
+        assert_eq!(ArmModel::thl400_four_axes().validate(), Ok(()));
     }
 
     #[track_caller]
     fn refused(change: impl FnOnce(&mut ArmModel), message: &str) {
         let mut model = ArmModel::tv800();
         change(&mut model);
-        assert_eq!(model.check().unwrap_err().to_string(), message);
+        assert_eq!(model.validate().unwrap_err().to_string(), message);
     }
 
     #[test]
@@ -178,16 +180,16 @@ mod tests {
         );
         let mut model = ArmModel::thl400();
         model.axes.pop();
-        assert_eq!(model.check(), Ok(()), "T may be missing");
+        assert_eq!(model.validate(), Ok(()), "T may be missing");
         model.ready[4] = 10.0;
         assert_eq!(
-            model.check().unwrap_err().to_string(),
+            model.validate().unwrap_err().to_string(),
             "ready: joint 5: expected 0 to 0, found 10"
         );
         model.axes.pop();
-        assert_eq!(model.check(), Err(ModelError::Axes { most: 5, found: 3 }));
+        assert_eq!(model.validate(), Err(ModelError::Axes { max: 5, found: 3 }));
         assert_eq!(
-            model.check().unwrap_err().to_string(),
+            model.validate().unwrap_err().to_string(),
             "axes: expected 4, or 5 with axis T, found 3"
         );
         refused(|model| model.axes.truncate(5), "axes: expected 6, found 5");

@@ -1,6 +1,7 @@
-//! Arch motion: up, across at the height of the gate, down, each a line with its own profile, and the three at once
-//! where they overlap. Place is a function of time, so it is run through at the rate of time (see `run`). Reach and
-//! limits along the way are `plan`'s.
+//! Arch motion (MOVEJ): up, across at the height of the gate, and down; each is a line with its own profile, and they
+//! overlap.
+//!
+//! The place is a function of time, so an arch is executed at a rate of time (see `run`). `plan` checks reach and limits.
 
 use super::profile::{Profile, Rates};
 use libm::hypot;
@@ -27,7 +28,7 @@ pub(super) struct Stretch {
 
 impl Stretch {
     fn profile(&self) -> Profile {
-        let start = super::profile::State {
+        let start = super::profile::PathState {
             place: 0.0,
             speed: 0.0,
         };

@@ -1,6 +1,7 @@
-//! What a motion asks of the axes between two of its moments: the way they go, and their torque. Torque is the part of
-//! its acceleration that an axis uses, as the statement TORQUE counts it: no inertia is known, and the acceleration
-//! an axis has already stands for it. Adding up over motions is the arm's.
+//! What a motion asks of the axes between two moments: distance and torque.
+//!
+//! Torque is the part of its acceleration that an axis uses, as the statement TORQUE counts it: the inertia is not known,
+//! so the available acceleration stands for it. `crate::arm` adds up the efforts of all motions.
 
 use super::path::Path;
 use super::profile::Profile;
@@ -71,7 +72,7 @@ pub(super) fn between(
 ) -> Effort {
     let steps = match path {
         Path::Joint { .. } => EVEN_STEPS,
-        Path::Chain(_) | Path::Guided(_) => UNEVEN_STEPS,
+        Path::Chain(_) | Path::Tool(_) => UNEVEN_STEPS,
     };
     let mut effort = Effort::default();
     for (begin, end) in profile.stretches(from, to) {
@@ -79,28 +80,28 @@ pub(super) fn between(
         let at = |index: u16| path.joints_at(profile.state_at(begin + step * f64::from(index)).place);
         let mut trail = [at(0), at(0), at(1)];
         effort.seconds += end - begin;
-        pass(&mut effort.way, &trail[1], &trail[2]);
+        add_way(&mut effort.way, &trail[1], &trail[2]);
         for index in 2..=steps {
             trail = [trail[1], trail[2], at(index)];
-            pass(&mut effort.way, &trail[1], &trail[2]);
+            add_way(&mut effort.way, &trail[1], &trail[2]);
             if step > SHORTEST_STEP {
                 // Each inner moment stands for an equal part of the stretch.
                 let seconds = (end - begin) / f64::from(steps - 1);
-                strain(&mut effort, model, &trail, step, load, seconds);
+                add_torque(&mut effort, model, &trail, step, load, seconds);
             }
         }
     }
     effort
 }
 
-fn pass(way: &mut Joints, from: &Joints, to: &Joints) {
+fn add_way(way: &mut Joints, from: &Joints, to: &Joints) {
     for ((way, from), to) in way.iter_mut().zip(from).zip(to) {
         *way += (to - from).abs();
     }
 }
 
 /// The torque that three postures a step apart tell of, for so many seconds.
-fn strain(
+fn add_torque(
     effort: &mut Effort,
     model: &ArmModel,
     [before, here, after]: &[Joints; 3],

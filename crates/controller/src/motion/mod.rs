@@ -1,11 +1,11 @@
-//! Motion of the arm: from a posture and a target to a value that tells, for any time, where the joints are.
-//! Everything is a closed-form function of time, nothing is summed per tick (D11), so the result does not depend on
-//! when or how often it is asked. What a position means in which frame, when a motion starts and who waits for it
-//! is left to the arm and the execution.
+//! Motion planning: from a posture and a target to a value that gives the joints at any time.
+//!
+//! Everything is a closed-form function of time; nothing is summed per tick (D11). So the result does not depend on when
+//! or how often it is read. The arm decides in which frame a position is meant and when a motion starts.
 //!
 //! ```text
 //!  plan(model, from, target, tool, limits)          kinematics: joints <-> pose
-//!        |  path: what is gone through               profile:    place and speed along it in time
+//!        |  path: the geometry                      profile:    place and speed on it in time
 //!        v
 //!  Motion  --hold--> held --resume--> moving --set_limits--> moving --stop--> ends where it comes to rest
 //! ```

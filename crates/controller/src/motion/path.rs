@@ -1,5 +1,7 @@
-//! What a motion goes through, as a function of the part gone, 0 to 1: all joints together, or the tool point along
-//! a line or an arc. How fast is left to `profile`, whether it may be done at all to `plan`.
+//! The geometry of a motion as a function of the part done, 0 to 1: all joints together, or the tool point along a line
+//! or an arc.
+//!
+//! `profile` says how fast a path is followed; `plan` checks whether it can be followed at all.
 
 use super::arch::Arch;
 use super::chain::Chain;
@@ -12,9 +14,9 @@ use core::f64::consts::PI;
 use libm::{atan2, floor};
 
 /// Below this sine, the three points of an arc lie on a line.
-const ON_ONE_LINE: f64 = 1e-6;
+const MIN_ARC_SINE: f64 = 1e-6;
 /// Below this sine a turn is by nothing or by half a turn, and its axis is read from the other half of the matrix.
-const HALF_TURN: f64 = 1e-6;
+const MIN_TURN_SINE: f64 = 1e-6;
 
 /// The way of the tool point.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,8 +47,8 @@ impl Shape {
         let (to_via, to_end) = (minus(via, from), minus(to, from));
         let normal = cross(to_via, to_end);
         let area = norm(normal);
-        let smallest = ON_ONE_LINE * norm(to_via) * norm(to_end).max(norm(minus(to, via)));
-        if area.is_nan() || area <= smallest || norm(to_end) <= ON_ONE_LINE * norm(to_via) {
+        let smallest = MIN_ARC_SINE * norm(to_via) * norm(to_end).max(norm(minus(to, via)));
+        if area.is_nan() || area <= smallest || norm(to_end) <= MIN_ARC_SINE * norm(to_via) {
             return None;
         }
         // Circumcentre, seen from `from`.
@@ -112,26 +114,26 @@ impl Shape {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub(super) struct Turn {
+pub(super) struct AxisAngle {
     axis: [f64; 3],
     /// Degrees, 0 to 180.
     pub(super) angle: f64,
 }
 
-impl Turn {
+impl AxisAngle {
     /// The shortest turn that makes this rotation.
-    pub(super) fn of(r: &[[f64; 3]; 3]) -> Turn {
+    pub(super) fn from_rotation(r: &[[f64; 3]; 3]) -> AxisAngle {
         let skew = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]];
         let (sin, cos) = (norm(skew) / 2.0, (r[0][0] + r[1][1] + r[2][2] - 1.0) / 2.0);
         let angle = degrees(atan2(sin, cos));
-        if sin > HALF_TURN {
-            return Turn {
+        if sin > MIN_TURN_SINE {
+            return AxisAngle {
                 axis: skew.map(|part| part / (2.0 * sin)),
                 angle,
             };
         }
         if cos > 0.0 {
-            return Turn {
+            return AxisAngle {
                 axis: skew.map(|part| if sin > 0.0 { part / (2.0 * sin) } else { 0.0 }),
                 angle,
             };
@@ -161,13 +163,13 @@ impl Turn {
             );
         let axis = longest.map(|part| part / norm(longest));
         let sign = if dot(axis, skew) < 0.0 { -1.0 } else { 1.0 };
-        Turn {
+        AxisAngle {
             axis: axis.map(|part| sign * part),
             angle,
         }
     }
 
-    fn part(&self, part: f64) -> [[f64; 3]; 3] {
+    fn partial_rotation(&self, part: f64) -> [[f64; 3]; 3] {
         let (sin, cos) = sin_cos(self.angle * part);
         let ([x, y, z], rest) = (self.axis, 1.0 - cos);
         // No axis, no turn: the formula below then gives cos on the diagonal, which is 1.
@@ -186,12 +188,12 @@ impl Turn {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub(super) struct Guided {
+pub(super) struct ToolPath {
     pub(super) kind: ArmKind,
     pub(super) shape: Shape,
     /// Orientation of the tool at the start, and the turn from there in its own axes.
     pub(super) rotation: [[f64; 3]; 3],
-    pub(super) turn: Turn,
+    pub(super) turn: AxisAngle,
     /// U and V at the start and at the end.
     pub(super) uv: [[f64; 2]; 2],
     /// Flange as seen from the tool point.
@@ -202,7 +204,7 @@ pub(super) struct Guided {
     pub(super) samples: Vec<Joints>,
 }
 
-impl Guided {
+impl ToolPath {
     /// Flange and additional axes.
     pub(super) fn flange_at(&self, part: f64) -> (Transform, [f64; 2]) {
         let (origin, part) = self.shape.at(part);
@@ -212,7 +214,7 @@ impl Guided {
             from[1] + (to[1] - from[1]) * part,
         ];
         let tool = Transform {
-            rotation: product(&self.rotation, &self.turn.part(part)),
+            rotation: product(&self.rotation, &self.turn.partial_rotation(part)),
             origin,
         };
         (tool.compose(&self.flange), uv)
@@ -235,7 +237,7 @@ impl Guided {
         let index = (floor(position) as usize).min(steps.saturating_sub(1));
         let first = self.samples.get(index).copied().unwrap_or_default();
         let second = self.samples.get(index + 1).copied().unwrap_or(first);
-        mixed(&first, &second, position - index as f64)
+        interpolate(&first, &second, position - index as f64)
     }
 }
 
@@ -246,7 +248,8 @@ pub(super) enum Path {
     /// All joints together.
     Joint { from: Joints, to: Joints },
     /// The tool point along a shape.
-    Guided(Box<Guided>),
+    #[cfg_attr(feature = "serde", serde(rename = "Guided"))]
+    Tool(Box<ToolPath>),
     /// Motions that overlap.
     Chain(Box<Chain>),
 }
@@ -254,11 +257,11 @@ pub(super) enum Path {
 impl Path {
     /// Whether it is one of an arm of this kind, for a path that was read.
     #[cfg(feature = "serde")]
-    pub(super) fn is_of(&self, kind: &ArmKind) -> bool {
+    pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
         match self {
             Path::Joint { .. } => true,
-            Path::Guided(guided) => guided.kind == *kind && !guided.samples.is_empty(),
-            Path::Chain(chain) => chain.is_of(kind),
+            Path::Tool(guided) => guided.kind == *kind && !guided.samples.is_empty(),
+            Path::Chain(chain) => chain.matches_arm(kind),
         }
     }
 
@@ -266,7 +269,7 @@ impl Path {
     pub(super) fn is_timed(&self) -> bool {
         match self {
             Path::Joint { .. } => false,
-            Path::Guided(guided) => matches!(guided.shape, Shape::Arch(_)),
+            Path::Tool(guided) => matches!(guided.shape, Shape::Arch(_)),
             Path::Chain(_) => true,
         }
     }
@@ -274,8 +277,8 @@ impl Path {
     /// Joints at a part of the path, 0 to 1; at 0 and 1 exactly those planned.
     pub(super) fn joints_at(&self, part: f64) -> Joints {
         match self {
-            Path::Joint { from, to } => mixed(from, to, part),
-            Path::Guided(guided) => match (guided.samples.first(), guided.samples.last()) {
+            Path::Joint { from, to } => interpolate(from, to, part),
+            Path::Tool(guided) => match (guided.samples.first(), guided.samples.last()) {
                 (Some(first), _) if part <= 0.0 => *first,
                 (_, Some(last)) if part >= 1.0 => *last,
                 _ => guided.joints_at(part),
@@ -287,7 +290,7 @@ impl Path {
 }
 
 /// The value at `part` of the way from one to the other; exact at 0 and 1.
-fn mixed(from: &Joints, to: &Joints, part: f64) -> Joints {
+fn interpolate(from: &Joints, to: &Joints, part: f64) -> Joints {
     let mut joints = *to;
     if part < 1.0 {
         for (joint, from) in joints.iter_mut().zip(from) {
@@ -305,7 +308,7 @@ pub(super) fn tool_way(kind: &ArmKind, from: &Joints, to: &Joints, tool: &Transf
     const STEPS: u32 = 128;
     let reach = super::kinematics::reach(kind) + norm(tool.origin);
     let point = |step: u32| {
-        let joints = mixed(from, to, f64::from(step) / f64::from(STEPS));
+        let joints = interpolate(from, to, f64::from(step) / f64::from(STEPS));
         place(kind, &joints).0.compose(tool).origin
     };
     let mut longest: f64 = 0.0;

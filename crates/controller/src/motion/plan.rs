@@ -1,12 +1,14 @@
-//! From target to motion: finds the postures, checks limits and reach along the whole path before anything moves,
-//! and derives how fast the path may be run through. The course in time is left to `run`.
+//! Plans a motion: finds the postures, checks limits and reach along the whole path before anything moves, and
+//! derives how fast the path can be followed.
+//!
+//! The result is a [`Motion`], whose course in time is in `run`.
 
 use super::arch::{Arch, Gate, Stretch};
 use super::kinematics::{digits, follow, is_linear, place, singularity};
-use super::path::{Guided, Path, Shape, Turn, tool_way};
+use super::path::{AxisAngle, Path, Shape, ToolPath, tool_way};
 use super::pose::{Pose, Transform, product, radians, transposed};
 use super::profile::Ability;
-use super::run::{Motion, nominal, part};
+use super::run::{Motion, clamp_fraction, nominal_rates};
 use super::{Limits, MotionError, Target};
 use crate::model::{ArmKind, ArmModel, Axis, Joints};
 use alloc::boxed::Box;
@@ -26,9 +28,9 @@ const SAMPLING_MARGIN: f64 = 1.01;
 /// Rounding allowed in the heights of a gate, mm, and in a way that is none, mm and degrees.
 const GATE_SLACK: f64 = 1e-9;
 /// Place of T among the axes of a SCARA arm.
-const ADDITIONAL: usize = 4;
+const T_AXIS: usize = 4;
 /// Way of an axis that is none, degrees or mm.
-const STILL: f64 = 1e-9;
+const MIN_DISTANCE: f64 = 1e-9;
 
 /// Plans a motion from a posture at rest. `tool` is the tool point as seen from the flange.
 ///
@@ -67,17 +69,17 @@ pub fn plan(
             joint_motion(model, from, to, tool, limits)
         }
         Target::Line(end, config) => {
-            let ends = Ends::checked(model, from, tool, end, *config)?;
+            let ends = ToolMotion::new(model, from, tool, end, *config)?;
             let shape = Shape::line(ends.start.0.origin, end.xyz);
             ends.motion(model, shape, limits)
         }
         Target::Arc { via, end, config } => {
-            let ends = Ends::checked(model, from, tool, end, *config)?;
+            let ends = ToolMotion::new(model, from, tool, end, *config)?;
             let shape = Shape::arc(ends.start.0.origin, via.xyz, end.xyz).ok_or(MotionError::NoArc)?;
             ends.motion(model, shape, limits)
         }
         Target::Arch { end, config, gate } => {
-            Ends::checked(model, from, tool, end, *config)?.arch(model, gate, limits)
+            ToolMotion::new(model, from, tool, end, *config)?.arch(model, gate, limits)
         }
     }
 }
@@ -98,7 +100,7 @@ fn joint_motion(
             turning += radians(*way);
         }
     }
-    driven(&ways, limits)?;
+    check_driven(&ways, limits)?;
     let ability = axes(model, &ways, limits).fold(Ability::FREE, |ability, (axis, way, torque)| {
         ability.bounded(way, axis.max_speed, axis.max_accel).capped(
             way,
@@ -123,16 +125,16 @@ fn axes<'a>(
 }
 
 /// Whether every axis that has to move is driven.
-fn driven(ways: &Joints, limits: &Limits) -> Result<(), MotionError> {
+fn check_driven(ways: &Joints, limits: &Limits) -> Result<(), MotionError> {
     let mut moved = ways.iter().zip(limits.torque);
-    match moved.position(|(way, torque)| *way > STILL && (torque.is_nan() || torque <= 0.0)) {
+    match moved.position(|(way, torque)| *way > MIN_DISTANCE && (torque.is_nan() || torque <= 0.0)) {
         Some(index) => Err(MotionError::Free { axis: index + 1 }),
         None => Ok(()),
     }
 }
 
 /// Where a guided motion ends, and where it begins.
-struct Ends<'a> {
+struct ToolMotion<'a> {
     from: &'a Joints,
     tool: &'a Transform,
     start: (Transform, [f64; 2]),
@@ -140,15 +142,15 @@ struct Ends<'a> {
     config: [u8; 5],
 }
 
-impl<'a> Ends<'a> {
+impl<'a> ToolMotion<'a> {
     /// The target first: what cannot be reached at all is reported as such, not as a point of the path.
-    fn checked(
+    fn new(
         model: &ArmModel,
         from: &'a Joints,
         tool: &'a Transform,
         end: &'a Pose,
         config: [u8; 5],
-    ) -> Result<Ends<'a>, MotionError> {
+    ) -> Result<ToolMotion<'a>, MotionError> {
         model.inverse_of(
             &end.transform().compose(&tool.inverse()),
             end.uv,
@@ -157,10 +159,10 @@ impl<'a> Ends<'a> {
         )?;
         let present = digits(&model.kind, from);
         for place in 0..3 {
-            same_digit(place, present, config)?;
+            check_digit(place, present, config)?;
         }
         let (flange, uv) = place(&model.kind, from);
-        Ok(Ends {
+        Ok(ToolMotion {
             from,
             tool,
             start: (flange.compose(tool), uv),
@@ -170,27 +172,22 @@ impl<'a> Ends<'a> {
     }
 
     /// The path along a shape, checked, and its rates at 100 %.
-    fn guided(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Guided, MotionError> {
+    fn tool_path(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<ToolPath, MotionError> {
         let end = (self.end.transform(), self.end.uv);
-        let guided = guided(model, self.from, self.tool, &self.start, &end, shape)?;
+        let guided = tool_path(model, self.from, self.tool, &self.start, &end, shape)?;
         let last = guided.samples.last().copied().unwrap_or(*self.from);
         let reached = digits(&model.kind, &last);
         for place in 3..5 {
-            same_digit(place, reached, self.config)?;
+            check_digit(place, reached, self.config)?;
         }
-        driven(&sampled_ways(&guided), limits)?;
+        check_driven(&sampled_ways(&guided), limits)?;
         Ok(guided)
     }
 
     fn motion(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Motion, MotionError> {
-        let guided = self.guided(model, shape, limits)?;
-        let (ability, length) = (guided_ability(model, &guided, limits), guided.shape.length());
-        Ok(Motion::new(
-            Path::Guided(Box::new(guided)),
-            ability,
-            length,
-            limits,
-        ))
+        let guided = self.tool_path(model, shape, limits)?;
+        let (ability, length) = (tool_path_ability(model, &guided, limits), guided.shape.length());
+        Ok(Motion::new(Path::Tool(Box::new(guided)), ability, length, limits))
     }
 
     /// The three lines one by one, then all of it with its time stretched until no axis is too fast.
@@ -225,23 +222,23 @@ impl<'a> Ends<'a> {
         }; 3];
         for ((stretch, first), second) in stretches.iter_mut().zip(&corners).zip(corners.iter().skip(1)) {
             let shape = Shape::line(first.0.origin, second.0.origin);
-            let line = guided(model, &last, self.tool, first, second, shape)?;
+            let line = tool_path(model, &last, self.tool, first, second, shape)?;
             last = line.samples.last().copied().unwrap_or(last);
             let still =
                 line.shape.length() <= GATE_SLACK && line.turn.angle <= GATE_SLACK && first.1 == second.1;
             *stretch = Stretch {
                 way: line.shape.length(),
-                rates: (!still).then(|| nominal(&guided_ability(model, &line, limits), limits)),
+                rates: (!still).then(|| nominal_rates(&tool_path_ability(model, &line, limits), limits)),
             };
         }
         let arch = Arch::new(from, to, gate, &stretches);
         let (duration, speed) = (arch.duration, arch.top_speed);
-        let guided = self.guided(model, Shape::Arch(Box::new(arch)), limits)?;
+        let guided = self.tool_path(model, Shape::Arch(Box::new(arch)), limits)?;
         // Seconds in which no axis would have to be faster than it can.
         let ways = sampled_ways(&guided);
         let seconds = axes(model, &ways, limits).map(|(axis, way, _)| way / axis.max_speed);
         let least = seconds.fold(0.0, f64::max);
-        let path = Path::Guided(Box::new(guided));
+        let path = Path::Tool(Box::new(guided));
         Ok(Motion::timed(
             path,
             model,
@@ -253,16 +250,16 @@ impl<'a> Ends<'a> {
 }
 
 /// A path between two places of the tool point, checked at its samples.
-fn guided(
+fn tool_path(
     model: &ArmModel,
     from: &Joints,
     tool: &Transform,
     start: &(Transform, [f64; 2]),
     end: &(Transform, [f64; 2]),
     shape: Shape,
-) -> Result<Guided, MotionError> {
-    let turn = Turn::of(&product(&transposed(&start.0.rotation), &end.0.rotation));
-    let mut guided = Guided {
+) -> Result<ToolPath, MotionError> {
+    let turn = AxisAngle::from_rotation(&product(&transposed(&start.0.rotation), &end.0.rotation));
+    let mut guided = ToolPath {
         kind: model.kind,
         shape,
         rotation: start.0.rotation,
@@ -276,7 +273,7 @@ fn guided(
     Ok(guided)
 }
 
-fn same_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), MotionError> {
+fn check_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), MotionError> {
     match (reached.get(place), config.get(place)) {
         (Some(&reached), Some(&wanted)) if wanted != 0 && wanted != reached => {
             Err(MotionError::Configuration {
@@ -290,7 +287,7 @@ fn same_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), Mot
 }
 
 /// Joints at equal parts of the path, each checked.
-fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joints>, MotionError> {
+fn samples(model: &ArmModel, from: &Joints, guided: &ToolPath) -> Result<Vec<Joints>, MotionError> {
     let wanted = (guided.shape.length() / SAMPLE_WAY).max(guided.turn.angle / SAMPLE_TURN);
     let steps = ceil(wanted).clamp(MIN_SAMPLES, MAX_SAMPLES) as u16;
     let mut samples = Vec::with_capacity(usize::from(steps) + 1);
@@ -322,7 +319,7 @@ fn samples(model: &ArmModel, from: &Joints, guided: &Guided) -> Result<Vec<Joint
 
 /// Most each axis moves per whole path, anywhere on it: between two samples, and by how much it is faster there than
 /// from one to the other, which its bend tells; an axis that moves evenly is taken exactly.
-fn sampled_ways(guided: &Guided) -> Joints {
+fn sampled_ways(guided: &ToolPath) -> Joints {
     let steps = guided.samples.len().saturating_sub(1) as f64;
     let mut ways = Joints::default();
     for (first, second) in guided.samples.iter().zip(guided.samples.iter().skip(1)) {
@@ -337,7 +334,7 @@ fn sampled_ways(guided: &Guided) -> Joints {
 }
 
 /// Most each axis bends per whole path, anywhere on it: the second derivative of its value by the part gone.
-fn sampled_bends(guided: &Guided) -> Joints {
+fn sampled_bends(guided: &ToolPath) -> Joints {
     let steps = guided.samples.len().saturating_sub(1) as f64;
     let mut bends = Joints::default();
     let (second, third) = (guided.samples.iter().skip(1), guided.samples.iter().skip(2));
@@ -352,13 +349,13 @@ fn sampled_bends(guided: &Guided) -> Joints {
 /// A line or an arc: at 100 % the tool speed, the turning speed and that of the axes the position gives itself;
 /// whatever is asked for, no axis is faster than it can, and neither the bend of the path nor that of the axes asks for
 /// more acceleration than there is.
-fn guided_ability(model: &ArmModel, guided: &Guided, limits: &Limits) -> Ability {
+fn tool_path_ability(model: &ArmModel, guided: &ToolPath, limits: &Limits) -> Ability {
     let (length, [from, to]) = (guided.shape.length(), guided.uv);
     let turn_accel = model.max_turn_speed * model.max_tool_accel / model.max_tool_speed;
     let mut ability = Ability::FREE
         .bounded(length, model.max_tool_speed, model.max_tool_accel)
         .bounded(guided.turn.angle, model.max_turn_speed, turn_accel);
-    if let Some(axis) = model.axes.get(ADDITIONAL) {
+    if let Some(axis) = model.axes.get(T_AXIS) {
         // Only a SCARA arm has such an axis: T.
         let way = (to[0] - from[0]).abs();
         ability = match model.kind {
@@ -368,7 +365,7 @@ fn guided_ability(model: &ArmModel, guided: &Guided, limits: &Limits) -> Ability
     }
     if let Some(radius) = guided.shape.radius() {
         // On the circle the tool point is drawn to its centre by the square of its speed over the radius.
-        let accel = model.max_tool_accel * part(limits.accel);
+        let accel = model.max_tool_accel * clamp_fraction(limits.accel);
         ability = ability.bent(length * length / radius, accel);
     }
     let (ways, bends) = (sampled_ways(guided), sampled_bends(guided));

@@ -1,9 +1,8 @@
-//! Positions in space: a pose as positions are written, and the same as a rotation and a vector.
-//! Which joints lead there is left to `kinematics`.
+//! Positions in space: a pose as programs write it, and a transform as rotation matrix and vector.
 //!
-//! Order of rotation: Rz(C) Ry(B) Rx(A), about the fixed X, then Y, then Z axis (D11). With A = B = C = 0 the
-//! tool points straight down and the tool axes are parallel to the world's (ours, assumed): so a tool that
-//! stands out L mm beyond the flange is a TOOL coordinate with Z = -L.
+//! Order of rotation: Rz(C) Ry(B) Rx(A), about the fixed X, then Y, then Z axis (D11). With A = B = C = 0 the tool points
+//! straight down and its axes are parallel to those of the world (assumed). So a tool that extends L mm beyond the flange
+//! is a TOOL coordinate with Z = -L. `kinematics` finds the joints for a pose.
 
 use core::f64::consts::PI;
 use libm::{atan2, cos, fmod, sin, sqrt};

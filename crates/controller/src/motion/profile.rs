@@ -1,6 +1,6 @@
-//! Speed along a path: accelerate, cruise, decelerate to rest at its end, or slow to rest on the way, from any
-//! state. Closed form: where the motion is at a time is computed from that time alone. What the path is, and what
-//! its rates are, is left to `path` and `plan`.
+//! The speed along a path: accelerate, cruise and brake to rest at the end, or brake to rest on the way, from any state.
+//!
+//! Closed form: the state at a time is computed from that time alone. `path` and `plan` supply the path and its rates.
 
 use libm::sqrt;
 
@@ -94,7 +94,7 @@ impl Ability {
 
 /// Where on the path, and how fast.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub struct PathState {
     /// Place, 0 to the length of the path.
     pub place: f64,
     /// Speed, 0 or more.
@@ -108,17 +108,17 @@ pub struct State {
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-struct Phase {
+struct ProfilePhase {
     duration: f64,
     speed: f64,
     accel: f64,
 }
 
-impl Phase {
+impl ProfilePhase {
     /// From one speed to another at this acceleration or deceleration (positive).
-    fn change(from: f64, to: f64, rate: f64) -> Phase {
+    fn change(from: f64, to: f64, rate: f64) -> ProfilePhase {
         let accel = if to < from { -rate } else { rate };
-        Phase {
+        ProfilePhase {
             duration: (to - from).abs() / rate,
             speed: from,
             accel,
@@ -141,7 +141,7 @@ impl Phase {
 pub struct Profile {
     start: f64,
     end: f64,
-    phases: [Phase; PHASES],
+    phases: [ProfilePhase; PHASES],
 }
 
 impl Profile {
@@ -151,14 +151,14 @@ impl Profile {
         Profile {
             start: place,
             end: place,
-            phases: [Phase::default(); PHASES],
+            phases: [ProfilePhase::default(); PHASES],
         }
     }
 
     /// The quickest way from a state to rest at `length`. A state faster than the cruising speed is slowed to it
     /// first; one that can no longer stop at `length` at the deceleration given brakes as much harder as it takes.
     #[must_use]
-    pub fn to_end(from: State, length: f64, rates: &Rates) -> Profile {
+    pub fn to_end(from: PathState, length: f64, rates: &Rates) -> Profile {
         let way = length - from.place;
         if way <= 0.0 {
             return Profile::resting(length);
@@ -170,13 +170,13 @@ impl Profile {
         } = *rates;
         let v = from.speed;
         if v * v >= 2.0 * decel * way {
-            return Profile::of(
+            return Profile::new(
                 from,
                 length,
                 [
-                    Phase::change(v, 0.0, v * v / (2.0 * way)),
-                    Phase::default(),
-                    Phase::default(),
+                    ProfilePhase::change(v, 0.0, v * v / (2.0 * way)),
+                    ProfilePhase::default(),
+                    ProfilePhase::default(),
                 ],
             );
         }
@@ -184,44 +184,51 @@ impl Profile {
         let peak = sqrt((way + v * v / (2.0 * accel)) * 2.0 * accel * decel / (accel + decel));
         let top = peak.min(cruise);
         let rate = if top < v { decel } else { accel };
-        let (first, last) = (Phase::change(v, top, rate), Phase::change(top, 0.0, decel));
+        let (first, last) = (
+            ProfilePhase::change(v, top, rate),
+            ProfilePhase::change(top, 0.0, decel),
+        );
         let rest = (way - first.way(first.duration) - last.way(last.duration)).max(0.0);
-        let middle = Phase {
+        let middle = ProfilePhase {
             duration: rest / top,
             speed: top,
             accel: 0.0,
         };
-        Profile::of(from, length, [first, middle, last])
+        Profile::new(from, length, [first, middle, last])
     }
 
     /// From a state at the cruising speed through `length`: for a path that comes to rest there by itself.
     #[must_use]
-    pub fn through(from: State, length: f64, rates: &Rates) -> Profile {
+    pub fn through(from: PathState, length: f64, rates: &Rates) -> Profile {
         let way = length - from.place;
         if way <= 0.0 {
             return Profile::resting(length);
         }
         let v = from.speed;
         let rate = if rates.speed < v { rates.decel } else { rates.accel };
-        let change = Phase::change(v, rates.speed, rate);
+        let change = ProfilePhase::change(v, rates.speed, rate);
         let rest = way - change.way(change.duration);
         if rest >= 0.0 {
-            let cruise = Phase {
+            let cruise = ProfilePhase {
                 duration: rest / rates.speed,
                 speed: rates.speed,
                 accel: 0.0,
             };
-            return Profile::of(from, length, [change, cruise, Phase::default()]);
+            return Profile::new(from, length, [change, cruise, ProfilePhase::default()]);
         }
         // The end comes before the cruising speed does.
         let last = sqrt((v * v + 2.0 * change.accel * way).max(0.0));
-        let change = Phase::change(v, last, rate);
-        Profile::of(from, length, [change, Phase::default(), Phase::default()])
+        let change = ProfilePhase::change(v, last, rate);
+        Profile::new(
+            from,
+            length,
+            [change, ProfilePhase::default(), ProfilePhase::default()],
+        )
     }
 
     /// Slowing from a state to rest at this deceleration, at `length` at the latest.
     #[must_use]
-    pub fn to_rest(from: State, length: f64, decel: f64) -> Profile {
+    pub fn to_rest(from: PathState, length: f64, decel: f64) -> Profile {
         let way = from.speed * from.speed / (2.0 * decel);
         if from.place + way >= length {
             return Profile::to_end(
@@ -234,15 +241,15 @@ impl Profile {
                 },
             );
         }
-        let brake = Phase::change(from.speed, 0.0, decel);
-        Profile::of(
+        let brake = ProfilePhase::change(from.speed, 0.0, decel);
+        Profile::new(
             from,
             from.place + way,
-            [brake, Phase::default(), Phase::default()],
+            [brake, ProfilePhase::default(), ProfilePhase::default()],
         )
     }
 
-    fn of(from: State, end: f64, phases: [Phase; PHASES]) -> Profile {
+    fn new(from: PathState, end: f64, phases: [ProfilePhase; PHASES]) -> Profile {
         Profile {
             start: from.place,
             end,
@@ -314,12 +321,12 @@ impl Profile {
 
     /// The state `time` seconds after the start.
     #[must_use]
-    pub fn state_at(&self, time: f64) -> State {
+    pub fn state_at(&self, time: f64) -> PathState {
         let (mut place, mut left) = (self.start, time.max(0.0));
         for phase in &self.phases {
             if left < phase.duration {
                 // Rounding may not lead past the end, nor back.
-                return State {
+                return PathState {
                     place: (place + phase.way(left)).clamp(self.start, self.end),
                     speed: (phase.speed + phase.accel * left).max(0.0),
                 };
@@ -327,7 +334,7 @@ impl Profile {
             place += phase.way(phase.duration);
             left -= phase.duration;
         }
-        State {
+        PathState {
             place: self.end,
             speed: 0.0,
         }
@@ -336,7 +343,7 @@ impl Profile {
 
 #[cfg(test)]
 mod tests {
-    use super::{Profile, Rates, State};
+    use super::{PathState, Profile, Rates};
 
     const RATES: Rates = Rates {
         speed: 0.5,
@@ -344,8 +351,8 @@ mod tests {
         decel: 2.0,
     };
 
-    fn at(place: f64, speed: f64) -> State {
-        State { place, speed }
+    fn at(place: f64, speed: f64) -> PathState {
+        PathState { place, speed }
     }
 
     #[test]

@@ -1,11 +1,12 @@
-//! A motion in time: where its joints are, and how feed hold, BREAK and a new override change its course.
-//! How it came about is `plan`'s; times count from its own start, the clock is the caller's.
+//! A planned motion in time: where its joints are, and how feed hold, BREAK and a new override change its course.
+//!
+//! `plan` creates motions. Times count from the start of the motion; the caller has the clock.
 
-use super::chain::{Chain, LOOKING_MARGIN, Leg};
+use super::chain::{Chain, ChainedMotion, SAMPLED_SPEED_MARGIN};
 use super::effort::{Effort, between};
 use super::path::Path;
 use super::pose::Transform;
-use super::profile::{Ability, Profile, Rates, State};
+use super::profile::{Ability, PathState, Profile, Rates};
 use super::{Limits, MIN_FRACTION, MIN_TOOL_SPEED};
 use crate::model::{ArmModel, Joints};
 use alloc::boxed::Box;
@@ -21,11 +22,11 @@ const MAX_TIME_RATE: f64 = 1e6;
 /// ```text
 /// Moving --hold--> Held --resume--> Moving
 ///   |               |
-///   +-----stop------+--> Stopped --take_up--> Moving
+///   +-----stop------+--> Stopped --continue_from--> Moving
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum Phase {
+enum MotionPhase {
     /// On the way to the end.
     Moving,
     /// Feed hold: slowing on the path, or at rest on it.
@@ -49,7 +50,7 @@ pub struct Motion {
     /// Most the tool point moves, mm per whole path.
     tool_way: f64,
     limits: Limits,
-    phase: Phase,
+    phase: MotionPhase,
     /// Course since `since`.
     profile: Profile,
     since: Duration,
@@ -62,11 +63,11 @@ pub struct Motion {
 impl Motion {
     pub(super) fn new(path: Path, full: Ability, tool_way: f64, limits: &Limits) -> Motion {
         let still = path.joints_at(0.0) == path.joints_at(1.0) && tool_way <= 0.0;
-        let start = State {
+        let start = PathState {
             place: if still { 1.0 } else { 0.0 },
             speed: 0.0,
         };
-        Motion::begun(path, full, tool_way, limits, start)
+        Motion::starting_at(path, full, tool_way, limits, start)
     }
 
     /// A motion whose path is a function of time and rests at its end by itself: it takes `duration` seconds as
@@ -90,24 +91,24 @@ impl Motion {
             accel: speed / ramp,
             ..Ability::FREE
         };
-        let mut start = State {
+        let mut start = PathState {
             place: 0.0,
             speed: rates(&path, &full, tool_way, limits).speed,
         };
         if duration <= 0.0 {
             start.place = 1.0;
         }
-        Motion::begun(path, full, tool_way, limits, start)
+        Motion::starting_at(path, full, tool_way, limits, start)
     }
 
-    fn begun(path: Path, full: Ability, tool_way: f64, limits: &Limits, start: State) -> Motion {
+    fn starting_at(path: Path, full: Ability, tool_way: f64, limits: &Limits, start: PathState) -> Motion {
         let profile = to_end(&path, start, &rates(&path, &full, tool_way, limits));
         Motion {
             path,
             full,
             tool_way,
             limits: *limits,
-            phase: Phase::Moving,
+            phase: MotionPhase::Moving,
             profile,
             since: Duration::ZERO,
             joined: Duration::ZERO,
@@ -136,8 +137,8 @@ impl Motion {
         pass: f64,
         tool: &Transform,
     ) -> Option<Motion> {
-        let under_way = self.phase == Phase::Moving && at < self.duration();
-        let fresh = next.phase == Phase::Moving && next.since.is_zero() && !next.duration().is_zero();
+        let under_way = self.phase == MotionPhase::Moving && at < self.duration();
+        let fresh = next.phase == MotionPhase::Moving && next.since.is_zero() && !next.duration().is_zero();
         if !under_way || !fresh || next.path.is_timed() {
             return None;
         }
@@ -146,12 +147,12 @@ impl Motion {
             tool_speed_cap: self.limits.tool_speed_cap,
             ..next.limits
         };
-        let asked = nominal(&next.full, &next.limits);
-        let start = State {
+        let asked = nominal_rates(&next.full, &next.limits);
+        let start = PathState {
             place: 0.0,
             speed: 0.0,
         };
-        let leg = Leg::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
+        let leg = ChainedMotion::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
         let state = self.state_at(at);
         let (chain, now, rate) = match &self.path {
             Path::Chain(chain) => {
@@ -159,25 +160,25 @@ impl Motion {
                 let (now, rate) = (state.place * chain.duration, state.speed * chain.duration);
                 (chain, now, rate)
             }
-            Path::Guided(_) if self.path.is_timed() => return None,
+            Path::Tool(_) if self.path.is_timed() => return None,
             path => {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
-                let own = nominal(&self.full, &self.limits);
-                let fastest = leg.top_speed().max(self.tool_way * own.speed) * LOOKING_MARGIN;
+                let own = nominal_rates(&self.full, &self.limits);
+                let fastest = leg.top_speed().max(self.tool_way * own.speed) * SAMPLED_SPEED_MARGIN;
                 let rate = time_rate(fastest, &limits);
-                let state = State {
+                let state = PathState {
                     speed: state.speed / rate,
                     ..state
                 };
-                let first = Leg::new(path.clone(), state, &own, self.tool_way, 0.0);
-                (Chain::of(first), 0.0, rate)
+                let first = ChainedMotion::new(path.clone(), state, &own, self.tool_way, 0.0);
+                (Chain::new(first), 0.0, rate)
             }
         };
-        let chain = chain.with(model, tool, leg, (now, rate), pass / 100.0)?;
+        let chain = chain.append(model, tool, leg, (now, rate), pass / 100.0)?;
         let (duration, top) = (chain.duration, chain.top_speed());
         let path = Path::Chain(Box::new(chain));
         let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
-        let state = State {
+        let state = PathState {
             place: now / duration,
             speed: rate / duration,
         };
@@ -194,7 +195,7 @@ impl Motion {
     pub fn last_begins(&self) -> Option<Duration> {
         matches!(self.path, Path::Chain(_))
             .then_some(self.joined)
-            .filter(|_| self.phase == Phase::Moving)
+            .filter(|_| self.phase == MotionPhase::Moving)
     }
 
     /// How long the motion under way at `t`, the one begun last, has gone on by then.
@@ -212,7 +213,7 @@ impl Motion {
                 let after = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
                 self.since.saturating_add(after)
             }
-            Path::Joint { .. } | Path::Guided(_) => Duration::ZERO,
+            Path::Joint { .. } | Path::Tool(_) => Duration::ZERO,
         }
     }
 
@@ -245,23 +246,25 @@ impl Motion {
         let place = self.state_at(t).place;
         match &self.path {
             Path::Chain(chain) if place < 1.0 => chain.part_at(place * chain.duration) * 100.0,
-            Path::Chain(_) | Path::Joint { .. } | Path::Guided(_) => place * 100.0,
+            Path::Chain(_) | Path::Joint { .. } | Path::Tool(_) => place * 100.0,
         }
     }
 
     /// Feed hold: from `at` on the motion slows along its path and rests there. Nothing happens to one that is
     /// held, stopped, or over.
     pub fn hold(&mut self, at: Duration) {
-        if self.phase == Phase::Moving && at < self.duration() {
+        if self.phase == MotionPhase::Moving && at < self.duration() {
             let decel = self.rates().decel;
-            self.change(Phase::Held, at, |_, state| Profile::to_rest(state, 1.0, decel));
+            self.change(MotionPhase::Held, at, |_, state| {
+                Profile::to_rest(state, 1.0, decel)
+            });
         }
     }
 
     /// Whether feed hold is on.
     #[must_use]
     pub fn is_held(&self) -> bool {
-        self.phase == Phase::Held
+        self.phase == MotionPhase::Held
     }
 
     /// When, after its start, a held motion rests; `None` when it is not held.
@@ -272,9 +275,9 @@ impl Motion {
 
     /// Feed hold released: the motion goes on from where it is, to its end. Nothing happens to one not held.
     pub fn resume(&mut self, at: Duration) {
-        if self.phase == Phase::Held {
+        if self.phase == MotionPhase::Held {
             let rates = self.rates();
-            self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
+            self.change(MotionPhase::Moving, at, |path, state| to_end(path, state, &rates));
         }
     }
 
@@ -282,35 +285,37 @@ impl Motion {
     /// is resumed; one stopped or over does not.
     pub fn set_limits(&mut self, at: Duration, limits: &Limits) {
         match self.phase {
-            Phase::Moving if at < self.duration() => {
+            MotionPhase::Moving if at < self.duration() => {
                 self.limits = *limits;
                 let rates = self.rates();
-                self.change(Phase::Moving, at, |path, state| to_end(path, state, &rates));
+                self.change(MotionPhase::Moving, at, |path, state| to_end(path, state, &rates));
             }
-            Phase::Held => self.limits = *limits,
-            Phase::Moving | Phase::Stopped => {}
+            MotionPhase::Held => self.limits = *limits,
+            MotionPhase::Moving | MotionPhase::Stopped => {}
         }
     }
 
     /// The motion is given up: from `at` on it slows at full deceleration and ends where it rests. A held one that
     /// rests already ends at once.
     pub fn stop(&mut self, at: Duration) {
-        if self.phase == Phase::Held || (self.phase == Phase::Moving && at < self.duration()) {
+        if self.phase == MotionPhase::Held || (self.phase == MotionPhase::Moving && at < self.duration()) {
             let decel = self.full.rates(1.0, 1.0, 1.0).decel;
-            self.change(Phase::Stopped, at, |_, state| Profile::to_rest(state, 1.0, decel));
+            self.change(MotionPhase::Stopped, at, |_, state| {
+                Profile::to_rest(state, 1.0, decel)
+            });
         }
     }
 
     /// Whether it was given up.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        self.phase == Phase::Stopped
+        self.phase == MotionPhase::Stopped
     }
 
     /// One that was given up goes on after all, from where it is at `at`, within these limits.
-    pub fn take_up(&mut self, at: Duration, limits: &Limits) {
-        if self.phase == Phase::Stopped {
-            self.phase = Phase::Held;
+    pub fn continue_from(&mut self, at: Duration, limits: &Limits) {
+        if self.phase == MotionPhase::Stopped {
+            self.phase = MotionPhase::Held;
             self.limits = *limits;
             self.resume(at);
         }
@@ -326,28 +331,28 @@ impl Motion {
     #[must_use]
     pub fn target(&self) -> Joints {
         match self.phase {
-            Phase::Stopped => self.end(),
-            Phase::Moving | Phase::Held => self.path.joints_at(1.0),
+            MotionPhase::Stopped => self.end(),
+            MotionPhase::Moving | MotionPhase::Held => self.path.joints_at(1.0),
         }
     }
 
     /// Whether its times and places are numbers, with an end; for a motion that was read.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self, model: &ArmModel) -> bool {
+    pub fn is_valid(&self, model: &ArmModel) -> bool {
         let longest = Duration::from_micros(u64::MAX);
         let times = [self.since, self.joined, self.before];
         let places = [self.profile.duration(), self.profile.end(), self.tool_way];
         times.iter().all(|time| *time <= longest)
             && places.iter().all(|place| place.is_finite())
-            && self.path.is_of(&model.kind)
+            && self.path.matches_arm(&model.kind)
     }
 
     fn rates(&self) -> Rates {
         rates(&self.path, &self.full, self.tool_way, &self.limits)
     }
 
-    fn state_at(&self, t: Duration) -> State {
+    fn state_at(&self, t: Duration) -> PathState {
         let time = if t >= self.duration() {
             f64::INFINITY
         } else {
@@ -356,7 +361,12 @@ impl Motion {
         self.profile.state_at(time)
     }
 
-    fn change(&mut self, phase: Phase, at: Duration, profile: impl FnOnce(&Path, State) -> Profile) {
+    fn change(
+        &mut self,
+        phase: MotionPhase,
+        at: Duration,
+        profile: impl FnOnce(&Path, PathState) -> Profile,
+    ) {
         self.profile = profile(&self.path, self.state_at(at));
         self.since = self.since.max(at);
         self.phase = phase;
@@ -367,7 +377,7 @@ impl Motion {
 }
 
 /// The course to the end: to rest there, or through it where the path rests by itself.
-fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
+fn to_end(path: &Path, state: PathState, rates: &Rates) -> Profile {
     if path.is_timed() {
         Profile::through(state, 1.0, rates)
     } else {
@@ -376,23 +386,27 @@ fn to_end(path: &Path, state: State, rates: &Rates) -> Profile {
 }
 
 /// Rates of a path as its own conditions ask for it: override 100, no cap.
-pub(super) fn nominal(full: &Ability, limits: &Limits) -> Rates {
-    full.rates(part(limits.speed), part(limits.accel), part(limits.decel))
+pub(super) fn nominal_rates(full: &Ability, limits: &Limits) -> Rates {
+    full.rates(
+        clamp_fraction(limits.speed),
+        clamp_fraction(limits.accel),
+        clamp_fraction(limits.decel),
+    )
 }
 
 fn rates(path: &Path, full: &Ability, tool_way: f64, limits: &Limits) -> Rates {
     let asked = if path.is_timed() {
-        full.rates(part(limits.override_part), 1.0, 1.0)
+        full.rates(clamp_fraction(limits.override_part), 1.0, 1.0)
     } else {
-        let speed = part(limits.speed * limits.override_part);
-        full.rates(speed, part(limits.accel), part(limits.decel))
+        let speed = clamp_fraction(limits.speed * limits.override_part);
+        full.rates(speed, clamp_fraction(limits.accel), clamp_fraction(limits.decel))
     };
-    let speed = capped(asked.speed, tool_way, limits);
+    let speed = capped_speed(asked.speed, tool_way, limits);
     Rates { speed, ..asked }
 }
 
 /// The speed, in parts of a path, at which the tool point keeps to the cap.
-fn capped(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
+fn capped_speed(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
     match limits.tool_speed_cap {
         Some(cap) if tool_way > 0.0 => {
             let cap = if cap >= MIN_TOOL_SPEED {
@@ -408,11 +422,11 @@ fn capped(speed: f64, tool_way: f64, limits: &Limits) -> f64 {
 
 /// Rate of time at which a path is run through whose tool is so fast at override 100, mm/s.
 fn time_rate(fastest: f64, limits: &Limits) -> f64 {
-    capped(part(limits.override_part), fastest, limits)
+    capped_speed(clamp_fraction(limits.override_part), fastest, limits)
 }
 
 /// A part of full speed or acceleration, brought into range.
-pub(super) fn part(value: f64) -> f64 {
+pub(super) fn clamp_fraction(value: f64) -> f64 {
     if value >= MIN_FRACTION {
         value.min(1.0)
     } else {

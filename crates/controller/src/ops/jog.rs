@@ -2,7 +2,7 @@
 
 use crate::Controller;
 use crate::arm::{Jog, JogFrame};
-use crate::limits::{INCH, JOG_SPEED};
+use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
 use crate::session::Outcome;
 use alloc::string::ToString;
@@ -16,8 +16,8 @@ const INCHING: u16 = 1;
 
 impl Controller {
     /// MD, RT, SC: mode, rate and coordinate system of the guidance (SF-14 to SF-16).
-    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::Guide)) -> Outcome {
-        change(&mut self.state.guide);
+    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::JogMode)) -> Outcome {
+        change(&mut self.state.jog_mode);
         Outcome::Ok
     }
 
@@ -31,7 +31,7 @@ impl Controller {
                 return Outcome::Ok;
             }
         };
-        let guide = self.state.guide;
+        let guide = self.state.jog_mode;
         let reason = if self.executor.status() == ExecutionStatus::Running {
             "a program or a DO statement is under way"
         } else if !self.state.servo {
@@ -47,9 +47,9 @@ impl Controller {
             let guidance = Jog {
                 axis,
                 sign,
-                step: (guide.mode == INCHING).then_some(INCH[rate]),
+                step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
                 speed: JOG_SPEED[rate],
-                frame: JogFrame::of(guide.coordinate),
+                frame: JogFrame::from_number(guide.coordinate),
             };
             let conditions = self.executor.memory().conditions().clone();
             return match self.arm.jog(

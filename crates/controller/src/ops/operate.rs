@@ -72,7 +72,7 @@ impl Controller {
         match internal {
             InternalCommand::Override(percent) => {
                 self.state.override_percent = percent;
-                self.arm.set_pace(self.now, self.pace());
+                self.arm.set_speed_limits(self.now, self.pace());
                 Outcome::Ok
             }
             InternalCommand::Mode(_) if self.executor.status() == ExecutionStatus::Running => {

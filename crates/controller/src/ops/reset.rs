@@ -57,7 +57,7 @@ impl Controller {
         task.doing = TaskState::Ready;
         task.handler = None;
         self.executor.drop_tasks();
-        self.arm.forget_interrupted();
+        self.arm.drop_interrupted();
         self.stand_at(RunState::Continue);
         Ok(())
     }

@@ -205,7 +205,7 @@ fn an_action_is_refused_as_one_that_cannot_be_kept() {
         let refusal = undone.unwrap_or_else(|| panic!("{action:?}"));
         assert_eq!(
             (refusal.kind, refusal.found.as_str()),
-            (ActionErrorKind::Unkept, FULL)
+            (ActionErrorKind::NotPersisted, FULL)
         );
         assert_eq!(robot.controller.drive(), &before);
     }

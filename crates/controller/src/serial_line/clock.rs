@@ -1,12 +1,13 @@
-//! The clock of one direction of a line: a whole number of bits behind the moment the line began to be busy, so
-//! that nothing adds up over ten thousand characters.
+//! The clock of one direction of a line: a whole number of bits since the line became busy.
+//!
+//! Counting bits instead of adding times keeps ten thousand characters free of rounding errors.
 
 use super::uart::frame_bits;
 use crate::time::Time;
 use core::time::Duration;
 use ts3100_proto::parameter::SerialSettings;
 
-/// When the characters so far have passed.
+/// The time at which the characters counted so far have been transmitted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -21,7 +22,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// The line begins to be busy.
+    /// The line becomes busy at `now`.
     #[must_use]
     pub fn start(now: Time, speed: u32) -> Clock {
         Clock {
@@ -31,13 +32,13 @@ impl Clock {
         }
     }
 
-    /// When the characters counted have passed; with a fraction of a microsecond, the end of that microsecond.
+    /// When the characters counted have been transmitted, rounded up to a whole microsecond.
     #[must_use]
     pub fn now(&self) -> Time {
         self.since + bit_time(self.bits, self.speed)
     }
 
-    /// So many characters of this sender pass.
+    /// Counts characters of this sender. A change of speed starts a new count.
     pub fn pass(&mut self, sender: SerialSettings, count: usize) {
         if count == 0 {
             return;
@@ -51,7 +52,7 @@ impl Clock {
     }
 }
 
-/// How long a character takes on this line.
+/// Time a character takes on this line.
 #[must_use]
 pub fn frame_time(line: SerialSettings) -> Duration {
     bit_time(u64::from(frame_bits(line)), line.speed)

@@ -1,16 +1,17 @@
-//! One direction of a serial line in time: bytes handed to the sender, and when its characters have passed.
-//! What a character means, and what happens to one that is garbled, is known elsewhere.
+//! One direction of a serial line in time: bytes given to the sender, and when its characters arrive.
+//!
+//! What a character means, and what happens to a garbled one, is decided by the owner of the line.
 
 use super::clock::{Clock, frame_time};
-use super::uart::{Character, Fault, Receiver};
-use crate::limits::LINE_PORTION;
+use super::uart::{Character, CharacterError, Receiver};
+use crate::limits::UART_FIFO;
 use crate::time::Time;
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::text::{CR, ETX, LF};
 
-/// Bytes that were handed over with the same settings.
+/// Bytes that are sent with the same settings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
@@ -23,20 +24,20 @@ struct Burst {
     bytes: VecDeque<u8>,
 }
 
-/// A character that has passed.
+/// A character that was received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrival {
     /// The data bits as read.
     pub byte: u8,
     /// What is wrong with it.
-    pub fault: Option<Fault>,
-    /// When its sender began it.
+    pub fault: Option<CharacterError>,
+    /// When its transmission began.
     pub begin: Time,
-    /// When its sender ended it.
+    /// When its transmission ended.
     pub end: Time,
 }
 
-/// One direction.
+/// One direction of a serial line.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -50,24 +51,24 @@ pub struct Direction {
     /// Microseconds the line was idle before the first byte queued.
     idle: u64,
     receiver: Option<Receiver>,
-    /// The byte that passed last.
+    /// The last byte transmitted.
     last: u8,
 }
 
 impl Direction {
-    /// Bytes that have not passed.
+    /// Number of bytes not yet transmitted.
     #[must_use]
     pub fn queued(&self) -> usize {
         self.queued
     }
 
-    /// Whether a character is under way, or one is still being read.
+    /// Whether a character is being transmitted or received.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.queued > 0 || self.receiver.as_ref().is_some_and(Receiver::is_busy)
     }
 
-    /// Hands bytes to the sender; they follow what is queued. Returns when the first begins and the last ends.
+    /// Queues bytes for transmission; returns when the first begins and the last ends.
     pub fn push(&mut self, now: Time, bytes: &[u8], sender: SerialSettings) -> (Time, Time) {
         if self.bursts.is_empty() && self.clock.now() < now {
             let idle = now.since(self.clock.now());
@@ -89,7 +90,7 @@ impl Direction {
         (begin, self.ends_at())
     }
 
-    /// When everything that is queued will have passed.
+    /// When everything queued will have been transmitted.
     fn ends_at(&self) -> Time {
         let mut clock = self.clock;
         for burst in &self.bursts {
@@ -98,9 +99,9 @@ impl Direction {
         clock.now()
     }
 
-    /// When no more than `most` bytes will be left.
+    /// When at most `most` bytes will be left.
     #[must_use]
-    pub fn down_to_at(&self, most: usize) -> Time {
+    pub fn drained_to_at(&self, most: usize) -> Time {
         let mut surplus = self.queued.saturating_sub(most);
         let mut clock = self.clock;
         for burst in &self.bursts {
@@ -111,9 +112,9 @@ impl Direction {
         clock.now()
     }
 
-    /// When something is worth handing over: the end of a text or of a value, the byte behind an ETX (a
-    /// checksum), the last character, or [`LINE_PORTION`] characters. On a line whose ends do not match it is
-    /// every character, since what it becomes is not known before.
+    /// When the next characters should be taken: at the end of a text or value, at the byte after an ETX (a
+    /// checksum), at the last character, or after [`UART_FIFO`] characters. If the settings of both ends differ, at
+    /// every character, because its value is not known before.
     #[must_use]
     pub fn deadline(&self, own: SerialSettings) -> Option<Time> {
         let mut clock = self.clock;
@@ -122,25 +123,21 @@ impl Direction {
             return Some(clock.now() + frame_time(receiver.own()));
         };
         let most = if burst.sender == own && self.last != ETX {
-            burst.bytes.len().min(LINE_PORTION)
+            burst.bytes.len().min(UART_FIFO)
         } else {
             1
         };
-        let end = burst
-            .bytes
-            .iter()
-            .take(most)
-            .position(|&byte| ends_something(byte));
+        let end = burst.bytes.iter().take(most).position(|&byte| is_boundary(byte));
         clock.pass(burst.sender, end.map_or(most, |end| end + 1));
         Some(clock.now())
     }
 
-    /// What has passed by `now`, as a receiver of these settings reads it.
+    /// Removes the characters received by `now`, as a receiver with these settings reads them.
     pub fn take(&mut self, now: Time, own: SerialSettings) -> Vec<Arrival> {
         self.take_first(usize::MAX, now, own)
     }
 
-    /// The same of the first so many bytes queued.
+    /// As [`Direction::take`], for the first `most` bytes queued.
     pub fn take_first(&mut self, most: usize, now: Time, own: SerialSettings) -> Vec<Arrival> {
         let mut arrivals = Vec::new();
         let mut read = Vec::new();
@@ -167,32 +164,32 @@ impl Direction {
             self.queued = self.queued.saturating_sub(1);
             let receiver = self.receiver.get_or_insert_with(|| Receiver::new(sender, own));
             receiver.set(sender, own);
-            receiver.rest(core::mem::take(&mut self.idle), &mut read);
-            receiver.hear(byte, &mut read);
+            receiver.idle_for(core::mem::take(&mut self.idle), &mut read);
+            receiver.receive(byte, &mut read);
             arrivals.extend(read.drain(..).map(|character| arrival(character, begin, end)));
         }
         let ended = self.clock.now();
         if let Some(receiver) = self.receiver.as_mut().filter(|receiver| receiver.is_busy())
             && ended + frame_time(receiver.own()) <= now
         {
-            receiver.finish(&mut read);
+            receiver.flush(&mut read);
             let end = ended + frame_time(receiver.own());
             arrivals.extend(read.drain(..).map(|character| arrival(character, ended, end)));
         }
         arrivals
     }
 
-    /// Whether as many bytes are queued as are counted, and the receiver is within a character.
+    /// Whether the count matches the queue and the receiver is in a possible state; for a snapshot.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let bursts = &self.bursts;
         bursts.iter().all(|burst| !burst.bytes.is_empty())
             && self.queued == bursts.iter().map(|burst| burst.bytes.len()).sum::<usize>()
-            && self.receiver.as_ref().is_none_or(Receiver::is_sound)
+            && self.receiver.as_ref().is_none_or(Receiver::is_valid)
     }
 
-    /// Bytes of which no character has begun are forgotten.
+    /// Drops the queued bytes whose transmission has not begun.
     pub fn purge(&mut self, now: Time) {
         let Some(first) = self.bursts.front_mut() else {
             return;
@@ -203,21 +200,21 @@ impl Direction {
         self.bursts.truncate(begun);
     }
 
-    /// What was queued never passes.
-    pub fn cut(&mut self) {
+    /// Drops everything queued.
+    pub fn clear(&mut self) {
         *self = Direction::default();
     }
 }
 
-/// Bytes through a line on which nothing takes time.
+/// What a receiver reads when the line takes no time (option `serial.pacing` off).
 #[must_use]
-pub fn at_once(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
+pub fn receive_unpaced(bytes: &[u8], sender: SerialSettings, own: SerialSettings) -> Vec<Character> {
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();
     for &byte in bytes {
-        receiver.hear(byte, &mut read);
+        receiver.receive(byte, &mut read);
     }
-    receiver.finish(&mut read);
+    receiver.flush(&mut read);
     read
 }
 
@@ -230,6 +227,6 @@ fn arrival(character: Character, begin: Time, end: Time) -> Arrival {
     }
 }
 
-fn ends_something(byte: u8) -> bool {
+fn is_boundary(byte: u8) -> bool {
     matches!(byte, ETX | CR | LF | b',')
 }

@@ -1,5 +1,8 @@
-//! A serial line as a value: two directions in time, what the far end is known to have been opened with, and
-//! what of it has been told. Which bytes are texts, and who is told, is `talk`'s and `serial`'s.
+//! A serial line as a value: two directions in time, the settings of the host's port as far as known, and what has been
+//! reported about them.
+//!
+//! `direction` carries bytes in time, `uart` samples characters as a receiver does. Which bytes form texts is decided
+//! by the endpoint that owns the line.
 
 mod clock;
 pub mod direction;
@@ -13,7 +16,7 @@ use core::fmt;
 use direction::Direction;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
-/// What is known of the settings of the host's port. What is not known counts as matching.
+/// The settings of the host's port as far as known. An unknown setting counts as matching.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -31,19 +34,19 @@ pub struct HostSettings {
     pub stop: Option<u8>,
 }
 
-/// What is between the controller and its peer.
+/// The host's end of a serial line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum HostLine {
-    /// Nothing real: characters take their time, and are garbled, in here.
+pub enum HostEnd {
+    /// A simulated end: this crate models the time of characters and garbles them.
     Modelled(HostSettings),
-    /// A cable between two real ports, which does all that itself.
+    /// A real cable, which has its own timing and errors.
     Wire,
 }
 
-impl Default for HostLine {
-    fn default() -> HostLine {
-        HostLine::Modelled(HostSettings::default())
+impl Default for HostEnd {
+    fn default() -> HostEnd {
+        HostEnd::Modelled(HostSettings::default())
     }
 }
 
@@ -59,9 +62,9 @@ impl From<SerialSettings> for HostSettings {
 }
 
 impl HostSettings {
-    /// These settings, and where nothing is known those of the robot. Values no port can have count as unknown.
+    /// These settings; the robot's where one is unknown. Values that no port can have count as unknown.
     #[must_use]
-    pub fn over(&self, robot: SerialSettings) -> SerialSettings {
+    pub fn or_robot(&self, robot: SerialSettings) -> SerialSettings {
         SerialSettings {
             speed: self.speed.filter(|speed| *speed > 0).unwrap_or(robot.speed),
             length: self
@@ -76,23 +79,27 @@ impl HostSettings {
         }
     }
 
-    /// What differs from the robot's settings and what to do about it, for the author of the host program;
-    /// `None` if nothing does.
+    /// A message for the author of the host program: what differs from the robot's settings and what to do about
+    /// it; `None` if nothing differs.
     #[must_use]
     pub fn difference(&self, port: &str, robot: SerialSettings) -> Option<String> {
-        let host = self.over(robot);
+        let host = self.or_robot(robot);
         if host == robot {
             return None;
         }
         let pairs = [
-            ("speed", words_speed(robot.speed), words_speed(host.speed)),
+            ("speed", describe_speed(robot.speed), describe_speed(host.speed)),
             (
                 "character length",
-                words_length(robot.length),
-                words_length(host.length),
+                describe_length(robot.length),
+                describe_length(host.length),
             ),
-            ("parity", words_parity(robot.parity), words_parity(host.parity)),
-            ("stop bits", words_stop(robot.stop), words_stop(host.stop)),
+            (
+                "parity",
+                describe_parity(robot.parity),
+                describe_parity(host.parity),
+            ),
+            ("stop bits", describe_stop(robot.stop), describe_stop(host.stop)),
         ];
         let differences: Vec<String> = pairs
             .into_iter()
@@ -114,7 +121,7 @@ impl HostSettings {
             "{}; {effect}. Open the host's port with {}, or set {{{port}}} = {} {} {} {} in [U06] of USER.PAR and \
              switch the power off and on",
             differences.join("; "),
-            Words(robot),
+            SettingsText(robot),
             host.speed,
             host.length,
             host.parity.number(),
@@ -123,32 +130,32 @@ impl HostSettings {
     }
 }
 
-/// Settings in words: `9600 bps, 8 bits, no parity, 1 stop bit`.
-pub struct Words(pub SerialSettings);
+/// Settings as a phrase: `9600 bps, 8 bits, no parity, 1 stop bit`.
+pub struct SettingsText(pub SerialSettings);
 
-impl fmt::Display for Words {
+impl fmt::Display for SettingsText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Words(line) = self;
+        let SettingsText(line) = self;
         write!(
             f,
             "{}, {}, {}, {}",
-            words_speed(line.speed),
-            words_length(line.length),
-            words_parity(line.parity),
-            words_stop(line.stop)
+            describe_speed(line.speed),
+            describe_length(line.length),
+            describe_parity(line.parity),
+            describe_stop(line.stop)
         )
     }
 }
 
-fn words_speed(speed: u32) -> String {
+fn describe_speed(speed: u32) -> String {
     format!("{speed} bps")
 }
 
-fn words_length(length: u8) -> String {
+fn describe_length(length: u8) -> String {
     format!("{length} bits")
 }
 
-fn words_parity(parity: Parity) -> String {
+fn describe_parity(parity: Parity) -> String {
     match parity {
         Parity::None => "no parity",
         Parity::Odd => "odd parity",
@@ -157,14 +164,14 @@ fn words_parity(parity: Parity) -> String {
     .to_string()
 }
 
-fn words_stop(stop: u8) -> String {
+fn describe_stop(stop: u8) -> String {
     match stop {
         1 => "1 stop bit".to_string(),
         other => format!("{other} stop bits"),
     }
 }
 
-/// The line of a serial port.
+/// The line of a serial port (HOST or COM1).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -172,67 +179,71 @@ fn words_stop(stop: u8) -> String {
     serde(deny_unknown_fields)
 )]
 pub struct SerialLine {
-    /// What is at its far end.
-    pub host: HostLine,
-    /// Settings of the host that have been told to differ.
-    pub told: Option<HostSettings>,
+    /// The other end.
+    pub host: HostEnd,
+    /// Settings of the host that were reported as different, so that each mismatch is reported once.
+    #[cfg_attr(feature = "serde", serde(rename = "told"))]
+    pub reported_mismatch: Option<HostSettings>,
     /// From the host to the robot.
     pub inbound: Direction,
     /// From the robot to the host.
     pub outbound: Direction,
-    /// From when to when the robot sends, or sent last.
+    /// Begin and end of the transmission under way, or of the last one (half-duplex rule, SER-02).
     pub sending: Option<(Time, Time)>,
-    /// The peer is gone, but what it sent is still on the line.
-    pub leaving: Option<Leaving>,
+    /// A peer that is gone while bytes it sent are still on the line.
+    #[cfg_attr(feature = "serde", serde(rename = "leaving"))]
+    pub departed_peer: Option<DepartedPeer>,
 }
 
-/// A peer that is gone.
+/// A peer that is gone, with bytes still on the line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct Leaving {
-    /// Bytes of it that have not passed; those behind them are the next one's.
-    pub left: usize,
-    /// The next one, if it is there.
-    pub next: Option<String>,
+pub struct DepartedPeer {
+    /// Its bytes that are still on the line; later bytes belong to the next peer.
+    #[cfg_attr(feature = "serde", serde(rename = "left"))]
+    pub bytes_left: usize,
+    /// The next peer, if it is connected already.
+    #[cfg_attr(feature = "serde", serde(rename = "next"))]
+    pub next_peer: Option<String>,
 }
 
 impl SerialLine {
-    /// Settings of the host's port on a modelled line.
+    /// Settings of the host's port; `None` for a real cable, where they are not known.
     #[must_use]
-    pub fn far_end(&self, robot: SerialSettings) -> Option<SerialSettings> {
+    pub fn host_settings(&self, robot: SerialSettings) -> Option<SerialSettings> {
         match self.host {
-            HostLine::Modelled(host) => Some(host.over(robot)),
-            HostLine::Wire => None,
+            HostEnd::Modelled(host) => Some(host.or_robot(robot)),
+            HostEnd::Wire => None,
         }
     }
 
-    /// When something has to be handed over.
+    /// When bytes of either direction are next due.
     #[must_use]
     pub fn deadline(&self, robot: SerialSettings) -> Option<Time> {
-        let far = self.far_end(robot).unwrap_or(robot);
+        let far = self.host_settings(robot).unwrap_or(robot);
         let inbound = self.inbound.deadline(robot);
         inbound.into_iter().chain(self.outbound.deadline(far)).min()
     }
 
-    /// Characters are under way in either direction.
+    /// Whether characters are on the line in either direction.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.inbound.is_busy() || self.outbound.is_busy()
     }
 
-    /// Whether the robot sent at any time between these two.
+    /// Whether the robot was sending at any time between `begin` and `end`.
     #[must_use]
     pub fn was_sending(&self, begin: Time, end: Time) -> bool {
         self.sending
             .is_some_and(|(first, last)| begin < last && end > first)
     }
 
-    /// The robot sends from `begin` to `end`, right behind what it sent before or later.
-    pub fn sends(&mut self, begin: Time, end: Time) {
+    /// Records that the robot sends from `begin` to `end`. Adjoining transmissions become one.
+    pub fn note_sending(&mut self, begin: Time, end: Time) {
         self.sending = match self.sending {
             Some((first, last)) if last >= begin => Some((first, last.max(end))),
             _ => Some((begin, end)),

@@ -1,6 +1,6 @@
 //! Tests of a direction in time, and of the words about settings.
 
-use super::direction::{Arrival, at_once};
+use super::direction::{Arrival, receive_unpaced};
 use super::*;
 use core::time::Duration;
 
@@ -96,8 +96,8 @@ fn each_byte_has_the_settings_it_was_handed_over_with() {
     let (begin, end) = direction.push(Time::ZERO, &[b'b'; 192], fast);
     assert_eq!(begin, Time::from_millis(100));
     assert_eq!(end, Time::from_millis(200));
-    assert_eq!(direction.down_to_at(192), begin);
-    assert_eq!(direction.down_to_at(96), Time::from_millis(150));
+    assert_eq!(direction.drained_to_at(192), begin);
+    assert_eq!(direction.drained_to_at(96), Time::from_millis(150));
     let (arrivals, _) = drain(&mut direction, plain());
     assert_eq!(
         arrivals.last().map(|arrival| arrival.end),
@@ -142,7 +142,7 @@ fn paced_or_at_once_the_same_is_read() {
             .iter()
             .map(|arrival| (arrival.byte, arrival.fault))
             .collect();
-        let at_once: Vec<_> = at_once(text, sender, plain())
+        let at_once: Vec<_> = receive_unpaced(text, sender, plain())
             .iter()
             .map(|character| (character.byte, character.fault))
             .collect();
@@ -165,8 +165,8 @@ fn a_pause_shorter_than_the_receivers_character_ends_it() {
         .collect();
     assert_eq!(read, [(b'\r', None), (b'\r', None)]);
     // Without the pause the next start bit stands there.
-    let run_on = at_once(b"\r\r", plain(), own);
-    assert_eq!(run_on[0].fault, Some(uart::Fault::Framing));
+    let run_on = receive_unpaced(b"\r\r", plain(), own);
+    assert_eq!(run_on[0].fault, Some(uart::CharacterError::Framing));
 }
 
 #[test]
@@ -203,5 +203,5 @@ fn settings_no_port_can_have_count_as_unknown() {
         parity: None,
         stop: Some(0),
     };
-    assert_eq!(host.over(plain()), plain());
+    assert_eq!(host.or_robot(plain()), plain());
 }

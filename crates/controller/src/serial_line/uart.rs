@@ -1,32 +1,27 @@
-//! A UART at bit level: a character as the levels its sender puts on the line, and a receiver that samples
-//! them in the middle of the bits it expects. Which line it is, and when, is [`super::direction`]'s.
+//! What a UART receives when the settings of both ends differ: each character is sampled bit by bit, at the receiver's
+//! speed.
 //!
-//! ```text
-//!   idle ----+     +-----+           +-----------+ stop, idle
-//!      high  |start| b0  | b1  ...   |  parity   |
-//!            +-----+     +-----------+             low
-//!               ^     ^     ^   samples of a receiver at the same speed
-//! ```
+//! With equal settings every character arrives as sent. `direction` adds the time.
 
 use alloc::vec::Vec;
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// What is wrong with a character as received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fault {
+pub enum CharacterError {
     /// The number of ones is not what the parity asks for.
     Parity,
     /// The line was low where the stop bit was expected.
     Framing,
 }
 
-impl Fault {
+impl CharacterError {
     /// In words, for the log.
     #[must_use]
-    pub const fn words(self) -> &'static str {
+    pub const fn description(self) -> &'static str {
         match self {
-            Fault::Parity => "parity error",
-            Fault::Framing => "framing error",
+            CharacterError::Parity => "parity error",
+            CharacterError::Framing => "framing error",
         }
     }
 }
@@ -37,7 +32,7 @@ pub struct Character {
     /// The data bits; those beyond the character length are 0.
     pub byte: u8,
     /// What is wrong with it.
-    pub fault: Option<Fault>,
+    pub fault: Option<CharacterError>,
 }
 
 /// Bits one character takes on the line: start, data, parity, stop.
@@ -80,7 +75,7 @@ fn levels(line: SerialSettings, byte: u8) -> impl Iterator<Item = bool> {
 /// in which the bits of both, and half a bit, are whole numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum State {
+enum ReceiverState {
     /// It waits for the line to fall.
     #[default]
     Idle,
@@ -107,7 +102,7 @@ enum State {
 pub struct Receiver {
     sender: SerialSettings,
     own: SerialSettings,
-    state: State,
+    state: ReceiverState,
 }
 
 impl Receiver {
@@ -117,7 +112,7 @@ impl Receiver {
         Receiver {
             sender,
             own,
-            state: State::Idle,
+            state: ReceiverState::Idle,
         }
     }
 
@@ -143,23 +138,23 @@ impl Receiver {
     /// Whether no more bits have been taken than a character has.
     #[cfg(feature = "serde")]
     #[must_use]
-    pub fn is_sound(&self) -> bool {
+    pub fn is_valid(&self) -> bool {
         let samples = 2 + self.own.length + u8::from(has_parity(self.own));
         match self.state {
-            State::Idle | State::Low => true,
-            State::Frame { taken, .. } => taken < samples,
+            ReceiverState::Idle | ReceiverState::Low => true,
+            ReceiverState::Frame { taken, .. } => taken < samples,
         }
     }
 
     /// Whether it is inside a character.
     #[must_use]
     pub fn is_busy(&self) -> bool {
-        matches!(self.state, State::Frame { .. })
+        matches!(self.state, ReceiverState::Frame { .. })
     }
 
     /// The next byte of the sender, without a pause; what the receiver has read by its end is added to `read`.
-    pub fn hear(&mut self, byte: u8, read: &mut Vec<Character>) {
-        if self.is_matched() && self.state == State::Idle {
+    pub fn receive(&mut self, byte: u8, read: &mut Vec<Character>) {
+        if self.is_matched() && self.state == ReceiverState::Idle {
             read.push(Character {
                 byte: byte & mask(self.own),
                 fault: None,
@@ -168,40 +163,40 @@ impl Receiver {
         }
         let bit = 2 * u64::from(self.own.speed);
         for level in levels(self.sender, byte) {
-            self.listen(level, bit, read);
+            self.advance(level, bit, read);
         }
     }
 
     /// The line is idle for so many microseconds.
-    pub fn rest(&mut self, micros: u64, read: &mut Vec<Character>) {
+    pub fn idle_for(&mut self, micros: u64, read: &mut Vec<Character>) {
         let units =
             2 * u128::from(self.sender.speed) * u128::from(self.own.speed) * u128::from(micros) / 1_000_000;
-        self.listen(true, u64::try_from(units).unwrap_or(u64::MAX), read);
+        self.advance(true, u64::try_from(units).unwrap_or(u64::MAX), read);
     }
 
     /// The line is idle for longer than a character takes.
-    pub fn finish(&mut self, read: &mut Vec<Character>) {
-        self.listen(true, u64::MAX, read);
+    pub fn flush(&mut self, read: &mut Vec<Character>) {
+        self.advance(true, u64::MAX, read);
     }
 
     /// The line has this level for so many units.
-    fn listen(&mut self, level: bool, units: u64, read: &mut Vec<Character>) {
+    fn advance(&mut self, level: bool, units: u64, read: &mut Vec<Character>) {
         let mut rest = units;
         loop {
             self.state = match self.state {
-                State::Idle if !level => State::Frame {
+                ReceiverState::Idle if !level => ReceiverState::Frame {
                     left: u64::from(self.sender.speed),
                     taken: 0,
                     bits: 0,
                 },
-                State::Low if level => State::Idle,
-                State::Idle | State::Low => return,
-                State::Frame { left, taken, bits } if left >= rest => {
+                ReceiverState::Low if level => ReceiverState::Idle,
+                ReceiverState::Idle | ReceiverState::Low => return,
+                ReceiverState::Frame { left, taken, bits } if left >= rest => {
                     let left = left - rest;
-                    self.state = State::Frame { left, taken, bits };
+                    self.state = ReceiverState::Frame { left, taken, bits };
                     return;
                 }
-                State::Frame { left, taken, bits } => {
+                ReceiverState::Frame { left, taken, bits } => {
                     rest -= left;
                     let bits = bits | u16::from(level).checked_shl(u32::from(taken)).unwrap_or(0);
                     self.sample(level, taken + 1, bits, read)
@@ -211,29 +206,33 @@ impl Receiver {
     }
 
     /// A sample has been taken; the last one is that of the first stop bit, as in every UART.
-    fn sample(&self, level: bool, taken: u8, bits: u16, read: &mut Vec<Character>) -> State {
+    fn sample(&self, level: bool, taken: u8, bits: u16, read: &mut Vec<Character>) -> ReceiverState {
         let samples = 2 + self.own.length + u8::from(has_parity(self.own));
         if taken == 1 && level {
             // The line fell for less than half a bit: no start bit.
-            return State::Idle;
+            return ReceiverState::Idle;
         }
         if taken < samples {
             let left = 2 * u64::from(self.sender.speed);
-            return State::Frame { left, taken, bits };
+            return ReceiverState::Frame { left, taken, bits };
         }
         let [low, high] = (bits >> 1).to_le_bytes();
         let byte = low & mask(self.own);
         let above = u16::from_le_bytes([low, high]).checked_shr(u32::from(self.own.length));
         let parity = above.unwrap_or(0) & 1 == 1;
         let fault = if !level {
-            Some(Fault::Framing)
+            Some(CharacterError::Framing)
         } else if has_parity(self.own) && parity != parity_bit(self.own.parity, byte) {
-            Some(Fault::Parity)
+            Some(CharacterError::Parity)
         } else {
             None
         };
         read.push(Character { byte, fault });
-        if level { State::Idle } else { State::Low }
+        if level {
+            ReceiverState::Idle
+        } else {
+            ReceiverState::Low
+        }
     }
 }
 

@@ -1,5 +1,6 @@
-//! Whether the parts of a restored controller are such as a run leads to: every bound that the code elsewhere keeps by
-//! the way it changes them. Tasks and programs are `execution`'s, single fields their types'.
+//! Validates the parts of a restored controller: every bound that the rest of the code keeps by construction.
+//!
+//! Tasks and programs are validated in `execution`, single fields by their types.
 
 use super::SnapshotError;
 use crate::Controller;
@@ -8,7 +9,8 @@ use crate::controller::fresh_lines;
 use crate::drive::Drive;
 use crate::input::KeySwitch;
 use crate::limits::{
-    LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_PARCELS, MAX_SEND, OUTBOX, PENDANT_TEXT, RING_BUFFER, SERVO_ONS,
+    LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
+    RING_BUFFER, SERVO_ONS,
 };
 use crate::options::Config;
 use crate::port::Port;
@@ -28,9 +30,9 @@ const LONGEST: Duration = Duration::from_micros(u64::MAX);
 /// Most bytes of a serial line in one direction: both queues, and a text on its way into them.
 const MOST_ON_LINE: usize = 2 * LINE_QUEUE + MAX_SEND;
 
-type Checked = Result<(), SnapshotError>;
+type CheckResult = Result<(), SnapshotError>;
 
-fn within<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<T>) -> Checked {
+fn check_range<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<T>) -> CheckResult {
     if range.contains(&found) {
         return Ok(());
     }
@@ -38,11 +40,11 @@ fn within<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<
     Err(SnapshotError::value(place, &expected, found))
 }
 
-fn at_most(place: &str, found: usize, most: usize) -> Checked {
-    within(place, found, 0..=most)
+fn check_at_most(place: &str, found: usize, most: usize) -> CheckResult {
+    check_range(place, found, 0..=most)
 }
 
-fn lasting(place: &str, found: Duration) -> Checked {
+fn check_duration(place: &str, found: Duration) -> CheckResult {
     if found <= LONGEST {
         return Ok(());
     }
@@ -53,7 +55,7 @@ fn lasting(place: &str, found: Duration) -> Checked {
     ))
 }
 
-fn ports<T>(place: &str, found: &BTreeMap<Port, T>, expected: &[Port]) -> Checked {
+fn check_ports<T>(place: &str, found: &BTreeMap<Port, T>, expected: &[Port]) -> CheckResult {
     if found.keys().eq(expected) {
         return Ok(());
     }
@@ -68,24 +70,24 @@ fn ports<T>(place: &str, found: &BTreeMap<Port, T>, expected: &[Port]) -> Checke
 }
 
 /// The configuration, before anything is made of it.
-pub(super) fn config(config: &Config) -> Checked {
-    let model = config.model.check();
+pub(super) fn check_config(config: &Config) -> CheckResult {
+    let model = config.model.validate();
     model.map_err(|error| SnapshotError::value("config.model", "an arm", error))?;
-    within("config.options.low_speed", config.options.low_speed, 1..=100)?;
-    lasting("config.options.do_min_run", config.options.do_min_run)?;
-    lasting("config.options.servo_interval", config.options.servo_interval)?;
+    check_range("config.options.low_speed", config.options.low_speed, 1..=100)?;
+    check_duration("config.options.do_min_run", config.options.do_min_run)?;
+    check_duration("config.options.servo_interval", config.options.servo_interval)?;
     if let Some(found) = config.options.equal_within {
-        within("config.options.equal_within", found, 0.0..=f32::MAX)?;
+        check_range("config.options.equal_within", found, 0.0..=f32::MAX)?;
     }
     if !config.calendar.is_valid() {
         let found = format!("{:?}", config.calendar);
         return Err(SnapshotError::value("config.calendar", "a date and time", found));
     }
-    key_exists("config.key", config, config.key)?;
-    points(config)
+    check_key("config.key", config, config.key)?;
+    check_points(config)
 }
 
-fn key_exists(place: &str, config: &Config, key: KeySwitch) -> Checked {
+fn check_key(place: &str, config: &Config, key: KeySwitch) -> CheckResult {
     if key == KeySwitch::Internal && !config.controller.has_internal() {
         let expected = format!("TEACHING or EXT, which the {} has", config.controller.name());
         return Err(SnapshotError::value(place, &expected, "INTERNAL"));
@@ -93,8 +95,8 @@ fn key_exists(place: &str, config: &Config, key: KeySwitch) -> Checked {
     Ok(())
 }
 
-fn points(config: &Config) -> Checked {
-    at_most("config.points", config.points.len(), MAX_POINTS)?;
+fn check_points(config: &Config) -> CheckResult {
+    check_at_most("config.points", config.points.len(), MAX_POINTS)?;
     let arm = config.model.language();
     let mut names = BTreeSet::new();
     let mut points = config.points.iter();
@@ -108,15 +110,15 @@ fn points(config: &Config) -> Checked {
 }
 
 impl Controller {
-    pub(super) fn check(&self) -> Checked {
+    pub(super) fn validate(&self) -> CheckResult {
         self.check_state()?;
         self.check_drive()?;
         self.check_alarms()?;
         self.signals.check()?;
-        self.check_talk()?;
+        self.check_endpoints()?;
         self.check_arm()?;
         self.check_faults()?;
-        at_most("pendant", self.pendant.len(), PENDANT_TEXT)?;
+        check_at_most("pendant", self.pendant.len(), PENDANT_TEXT)?;
         match self.poll_deadline() {
             Some(due) if due < self.now => {
                 let expected = format!("nothing that was due before {}", self.now);
@@ -126,18 +128,18 @@ impl Controller {
         }
     }
 
-    fn check_state(&self) -> Checked {
+    fn check_state(&self) -> CheckResult {
         let state = &self.state;
-        within("state.override_percent", state.override_percent, 1..=100)?;
-        within("state.guide.coordinate", state.guide.coordinate, 0..=3)?;
-        within("state.guide.rate", state.guide.rate, 0..=2)?;
-        within("state.guide.mode", state.guide.mode, 0..=2)?;
-        lasting("state.run_total", state.run_total)?;
-        lasting("upkeep", self.maintenance.longest())?;
+        check_range("state.override_percent", state.override_percent, 1..=100)?;
+        check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
+        check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;
+        check_range("state.guide.mode", state.jog_mode.mode, 0..=2)?;
+        check_duration("state.run_total", state.run_total)?;
+        check_duration("upkeep", self.maintenance.longest())?;
         if let Some(watchdog) = &state.watchdog {
-            lasting("state.watchdog.timeout", watchdog.timeout)?;
+            check_duration("state.watchdog.timeout", watchdog.timeout)?;
         }
-        within("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
+        check_range("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
         if state.servo && state.servo_due.is_some() {
             let expected = "no servo power that is held back while it is on";
             return Err(SnapshotError::value("state.servo_due", expected, "one"));
@@ -147,10 +149,10 @@ impl Controller {
             let expected = "no servo power in an emergency stop or with the safety switch open";
             return Err(SnapshotError::value("state.servo", expected, "servo power"));
         }
-        key_exists("state.key", &self.config, state.key)
+        check_key("state.key", &self.config, state.key)
     }
 
-    fn check_drive(&self) -> Checked {
+    fn check_drive(&self) -> CheckResult {
         let mut fresh = Drive::new(self.config.options.drive_capacity);
         for (name, content) in self.drive.files() {
             let place = format!("drive.files.{name}");
@@ -173,9 +175,9 @@ impl Controller {
         Err(SnapshotError::value("drive.capacity", &expected, "another"))
     }
 
-    fn check_alarms(&self) -> Checked {
-        at_most("alarms.active", self.alarms.active().len(), MAX_ALARMS)?;
-        at_most("alarms.history", self.alarms.history().count(), MAX_HISTORY)?;
+    fn check_alarms(&self) -> CheckResult {
+        check_at_most("alarms.active", self.alarms.active().len(), MAX_ALARMS)?;
+        check_at_most("alarms.history", self.alarms.history().count(), MAX_HISTORY)?;
         let mut all = self.alarms.active().iter().chain(self.alarms.history());
         match all.find(|alarm| !alarm.at.is_valid()) {
             Some(alarm) => Err(SnapshotError::value(
@@ -187,14 +189,14 @@ impl Controller {
         }
     }
 
-    fn check_talk(&self) -> Checked {
-        ports("sessions", &self.sessions, &[Port::Host, Port::Ip0])?;
+    fn check_endpoints(&self) -> CheckResult {
+        check_ports("sessions", &self.sessions, &[Port::Host, Port::Ip0])?;
         for (port, session) in &self.sessions {
             if session.port != *port {
                 let place = format!("sessions.{port}.port");
                 return Err(SnapshotError::value(&place, port.name(), session.port));
             }
-            if !session.is_sound(self.config.options.text) {
+            if !session.is_valid(self.config.options.text) {
                 let expected = "a text, a message and a file within their bounds";
                 return Err(SnapshotError::value(
                     &format!("sessions.{port}"),
@@ -204,19 +206,19 @@ impl Controller {
             }
         }
         let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
-        ports("channels", &self.channels, &scol)?;
-        let ring = |place: &str, channel: &Channel| at_most(place, channel.len(), RING_BUFFER);
+        check_ports("channels", &self.channels, &scol)?;
+        let ring = |place: &str, channel: &Channel| check_at_most(place, channel.len(), RING_BUFFER);
         for (port, channel) in &self.channels {
             ring(&format!("channels.{port}.ring"), channel)?;
         }
         ring("keys.ring", &self.keys)?;
         let serial: alloc::vec::Vec<Port> = fresh_lines().into_keys().collect();
-        ports("lines", &self.lines, &serial)?;
+        check_ports("lines", &self.lines, &serial)?;
         for (port, line) in &self.lines {
             for (direction, name) in [(&line.inbound, "inbound"), (&line.outbound, "outbound")] {
                 let place = format!("lines.{port}.{name}");
-                at_most(&place, direction.queued(), MOST_ON_LINE)?;
-                if !direction.is_sound() {
+                check_at_most(&place, direction.queued(), MOST_ON_LINE)?;
+                if !direction.is_valid() {
                     let expected = "as many bytes as are counted, and a character within its bits";
                     return Err(SnapshotError::value(&place, expected, "others"));
                 }
@@ -225,7 +227,7 @@ impl Controller {
         Ok(())
     }
 
-    fn check_faults(&self) -> Checked {
+    fn check_faults(&self) -> CheckResult {
         self.faults.validate().map_err(|(place, expected, found)| {
             SnapshotError::value(&format!("faults.{place}"), &expected, found)
         })?;
@@ -238,15 +240,15 @@ impl Controller {
         for port in Port::ALL {
             let (bytes, parcels) = self.send_queue.waiting(port);
             let place = format!("outbox.queues.{port}");
-            at_most(&place, bytes, OUTBOX)?;
-            at_most(&place, parcels, MAX_PARCELS)?;
+            check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
+            check_at_most(&place, parcels, MAX_QUEUED_SEGMENTS)?;
         }
         Ok(())
     }
 
-    fn check_arm(&self) -> Checked {
+    fn check_arm(&self) -> CheckResult {
         self.arm
-            .check(self.now)
+            .validate(self.now)
             .map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
         let text = self.jogging.map(|port| (port, port.protocol().is_some()));
         match text {
@@ -257,7 +259,7 @@ impl Controller {
 }
 
 impl Signals {
-    fn check(&self) -> Checked {
+    fn check(&self) -> CheckResult {
         for (place, line) in self.snapshot_lines() {
             if !Signals::exists(line) {
                 let place = format!("signals.{place}");

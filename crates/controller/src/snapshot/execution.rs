@@ -1,4 +1,6 @@
-//! What runs, on paper: a task is the state of its machine and what it is doing, a program its source.
+//! The executor in a snapshot: a task is the state of its machine and what it waits for, a program is its source.
+//!
+//! The `Saved*` types mirror those of `crate::executor`, which hold compiled programs.
 
 use super::SnapshotError;
 use crate::executor::{Direct, Executor, MAIN_TASK, RunState, Selected, Stopwatch, Task, TaskState};
@@ -76,20 +78,20 @@ pub(super) struct SavedExecution {
 }
 
 impl SavedTask {
-    fn of(task: &Task) -> SavedTask {
+    fn new(task: &Task) -> SavedTask {
         SavedTask {
             machine: task.machine.state(),
             doing: task.doing.clone(),
             budget: task.budget,
             scan_at: task.scan_at,
-            handler: task.handler.as_deref().map(SavedTask::of).map(Box::new),
+            handler: task.handler.as_deref().map(SavedTask::new).map(Box::new),
             look_at: task.look_at,
         }
     }
 
     fn restore(self, place: &str, program: &Arc<Program>) -> Result<Task, SnapshotError> {
         let machine = Machine::restore(Arc::clone(program), self.machine)
-            .map_err(|reason| SnapshotError::run(&format!("{place}.machine"), reason))?;
+            .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;
         let handler = match self.handler {
             Some(handler) if handler.handler.is_some() => {
                 let place = format!("{place}.handler.handler");
@@ -148,7 +150,7 @@ fn check_task(task: &Task, place: &str) -> Result<(), SnapshotError> {
 }
 
 impl SavedSelection {
-    fn of(selected: &Selected) -> SavedSelection {
+    fn new(selected: &Selected) -> SavedSelection {
         SavedSelection {
             name: selected.name.clone(),
             source: selected.source.clone(),
@@ -177,7 +179,7 @@ impl SavedSelection {
             ));
         };
         let memory = Memory::restore(&program, self.memory)
-            .map_err(|reason| SnapshotError::run("execution.selected.memory", reason))?;
+            .map_err(|reason| SnapshotError::program("execution.selected.memory", reason))?;
         Ok(Selected {
             name: self.name,
             source: self.source,
@@ -189,10 +191,10 @@ impl SavedSelection {
 }
 
 impl SavedDirect {
-    fn of(direct: &Direct) -> SavedDirect {
+    fn new(direct: &Direct) -> SavedDirect {
         SavedDirect {
             statement: direct.statement.clone(),
-            task: SavedTask::of(&direct.task),
+            task: SavedTask::new(&direct.task),
             since: direct.since,
             begun: direct.begun,
             moved: direct.moved,
@@ -231,12 +233,12 @@ impl SavedDirect {
 }
 
 impl SavedExecution {
-    pub(super) fn of(execution: &Executor) -> SavedExecution {
+    pub(super) fn new(execution: &Executor) -> SavedExecution {
         let tasks = execution.tasks.iter();
         SavedExecution {
-            selected: execution.selected.as_ref().map(SavedSelection::of),
-            main: execution.main.as_ref().map(SavedTask::of),
-            tasks: tasks.map(|(id, task)| (*id, SavedTask::of(task))).collect(),
+            selected: execution.selected.as_ref().map(SavedSelection::new),
+            main: execution.main.as_ref().map(SavedTask::new),
+            tasks: tasks.map(|(id, task)| (*id, SavedTask::new(task))).collect(),
             turn: execution.turn,
             next_task: execution.next_task,
             arm_owner: execution.arm_owner,
@@ -245,7 +247,7 @@ impl SavedExecution {
             paused: execution.paused,
             timer: execution.timer,
             course: execution.course,
-            direct: execution.direct.as_ref().map(SavedDirect::of),
+            direct: execution.direct.as_ref().map(SavedDirect::new),
             direct_done: None,
             direct_ended: execution.direct_ended,
             run_shown_until: execution.run_shown_until,
@@ -257,7 +259,7 @@ impl SavedExecution {
         let mut execution = Executor::new(&config.language());
         execution
             .restore_spare(self.spare_memory)
-            .map_err(|reason| SnapshotError::run("execution.spare_memory", reason))?;
+            .map_err(|reason| SnapshotError::program("execution.spare_memory", reason))?;
         execution.selected = self
             .selected
             .map(|selected| selected.restore(config))
@@ -284,12 +286,12 @@ impl SavedExecution {
         execution.course = self.course;
         execution.direct_ended = self.direct_ended;
         execution.run_shown_until = self.run_shown_until;
-        check(&execution)?;
+        validate(&execution)?;
         Ok(execution)
     }
 }
 
-fn check(execution: &Executor) -> Result<(), SnapshotError> {
+fn validate(execution: &Executor) -> Result<(), SnapshotError> {
     let fail = |place: &str, expected: &str, found: String| {
         Err(SnapshotError::value(
             &format!("execution.{place}"),

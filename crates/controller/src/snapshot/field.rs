@@ -1,5 +1,7 @@
-//! Single fields of a snapshot whose form on paper is not that of memory: the files of the RAM drive as text, an alarm
-//! as its number, a fault as it is armed.
+//! Fields whose form in a snapshot differs from that in memory: files as text, an alarm as its number, a fault as its
+//! specification.
+//!
+//! The modules are for `serde(with = ...)`.
 
 use crate::alarm::{ALARMS, AlarmCode};
 use crate::faults::{Fault, FaultError};

@@ -1,9 +1,11 @@
-//! The whole controller as one versioned value that can be written down: taken between two inputs, restored to a
-//! controller that goes on as the one it was taken of. Nothing in it is believed: what no run leads to is refused
-//! with what was expected and found, and where. The form on paper, names, and files are the edge's.
+//! Snapshots: the whole controller as one versioned value, taken between two inputs.
 //!
-//! A snapshot holds the programs as their sources; they are compiled anew and shared again. Outputs that were not
-//! fetched are not in it: fetch them first, as [`Controller::feed`] does.
+//! A restored controller continues exactly like the one it was taken of. A snapshot is validated in full on restore: a
+//! state that cannot occur is rejected with what was expected, what was found, and where. The emulator gives snapshots
+//! names and files.
+//!
+//! Programs are stored as source and compiled again. Outputs that were not drained are not part of a snapshot: drain them
+//! first, as [`Controller::feed`] does.
 
 mod check;
 mod execution;
@@ -16,14 +18,14 @@ use crate::channel::Channel;
 use crate::drive::Drive;
 use crate::faults::Faults;
 use crate::maintenance::MaintenanceCounters;
-use crate::network::NetworkPlan;
+use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::port::Port;
 use crate::send_queue::SendQueue;
 use crate::serial_line::SerialLine;
 use crate::session::Session;
 use crate::signals::Signals;
-use crate::state::State;
+use crate::state::PanelState;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
@@ -71,7 +73,7 @@ impl SnapshotError {
         }
     }
 
-    pub(crate) fn run(place: &str, reason: RestoreError) -> SnapshotError {
+    pub(crate) fn program(place: &str, reason: RestoreError) -> SnapshotError {
         let place = place.to_string();
         SnapshotError::Run { place, reason }
     }
@@ -79,16 +81,16 @@ impl SnapshotError {
 
 /// What stands at the head of every snapshot, to be read before the rest is believed to be one.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct SnapshotHead {
+pub struct SnapshotHeader {
     /// [`SNAPSHOT_FORMAT`].
     pub format: String,
     /// [`SNAPSHOT_VERSION`].
     pub version: u32,
 }
 
-impl SnapshotHead {
-    fn present() -> SnapshotHead {
-        SnapshotHead {
+impl SnapshotHeader {
+    fn current() -> SnapshotHeader {
+        SnapshotHeader {
             format: SNAPSHOT_FORMAT.to_string(),
             version: SNAPSHOT_VERSION,
         }
@@ -98,7 +100,7 @@ impl SnapshotHead {
     ///
     /// # Errors
     /// [`SnapshotError::Value`] of `format` or `version`.
-    pub fn check(&self) -> Result<(), SnapshotError> {
+    pub fn validate(&self) -> Result<(), SnapshotError> {
         if self.format != SNAPSHOT_FORMAT {
             return Err(SnapshotError::value("format", SNAPSHOT_FORMAT, &self.format));
         }
@@ -118,7 +120,7 @@ pub struct Snapshot {
     version: u32,
     config: Config,
     now: Time,
-    state: State,
+    state: PanelState,
     drive: Drive,
     alarms: Alarms,
     signals: Signals,
@@ -132,7 +134,7 @@ pub struct Snapshot {
     jogging: Option<Port>,
     ethernet: EthernetParameters,
     user: UserParameters,
-    network: NetworkPlan,
+    network: NetworkConfig,
     traced: bool,
     #[serde(default)]
     upkeep: MaintenanceCounters,
@@ -153,7 +155,7 @@ impl Controller {
     /// This controller on paper.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let SnapshotHead { format, version } = SnapshotHead::present();
+        let SnapshotHeader { format, version } = SnapshotHeader::current();
         Snapshot {
             format,
             version,
@@ -168,7 +170,7 @@ impl Controller {
             lines: self.lines.clone(),
             keys: self.keys.clone(),
             pendant: self.pendant.clone(),
-            execution: SavedExecution::of(&self.executor),
+            execution: SavedExecution::new(&self.executor),
             arm: self.arm.clone(),
             jogging: self.jogging,
             ethernet: self.ethernet.clone(),
@@ -213,9 +215,9 @@ impl Controller {
             vary,
             outbox,
         } = snapshot;
-        SnapshotHead { format, version }.check()?;
-        check::config(&config)?;
-        let arm = arm.of_model(config.model.clone());
+        SnapshotHeader { format, version }.validate()?;
+        check::check_config(&config)?;
+        let arm = arm.with_model(config.model.clone());
         let execution = execution.restore(&config)?;
         let controller = Controller {
             config,
@@ -243,7 +245,7 @@ impl Controller {
             outputs: VecDeque::new(),
             persistence: crate::persistence::Persistence::default(),
         };
-        controller.check()?;
+        controller.validate()?;
         Ok(controller)
     }
 }

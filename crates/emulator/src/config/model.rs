@@ -102,7 +102,7 @@ fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
     })?;
     file.check_sources().map_err(wrong)?;
     let model = file.into_model().map_err(wrong)?;
-    model.check().map_err(|error| wrong(error.to_string()))?;
+    model.validate().map_err(|error| wrong(error.to_string()))?;
     Ok(model)
 }
 

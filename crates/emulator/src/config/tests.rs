@@ -104,7 +104,7 @@ fn a_named_option_overrides_the_dialects_preset_alone() {
     )
     .unwrap();
     let options = Settings::from_args(&args).unwrap().controller.options;
-    let manual = ts3100_controller::options::Options::of(Dialect::Manual);
+    let manual = ts3100_controller::options::Options::for_dialect(Dialect::Manual);
     assert_eq!(options.text.stx, StxRule::Detect);
     assert_eq!(
         ts3100_controller::options::Options {
@@ -117,7 +117,7 @@ fn a_named_option_overrides_the_dialects_preset_alone() {
 
 #[test]
 fn every_named_option_is_known_and_refuses_what_it_does_not_take() {
-    let mut options = ts3100_controller::options::Options::of(Dialect::Field);
+    let mut options = ts3100_controller::options::Options::for_dialect(Dialect::Field);
     let mut links = LinkOptions::default();
     for (key, values) in option_keys() {
         let error = set_option(&mut options, &mut links, key, "nonsense")

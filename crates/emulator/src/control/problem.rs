@@ -76,7 +76,7 @@ impl From<ActionError> for Problem {
         let status = match refusal.kind {
             ActionErrorKind::Missing => StatusCode::NOT_FOUND,
             ActionErrorKind::Conflict => StatusCode::CONFLICT,
-            ActionErrorKind::Unkept => StatusCode::INSUFFICIENT_STORAGE,
+            ActionErrorKind::NotPersisted => StatusCode::INSUFFICIENT_STORAGE,
         };
         Problem {
             status,

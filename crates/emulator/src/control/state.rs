@@ -225,9 +225,9 @@ impl ControllerState {
             battery_low: state.battery_low,
             override_percent: state.override_percent,
             guide: JogStatus {
-                coordinate: state.guide.coordinate,
-                rate: state.guide.rate,
-                mode: state.guide.mode,
+                coordinate: state.jog_mode.coordinate,
+                rate: state.jog_mode.rate,
+                mode: state.jog_mode.mode,
             },
             file: controller.selected().to_owned(),
             status: controller.status().into(),
@@ -271,7 +271,7 @@ fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
             id: task.id,
             line: task.line,
             doing: task.doing,
-            reads: task.reads.and_then(Port::of_channel).map(PortName::from),
+            reads: task.reads.and_then(Port::from_channel).map(PortName::from),
         })
         .collect()
 }

@@ -104,7 +104,7 @@ impl Driver {
                 Ok(())
             }
             LinkAction::Reset => self.reset().await.map_err(|reason| ActionError {
-                kind: ActionErrorKind::Unkept,
+                kind: ActionErrorKind::NotPersisted,
                 expected: "a directory with the files of the start".to_owned(),
                 found: reason,
                 place: "drive".to_owned(),

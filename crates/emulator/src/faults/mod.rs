@@ -50,7 +50,7 @@ pub fn kinds_json() -> Value {
         })
     };
     let variations = VARIATIONS.iter().map(
-        |variation| json!({ "name": variation.name, "what": variation.what, "source": variation.source }),
+        |variation| json!({ "name": variation.name, "what": variation.summary, "source": variation.source }),
     );
     json!({
         "version": 1,
@@ -87,7 +87,7 @@ pub fn kinds_text() -> String {
     for variation in VARIATIONS {
         text += &format!(
             "\n{}\n  {}\n  {}\n",
-            variation.name, variation.what, variation.source
+            variation.name, variation.summary, variation.source
         );
     }
     text
@@ -119,7 +119,7 @@ fn placeholder(takes: ParameterType) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ts3100_controller::variation::VariationConfig;
+    use ts3100_controller::variation::VariationRule;
 
     fn page(name: &str) -> String {
         let directory = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/");
@@ -149,7 +149,11 @@ mod tests {
         }
         for variation in VARIATIONS {
             assert!(text.contains(variation.name));
-            let VariationConfig { name, what, source } = variation;
+            let VariationRule {
+                name,
+                summary: what,
+                source,
+            } = variation;
             let row = format!("| `{name}` | {what} | {source} |");
             assert!(page("VARIATION.md").contains(&row), "{row}");
         }

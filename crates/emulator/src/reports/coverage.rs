@@ -5,7 +5,7 @@ use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
-use ts3100_controller::command_coverage::{Cell, Coverage, reachable};
+use ts3100_controller::command_coverage::{CommandCoverage, PermissionCell, reachable};
 use ts3100_controller::options::Config;
 use ts3100_controller::output::Verdict;
 use ts3100_controller::port::Port;
@@ -62,8 +62,8 @@ pub struct CoverageError {
 impl CoverageReport {
     /// The document of a run.
     #[must_use]
-    pub fn of(coverage: &Coverage, config: &Config) -> CoverageReport {
-        let mut cells: BTreeMap<Cell, (u64, bool)> = BTreeMap::new();
+    pub fn of(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
+        let mut cells: BTreeMap<PermissionCell, (u64, bool)> = BTreeMap::new();
         for port in coverage.ports() {
             cells.extend(reachable(config, port).into_iter().map(|cell| (cell, (0, true))));
         }
@@ -170,9 +170,9 @@ mod tests {
     use ts3100_controller::output::Event;
 
     fn run(rows: &[&'static str]) -> CoverageReport {
-        let mut coverage = Coverage::default();
+        let mut coverage = CommandCoverage::default();
         for row in rows {
-            coverage.take(&Event::Answered {
+            coverage.record(&Event::Answered {
                 port: Port::Ip0,
                 row,
                 mode: MasterMode::ExtEther,

@@ -6,10 +6,10 @@ use crate::files;
 use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use ts3100_controller::Executed;
+use ts3100_controller::StatementCoverage;
 use ts3100_controller::limits::MAX_FILE;
 use ts3100_controller::options::Config;
-use ts3100_controller::statement_coverage::Version;
+use ts3100_controller::statement_coverage::FileVersion;
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::LineEnd;
 
@@ -19,7 +19,7 @@ use ts3100_proto::parameter::LineEnd;
 /// A file that cannot be written.
 pub fn write(
     path: &Path,
-    executed: &Executed,
+    executed: &StatementCoverage,
     config: &Config,
     loaded: &[PathBuf],
 ) -> Result<(), ReportError> {
@@ -39,7 +39,7 @@ pub fn write(
 }
 
 /// What the tracefile says of one content of a file, but for its name; `None` for one that is no program.
-fn record(version: &Version, config: &Config) -> Option<String> {
+fn record(version: &FileVersion, config: &Config) -> Option<String> {
     if FileName::parse(&version.name).is_ok_and(|name| name.is_parameter()) {
         return None;
     }
@@ -66,7 +66,7 @@ fn record(version: &Version, config: &Config) -> Option<String> {
 }
 
 /// The file of the PC that has this content.
-fn on_the_pc(version: &Version, loaded: &[PathBuf]) -> Option<PathBuf> {
+fn on_the_pc(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
     let has_it = |path: &&PathBuf| {
         drive_name(path).is_ok_and(|name| name == version.name)
             && files::read(path, 2 * MAX_FILE as u64).is_ok_and(|bytes| {
@@ -80,7 +80,7 @@ fn on_the_pc(version: &Version, loaded: &[PathBuf]) -> Option<PathBuf> {
 }
 
 /// Writes the content into a directory beside the tracefile: `run.info.src/PICK`, further contents `PICK.2`.
-fn beside(trace: &Path, version: &Version) -> Result<PathBuf, ReportError> {
+fn beside(trace: &Path, version: &FileVersion) -> Result<PathBuf, ReportError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));

@@ -21,13 +21,13 @@ use crate::faults::FaultLog;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use ts3100_controller::options::Config;
 use ts3100_controller::output::Output;
-use ts3100_controller::{Controller, Coverage, Executed, Findings, Time};
+use ts3100_controller::{CommandCoverage, Controller, Findings, StatementCoverage, Time};
 
 #[derive(Debug, Default)]
 struct Record {
     findings: Findings,
-    coverage: Coverage,
-    executed: Executed,
+    coverage: CommandCoverage,
+    executed: StatementCoverage,
     bites: FaultLog,
 }
 
@@ -45,7 +45,7 @@ impl RunRecord {
     pub fn begin(&self, controller: &Controller) {
         let mut record = self.record();
         for (name, content) in controller.files() {
-            record.executed.stored(name, content);
+            record.executed.note_stored(name, content);
         }
     }
 
@@ -55,9 +55,9 @@ impl RunRecord {
         if let Output::Event(event) = output {
             record.bites.take(at, event);
             record.findings.record(event);
-            record.coverage.take(event);
+            record.coverage.record(event);
         }
-        record.executed.take(output);
+        record.executed.record(output);
     }
 
     /// What the hosts did that they had better not, so far.
@@ -74,7 +74,7 @@ impl RunRecord {
 
     /// Which lines of the user files were executed so far.
     #[must_use]
-    pub fn executed(&self) -> Executed {
+    pub fn executed(&self) -> StatementCoverage {
         self.record().executed.clone()
     }
 

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use tokio::sync::{mpsc, oneshot};
 use tracing::{debug, info, warn};
-use ts3100_controller::{HostLine, Port};
+use ts3100_controller::{HostEnd, Port};
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
 /// How long the reading thread waits for bytes before it looks whether it is still wanted.
@@ -150,7 +150,7 @@ async fn carry(path: &Path, mut running: PortThreads, end: &mut SerialTask) -> R
     let port = end.port;
     let peer = path.display().to_string();
     end.send_event(SerialEvent::Opened { peer }).await?;
-    end.send_event(SerialEvent::Settings(HostLine::Wire)).await?;
+    end.send_event(SerialEvent::Settings(HostEnd::Wire)).await?;
     let mut marks = MarkDecoder::default();
     let left = loop {
         tokio::select! {

@@ -24,7 +24,7 @@ use task::{SerialTask, TaskCommand};
 use tokio::sync::{Semaphore, mpsc};
 use tokio::task::JoinHandle;
 use tracing::{info, warn};
-use ts3100_controller::{Controller, HostLine, Input, Port};
+use ts3100_controller::{Controller, HostEnd, Input, Port};
 use ts3100_proto::parameter::SerialSettings;
 
 /// Portions that may wait for a line task; a task that is slower than that loses bytes, as a host's port does.
@@ -110,7 +110,7 @@ enum SerialEvent {
     /// A host is there.
     Opened { peer: String },
     /// How its port is set.
-    Settings(HostLine),
+    Settings(HostEnd),
     /// Bytes came in.
     Received(Vec<u8>),
     /// Characters that were no characters, as read.
@@ -148,7 +148,7 @@ struct OpenSerialLine {
     /// Bytes it was allowed to read and has not delivered.
     outstanding: usize,
     peer: Option<String>,
-    host: HostLine,
+    host: HostEnd,
     /// Bytes were lost because the task was too slow, and that was said.
     overrun: bool,
     endpoint: SerialEndpoint,
@@ -215,7 +215,7 @@ impl SerialLines {
                     credit,
                     outstanding: 0,
                     peer: None,
-                    host: HostLine::default(),
+                    host: HostEnd::default(),
                     overrun: false,
                     endpoint: place,
                 },
@@ -260,7 +260,7 @@ impl SerialLines {
             SerialEvent::Opened { peer } => {
                 info!(port = port.name(), "{port}: {peer} connected");
                 line.peer = Some(peer.clone());
-                line.host = HostLine::default();
+                line.host = HostEnd::default();
                 Input::Connected { port, peer }
             }
             SerialEvent::Settings(host) => {

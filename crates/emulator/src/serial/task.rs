@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc};
 use tracing::{debug, trace};
-use ts3100_controller::{HostLine, HostSettings, Port};
+use ts3100_controller::{HostEnd, HostSettings, Port};
 
 /// Bytes read at once.
 pub(super) const READ_BUFFER: usize = 1_024;
@@ -46,7 +46,7 @@ impl SerialTask {
 
     /// Tells it how the host's port is set.
     pub(super) async fn send_host_settings(&self, settings: HostSettings) -> Result<(), DriverGone> {
-        self.send_event(SerialEvent::Settings(HostLine::Modelled(settings)))
+        self.send_event(SerialEvent::Settings(HostEnd::Modelled(settings)))
             .await
     }
 

@@ -8,7 +8,7 @@ use crate::files;
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHead};
+use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
 
 /// Largest snapshot that is read, in bytes: a full RAM drive and everything else several times over.
 pub const MAX_BYTES: u64 = 64 * 1024 * 1024;
@@ -79,7 +79,7 @@ pub fn to_json_line(controller: &Controller) -> String {
 /// [`ParseError`].
 pub fn from_json(text: &str) -> Result<Controller, ParseError> {
     // The head first: of another version every other field may differ.
-    serde_json::from_str::<SnapshotHead>(text)?.check()?;
+    serde_json::from_str::<SnapshotHeader>(text)?.validate()?;
     let snapshot: Snapshot = serde_json::from_str(text)?;
     Ok(Controller::restore(snapshot)?)
 }

@@ -25,7 +25,7 @@ use tracing::{debug, info, warn};
 use ts3100_controller::input::Input;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::port::Port;
-use ts3100_controller::{ChannelPlan, NetworkPlan};
+use ts3100_controller::{ChannelConfig, NetworkConfig};
 use ts3100_proto::parameter::OpenMode;
 
 /// What a link task tells the hub.
@@ -143,7 +143,7 @@ impl Channels {
     ///
     /// # Errors
     /// The first port that cannot be had; then none is open.
-    pub fn open(&mut self, plan: &NetworkPlan) -> Result<BTreeMap<Port, u16>, ChannelError> {
+    pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
         let mut bound = Vec::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
             bound.push((port, self.bind(port, channel.own_port)?));
@@ -415,7 +415,7 @@ fn second_peer(port: Port, newcomer: &NewConnection, kept: bool) -> Input {
     }
 }
 
-fn planned(plan: &NetworkPlan, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelPlan)> {
+fn planned(plan: &NetworkConfig, mode: OpenMode) -> impl Iterator<Item = (Port, &ChannelConfig)> {
     Port::ETHERNET
         .into_iter()
         .zip(&plan.channels)

@@ -11,15 +11,15 @@ use tokio::time::timeout;
 /// Longest wait for anything; reached only when a test fails.
 const LONG: Duration = Duration::from_secs(20);
 
-fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkPlan {
-    let channel = |mode, own_port| ChannelPlan {
+fn plan(ip0: OpenMode, ip1: OpenMode, peer_port: u16) -> NetworkConfig {
+    let channel = |mode, own_port| ChannelConfig {
         mode,
         own_port,
         peer_address: [127, 0, 0, 1],
         peer_port,
     };
     let unused = channel(OpenMode::NotUsed, 1002);
-    NetworkPlan {
+    NetworkConfig {
         channels: [channel(ip0, 1000), channel(ip1, 1001), unused, unused],
     }
 }

@@ -5,7 +5,7 @@
 use super::notation;
 use super::text::{date, read_date};
 use crate::snapshot;
-use ts3100_controller::{Controller, HostLine, HostSettings, Input, Port, Time};
+use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::parameter::Parity;
 
@@ -17,7 +17,7 @@ pub enum LinkRecord {
         /// The port.
         port: Port,
         /// What is known.
-        host: HostLine,
+        host: HostEnd,
     },
     /// The host has its port forget what is not on the line yet.
     Purged {
@@ -149,8 +149,8 @@ pub fn write(edge: &LinkRecord) -> String {
     }
 }
 
-fn host_words(host: &HostLine) -> String {
-    let HostLine::Modelled(known) = host else {
+fn host_words(host: &HostEnd) -> String {
+    let HostEnd::Modelled(known) = host else {
         return "wire".to_owned();
     };
     let parity = known.parity.map(|parity| match parity {
@@ -233,13 +233,13 @@ fn port_of(word: &str) -> Result<Port, String> {
     port.ok_or_else(|| format!("a port expected, for example HOST, {word:?} found"))
 }
 
-fn read_host(words: &str) -> Result<HostLine, String> {
+fn read_host(words: &str) -> Result<HostEnd, String> {
     if words == "wire" {
-        return Ok(HostLine::Wire);
+        return Ok(HostEnd::Wire);
     }
     let mut known = HostSettings::default();
     if words == "unknown" {
-        return Ok(HostLine::Modelled(known));
+        return Ok(HostEnd::Modelled(known));
     }
     let wrong = |pair: &str| {
         format!("speed=, length=, parity= (none, odd, even) or stop= and a value expected, {pair:?} found")
@@ -261,7 +261,7 @@ fn read_host(words: &str) -> Result<HostLine, String> {
             _ => return Err(wrong(pair)),
         }
     }
-    Ok(HostLine::Modelled(known))
+    Ok(HostEnd::Modelled(known))
 }
 
 #[cfg(test)]
@@ -274,15 +274,15 @@ mod tests {
         let all = [
             LinkRecord::Settings {
                 port,
-                host: HostLine::Wire,
+                host: HostEnd::Wire,
             },
             LinkRecord::Settings {
                 port,
-                host: HostLine::default(),
+                host: HostEnd::default(),
             },
             LinkRecord::Settings {
                 port: Port::Com1,
-                host: HostLine::Modelled(HostSettings {
+                host: HostEnd::Modelled(HostSettings {
                     speed: Some(19_200),
                     length: Some(7),
                     parity: Some(Parity::Even),

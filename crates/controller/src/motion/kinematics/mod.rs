@@ -1,5 +1,7 @@
-//! Joints to pose and back, closed form: which digits a posture has (DATA-04), which turn of an axis is taken,
-//! and whether it lies within the limits. The trigonometry of each kind of arm is `six_axis`'s and `scara`'s.
+//! Joints to pose and back in closed form: the configuration digits of a posture (DATA-04), the turn of each axis, and
+//! the axis limits.
+//!
+//! The trigonometry of the two kinds of arm is in `six_axis` and `scara`.
 
 mod scara;
 mod singular;

@@ -1,5 +1,6 @@
-//! The SCARA arm, closed form: two turning axes carry the shaft, which slides (axis 3) and turns (axis 4); T is an
-//! additional axis given by the position itself. Limits and turns of an axis are left to the parent module.
+//! The SCARA arm in closed form: two turning axes carry the shaft, which slides (axis 3) and turns (axis 4).
+//!
+//! T is an additional axis whose value is part of the position. The parent module applies limits and turns.
 
 use super::{ROUNDING, Unreachable};
 use crate::model::{Joints, ScaraGeometry};

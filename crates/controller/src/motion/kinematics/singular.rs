@@ -1,4 +1,6 @@
-//! Which singular posture a path runs into, for the alarm. That it does is found out by `plan`.
+//! Names the singular posture on a path, for the alarm message.
+//!
+//! `plan` detects that a path runs through one.
 
 use crate::model::ArmKind;
 

@@ -1,5 +1,7 @@
-//! The six-axis arm with a spherical wrist, closed form: three axes carry the wrist centre, three turn the tool
-//! about it. Limits and turns of an axis are left to the parent module.
+//! The six-axis arm with a spherical wrist in closed form: three axes carry the wrist centre, three turn the tool about
+//! it.
+//!
+//! The parent module applies limits and turns.
 
 use super::Unreachable;
 use crate::model::{Joints, SixAxisGeometry};

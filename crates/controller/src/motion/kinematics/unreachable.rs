@@ -1,4 +1,6 @@
-//! Why a pose has no posture. Where it is found out is left to the parent module and the kinds of arm.
+//! The reasons why no posture reaches a pose, for messages.
+//!
+//! The parent module and the two kinds of arm detect them.
 
 /// Why no posture reaches a pose.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]

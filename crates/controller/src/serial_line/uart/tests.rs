@@ -16,9 +16,9 @@ fn through(sender: SerialSettings, own: SerialSettings, bytes: &[u8]) -> Vec<Cha
     let mut receiver = Receiver::new(sender, own);
     let mut read = Vec::new();
     for &byte in bytes {
-        receiver.hear(byte, &mut read);
+        receiver.receive(byte, &mut read);
     }
-    receiver.finish(&mut read);
+    receiver.flush(&mut read);
     read
 }
 
@@ -28,10 +28,10 @@ fn sampled(sender: SerialSettings, bytes: &[u8]) -> Vec<Character> {
     let mut read = Vec::new();
     for &byte in bytes {
         for level in levels(sender, byte) {
-            receiver.listen(level, 2 * u64::from(sender.speed), &mut read);
+            receiver.advance(level, 2 * u64::from(sender.speed), &mut read);
         }
     }
-    receiver.finish(&mut read);
+    receiver.flush(&mut read);
     read
 }
 
@@ -85,7 +85,7 @@ fn a_wrong_parity_is_an_error_of_every_character() {
             *character,
             Character {
                 byte: *byte,
-                fault: Some(Fault::Parity)
+                fault: Some(CharacterError::Parity)
             }
         );
     }
@@ -106,7 +106,7 @@ fn seven_even_read_as_eight_none_shows_the_parity_as_the_top_bit() {
             good(b'S'),
             Character {
                 byte: b'\r',
-                fault: Some(Fault::Parity)
+                fault: Some(CharacterError::Parity)
             }
         ]
     );
@@ -121,10 +121,10 @@ fn eight_bits_without_parity_read_as_eight_with_parity_take_the_stop_bit_for_it(
         [good(b'\r')],
         "three ones and a one that is the stop bit"
     );
-    assert_eq!(through(none, even, b"S")[0].fault, Some(Fault::Parity));
+    assert_eq!(through(none, even, b"S")[0].fault, Some(CharacterError::Parity));
     // Without a pause the start bit of the next stands where the stop bit is expected.
     let read = through(none, even, b"SUSU");
-    assert_eq!(read[0].fault, Some(Fault::Framing));
+    assert_eq!(read[0].fault, Some(CharacterError::Framing));
 }
 
 #[test]
@@ -160,16 +160,16 @@ fn a_line_that_stays_low_is_one_error_until_it_rises() {
     let own = line(9_600, 8, Parity::None, 1);
     let mut receiver = Receiver::new(own, own);
     let mut read = Vec::new();
-    receiver.listen(false, 2 * 9_600 * 100, &mut read);
+    receiver.advance(false, 2 * 9_600 * 100, &mut read);
     assert_eq!(
         read,
         [Character {
             byte: 0,
-            fault: Some(Fault::Framing)
+            fault: Some(CharacterError::Framing)
         }]
     );
-    receiver.listen(true, 2 * 9_600, &mut read);
-    receiver.hear(b'A', &mut read);
+    receiver.advance(true, 2 * 9_600, &mut read);
+    receiver.receive(b'A', &mut read);
     assert_eq!(read[1..], [good(b'A')]);
 }
 
@@ -178,8 +178,8 @@ fn less_than_half_a_bit_is_no_start() {
     let own = line(9_600, 8, Parity::None, 1);
     let mut receiver = Receiver::new(own, own);
     let mut read = Vec::new();
-    receiver.listen(false, 9_600 - 1, &mut read);
-    receiver.finish(&mut read);
+    receiver.advance(false, 9_600 - 1, &mut read);
+    receiver.flush(&mut read);
     assert!(read.is_empty() && !receiver.is_busy());
 }
 

@@ -116,7 +116,7 @@ const OTHERS: [(&str, &str); 31] = [
 ];
 
 fn defaults() -> Vec<(&'static str, String)> {
-    readings(&Options::of(Dialect::Field), &LinkOptions::default())
+    readings(&Options::for_dialect(Dialect::Field), &LinkOptions::default())
 }
 
 /// Keys of the readings that are not the field dialect's.
@@ -166,7 +166,7 @@ fn a_key_changes_its_reading_alone_on_the_command_line_and_in_the_file() {
 
 #[test]
 fn numbers_keep_to_their_range() {
-    let (mut options, mut links) = (Options::of(Dialect::Field), LinkOptions::default());
+    let (mut options, mut links) = (Options::for_dialect(Dialect::Field), LinkOptions::default());
     let mut takes = |key: &str, value: &str| set_option(&mut options, &mut links, key, value).is_ok();
     for (key, good, bad) in [
         ("sig.low_speed", &["1", "100"][..], &["0", "101", "-1", "3.5"][..]),
@@ -241,7 +241,7 @@ fn documented() -> Vec<(String, Vec<String>)> {
 fn what_the_documents_name_exists() {
     let documented = documented();
     assert!(documented.len() > 10, "the tables were not found");
-    let (mut options, mut links) = (Options::of(Dialect::Field), LinkOptions::default());
+    let (mut options, mut links) = (Options::for_dialect(Dialect::Field), LinkOptions::default());
     for (name, values) in documented {
         if let Some(flag) = name.strip_prefix("--") {
             assert!(known_keys().iter().any(|known| known == flag), "{name}");

@@ -210,7 +210,7 @@ impl Server {
 
     /// The settings that hold: the client's, where it has set any.
     fn current(&self) -> SerialSettings {
-        self.settings.over(self.robot)
+        self.settings.or_robot(self.robot)
     }
 
     fn set_speed(&mut self, speed: u32) {
