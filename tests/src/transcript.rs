@@ -24,7 +24,7 @@
 //! IP0 is connected from the start. What is sent on a port has to be read before the next line that sends
 //! there, and nothing may be left over at the end.
 
-use crate::notation::{self, Piece};
+use crate::notation::{self, ExpectedByte};
 use crate::{Robot, frame, unframe};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
@@ -37,7 +37,7 @@ pub enum Step {
     /// The host sends these bytes.
     Send(Port, Vec<u8>),
     /// The controller has sent this; when empty, nothing.
-    Expect(Port, Vec<Piece>),
+    Expect(Port, Vec<ExpectedByte>),
     /// Time passes.
     Pass(Duration),
     /// Something is done at the controller.
@@ -110,7 +110,7 @@ impl Transcript {
         if let Some(program) = line.strip_prefix('|') {
             let (_, content) = self.files.last_mut().ok_or("no `file NAME` before it")?;
             if let Some(raw) = program.strip_prefix(':') {
-                content.extend(notation::bytes(raw.strip_prefix(' ').unwrap_or(raw))?);
+                content.extend(notation::read_bytes(raw.strip_prefix(' ').unwrap_or(raw))?);
             } else {
                 content.extend_from_slice(program.strip_prefix(' ').unwrap_or(program).as_bytes());
                 content.push(b'\n');
@@ -283,7 +283,7 @@ fn segments(bytes: &[u8], cut: Cut) -> Vec<&[u8]> {
 
 fn step(word: &str, rest: &str) -> Result<Step, String> {
     if let Some(time) = word.strip_prefix("@+") {
-        return text::duration(time).map(Step::Pass);
+        return text::parse_duration(time).map(Step::Pass);
     }
     if word == "!" {
         return action(rest);
@@ -292,20 +292,23 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
     let port = port(name)?;
     let protocol = port.protocol().is_some();
     match word {
-        ">" if protocol => Ok(Step::Send(port, frame(&notation::bytes(data)?))),
-        ">" | ">:" => Ok(Step::Send(port, notation::bytes(data)?)),
-        ">>" => Ok(Step::Send(port, text::hexadecimal(data)?)),
+        ">" if protocol => Ok(Step::Send(port, frame(&notation::read_bytes(data)?))),
+        ">" | ">:" => Ok(Step::Send(port, notation::read_bytes(data)?)),
+        ">>" => Ok(Step::Send(port, text::parse_hex(data)?)),
         "<<" => {
-            let bytes = text::hexadecimal(data)?;
-            Ok(Step::Expect(port, bytes.into_iter().map(Piece::Byte).collect()))
+            let bytes = text::parse_hex(data)?;
+            Ok(Step::Expect(
+                port,
+                bytes.into_iter().map(ExpectedByte::Byte).collect(),
+            ))
         }
         "<:" => Ok(Step::Expect(port, notation::read(data)?)),
         "<" if data == "nothing" => Ok(Step::Expect(port, Vec::new())),
         "<" => {
             let mut pieces = notation::read(data)?;
             if protocol {
-                pieces.insert(0, Piece::Byte(0x02));
-                pieces.push(Piece::Byte(0x03));
+                pieces.insert(0, ExpectedByte::Byte(0x02));
+                pieces.push(ExpectedByte::Byte(0x03));
             }
             Ok(Step::Expect(port, pieces))
         }

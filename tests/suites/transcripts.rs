@@ -127,5 +127,5 @@ fn the_runner_refuses_what_does_not_hold() {
 #[test]
 fn the_notation_reads_what_it_writes() {
     let every: Vec<u8> = (0..=255).collect();
-    assert_eq!(notation::bytes(&notation::write(&every)).unwrap(), every);
+    assert_eq!(notation::read_bytes(&notation::write(&every)).unwrap(), every);
 }

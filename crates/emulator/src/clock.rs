@@ -16,7 +16,7 @@ pub const AUTO_GRACE: Duration = Duration::from_millis(1);
 pub const CATCH_UP_SLICE: Duration = Duration::from_millis(3);
 /// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
 const NOTICEABLE_LAG: Duration = Duration::from_secs(1);
-/// How often the hub looks at the wall clock if [`TimeGap::Skip`] is asked for.
+/// How often the driver looks at the wall clock if [`TimeGap::Skip`] is asked for.
 pub const GAP_CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Shortest time without a look that counts as not served: a busy machine may hold anybody up for less.
 const MIN_GAP: Duration = Duration::from_millis(500);
@@ -84,7 +84,7 @@ impl fmt::Display for TimeMode {
     }
 }
 
-/// When the hub has to look at its controller again if nothing comes in.
+/// When the driver has to look at its controller again if nothing comes in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
     /// Only when something comes in.
@@ -109,7 +109,7 @@ pub struct Clock {
     /// How much less has passed than the mode asks for, because the machine could not keep up.
     lag: Duration,
     gap: TimeGap,
-    /// When the hub last looked.
+    /// When the driver last looked.
     last_check: Instant,
     /// How much wall-clock time was skipped.
     skipped: Duration,
@@ -145,7 +145,7 @@ impl Clock {
         (self.gap == TimeGap::Skip).then_some(GAP_CHECK_INTERVAL)
     }
 
-    /// The hub looks at the clock, before anything else. Returns the wall-clock time for which it could not, if that is
+    /// The driver looks at the clock, before anything else. Returns the wall-clock time for which it could not, if that is
     /// skipped.
     pub fn skip_gap(&mut self) -> Option<Duration> {
         self.skip_gap_at(Instant::now())
@@ -154,12 +154,12 @@ impl Clock {
     fn skip_gap_at(&mut self, wall: Instant) -> Option<Duration> {
         let since = std::mem::replace(&mut self.last_check, wall).max(self.origin);
         let missed = wall.saturating_duration_since(since);
-        let stands = match self.mode {
+        let stopped = match self.mode {
             TimeMode::Stepped => true,
             TimeMode::Auto => self.idle,
             TimeMode::Real | TimeMode::Scaled(_) => false,
         };
-        if self.gap == TimeGap::CatchUp || stands || missed < MIN_GAP {
+        if self.gap == TimeGap::CatchUp || stopped || missed < MIN_GAP {
             return None;
         }
         self.origin += missed;
@@ -175,12 +175,12 @@ impl Clock {
 
     /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
     /// [`TimeMode::Auto`] stands between two jumps, so that what nobody disturbs is the same each time.
-    pub fn set_idle(&mut self, alone: bool) {
-        if self.idle != alone {
+    pub fn set_idle(&mut self, idle: bool) {
+        if self.idle != idle {
             let wall = Instant::now();
             self.base = self.at(wall);
             self.origin = wall;
-            self.idle = alone;
+            self.idle = idle;
         }
     }
 
@@ -217,9 +217,9 @@ impl Clock {
 
     /// Shows [`Time::ZERO`] again.
     pub fn restart(&mut self) {
-        let alone = self.idle;
+        let idle = self.idle;
         *self = Clock::start(self.mode).with_gap(self.gap);
-        self.idle = alone;
+        self.idle = idle;
     }
 
     /// How long a moment is away on the wall, unless time stands still.

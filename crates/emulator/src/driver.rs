@@ -41,7 +41,7 @@ pub mod wait;
 use request::{PendingWait, Request};
 use run_loop::SourceRotation;
 
-/// Requests that may wait for the hub; then those who ask wait.
+/// Requests that may wait for the driver; then those who ask wait.
 pub const REQUEST_QUEUE: usize = 64;
 
 /// Why the emulator cannot start.
@@ -137,12 +137,12 @@ impl Driver {
     /// See [`StartError`]; nothing is left open.
     pub async fn open(settings: &Settings) -> Result<(Driver, mpsc::Sender<Request>), StartError> {
         let powered = loading::power_on(settings)?;
-        let tape = TranscriptSink::begin(settings, &powered)?;
+        let transcript = TranscriptSink::create(settings, &powered)?;
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
-        let (desk, orders) = SnapshotHandle::channel();
+        let (snapshot_handle, orders) = SnapshotHandle::channel();
         let mut clock = Clock::start(settings.time).with_gap(settings.time_gap);
         clock.set(powered.controller.now());
-        let mut hub = Driver {
+        let mut driver = Driver {
             initial_controller: powered.controller.clone(),
             restored: powered.restored,
             controller: powered.controller,
@@ -154,10 +154,10 @@ impl Driver {
             requests,
             snapshot_requests: orders,
             rotation: SourceRotation::default(),
-            snapshot_handle: desk,
+            snapshot_handle,
             snapshot_store: SnapshotStore::default(),
             observer: None,
-            transcript: tape,
+            transcript,
             scenario: None,
             journal: None,
             run_record: RunRecord::default(),
@@ -169,15 +169,15 @@ impl Driver {
             waits: Vec::new(),
             last_error: None,
         };
-        hub.run_record.begin(&hub.controller);
-        hub.controller.trace(settings.record_lines);
+        driver.run_record.add_files(&driver.controller);
+        driver.controller.trace(settings.record_lines);
         // A snapshot may be one of a controller that is off.
-        if hub.controller.state().powered {
-            hub.ports = hub.channels.open(hub.controller.network())?;
+        if driver.controller.state().powered {
+            driver.ports = driver.channels.open(driver.controller.network())?;
         }
-        hub.serial_lines.open(&hub.controller)?;
-        hub.start().await;
-        Ok((hub, sender))
+        driver.serial_lines.open(&driver.controller)?;
+        driver.start().await;
+        Ok((driver, sender))
     }
 
     /// The port each server channel accepts on.
@@ -211,12 +211,12 @@ impl Driver {
     }
 
     /// From now on this scenario is played.
-    pub fn set_scenario(&mut self, play: Play) {
-        play.begin(&self.controller);
-        self.scenario = Some(play);
+    pub fn set_scenario(&mut self, scenario: Play) {
+        scenario.start(&self.controller);
+        self.scenario = Some(scenario);
     }
 
-    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the hub runs.
+    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the driver runs.
     ///
     /// # Errors
     /// [`StartError::Control`].
@@ -233,7 +233,7 @@ impl Driver {
             reason,
         })?;
         let address = server.address();
-        let journal = Arc::new(Journal::with_transcript(self.transcript.kept()));
+        let journal = Arc::new(Journal::with_transcript(self.transcript.buffer()));
         self.journal = Some(Arc::clone(&journal));
         server.serve(requests.clone(), journal);
         Ok(Some(address))
@@ -250,7 +250,7 @@ impl Driver {
         self.serve(stop).await;
         // What is due by now has happened in the state that is told.
         self.feed(Input::Tick).await;
-        faults::tell(self.controller.faults());
+        faults::log_summary(self.controller.faults());
         self.channels.close().await;
         self.serial_lines.close().await;
         self.controller
@@ -261,7 +261,7 @@ impl Driver {
         self.feed_from(input, Side::Host).await;
     }
 
-    /// As [`Hub::feed`]; who has caused it stands in transcripts.
+    /// As [`Driver::feed`]; who has caused it stands in transcripts.
     async fn feed_from(&mut self, input: Input, mut by: Side) {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
@@ -283,15 +283,16 @@ impl Driver {
 
     /// Tells the clock whether anybody is there for whom the wall counts.
     fn update_idle(&mut self) {
-        let there = |port: &Port| self.controller.peer(*port).is_some();
-        let alone = self.waits.is_empty() && self.controller.host_is_silent() && !Port::ALL.iter().any(there);
-        self.clock.set_idle(alone);
+        let has_peer = |port: &Port| self.controller.peer(*port).is_some();
+        let idle =
+            self.waits.is_empty() && self.controller.host_is_silent() && !Port::ALL.iter().any(has_peer);
+        self.clock.set_idle(idle);
     }
 
     /// When something happens by itself.
     fn deadline(&self) -> Option<Time> {
-        let play = self.scenario.as_ref().and_then(Play::deadline);
-        self.controller.poll_deadline().into_iter().chain(play).min()
+        let scenario = self.scenario.as_ref().and_then(Play::deadline);
+        self.controller.poll_deadline().into_iter().chain(scenario).min()
     }
 
     /// However late the wall is: what was due before is done, and recorded with the time at which it was due. What takes
@@ -300,8 +301,8 @@ impl Driver {
         let begun = Instant::now();
         loop {
             let due = self.controller.poll_deadline().filter(|due| *due < now);
-            let play = self.scenario.as_ref();
-            let action = play.and_then(|play| play.due(due.unwrap_or(now)));
+            let scenario = self.scenario.as_ref();
+            let action = scenario.and_then(|scenario| scenario.due(due.unwrap_or(now)));
             let (at, input) = match (action, due) {
                 (Some((at, input)), _) => (at, input),
                 (None, Some(due)) => (due, Input::Tick),
@@ -327,8 +328,8 @@ impl Driver {
             self.log.new_peer(*port);
         }
         self.transcript.input(at, &input, by);
-        if let Some(play) = &self.scenario {
-            play.input(at, &input);
+        if let Some(scenario) = &self.scenario {
+            scenario.input(at, &input);
         }
         if let Some(journal) = &self.journal {
             journal.input(at, &input);
@@ -343,10 +344,10 @@ impl Driver {
                 continue;
             }
             self.transcript.output(at, &output);
-            if let Some(play) = &self.scenario {
-                play.output(at, &output);
+            if let Some(scenario) = &self.scenario {
+                scenario.output(at, &output);
             }
-            self.run_record.take(at, &output);
+            self.run_record.observe(at, &output);
             self.observe(&output);
             // They are told for the record of lines alone, and there are very many.
             if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_statement() {
@@ -362,8 +363,8 @@ impl Driver {
             }
         }
         self.log.flush();
-        if let Some(play) = &self.scenario {
-            play.settled(at, &self.controller);
+        if let Some(scenario) = &self.scenario {
+            scenario.settled(at, &self.controller);
         }
     }
 

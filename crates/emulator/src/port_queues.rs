@@ -1,4 +1,4 @@
-//! What the tasks of the ports tell the hub: a queue for each port, and the ports take turns. A host that sends without
+//! What the tasks of the ports tell the driver: a queue for each port, and the ports take turns. A host that sends without
 //! pause keeps only itself waiting: its queue is short, and at its turn no more than a portion is served.
 
 use std::task::{Context, Poll};
@@ -6,7 +6,7 @@ use tokio::sync::mpsc;
 use ts3100_controller::port::Port;
 use ts3100_proto::text::ETX;
 
-/// Messages of one port that may wait for the hub; then its task waits, and so does the host.
+/// Messages of one port that may wait for the driver; then its task waits, and so does the host.
 const QUEUE_LENGTH: usize = 4;
 /// Texts of a portion: no host that waits for its answers sends as many at once, and they take well under a
 /// millisecond.

@@ -1,5 +1,5 @@
 //! What a controller puts out, for a test in the same process that waits for something to happen instead of
-//! sleeping. The hub feeds it behind each action; what is worth waiting for is the test's business.
+//! sleeping. The driver feeds it behind each action; what is worth waiting for is the test's business.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -43,7 +43,7 @@ impl Shared {
 #[derive(Debug)]
 pub struct Watch(Arc<Shared>);
 
-/// The hub's end; the emulator has ended when it is dropped.
+/// The driver's end; the emulator has ended when it is dropped.
 #[derive(Debug)]
 pub struct WatchSender(Arc<Shared>);
 

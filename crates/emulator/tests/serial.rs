@@ -276,10 +276,10 @@ fn characters_take_their_time_unless_told_not_to() {
         drop(robot);
         let records = Recording::read(&transcript).unwrap().records;
         let of_host = |what: &RecordKind| matches!(what, RecordKind::FromHost { .. });
-        let asked = records.iter().find(|record| of_host(&record.what)).unwrap().at;
-        let said = records.iter().rfind(|record| of_host(&record.what)).unwrap().at;
+        let asked = records.iter().find(|record| of_host(&record.kind)).unwrap().at;
+        let said = records.iter().rfind(|record| of_host(&record.kind)).unwrap().at;
         let of_robot = |what: &RecordKind| matches!(what, RecordKind::FromRobot { .. });
-        let first = records.iter().find(|record| of_robot(&record.what)).unwrap().at;
+        let first = records.iter().find(|record| of_robot(&record.kind)).unwrap().at;
         (said.since(asked), first.since(asked))
     };
     // 287 characters of 10 bits.

@@ -117,7 +117,7 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
     let whats: Vec<RecordKind> = recording
         .records
         .iter()
-        .map(|record| record.what.clone())
+        .map(|record| record.kind.clone())
         .collect();
     assert_eq!(
         whats,
@@ -142,7 +142,7 @@ fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
     robot.panel(PanelAction::PowerCycle).unwrap();
     drop(robot);
     let recording = Recording::read(name.as_ref()).unwrap();
-    let ended = recording.records.iter().find_map(|record| match record.what {
+    let ended = recording.records.iter().find_map(|record| match record.kind {
         RecordKind::Ended { by, .. } => Some(by),
         _ => None,
     });
@@ -271,7 +271,7 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
         let edges = |kind: fn(&LinkRecord) -> bool| {
             let records = recording.records.iter();
             records
-                .filter(|record| matches!(&record.what, RecordKind::Edge(edge) if kind(edge)))
+                .filter(|record| matches!(&record.kind, RecordKind::Link(edge) if kind(edge)))
                 .count()
         };
         assert_eq!(
@@ -280,7 +280,7 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
             "{name}"
         );
         assert_eq!(
-            edges(|edge| matches!(edge, LinkRecord::Second { kept: false, .. })),
+            edges(|edge| matches!(edge, LinkRecord::SecondPeer { replaces: false, .. })),
             1,
             "{name}"
         );
@@ -302,7 +302,7 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
             let kept: Vec<bool> = without
                 .records
                 .iter()
-                .map(|record| !matches!(&record.what, RecordKind::Edge(edge) if kind(edge)))
+                .map(|record| !matches!(&record.kind, RecordKind::Link(edge) if kind(edge)))
                 .collect();
             let mut keep = kept.iter();
             without.records.retain(|_| *keep.next().unwrap());
@@ -337,8 +337,8 @@ fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
     drop(robot);
     let recording = Recording::read(name.as_ref()).unwrap();
     assert!(matches!(
-        recording.records[0].what,
-        RecordKind::Edge(LinkRecord::Restored { .. })
+        recording.records[0].kind,
+        RecordKind::Link(LinkRecord::Restored { .. })
     ));
     assert_eq!(compared(&recording).differences, []);
 }

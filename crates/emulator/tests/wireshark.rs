@@ -70,10 +70,10 @@ fn tshark(name: &str, whats: Vec<RecordKind>, filter: &str, fields: &[&str]) -> 
         path: path.clone(),
         format: Format::Pcapng,
     };
-    let mut recorder = Recorder::begin(&[target], &Header::default(), Duration::ZERO).unwrap();
+    let mut recorder = Recorder::create(&[target], &Header::default(), Duration::ZERO).unwrap();
     for (at, what) in (1..).zip(whats) {
         let at = Time::from_millis(at);
-        recorder.record(&Record { at, what });
+        recorder.record(&Record { at, kind: what });
     }
     recorder.flush();
     let mut command = Command::new("tshark");

@@ -10,7 +10,7 @@ use crate::log;
 use crate::printable::printable;
 use crate::ready::{Ready, banner};
 use crate::reports::{ReportOutcome, RunRecord};
-use crate::scenario::{Outcome, Play};
+use crate::scenario::{Play, ScenarioOutcome};
 use crate::snapshot;
 use anyhow::Context as _;
 use std::io::Write as _;
@@ -136,11 +136,11 @@ impl RunOutputs {
         }
         let ending = settings
             .reports
-            .finish(&self.evidence, controller, &settings.load)?;
-        faults::write(&settings.report, controller.faults(), &self.evidence.bites())?;
+            .write_all(&self.evidence, controller, &settings.load)?;
+        faults::write(&settings.report, controller.faults(), &self.evidence.fault_log())?;
         log_failures(&ending);
         let failed = match self.play {
-            Some(play) => report_scenario(&play.end(controller.now()), args)?,
+            Some(play) => report_scenario(&play.outcome(controller.now()), args)?,
             None => false,
         };
         Ok(match ending.exit_code() {
@@ -151,7 +151,7 @@ impl RunOutputs {
 }
 
 /// The results of a scenario; whether it has failed.
-fn report_scenario(outcome: &Outcome, args: &ServeArgs) -> anyhow::Result<bool> {
+fn report_scenario(outcome: &ScenarioOutcome, args: &ServeArgs) -> anyhow::Result<bool> {
     if let Some(path) = &args.junit {
         files::replace(path, outcome.junit().as_bytes())
             .with_context(|| format!("cannot write {}", path.display()))?;
@@ -176,7 +176,7 @@ fn log_failures(ending: &ReportOutcome) {
     for id in &ending.never_fired {
         error!(event = "denied", id, "denied: fault {id} never fired");
     }
-    if let Some((reached, least)) = ending.below {
+    if let Some((reached, least)) = ending.below_coverage {
         error!(
             event = "below-coverage",
             reached, least, "coverage {reached:.1} %, at least {least} % expected"

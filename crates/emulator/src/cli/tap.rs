@@ -147,7 +147,7 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
         let route = Route {
             port: wanted.port,
             listen: SocketAddr::new(args.listen, own),
-            real: match wanted.real_port {
+            controller: match wanted.real_port {
                 Some(port) => SocketAddr::new(real.ip(), port),
                 None => SocketAddr::new(
                     real.ip(),
@@ -157,11 +157,11 @@ fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
                 ),
             },
         };
-        if own != 0 && route.listen == route.real {
+        if own != 0 && route.listen == route.controller {
             return Err(anyhow!(
                 "{}: the tap would dial itself at {}; give --port-offset or --listen",
                 wanted.port,
-                route.real
+                route.controller
             ));
         }
         routes.push(route);
@@ -191,7 +191,7 @@ fn tap(args: &TapArgs) -> anyhow::Result<()> {
                 "{}: {}:{port} leads to {}",
                 route.port,
                 route.listen.ip(),
-                route.real
+                route.controller
             );
         }
         if args.ready_json {
@@ -224,7 +224,7 @@ mod tests {
             .chain(words.split_whitespace());
         let line = TapCommandLine::try_parse_from(words).map_err(|error| error.to_string())?;
         let settings = settings(&line.args).map_err(|error| error.to_string())?;
-        let route = |route: &Route| (route.port, route.listen.port(), route.real.port());
+        let route = |route: &Route| (route.port, route.listen.port(), route.controller.port());
         Ok(settings.routes.iter().map(route).collect())
     }
 

@@ -45,7 +45,10 @@ impl ReportArgs {
     /// The reports they ask for.
     #[must_use]
     pub fn reports(&self) -> Reports {
-        let format = |path: &PathBuf| self.findings_format.unwrap_or_else(|| FindingsFormat::of(path));
+        let format = |path: &PathBuf| {
+            self.findings_format
+                .unwrap_or_else(|| FindingsFormat::from_path(path))
+        };
         Reports {
             findings: self
                 .findings

@@ -63,7 +63,7 @@ impl Journal {
     /// The transcript in this form.
     #[must_use]
     pub fn transcript(&self, format: Format) -> Vec<u8> {
-        self.transcript.written(format)
+        self.transcript.to_bytes(format)
     }
 
     /// The pages are whole between any two statements, so a panic elsewhere does not matter.

@@ -31,8 +31,8 @@ pub(super) fn compare(
     if recorded == emulated {
         return (Vec::new(), 0);
     }
-    if kind(recorded) != kind(emulated) {
-        return (vec![whole("reply", recorded, emulated)], 0);
+    if reply_kind(recorded) != reply_kind(emulated) {
+        return (vec![whole_difference("reply", recorded, emulated)], 0);
     }
     let (old, mut new) = (dissect(letters, recorded), dissect(letters, emulated));
     let mut differing = Vec::new();
@@ -43,7 +43,7 @@ pub(super) fn compare(
         let other = place.map(|place| new.remove(place));
         let theirs = other.as_ref().and_then(|other| emulated.get(other.range.clone()));
         if theirs != recorded.get(part.range.clone()) {
-            differing.push(beside(part, other));
+            differing.push(part_difference(part, other));
         }
     }
     differing.extend(new.into_iter().map(|part| PartDifference {
@@ -58,12 +58,12 @@ pub(super) fn compare(
     let ignored = all - differing.len();
     if all == 0 {
         // Bytes between the parts.
-        differing.push(whole("text", recorded, emulated));
+        differing.push(whole_difference("text", recorded, emulated));
     }
     (differing, ignored)
 }
 
-fn beside(part: DissectedField, other: Option<DissectedField>) -> PartDifference {
+fn part_difference(part: DissectedField, other: Option<DissectedField>) -> PartDifference {
     PartDifference {
         key: part.key,
         name: part.name,
@@ -73,7 +73,7 @@ fn beside(part: DissectedField, other: Option<DissectedField>) -> PartDifference
     }
 }
 
-fn whole(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
+fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
     let shown = |bytes: &[u8]| Some(crate::log::Escaped(bytes).to_string());
     PartDifference {
         key: key.to_owned(),
@@ -85,8 +85,8 @@ fn whole(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
 }
 
 /// OK, NG, SP, a file, or something else.
-fn kind(wire: &[u8]) -> u8 {
-    match reply(wire) {
+fn reply_kind(wire: &[u8]) -> u8 {
+    match parse_reply(wire) {
         Some(Reply::Ok) => 0,
         Some(Reply::Ng) => 1,
         Some(Reply::Sp) => 2,
@@ -96,7 +96,7 @@ fn kind(wire: &[u8]) -> u8 {
 }
 
 /// What a text says, if it is one.
-pub(super) fn reply(wire: &[u8]) -> Option<Reply> {
+pub(super) fn parse_reply(wire: &[u8]) -> Option<Reply> {
     let end = wire.iter().rposition(|byte| *byte == ETX)?;
     let data = wire.get(..end)?;
     Reply::parse(data.strip_prefix(&[STX]).unwrap_or(data)).ok()

@@ -5,10 +5,10 @@
 //! answer that is earlier than the recorded one by no more than a wire takes counts as in time: what comes behind it has
 //! its recorded moment.
 
-use super::compare::{compare, reply};
-use super::player::{Player, Produced};
-use super::unit::{Event, Placed, Unit};
-use super::{Difference, Kind, MAX_DIFFERENCES, Report, Tolerance};
+use super::answers::{Answer, Event, RecordedEvent};
+use super::compare::{compare, parse_reply};
+use super::player::{Player, RobotEvent};
+use super::{Difference, DifferenceKind, MAX_DIFFERENCES, Report, Tolerance};
 use crate::transcript::{EndReason, PeerId, RecordKind};
 use std::time::Duration;
 use ts3100_controller::Time;
@@ -22,7 +22,7 @@ const MAX_SHIFT: u64 = 1_000;
 
 /// A moment of the recording and the moment of the replay that stands for it.
 #[derive(Debug, Clone, Copy)]
-struct Anchor {
+struct TimeAnchor {
     recorded: Time,
     played: Time,
 }
@@ -31,26 +31,26 @@ struct Anchor {
 pub(super) struct Matching<'a> {
     player: Player,
     tolerance: &'a Tolerance,
-    anchor: Anchor,
+    anchor: TimeAnchor,
     report: Report,
     /// Where in the recording: what is found by the way belongs there.
     place: (Time, usize),
     /// The last thing played, while nothing else has been played or taken since, and the emulator before it.
-    asked: Option<Asked>,
+    pending: Option<PendingQuestion>,
 }
 
 /// What a host has asked, and the emulator it has not asked yet.
 #[derive(Debug, Clone)]
-struct Asked {
+struct PendingQuestion {
     before: Player,
     at: Time,
     line: PeerId,
     what: RecordKind,
 }
 
-impl Asked {
+impl PendingQuestion {
     /// The emulator that was asked at another moment, and what it answered; `None` where it was asked before that.
-    fn at(&self, moment: Time, patience: Duration) -> Option<(Player, Unit)> {
+    fn ask_at(&self, moment: Time, patience: Duration) -> Option<(Player, Answer)> {
         if moment < self.before.now() {
             return None;
         }
@@ -62,37 +62,37 @@ impl Asked {
             player.advance_to(deadline.filter(|deadline| *deadline <= moment + patience)?);
         }
         match player.take(self.line)? {
-            Produced::Answer(unit, _) => Some((player, unit)),
-            Produced::Ended(..) => None,
+            RobotEvent::Answer(answer, _) => Some((player, answer)),
+            RobotEvent::Ended(..) => None,
         }
     }
 }
 
 /// The moments that are tried: each millisecond near by, each fifth one farther away.
-fn steps(most: Duration) -> impl Iterator<Item = Duration> {
+fn shifts(most: Duration) -> impl Iterator<Item = Duration> {
     let most = u64::try_from(most.as_millis()).unwrap_or(u64::MAX).min(MAX_SHIFT);
     (1..=most)
         .filter(|step| *step <= 10 || step % 5 == 0)
         .map(Duration::from_millis)
 }
 
-fn whole(duration: Duration) -> u64 {
+fn whole_micros(duration: Duration) -> u64 {
     u64::try_from(duration.as_micros()).unwrap_or(u64::MAX)
 }
 
 /// Whether the emulator has said it by itself when the recording was over: nobody knows what the other said then.
-fn is_unheard(line: PeerId, produced: &Produced, end: Time) -> bool {
-    match produced {
-        Produced::Answer(unit, _) => {
-            let unasked = line.port.protocol().is_none() || reply(&unit.bytes) == Some(Reply::Sp);
-            unasked && unit.at > end
+fn is_after_recording(line: PeerId, robot_event: &RobotEvent, end: Time) -> bool {
+    match robot_event {
+        RobotEvent::Answer(answer, _) => {
+            let unasked = line.port.protocol().is_none() || parse_reply(&answer.bytes) == Some(Reply::Sp);
+            unasked && answer.at > end
         }
-        Produced::Ended(..) => false,
+        RobotEvent::Ended(..) => false,
     }
 }
 
 /// What became of an answer of the emulator beside one that was recorded.
-enum Verdict {
+enum MatchResult {
     /// They are a pair.
     Pair,
     /// The emulator's belongs to a later one: the recorded one is missing.
@@ -106,36 +106,36 @@ impl<'a> Matching<'a> {
         Matching {
             player,
             tolerance,
-            anchor: Anchor {
+            anchor: TimeAnchor {
                 recorded: Time::ZERO,
                 played: Time::ZERO,
             },
             report: Report::default(),
             place: (Time::ZERO, 0),
-            asked: None,
+            pending: None,
         }
     }
 
-    pub(super) fn run(mut self, events: &[Placed]) -> Report {
-        for (index, placed) in events.iter().enumerate() {
-            self.place = (placed.at, placed.file_line);
-            match &placed.event {
-                Event::Input(what) => self.input(placed.at, what),
-                Event::Answer(line, unit) => {
-                    let behind = events.get(index + 1..).unwrap_or_default();
-                    self.answer(*line, unit, behind);
+    pub(super) fn run(mut self, events: &[RecordedEvent]) -> Report {
+        for (index, event) in events.iter().enumerate() {
+            self.place = (event.at, event.file_line);
+            match &event.event {
+                Event::Input(what) => self.input(event.at, what),
+                Event::Answer(line, answer) => {
+                    let later = events.get(index + 1..).unwrap_or_default();
+                    self.answer(*line, answer, later);
                 }
-                Event::Ended(line, how) => self.ended(placed.at, *line, *how),
+                Event::Ended(line, how) => self.ended(event.at, *line, *how),
             }
         }
         // What the last answer of the recording was in time for, the emulator's may be too.
         let end = self.player.now();
         self.player.advance_to(end + self.tolerance.time);
-        for line in self.player.left() {
+        for line in self.player.lines_with_events() {
             self.player.flush(line);
-            while let Some(produced) = self.player.take(line) {
-                if !is_unheard(line, &produced, end) {
-                    self.surplus(line, produced);
+            while let Some(robot_event) = self.player.take(line) {
+                if !is_after_recording(line, &robot_event, end) {
+                    self.surplus(line, robot_event);
                 }
             }
         }
@@ -149,10 +149,10 @@ impl<'a> Matching<'a> {
 
     fn input(&mut self, at: Time, what: &RecordKind) {
         let due = self.due(at).max(self.player.now());
-        let asked = self.asked(due, what);
+        let question = self.pending_question(due, what);
         self.player.advance_to(due);
         // What has come of itself meanwhile would be lost with another moment.
-        self.asked = asked.filter(|_| self.player.left().is_empty());
+        self.pending = question.filter(|_| self.player.lines_with_events().is_empty());
         if let RecordKind::FromHost { line, .. } = what {
             self.drop_answers(*line);
         }
@@ -160,11 +160,11 @@ impl<'a> Matching<'a> {
         self.report.inputs += 1;
         self.anchor = match what {
             // Times go on from another moment, on both sides.
-            RecordKind::Edge(edge) if edge.begins_at().is_some() => Anchor {
-                recorded: edge.begins_at().unwrap_or(at),
+            RecordKind::Link(edge) if edge.new_time().is_some() => TimeAnchor {
+                recorded: edge.new_time().unwrap_or(at),
                 played: self.player.now(),
             },
-            _ => Anchor {
+            _ => TimeAnchor {
                 recorded: at,
                 played: due,
             },
@@ -172,13 +172,13 @@ impl<'a> Matching<'a> {
     }
 
     /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
-    fn asked(&self, at: Time, what: &RecordKind) -> Option<Asked> {
+    fn pending_question(&self, at: Time, what: &RecordKind) -> Option<PendingQuestion> {
         let RecordKind::FromHost { line, .. } = what else {
             return None;
         };
         let goes_on = self.player.deadline().is_some() && !self.tolerance.time.is_zero();
-        let asks = line.port.protocol().is_some() && goes_on && self.player.left().is_empty();
-        asks.then(|| Asked {
+        let asks = line.port.protocol().is_some() && goes_on && self.player.lines_with_events().is_empty();
+        asks.then(|| PendingQuestion {
             before: self.player.clone(),
             at,
             line: *line,
@@ -192,96 +192,106 @@ impl<'a> Matching<'a> {
         if line.port.protocol().is_none() {
             return;
         }
-        while let Some(Produced::Answer(unit, _)) = self.player.first(line) {
-            if reply(&unit.bytes) == Some(Reply::Sp) {
+        while let Some(RobotEvent::Answer(answer, _)) = self.player.first(line) {
+            if parse_reply(&answer.bytes) == Some(Reply::Sp) {
                 break;
             }
-            if let Some(produced) = self.player.take(line) {
-                self.surplus(line, produced);
+            if let Some(robot_event) = self.player.take(line) {
+                self.surplus(line, robot_event);
             }
         }
     }
 
-    fn answer(&mut self, line: PeerId, recorded: &Unit, behind: &[Placed]) {
+    fn answer(&mut self, line: PeerId, recorded: &Answer, later: &[RecordedEvent]) {
         self.report.answers += 1;
         let due = self.due(recorded.at);
         loop {
-            self.wait(line, due, recorded.complete);
-            let unit = match self.player.first(line) {
-                Some(Produced::Answer(unit, _)) => unit,
-                Some(Produced::Ended(..)) => return self.ended_instead(line, recorded, behind),
+            self.wait_for_answer(line, due, recorded.complete);
+            let answer = match self.player.first(line) {
+                Some(RobotEvent::Answer(answer, _)) => answer,
+                Some(RobotEvent::Ended(..)) => return self.ended_instead(line, recorded, later),
                 None => return self.missing(line, recorded),
             };
-            match self.judge(line, recorded, unit, behind) {
-                Verdict::Later => return self.missing(line, recorded),
-                Verdict::Surplus => {
-                    if let Some(produced) = self.player.take(line) {
-                        self.surplus(line, produced);
+            match self.match_answer(line, recorded, answer, later) {
+                MatchResult::Later => return self.missing(line, recorded),
+                MatchResult::Surplus => {
+                    if let Some(robot_event) = self.player.take(line) {
+                        self.surplus(line, robot_event);
                     }
                 }
-                Verdict::Pair => break,
+                MatchResult::Pair => break,
             }
         }
-        if let Some(Produced::Answer(unit, reason)) = self.player.take(line) {
-            let asked = self.asked.take().filter(|asked| asked.line == line);
-            let other = asked.and_then(|asked| self.at_another_moment(&asked, recorded, &unit));
-            self.pair(line, recorded, &other.unwrap_or(unit), reason, due);
+        if let Some(RobotEvent::Answer(answer, reason)) = self.player.take(line) {
+            let question = self.pending.take().filter(|question| question.line == line);
+            let other =
+                question.and_then(|question| self.answer_at_shifted_time(&question, recorded, &answer));
+            self.pair(line, recorded, &other.unwrap_or(answer), reason, due);
         }
     }
 
     /// The answer of an emulator that was asked a little earlier or later, if that is the recorded one and this is not:
     /// what moves is seen at another moment over a wire. The emulator then goes on from there.
-    fn at_another_moment(&mut self, asked: &Asked, recorded: &Unit, unit: &Unit) -> Option<Unit> {
+    fn answer_at_shifted_time(
+        &mut self,
+        question: &PendingQuestion,
+        recorded: &Answer,
+        answer: &Answer,
+    ) -> Option<Answer> {
         let most = self.tolerance.time;
-        let patience = self.tolerance.patience;
-        let differs = |unit: &Unit| {
-            let (parts, _) = compare(&recorded.letters, &recorded.bytes, &unit.bytes, self.tolerance);
+        let patience = self.tolerance.answer_timeout;
+        let differs = |answer: &Answer| {
+            let (parts, _) = compare(&recorded.letters, &recorded.bytes, &answer.bytes, self.tolerance);
             !parts.is_empty()
         };
-        if most.is_zero() || !differs(unit) {
+        if most.is_zero() || !differs(answer) {
             return None;
         }
-        let earliest = asked.before.now().max(Time::from_micros(
-            asked.at.as_micros().saturating_sub(whole(most)),
+        let earliest = question.before.now().max(Time::from_micros(
+            question.at.as_micros().saturating_sub(whole_micros(most)),
         ));
-        let ends = [earliest, asked.at + most].map(|moment| asked.at(moment, patience));
+        let ends = [earliest, question.at + most].map(|moment| question.ask_at(moment, patience));
         // Where nothing moves there is no other moment.
-        if ends.iter().flatten().all(|(_, other)| other.bytes == unit.bytes) {
+        if ends
+            .iter()
+            .flatten()
+            .all(|(_, other)| other.bytes == answer.bytes)
+        {
             return None;
         }
-        let later = steps(most).map(|step| Some(asked.at + step));
-        let earlier = steps(most).map(|step| {
-            let micros = asked.at.as_micros().checked_sub(whole(step))?;
+        let later = shifts(most).map(|step| Some(question.at + step));
+        let earlier = shifts(most).map(|step| {
+            let micros = question.at.as_micros().checked_sub(whole_micros(step))?;
             Some(Time::from_micros(micros)).filter(|moment| *moment >= earliest)
         });
         let moments = later.zip(earlier).flat_map(|(later, earlier)| [later, earlier]);
-        let (player, unit) = moments
+        let (player, answer) = moments
             .flatten()
-            .filter_map(|moment| asked.at(moment, patience))
-            .find(|(_, unit)| !differs(unit))?;
+            .filter_map(|moment| question.ask_at(moment, patience))
+            .find(|(_, answer)| !differs(answer))?;
         self.player = player;
-        self.report.moments += 1;
-        Some(unit)
+        self.report.shifted += 1;
+        Some(answer)
     }
 
     /// The emulator has ended the connection on which something was recorded.
-    fn ended_instead(&mut self, line: PeerId, recorded: &Unit, behind: &[Placed]) {
-        let ends_too = behind
+    fn ended_instead(&mut self, line: PeerId, recorded: &Answer, later: &[RecordedEvent]) {
+        let ends_too = later
             .iter()
-            .any(|placed| matches!(&placed.event, Event::Ended(other, _) if *other == line));
-        if !ends_too && let Some(produced) = self.player.take(line) {
-            self.surplus(line, produced);
+            .any(|event| matches!(&event.event, Event::Ended(other, _) if *other == line));
+        if !ends_too && let Some(robot_event) = self.player.take(line) {
+            self.surplus(line, robot_event);
         }
         self.missing(line, recorded);
     }
 
     /// Lets the emulator come up with something on this line, with as much patience as was asked for; if nothing
     /// comes, no time is lost.
-    fn wait(&mut self, line: PeerId, due: Time, complete: bool) {
+    fn wait_for_answer(&mut self, line: PeerId, due: Time, complete: bool) {
         if self.player.first(line).is_some() {
             return;
         }
-        let limit = due + self.tolerance.patience;
+        let limit = due + self.tolerance.answer_timeout;
         let mut trial = self.player.clone();
         if !complete {
             trial.advance_to(due.max(trial.now()));
@@ -301,85 +311,91 @@ impl<'a> Matching<'a> {
         }
     }
 
-    fn judge(&self, line: PeerId, recorded: &Unit, emulated: &Unit, behind: &[Placed]) -> Verdict {
+    fn match_answer(
+        &self,
+        line: PeerId,
+        recorded: &Answer,
+        emulated: &Answer,
+        later: &[RecordedEvent],
+    ) -> MatchResult {
         if recorded.bytes == emulated.bytes {
-            return Verdict::Pair;
+            return MatchResult::Pair;
         }
-        let is_sp = |unit: &Unit| reply(&unit.bytes) == Some(Reply::Sp);
+        let is_sp = |answer: &Answer| parse_reply(&answer.bytes) == Some(Reply::Sp);
         match (line.port.protocol().is_some(), is_sp(recorded), is_sp(emulated)) {
-            (true, true, false) => return Verdict::Later,
-            (true, false, true) => return Verdict::Surplus,
+            (true, true, false) => return MatchResult::Later,
+            (true, false, true) => return MatchResult::Surplus,
             _ => {}
         }
         // Until the host says the next thing on this line.
-        let window = behind.iter().take_while(|placed| {
-            !matches!(&placed.event, Event::Input(RecordKind::FromHost { line: other, .. }) if *other == line)
+        let window = later.iter().take_while(|event| {
+            !matches!(&event.event, Event::Input(RecordKind::FromHost { line: other, .. }) if *other == line)
         });
-        let mut coming = window.filter_map(|placed| match &placed.event {
-            Event::Answer(other, unit) if *other == line => Some(unit),
+        let mut coming = window.filter_map(|event| match &event.event {
+            Event::Answer(other, answer) if *other == line => Some(answer),
             _ => None,
         });
-        if coming.any(|unit| unit.bytes == emulated.bytes) {
-            return Verdict::Later;
+        if coming.any(|answer| answer.bytes == emulated.bytes) {
+            return MatchResult::Later;
         }
         match self.player.second(line) {
-            Some(Produced::Answer(next, _)) if next.bytes == recorded.bytes => Verdict::Surplus,
-            _ => Verdict::Pair,
+            Some(RobotEvent::Answer(next, _)) if next.bytes == recorded.bytes => MatchResult::Surplus,
+            _ => MatchResult::Pair,
         }
     }
 
-    fn pair(&mut self, line: PeerId, recorded: &Unit, unit: &Unit, reason: Option<String>, due: Time) {
+    fn pair(&mut self, line: PeerId, recorded: &Answer, answer: &Answer, reason: Option<String>, due: Time) {
         let question = recorded.question.clone();
-        let (parts, ignored) = compare(&recorded.letters, &recorded.bytes, &unit.bytes, self.tolerance);
+        let (parts, ignored) = compare(&recorded.letters, &recorded.bytes, &answer.bytes, self.tolerance);
         self.report.ignored += ignored;
         if !parts.is_empty() {
-            let kind = Kind::Bytes {
+            let kind = DifferenceKind::Bytes {
                 recorded: recorded.bytes.clone(),
-                emulated: unit.bytes.clone(),
+                emulated: answer.bytes.clone(),
                 parts,
                 reason,
             };
-            self.differ(line, &question, kind);
+            self.add_difference(line, &question, kind);
         }
-        let apart = unit.at.since(due).max(due.since(unit.at));
-        let unsolicited = self.tolerance.ignore.sp && reply(&recorded.bytes) == Some(Reply::Sp);
+        let apart = answer.at.since(due).max(due.since(answer.at));
+        let unsolicited = self.tolerance.ignore.sp && parse_reply(&recorded.bytes) == Some(Reply::Sp);
         if apart > self.tolerance.time && !self.tolerance.ignore.time && !unsolicited {
-            let kind = Kind::Time {
+            let kind = DifferenceKind::Time {
                 recorded: recorded.bytes.clone(),
                 recorded_after: recorded.at.since(self.anchor.recorded),
-                emulated_after: unit.at.since(self.anchor.played),
+                emulated_after: answer.at.since(self.anchor.played),
             };
-            self.differ(line, &question, kind);
+            self.add_difference(line, &question, kind);
         }
         // What the wire and the machines took moves nothing: a host that asks a moving robot a hundred times would
         // otherwise ask it each time a little earlier than it did.
         let played = if apart <= JITTER {
-            unit.at.max(due)
+            answer.at.max(due)
         } else {
-            unit.at
+            answer.at
         };
-        self.anchor = Anchor {
+        self.anchor = TimeAnchor {
             recorded: recorded.at,
             played: played.max(self.anchor.played),
         };
     }
 
     fn ended(&mut self, at: Time, line: PeerId, how: EndReason) {
-        self.asked = None;
+        self.pending = None;
         let due = self.due(at);
-        self.wait(line, due, true);
-        while let Some(Produced::Answer(..)) = self.player.first(line) {
-            if let Some(produced) = self.player.take(line) {
-                self.surplus(line, produced);
+        self.wait_for_answer(line, due, true);
+        while let Some(RobotEvent::Answer(..)) = self.player.first(line) {
+            if let Some(robot_event) = self.player.take(line) {
+                self.surplus(line, robot_event);
             }
-            self.wait(line, due, true);
+            self.wait_for_answer(line, due, true);
         }
         match self.player.take(line) {
-            Some(Produced::Ended(emulated, when)) => {
+            Some(RobotEvent::Ended(emulated, when)) => {
                 if emulated != how {
                     self.end_differs(line, Some(how), Some(emulated));
                 }
-                self.anchor = Anchor {
+                self.anchor = TimeAnchor {
                     recorded: at,
                     played: when.max(self.anchor.played),
                 };
@@ -396,38 +412,38 @@ impl<'a> Matching<'a> {
     }
 
     fn end_differs(&mut self, line: PeerId, recorded: Option<EndReason>, emulated: Option<EndReason>) {
-        self.differ(line, "", Kind::Ended { recorded, emulated });
+        self.add_difference(line, "", DifferenceKind::Ended { recorded, emulated });
     }
 
-    fn missing(&mut self, line: PeerId, recorded: &Unit) {
-        if self.tolerance.ignore.sp && reply(&recorded.bytes) == Some(Reply::Sp) {
+    fn missing(&mut self, line: PeerId, recorded: &Answer) {
+        if self.tolerance.ignore.sp && parse_reply(&recorded.bytes) == Some(Reply::Sp) {
             self.report.ignored += 1;
             return;
         }
-        let kind = Kind::Missing {
+        let kind = DifferenceKind::Missing {
             recorded: recorded.bytes.clone(),
             reason: self.player.remark(line.port),
         };
-        self.differ(line, &recorded.question, kind);
+        self.add_difference(line, &recorded.question, kind);
     }
 
-    fn surplus(&mut self, line: PeerId, produced: Produced) {
-        match produced {
-            Produced::Ended(how, _) => self.end_differs(line, None, Some(how)),
-            Produced::Answer(unit, _)
-                if self.tolerance.ignore.sp && reply(&unit.bytes) == Some(Reply::Sp) =>
+    fn surplus(&mut self, line: PeerId, robot_event: RobotEvent) {
+        match robot_event {
+            RobotEvent::Ended(how, _) => self.end_differs(line, None, Some(how)),
+            RobotEvent::Answer(answer, _)
+                if self.tolerance.ignore.sp && parse_reply(&answer.bytes) == Some(Reply::Sp) =>
             {
                 self.report.ignored += 1;
             }
-            Produced::Answer(unit, reason) => {
-                let question = unit.question.clone();
-                let emulated = unit.bytes;
-                self.differ(line, &question, Kind::Surplus { emulated, reason });
+            RobotEvent::Answer(answer, reason) => {
+                let question = answer.question.clone();
+                let emulated = answer.bytes;
+                self.add_difference(line, &question, DifferenceKind::Surplus { emulated, reason });
             }
         }
     }
 
-    fn differ(&mut self, line: PeerId, question: &str, kind: Kind) {
+    fn add_difference(&mut self, line: PeerId, question: &str, kind: DifferenceKind) {
         if self.report.differences.len() >= MAX_DIFFERENCES {
             self.report.more += 1;
             return;

@@ -2,11 +2,11 @@
 //! the answers recorded and its own: in bytes, told by field and item, and in time. Cutting lines into answers is
 //! `unit`'s, playing `player`'s, comparing one answer `compare`'s; here both meet.
 
+mod answers;
 mod compare;
 pub mod ignore;
 mod matching;
 mod player;
-mod unit;
 
 pub use compare::PartDifference;
 pub use ignore::{Ignore, IgnoreError};
@@ -30,7 +30,7 @@ pub struct Tolerance {
     /// Coordinates of SF that differ by at most this are the same.
     pub value: f64,
     /// How long behind its time an answer is waited for before it counts as missing.
-    pub patience: Duration,
+    pub answer_timeout: Duration,
     /// What is not compared.
     pub ignore: Ignore,
 }
@@ -40,7 +40,7 @@ impl Default for Tolerance {
         Tolerance {
             time: Duration::from_millis(100),
             value: 0.0,
-            patience: Duration::from_secs(10),
+            answer_timeout: Duration::from_secs(10),
             ignore: Ignore::default(),
         }
     }
@@ -48,7 +48,7 @@ impl Default for Tolerance {
 
 /// How an answer differs.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Kind {
+pub enum DifferenceKind {
     /// In its bytes.
     Bytes {
         /// The answer recorded.
@@ -104,7 +104,7 @@ pub struct Difference {
     /// The host's text before it, as far as it is worth showing; empty if there was none.
     pub question: String,
     /// How it differs.
-    pub kind: Kind,
+    pub kind: DifferenceKind,
 }
 
 /// What came out.
@@ -119,7 +119,7 @@ pub struct Report {
     /// Inputs of the host and the panel that were played.
     pub inputs: usize,
     /// Answers that are the same when the emulator is asked a little earlier or later, within the tolerance of time.
-    pub moments: usize,
+    pub shifted: usize,
     /// Parts of answers that differ and were asked not to count.
     pub ignored: usize,
 }
@@ -130,7 +130,7 @@ pub struct Report {
 /// A controller that cannot be made of these settings.
 pub fn diff(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Result<Report, StartError> {
     let player = Player::power_on(settings, recording)?;
-    let events = unit::events(recording, settings.controller.options.text);
+    let events = answers::events(recording, settings.controller.options.text);
     Ok(Matching::new(player, tolerance).run(&events))
 }
 

@@ -1,7 +1,7 @@
-//! A controller in virtual time with the lines of a recording: what the links and the hub of an emulator do, without
+//! A controller in virtual time with the lines of a recording: what the links and the driver of an emulator do, without
 //! sockets (decision D3: one peer a channel). It keeps what the controller sends until somebody compares it.
 
-use super::unit::{Cutter, Unit};
+use super::answers::{Answer, AnswerSplitter};
 use crate::config::{SecondConnection, Settings};
 use crate::driver::StartError;
 use crate::loading;
@@ -16,20 +16,20 @@ use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
 /// Bytes that a newcomer's peer may send before it is served.
-const MAX_EARLY: usize = 65_536;
+const MAX_WAITING_BYTES: usize = 65_536;
 
 /// Something the controller has done on a line.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Produced {
+pub(super) enum RobotEvent {
     /// An answer, and why it refuses, if it does.
-    Answer(Unit, Option<String>),
+    Answer(Answer, Option<String>),
     /// It has ended the connection.
     Ended(EndReason, Time),
 }
 
 /// A newcomer that waits for its predecessor to end.
 #[derive(Debug, Clone)]
-struct Newcomer {
+struct WaitingPeer {
     line: PeerId,
     since: Time,
     peer: String,
@@ -41,21 +41,21 @@ struct Newcomer {
 pub(super) struct Player {
     controller: Controller,
     /// As it was before the first input.
-    initial: Controller,
+    initial_controller: Controller,
     text: TextOptions,
     second: SecondConnection,
     now: Time,
     /// The peer each port serves.
-    served: BTreeMap<Port, PeerId>,
-    newcomers: Vec<Newcomer>,
-    cutters: BTreeMap<PeerId, Cutter>,
-    produced: BTreeMap<PeerId, VecDeque<Produced>>,
+    current_peers: BTreeMap<Port, PeerId>,
+    waiting_peers: Vec<WaitingPeer>,
+    splitters: BTreeMap<PeerId, AnswerSplitter>,
+    robot_events: BTreeMap<PeerId, VecDeque<RobotEvent>>,
     /// Why the last command of a port was refused.
-    refused: BTreeMap<Port, String>,
+    refusals: BTreeMap<Port, String>,
     /// What was said about the bytes a port has last received: why nothing may come of them.
     remarks: BTreeMap<Port, String>,
     /// Changes of files that were not kept, as they were recorded: when, which, why.
-    unkept: VecDeque<(Time, String, String)>,
+    not_persisted: VecDeque<(Time, String, String)>,
 }
 
 impl Player {
@@ -66,18 +66,18 @@ impl Player {
         while controller.poll_output().is_some() {}
         controller.persist_outside(true);
         let mut player = Player {
-            initial: controller.clone(),
+            initial_controller: controller.clone(),
             controller,
             text: settings.controller.options.text,
             second: settings.links.second,
             now: Time::ZERO,
-            served: BTreeMap::new(),
-            newcomers: Vec::new(),
-            cutters: BTreeMap::new(),
-            produced: BTreeMap::new(),
-            refused: BTreeMap::new(),
+            current_peers: BTreeMap::new(),
+            waiting_peers: Vec::new(),
+            splitters: BTreeMap::new(),
+            robot_events: BTreeMap::new(),
+            refusals: BTreeMap::new(),
             remarks: BTreeMap::new(),
-            unkept: recording.records.iter().filter_map(unkept).collect(),
+            not_persisted: recording.records.iter().filter_map(not_persisted).collect(),
         };
         if settings.servo_on {
             player.feed(Input::Panel(PanelAction::Servo(true)));
@@ -91,77 +91,83 @@ impl Player {
 
     /// When something happens by itself.
     pub(super) fn deadline(&self) -> Option<Time> {
-        let newcomers = self.newcomers.iter().map(|newcomer| newcomer.since + CLOSE_GRACE);
-        newcomers.chain(self.controller.poll_deadline()).min()
+        let waiting_peers = self
+            .waiting_peers
+            .iter()
+            .map(|waiting_peer| waiting_peer.since + CLOSE_GRACE);
+        waiting_peers.chain(self.controller.poll_deadline()).min()
     }
 
     /// Lets time pass, each deadline at its own time.
     pub(super) fn advance_to(&mut self, to: Time) {
         while let Some(due) = self.deadline().filter(|due| *due <= to) {
             self.now = self.now.max(due);
-            self.turn_away();
+            self.refuse_overdue();
             self.feed(Input::Tick);
         }
         self.now = self.now.max(to);
     }
 
     /// The next thing the controller has done on a line.
-    pub(super) fn first(&self, line: PeerId) -> Option<&Produced> {
-        self.produced.get(&line)?.front()
+    pub(super) fn first(&self, line: PeerId) -> Option<&RobotEvent> {
+        self.robot_events.get(&line)?.front()
     }
 
     /// The one behind it.
-    pub(super) fn second(&self, line: PeerId) -> Option<&Produced> {
-        self.produced.get(&line)?.get(1)
+    pub(super) fn second(&self, line: PeerId) -> Option<&RobotEvent> {
+        self.robot_events.get(&line)?.get(1)
     }
 
     /// Takes the next thing the controller has done on a line.
-    pub(super) fn take(&mut self, line: PeerId) -> Option<Produced> {
-        self.produced.get_mut(&line)?.pop_front()
+    pub(super) fn take(&mut self, line: PeerId) -> Option<RobotEvent> {
+        self.robot_events.get_mut(&line)?.pop_front()
     }
 
     /// Why nothing may have come of what a port has last received, as far as that is known.
     pub(super) fn remark(&self, port: Port) -> Option<String> {
-        let remark = self.refused.get(&port).or_else(|| self.remarks.get(&port));
+        let remark = self.refusals.get(&port).or_else(|| self.remarks.get(&port));
         remark.cloned()
     }
 
     /// Lines on which something is left.
-    pub(super) fn left(&self) -> Vec<PeerId> {
-        let left = self.produced.iter().filter(|(_, produced)| !produced.is_empty());
+    pub(super) fn lines_with_events(&self) -> Vec<PeerId> {
+        let left = self
+            .robot_events
+            .iter()
+            .filter(|(_, robot_event)| !robot_event.is_empty());
         left.map(|(line, _)| *line).collect()
     }
 
     /// What has no end on a line is an answer as it is.
     pub(super) fn flush(&mut self, line: PeerId) {
-        if let Some(unit) = self.cutters.get_mut(&line).and_then(Cutter::flush) {
-            self.answer(line, unit);
+        if let Some(answer) = self.splitters.get_mut(&line).and_then(AnswerSplitter::flush) {
+            self.answer(line, answer);
         }
     }
 
     /// Plays what the host or somebody at the panel does.
     pub(super) fn play(&mut self, what: &RecordKind) {
-        let lines: Vec<PeerId> = self.cutters.keys().copied().collect();
+        let lines: Vec<PeerId> = self.splitters.keys().copied().collect();
         lines.into_iter().for_each(|line| self.flush(line));
         match what {
-            RecordKind::Connected { line, peer } => self.arrive(*line, peer),
-            RecordKind::FromHost { line, bytes } => self.host_bytes(*line, bytes),
-            RecordKind::Ended { line, .. } => self.leave(*line),
+            RecordKind::Connected { line, peer } => self.connect(*line, peer),
+            RecordKind::FromHost { line, bytes } => self.receive(*line, bytes),
+            RecordKind::Ended { line, .. } => self.disconnect(*line),
             RecordKind::Action(Action::Panel(panel)) => self.feed(Input::Panel(panel.clone())),
             RecordKind::Action(action) => self.feed(Input::Action(action.clone())),
-            RecordKind::Edge(edge) => self.edge(edge),
+            RecordKind::Link(edge) => self.apply_link_record(edge),
             RecordKind::FromRobot { .. } | RecordKind::Remark(_) => {}
         }
     }
 
-    fn edge(&mut self, edge: &LinkRecord) {
+    fn apply_link_record(&mut self, edge: &LinkRecord) {
         if let Some(input) = edge.input() {
             self.feed(input);
         }
         match edge {
             // The emulator's own doing, as what ends the connection behind it.
-            LinkRecord::Unread { port } | LinkRecord::Dropped { port } => {
-                if let Some(line) = self.served.remove(port) {
+            LinkRecord::Backlogged { port } | LinkRecord::Dropped { port } => {
+                if let Some(line) = self.current_peers.remove(port) {
                     self.end(line, EndReason::Closed);
                     self.feed(Input::Disconnected { port: *port });
                 }
@@ -169,29 +175,29 @@ impl Player {
             // A recording whose snapshots cannot be read was refused before.
             LinkRecord::Restored { snapshot, .. } => {
                 if let Ok(next) = snapshot::from_json(snapshot) {
-                    self.put_in(next);
+                    self.replace_controller(next);
                 }
             }
             LinkRecord::Reset { calendar } => {
-                let mut next = self.initial.clone();
+                let mut next = self.initial_controller.clone();
                 if let Some(calendar) = calendar {
                     next.set_calendar(*calendar);
                 }
-                self.served.clear();
-                self.newcomers.clear();
+                self.current_peers.clear();
+                self.waiting_peers.clear();
                 self.controller = next;
                 self.now = Time::ZERO;
             }
             LinkRecord::Settings { .. }
             | LinkRecord::Purged { .. }
-            | LinkRecord::Garbled { .. }
-            | LinkRecord::Second { .. }
-            | LinkRecord::Unkept { .. } => {}
+            | LinkRecord::SerialErrors { .. }
+            | LinkRecord::SecondPeer { .. }
+            | LinkRecord::NotPersisted { .. } => {}
         }
     }
 
-    /// As the hub does it.
-    fn put_in(&mut self, mut next: Controller) {
+    /// As the driver does it.
+    fn replace_controller(&mut self, mut next: Controller) {
         next.adopt_peers(&self.controller);
         next.persist_outside(true);
         self.now = next.now();
@@ -199,20 +205,20 @@ impl Player {
         self.feed(Input::Tick);
     }
 
-    fn arrive(&mut self, line: PeerId, peer: &str) {
+    fn connect(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
-        self.cutters.insert(line, Cutter::new(line, self.text));
+        self.splitters.insert(line, AnswerSplitter::new(line, self.text));
         let channel = port
             .ethernet_index()
             .and_then(|index| self.controller.network().channels.get(index));
         if channel.is_some_and(|channel| channel.mode == OpenMode::NotUsed) {
             return self.end(line, EndReason::Refused);
         }
-        match (self.served.get(&port).copied(), self.second) {
+        match (self.current_peers.get(&port).copied(), self.second) {
             // The same cable, seen anew after the power came on.
             (Some(_), _) if port.ethernet_index().is_none() => self.serve(line, peer),
             (None, _) => self.serve(line, peer),
-            (Some(_), SecondConnection::Refuse) => self.newcomers.push(Newcomer {
+            (Some(_), SecondConnection::Refuse) => self.waiting_peers.push(WaitingPeer {
                 line,
                 since: self.now,
                 peer: peer.to_owned(),
@@ -231,75 +237,80 @@ impl Player {
 
     fn serve(&mut self, line: PeerId, peer: &str) {
         let port = line.port;
-        self.served.insert(port, line);
+        self.current_peers.insert(port, line);
         let peer = peer.to_owned();
         self.feed(Input::Connected { port, peer });
     }
 
-    fn host_bytes(&mut self, line: PeerId, bytes: &[u8]) {
+    fn receive(&mut self, line: PeerId, bytes: &[u8]) {
         let port = line.port;
-        if let Some(newcomer) = self.newcomers.iter_mut().find(|newcomer| newcomer.line == line) {
-            let room = MAX_EARLY.saturating_sub(newcomer.bytes.len());
-            newcomer.bytes.extend(bytes.iter().take(room));
+        if let Some(waiting_peer) = self
+            .waiting_peers
+            .iter_mut()
+            .find(|waiting_peer| waiting_peer.line == line)
+        {
+            let room = MAX_WAITING_BYTES.saturating_sub(waiting_peer.bytes.len());
+            waiting_peer.bytes.extend(bytes.iter().take(room));
             return;
         }
-        if !self.served.contains_key(&port) && !self.cutters.contains_key(&line) {
+        if !self.current_peers.contains_key(&port) && !self.splitters.contains_key(&line) {
             // A recording may begin behind the connection.
-            self.arrive(line, "");
+            self.connect(line, "");
         }
-        if self.served.get(&port) == Some(&line) {
-            if let Some(cutter) = self.cutters.get_mut(&line) {
-                cutter.host(bytes);
+        if self.current_peers.get(&port) == Some(&line) {
+            if let Some(splitter) = self.splitters.get_mut(&line) {
+                splitter.push_host(bytes);
             }
-            self.refused.remove(&port);
+            self.refusals.remove(&port);
             self.remarks.remove(&port);
             let bytes = bytes.to_vec();
             self.feed(Input::Received { port, bytes });
         }
     }
 
-    fn leave(&mut self, line: PeerId) {
-        self.newcomers.retain(|newcomer| newcomer.line != line);
+    fn disconnect(&mut self, line: PeerId) {
+        self.waiting_peers
+            .retain(|waiting_peer| waiting_peer.line != line);
         let port = line.port;
-        if self.served.get(&port) != Some(&line) {
+        if self.current_peers.get(&port) != Some(&line) {
             return;
         }
-        self.served.remove(&port);
+        self.current_peers.remove(&port);
         self.feed(Input::Disconnected { port });
         let next = self
-            .newcomers
+            .waiting_peers
             .iter()
-            .position(|newcomer| newcomer.line.port == port);
+            .position(|waiting_peer| waiting_peer.line.port == port);
         if let Some(next) = next {
-            let Newcomer {
+            let WaitingPeer {
                 line, peer, bytes, ..
-            } = self.newcomers.remove(next);
+            } = self.waiting_peers.remove(next);
             self.serve(line, &peer);
             if !bytes.is_empty() {
-                self.host_bytes(line, &bytes);
+                self.receive(line, &bytes);
             }
         }
     }
 
     /// Newcomers that have waited long enough are refused.
-    fn turn_away(&mut self) {
+    fn refuse_overdue(&mut self) {
         let now = self.now;
-        let (late, waiting) = std::mem::take(&mut self.newcomers)
+        let (late, waiting) = std::mem::take(&mut self.waiting_peers)
             .into_iter()
-            .partition(|newcomer: &Newcomer| newcomer.since + CLOSE_GRACE <= now);
-        self.newcomers = waiting;
-        for newcomer in late {
-            self.end(newcomer.line, EndReason::Closed);
+            .partition(|waiting_peer: &WaitingPeer| waiting_peer.since + CLOSE_GRACE <= now);
+        self.waiting_peers = waiting;
+        for waiting_peer in late {
+            self.end(waiting_peer.line, EndReason::Closed);
         }
     }
 
     fn end(&mut self, line: PeerId, how: EndReason) {
         self.flush(line);
         let now = self.now;
-        self.produced
+        self.robot_events
             .entry(line)
             .or_default()
-            .push_back(Produced::Ended(how, now));
+            .push_back(RobotEvent::Ended(how, now));
     }
 
     fn feed(&mut self, input: Input) {
@@ -310,11 +321,11 @@ impl Player {
                 match output {
                     Output::Send { port, bytes } => self.sent(port, &bytes),
                     Output::PowerCycled | Output::PowerOff => {
-                        let served = std::mem::take(&mut self.served);
+                        let served = std::mem::take(&mut self.current_peers);
                         for (port, line) in served {
                             // The cable of a serial port stays in.
                             if port.ethernet_index().is_none() {
-                                self.served.insert(port, line);
+                                self.current_peers.insert(port, line);
                                 continue;
                             }
                             self.end(line, EndReason::Closed);
@@ -322,7 +333,7 @@ impl Player {
                         }
                     }
                     Output::Disconnect { port, how } => {
-                        if let Some(line) = self.served.remove(&port) {
+                        if let Some(line) = self.current_peers.remove(&port) {
                             self.end(
                                 line,
                                 match how {
@@ -338,7 +349,7 @@ impl Player {
                         command,
                         reason,
                     }) => {
-                        self.refused.insert(port, format!("{command} refused: {reason}"));
+                        self.refusals.insert(port, format!("{command} refused: {reason}"));
                     }
                     Output::Event(Event::Finding {
                         rule,
@@ -353,7 +364,7 @@ impl Player {
                         self.remarks.entry(port).or_insert_with(remark);
                     }
                     Output::Persist { name, .. } => {
-                        let answer = self.answer_of(&name);
+                        let answer = self.persist_result(&name);
                         self.controller.handle(self.now, Input::Persisted(answer));
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
@@ -369,43 +380,43 @@ impl Player {
     }
 
     /// What was kept in the recording is kept.
-    fn answer_of(&mut self, name: &str) -> Result<(), String> {
+    fn persist_result(&mut self, name: &str) -> Result<(), String> {
         let now = self.now;
-        match self.unkept.front() {
+        match self.not_persisted.front() {
             Some((at, file, _)) if *at == now && file == name => {}
             _ => return Ok(()),
         }
-        let refused = self.unkept.pop_front();
+        let refused = self.not_persisted.pop_front();
         refused.map_or(Ok(()), |(_, _, reason)| Err(reason))
     }
 
     fn sent(&mut self, port: Port, bytes: &[u8]) {
-        let Some(line) = self.served.get(&port).copied() else {
+        let Some(line) = self.current_peers.get(&port).copied() else {
             return;
         };
         let now = self.now;
-        let units = self
-            .cutters
+        let answers = self
+            .splitters
             .get_mut(&line)
-            .map(|cutter| cutter.robot(now, 0, bytes));
-        for unit in units.unwrap_or_default() {
-            self.answer(line, unit);
+            .map(|splitter| splitter.push_robot(now, 0, bytes));
+        for answer in answers.unwrap_or_default() {
+            self.answer(line, answer);
         }
     }
 
-    fn answer(&mut self, line: PeerId, unit: Unit) {
-        let reason = self.refused.remove(&line.port);
-        self.produced
+    fn answer(&mut self, line: PeerId, answer: Answer) {
+        let reason = self.refusals.remove(&line.port);
+        self.robot_events
             .entry(line)
             .or_default()
-            .push_back(Produced::Answer(unit, reason));
+            .push_back(RobotEvent::Answer(answer, reason));
     }
 }
 
 /// A change that was not kept, if that is what was recorded.
-fn unkept(record: &Record) -> Option<(Time, String, String)> {
-    match &record.what {
-        RecordKind::Edge(LinkRecord::Unkept { name, reason }) => {
+fn not_persisted(record: &Record) -> Option<(Time, String, String)> {
+    match &record.kind {
+        RecordKind::Link(LinkRecord::NotPersisted { name, reason }) => {
             Some((record.at, name.clone(), reason.clone()))
         }
         _ => None,

@@ -52,7 +52,7 @@ impl Real {
                 self.late += self.delay;
             }
             let at = self.now + self.late;
-            self.recording.records.push(Record { at, what });
+            self.recording.records.push(Record { at, kind: what });
             self.recording.lines.push(self.recording.records.len());
         }
     }
@@ -150,12 +150,12 @@ fn ignoring(words: &[&str]) -> Tolerance {
 
 /// The answers of a recording to one command, as places.
 fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
-    let mut asked = false;
+    let mut question = false;
     let mut found = Vec::new();
     for (index, record) in recording.records.iter().enumerate() {
-        match &record.what {
-            RecordKind::FromHost { bytes, .. } => asked = bytes.starts_with(&[b"\x02", command].concat()),
-            RecordKind::FromRobot { line, .. } if asked && line.port == Port::Ip0 => found.push(index),
+        match &record.kind {
+            RecordKind::FromHost { bytes, .. } => question = bytes.starts_with(&[b"\x02", command].concat()),
+            RecordKind::FromRobot { line, .. } if question && line.port == Port::Ip0 => found.push(index),
             _ => {}
         }
     }
@@ -163,7 +163,7 @@ fn answers_to(recording: &Recording, command: &[u8]) -> Vec<usize> {
 }
 
 fn bytes_mut(recording: &mut Recording, index: usize) -> &mut Vec<u8> {
-    match &mut recording.records[index].what {
+    match &mut recording.records[index].kind {
         RecordKind::FromRobot { bytes, .. } | RecordKind::FromHost { bytes, .. } => bytes,
         other => panic!("{other:?}"),
     }
@@ -190,7 +190,7 @@ fn doctored(command: &str, from: &str, to: &str) -> Difference {
 
 fn only_part(difference: &Difference) -> (String, String, String) {
     match &difference.kind {
-        Kind::Bytes { parts, .. } if parts.len() == 1 => (
+        DifferenceKind::Bytes { parts, .. } if parts.len() == 1 => (
             parts[0].key.clone(),
             parts[0].recorded.clone().unwrap(),
             parts[0].emulated.clone().unwrap(),
@@ -222,7 +222,10 @@ fn delays_of_answers_do_not_add_up() {
     let report = compared(&recording, &settings, &strict);
     assert!(report.differences.len() > 50);
     for difference in &report.differences {
-        assert!(matches!(difference.kind, Kind::Time { .. }), "{difference:?}");
+        assert!(
+            matches!(difference.kind, DifferenceKind::Time { .. }),
+            "{difference:?}"
+        );
     }
 }
 
@@ -245,7 +248,7 @@ fn doctored_bytes_are_told_with_their_meaning_and_nothing_else_is() {
     assert_eq!(key(&doctored("SO", "OK", "NG")), "reply");
     assert_eq!(key(&doctored("SO", "\r", "\n")), "reply");
     let refused = doctored("SL", "NG", "OK");
-    let Kind::Bytes { reason, .. } = &refused.kind else {
+    let DifferenceKind::Bytes { reason, .. } = &refused.kind else {
         panic!("{refused:?}");
     };
     let reason = reason.as_deref().unwrap();
@@ -330,7 +333,7 @@ fn a_slower_robot_shifts_what_follows_and_is_told_once() {
     let report = compared(&real.recording, &with(PICK), &Tolerance::default());
     assert_eq!(report.differences.len(), 3, "{report:?}");
     for difference in &report.differences {
-        let Kind::Time {
+        let DifferenceKind::Time {
             recorded,
             recorded_after,
             emulated_after,
@@ -354,12 +357,12 @@ fn a_slower_robot_shifts_what_follows_and_is_told_once() {
     let report = compared(&real.recording, &slow, &Tolerance::default());
     assert_eq!(report.differences.len(), 3, "{report:?}");
     let impatient = Tolerance {
-        patience: SECOND,
+        answer_timeout: SECOND,
         ..Tolerance::default()
     };
     let report = compared(&real.recording, &slow, &impatient);
     assert!(
-        matches!(report.differences[0].kind, Kind::Missing { .. }),
+        matches!(report.differences[0].kind, DifferenceKind::Missing { .. }),
         "{report:?}"
     );
 }
@@ -374,13 +377,13 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
     fewer.lines.remove(at);
     let report = compared(&fewer, &settings, &Tolerance::default());
     assert_eq!(report.differences.len(), 1, "{report:?}");
-    let Kind::Surplus { emulated, .. } = &report.differences[0].kind else {
+    let DifferenceKind::Surplus { emulated, .. } = &report.differences[0].kind else {
         panic!("{report:?}");
     };
     assert!(emulated.starts_with(b"\x02FL,ETHERNET.PAR"));
     let mut more = clean.clone();
     let mut sp = clean.records[at].clone();
-    sp.what = RecordKind::FromRobot {
+    sp.kind = RecordKind::FromRobot {
         line: PeerId::first(Port::Ip0),
         bytes: b"\x02SP\r\x03".to_vec(),
     };
@@ -390,7 +393,7 @@ fn missing_and_surplus_answers_are_told_without_upsetting_the_rest() {
     let [
         Difference {
             file_line: 4_711,
-            kind: Kind::Missing { recorded, .. },
+            kind: DifferenceKind::Missing { recorded, .. },
             ..
         },
     ] = report.differences.as_slice()
@@ -410,7 +413,7 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     let at = answers_to(&recording, b"SO")[0];
     *bytes_mut(&mut recording, at) = b"\x02NG\r\x03".to_vec();
     let mut sp = recording.records[at].clone();
-    sp.what = RecordKind::FromRobot {
+    sp.kind = RecordKind::FromRobot {
         line: PeerId::first(Port::Ip0),
         bytes: b"\x02SP\r\x03".to_vec(),
     };
@@ -420,7 +423,7 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     let [first, second] = report.differences.as_slice() else {
         panic!("{report:?}");
     };
-    assert!(matches!(first.kind, Kind::Missing { .. }), "{first:?}");
+    assert!(matches!(first.kind, DifferenceKind::Missing { .. }), "{first:?}");
     assert_eq!(only_part(second).0, "reply");
     // An answer that only the emulator gives, and the next one differs.
     let mut recording = clean;
@@ -432,7 +435,7 @@ fn what_is_missing_or_surplus_does_not_hide_the_difference_behind_it() {
     let [first, second] = report.differences.as_slice() else {
         panic!("{report:?}");
     };
-    assert!(matches!(first.kind, Kind::Surplus { .. }), "{first:?}");
+    assert!(matches!(first.kind, DifferenceKind::Surplus { .. }), "{first:?}");
     assert_eq!(only_part(second).0, "reply");
 }
 
@@ -454,9 +457,9 @@ fn a_program_that_prints_more_or_less_is_told() {
     };
     let kinds = |report: &Report| -> Vec<&'static str> {
         let kind = |difference: &Difference| match difference.kind {
-            Kind::Missing { .. } => "missing",
-            Kind::Surplus { .. } => "surplus",
-            Kind::Bytes { .. } => "bytes",
+            DifferenceKind::Missing { .. } => "missing",
+            DifferenceKind::Surplus { .. } => "surplus",
+            DifferenceKind::Bytes { .. } => "bytes",
             _ => "other",
         };
         report.differences.iter().map(kind).collect()

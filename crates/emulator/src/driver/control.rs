@@ -1,4 +1,4 @@
-//! How the hub serves requests: actions, looks, waits, time that is moved by hand. What may be asked, and how it is
+//! How the driver serves requests: actions, looks, waits, time that is moved by hand. What may be asked, and how it is
 //! written, is `control`'s.
 
 use super::Driver;
@@ -40,11 +40,11 @@ impl Driver {
                 let result = self.act_on_link(action).await;
                 let _ = done.send(result);
             }
-            Request::Snapshot(order) => self.serve_snapshot_request(order).await,
-            Request::Query(look) => {
+            Request::Snapshot(request) => self.serve_snapshot_request(request).await,
+            Request::Query(query) => {
                 // What is due by now has happened when it is looked at.
                 self.feed(Input::Tick).await;
-                look(&View {
+                query(&View {
                     controller: &self.controller,
                     clock: &self.clock,
                     ports: &self.ports,
@@ -52,12 +52,12 @@ impl Driver {
                     backing: self.backing.as_ref().map(Backing::status),
                 });
             }
-            Request::Wait { wait: seek, done } => {
+            Request::Wait { wait, done } => {
                 self.feed(Input::Tick).await;
                 let since = self.controller.now();
-                let limit = since + seek.timeout;
+                let limit = since + wait.timeout;
                 self.waits.push(PendingWait {
-                    wait: seek,
+                    wait,
                     since,
                     limit,
                     done,
@@ -92,7 +92,7 @@ impl Driver {
                     });
                 }
                 self.transcript
-                    .edge(self.clock.now(), LinkRecord::Dropped { port });
+                    .link(self.clock.now(), LinkRecord::Dropped { port });
                 for input in self.channels.drop_peer(port) {
                     self.feed_from(input, Side::Robot).await;
                 }
@@ -113,7 +113,7 @@ impl Driver {
     }
 
     /// A power that is off and a peer that is wanted and not there refuse.
-    fn require_peer(&self, port: Port, wanted: bool) -> Result<(), ActionError> {
+    fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
         let refused = |expected: &str, found: &str| ActionError {
             kind: ActionErrorKind::Conflict,
             expected: expected.to_owned(),
@@ -123,7 +123,7 @@ impl Driver {
         if !self.controller.state().powered {
             return Err(refused("power on", "the power is off"));
         }
-        if wanted && self.controller.peer_of(port).is_none() {
+        if expected && self.controller.peer_of(port).is_none() {
             return Err(refused("a connected peer", "nobody is connected"));
         }
         Ok(())
@@ -136,13 +136,13 @@ impl Driver {
     async fn reset(&mut self) -> Result<(), String> {
         for port in self.channels.close().await {
             self.transcript
-                .edge(self.clock.now(), LinkRecord::Dropped { port });
+                .link(self.clock.now(), LinkRecord::Dropped { port });
             self.feed_from(Input::Disconnected { port }, Side::Robot).await;
         }
         self.feed(Input::Tick).await;
         let ended = self.controller.now();
         let next = self.initial_controller.clone();
-        let followed = self.replace_files(&next);
+        let files_result = self.replace_files(&next);
         self.controller = next;
         let calendar =
             matches!(self.clock.mode(), TimeMode::Real | TimeMode::Scaled(_)).then(clock::system_calendar);
@@ -156,11 +156,11 @@ impl Driver {
         }
         self.clock.restart();
         self.clock.set(self.controller.now());
-        if let Some(play) = &self.scenario {
-            play.go_on(ended, &self.controller);
+        if let Some(scenario) = &self.scenario {
+            scenario.controller_replaced(ended, &self.controller);
         }
-        for waiting in std::mem::take(&mut self.waits) {
-            let _ = waiting.done.send(WaitResult {
+        for pending in std::mem::take(&mut self.waits) {
+            let _ = pending.done.send(WaitResult {
                 reached: false,
                 at: Time::ZERO,
                 passed: Duration::ZERO,
@@ -176,14 +176,14 @@ impl Driver {
             self.feed(input).await;
         }
         self.start().await;
-        followed
+        files_result
     }
 
     /// The first input, behind the power coming on.
     pub(super) async fn start(&mut self) {
         for fault in self.faults.clone() {
-            let order = FaultAction::Arm(Box::new(fault));
-            self.feed(Input::Action(Action::Fault(order))).await;
+            let request = FaultAction::Arm(Box::new(fault));
+            self.feed(Input::Action(Action::Fault(request))).await;
         }
         if self.servo_on {
             self.feed(Input::Panel(PanelAction::Servo(true))).await;
@@ -210,8 +210,8 @@ impl Driver {
 
     /// What the waits see of an output.
     pub(super) fn observe(&mut self, output: &Output) {
-        for waiting in &mut self.waits {
-            waiting.wait.observe(output);
+        for pending in &mut self.waits {
+            pending.wait.observe(output);
         }
     }
 
@@ -219,16 +219,16 @@ impl Driver {
     pub(super) fn end_waits(&mut self) {
         let now = self.controller.now();
         let mut index = 0;
-        while let Some(waiting) = self.waits.get(index) {
-            let reached = waiting.wait.is_met(&self.controller);
-            if !reached && now < waiting.limit && !waiting.done.is_closed() {
+        while let Some(pending) = self.waits.get(index) {
+            let reached = pending.wait.is_met(&self.controller);
+            if !reached && now < pending.limit && !pending.done.is_closed() {
                 index += 1;
                 continue;
             }
-            let waiting = self.waits.swap_remove(index);
-            let passed = now.since(waiting.since);
+            let pending = self.waits.swap_remove(index);
+            let passed = now.since(pending.since);
             // Fails only when nobody waits for it.
-            let _ = waiting.done.send(WaitResult {
+            let _ = pending.done.send(WaitResult {
                 reached,
                 at: now,
                 passed,
@@ -241,13 +241,13 @@ impl Driver {
     /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
         let deadline = self.deadline();
-        let advancing = self.waits.iter().filter(|waiting| waiting.wait.advance);
-        if let Some(limit) = advancing.map(|waiting| waiting.limit).min() {
+        let advancing = self.waits.iter().filter(|pending| pending.wait.advance);
+        if let Some(limit) = advancing.map(|pending| pending.limit).min() {
             let next = deadline.map_or(limit, |deadline| deadline.min(limit));
             return (Wake::JumpAfter(Duration::ZERO), Some(next));
         }
         let wake = self.clock.wake(deadline, self.controller.host_is_silent());
-        let limit = self.waits.iter().map(|waiting| waiting.limit).min();
+        let limit = self.waits.iter().map(|pending| pending.limit).min();
         // The end of a wait is no reason to jump.
         let left = limit.and_then(|limit| self.clock.wall_time_until(limit));
         let wake = match (wake, left) {

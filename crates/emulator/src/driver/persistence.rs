@@ -14,7 +14,8 @@ impl Driver {
         };
         if let Err(reason) = &answer {
             let (name, reason) = (name.to_owned(), reason.clone());
-            self.transcript.edge(at, LinkRecord::Unkept { name, reason });
+            self.transcript
+                .link(at, LinkRecord::NotPersisted { name, reason });
         }
         self.controller.handle(at, Input::Persisted(answer));
     }
@@ -34,8 +35,8 @@ impl Driver {
         let Some(backing) = &mut self.backing else {
             return Ok(());
         };
-        let followed = backing.replace_files(self.controller.files(), next);
-        followed.map_err(|reason| reason.to_string())
+        let files_result = backing.replace_files(self.controller.files(), next);
+        files_result.map_err(|reason| reason.to_string())
     }
 
     /// The backing directory has the error history as it now is.

@@ -1,4 +1,4 @@
-//! What others ask of the hub: to do something, to look, to wait. The hub is the one owner of the controller; all
+//! What others ask of the driver: to do something, to look, to wait. The driver is the one owner of the controller; all
 //! of these are done between two inputs, at the present virtual time.
 
 use super::wait::{Wait, WaitCondition};
@@ -16,7 +16,7 @@ use ts3100_controller::input::PanelAction;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
-/// Something asked of the hub.
+/// Something asked of the driver.
 pub enum Request {
     /// Something done at the panel.
     Panel {

@@ -1,4 +1,4 @@
-//! The loop of the hub: what has come, one thing at a time, from each source in turn; and time, when nothing has come.
+//! The loop of the driver: what has come, one thing at a time, from each source in turn; and time, when nothing has come.
 
 use super::Driver;
 use super::request::Request;
@@ -24,7 +24,7 @@ const YIELDS_BEFORE_REQUEST: u32 = 3;
 const MAX_DRAINED_PORTIONS: u32 = 64;
 /// Longest time for which more than one portion of a port is served then.
 const DRAIN_TIME: Duration = Duration::from_micros(100);
-/// Longest time for which the hub works without giving the tasks of the ports and of the control interface a turn.
+/// Longest time for which the driver works without giving the tasks of the ports and of the control interface a turn.
 const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 
 /// Something to be done.
@@ -61,23 +61,27 @@ type Source = fn(&mut Driver, &mut Context<'_>) -> Poll<Option<Work>>;
 
 /// Where work comes from. Those who ask may end; the links and lines never do.
 const SOURCES: [Source; 4] = [
-    |hub, context| {
-        hub.requests
+    |driver, context| {
+        driver
+            .requests
             .poll_recv(context)
             .map(|request| request.map(Work::Request))
     },
-    |hub, context| {
-        hub.snapshot_requests
+    |driver, context| {
+        driver
+            .snapshot_requests
             .poll_recv(context)
-            .map(|order| order.map(Work::Snapshot))
+            .map(|request| request.map(Work::Snapshot))
     },
-    |hub, context| {
-        hub.channels
+    |driver, context| {
+        driver
+            .channels
             .poll_next(context)
             .map(|message| Some(Work::Channel(message)))
     },
-    |hub, context| {
-        hub.serial_lines
+    |driver, context| {
+        driver
+            .serial_lines
             .poll_next(context)
             .map(|message| Some(Work::Serial(message)))
     },
@@ -129,9 +133,9 @@ impl Driver {
                 self.drain_links().await;
                 self.serve_request(request).await;
             }
-            Work::Snapshot(order) => {
+            Work::Snapshot(request) => {
                 self.drain_links().await;
-                self.serve_snapshot_request(order).await;
+                self.serve_snapshot_request(request).await;
             }
             Work::Channel(message) => self.handle_channel_message(message).await,
             Work::Serial(message) => self.handle_serial_message(message).await,
@@ -166,7 +170,7 @@ impl Driver {
         for _ in 0..YIELDS_BEFORE_REQUEST {
             yield_now().await;
             let begun = Instant::now();
-            let mut heard = BTreeSet::new();
+            let mut served_ports = BTreeSet::new();
             for _ in 0..MAX_DRAINED_PORTIONS {
                 let (link, line) = (
                     self.channels.poll_next(&mut context),
@@ -174,13 +178,13 @@ impl Driver {
                 );
                 let mut again = false;
                 if let Poll::Ready(message) = link {
-                    again |= !heard.insert(message.port());
+                    again |= !served_ports.insert(message.port());
                     self.handle_channel_message(message).await;
                 } else if line.is_pending() {
                     break;
                 }
                 if let Poll::Ready(message) = line {
-                    again |= !heard.insert(message.port());
+                    again |= !served_ports.insert(message.port());
                     self.handle_serial_message(message).await;
                 }
                 if again && begun.elapsed() > DRAIN_TIME {

@@ -38,9 +38,9 @@ impl Driver {
         let address = SocketAddr::new(connectable(listen), *number);
         let unbroken = self.controller.without_faults();
         let before = std::mem::replace(&mut self.controller, unbroken);
-        let evidence = std::mem::take(&mut self.run_record);
+        let run_record = std::mem::take(&mut self.run_record);
         let journal = self.journal.take();
-        let (tape, log, watch) = (
+        let (transcript, log, watch) = (
             std::mem::take(&mut self.transcript),
             std::mem::take(&mut self.log),
             self.observer.take(),
@@ -58,8 +58,8 @@ impl Driver {
         self.clock.set(self.controller.now());
         self.update_idle();
         self.ports = self.channels.open(self.controller.network())?;
-        (self.run_record, self.journal) = (evidence, journal);
-        (self.transcript, self.log, self.observer) = (tape, log, watch);
+        (self.run_record, self.journal) = (run_record, journal);
+        (self.transcript, self.log, self.observer) = (transcript, log, watch);
         result.map_err(|reason| StartError::System {
             what: "conversation with the emulator (SU on IP0)",
             reason,

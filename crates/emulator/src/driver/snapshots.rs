@@ -60,7 +60,7 @@ impl Driver {
         self.reset_stalled_peers().await;
         self.transcript.restored(self.clock.now(), &next);
         next.adopt_peers(&self.controller);
-        let followed = self.replace_files(&next);
+        let files_result = self.replace_files(&next);
         next.persist_outside(self.backing.is_some());
         let before = self.clock.now();
         self.clock.set(next.now());
@@ -68,16 +68,16 @@ impl Driver {
         let same_ports = ports(&next) == ports(&self.controller);
         self.controller = next;
         self.save_history();
-        if let Some(play) = &self.scenario {
-            play.go_on(before, &self.controller);
+        if let Some(scenario) = &self.scenario {
+            scenario.controller_replaced(before, &self.controller);
         }
         // Who waits, waits on another time than this.
-        for waiting in std::mem::take(&mut self.waits) {
+        for pending in std::mem::take(&mut self.waits) {
             let at = self.controller.now();
             let (reached, passed) = (false, Duration::ZERO);
-            let _ = waiting.done.send(WaitResult { reached, at, passed });
+            let _ = pending.done.send(WaitResult { reached, at, passed });
         }
-        self.run_record.begin(&self.controller);
+        self.run_record.add_files(&self.controller);
         let mut opened = Ok(());
         if !same_ports {
             let mut inputs = VecDeque::new();
@@ -95,7 +95,7 @@ impl Driver {
         info!(event = "restored", t = %self.clock.now(), "snapshot restored");
         // What the change of peers has brought about leaves now.
         self.feed(Input::Tick).await;
-        opened.and(followed.map_err(SnapshotRequestError::Drive))
+        opened.and(files_result.map_err(SnapshotRequestError::Drive))
     }
 
     /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.

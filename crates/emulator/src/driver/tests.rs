@@ -22,17 +22,17 @@ fn automatic() -> Settings {
 
 /// Serves until a thread of its own has done what hosts do.
 async fn serve_while<T: Send + 'static>(
-    hub: &mut Driver,
+    driver: &mut Driver,
     hosts: impl FnOnce(BTreeMap<Port, u16>) -> T + Send + 'static,
 ) -> T {
     let (done, is_done) = oneshot::channel();
-    let ports = hub.ports().clone();
+    let ports = driver.ports().clone();
     let thread = std::thread::spawn(move || {
         let value = hosts(ports);
         done.send(()).unwrap();
         value
     });
-    hub.serve(async { is_done.await.unwrap() }).await;
+    driver.serve(async { is_done.await.unwrap() }).await;
     thread.join().unwrap()
 }
 
@@ -55,20 +55,20 @@ async fn turns() {
 }
 
 /// Serves until it is so.
-async fn serve_until(hub: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
+async fn serve_until(driver: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
     const ROUNDS: u32 = 100_000;
     for _ in 0..ROUNDS {
-        if is_so(hub) {
+        if is_so(driver) {
             return;
         }
-        hub.serve(turns()).await;
+        driver.serve(turns()).await;
     }
     panic!("not after {ROUNDS} rounds");
 }
 
 /// Virtual time has not run ahead of the wall since `started`.
-fn assert_not_ahead(hub: &Driver, started: Instant) {
-    let (passed, wall) = (hub.clock.now().as_micros(), started.elapsed().as_micros());
+fn assert_not_ahead(driver: &Driver, started: Instant) {
+    let (passed, wall) = (driver.clock.now().as_micros(), started.elapsed().as_micros());
     assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
 }
 
@@ -76,8 +76,8 @@ fn assert_not_ahead(hub: &Driver, started: Instant) {
 fn automatic_time_does_not_run_away_while_nothing_is_due() {
     single_threaded().unwrap().block_on(async {
         let started = Instant::now();
-        let (mut hub, _panel) = Driver::open(&automatic()).await.unwrap();
-        let _hosts = serve_while(&mut hub, |ports| {
+        let (mut driver, _panel) = Driver::open(&automatic()).await.unwrap();
+        let _hosts = serve_while(&mut driver, |ports| {
             let program = dial(&ports, Port::Ip1);
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
@@ -87,10 +87,13 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
         // An hour in which the hosts are idle passes at once for timers, not for the wall: a loop that
         // jumps again and again does so here.
         tokio::time::pause();
-        hub.serve(tokio::time::sleep(HOUR)).await;
-        hub.feed(Input::Tick).await;
-        assert_not_ahead(&hub, started);
-        assert_eq!(hub.clock.wake(hub.controller.poll_deadline(), true), Wake::Never);
+        driver.serve(tokio::time::sleep(HOUR)).await;
+        driver.feed(Input::Tick).await;
+        assert_not_ahead(&driver, started);
+        assert_eq!(
+            driver.clock.wake(driver.controller.poll_deadline(), true),
+            Wake::Never
+        );
     });
 }
 
@@ -98,67 +101,72 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
 fn automatic_time_runs_as_on_the_wall_while_a_host_owes_the_rest_of_a_text() {
     single_threaded().unwrap().block_on(async {
         let started = Instant::now();
-        let (mut hub, _panel) = Driver::open(&automatic()).await.unwrap();
-        let _host = serve_while(&mut hub, |ports| {
+        let (mut driver, _panel) = Driver::open(&automatic()).await.unwrap();
+        let _host = serve_while(&mut driver, |ports| {
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03\x02S", b"\x02OK\r\x03");
             host
         })
         .await;
         assert!(
-            hub.controller.poll_deadline().is_some(),
+            driver.controller.poll_deadline().is_some(),
             "10 s between characters"
         );
         tokio::time::pause();
-        hub.serve(tokio::time::sleep(Duration::from_secs(9))).await;
-        assert_not_ahead(&hub, started);
-        assert!(hub.controller.poll_deadline().is_some(), "they have not passed");
+        driver.serve(tokio::time::sleep(Duration::from_secs(9))).await;
+        assert_not_ahead(&driver, started);
+        assert!(
+            driver.controller.poll_deadline().is_some(),
+            "they have not passed"
+        );
     });
 }
 
 #[test]
 fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
     single_threaded().unwrap().block_on(async {
-        let (mut hub, requests) = Driver::open(&automatic()).await.unwrap();
-        hub.serve(turns()).await;
+        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
+        driver.serve(turns()).await;
         // To the microsecond, or two runs of the same would differ.
-        assert_eq!((hub.clock.now(), hub.controller.now()), (Time::ZERO, Time::ZERO));
-        let host = serve_while(&mut hub, |ports| {
+        assert_eq!(
+            (driver.clock.now(), driver.controller.now()),
+            (Time::ZERO, Time::ZERO)
+        );
+        let host = serve_while(&mut driver, |ports| {
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
             host
         })
         .await;
         // A host's pauses are the wall's.
-        let met = hub.clock.now();
-        serve_until(&mut hub, |hub| hub.clock.now() > met).await;
+        let met = driver.clock.now();
+        serve_until(&mut driver, |driver| driver.clock.now() > met).await;
         drop(host);
-        serve_until(&mut hub, |hub| hub.controller.peer_of(Port::Ip0).is_none()).await;
-        let left = hub.clock.now();
-        hub.serve(turns()).await;
-        assert_eq!(hub.clock.now(), left);
+        serve_until(&mut driver, |driver| {
+            driver.controller.peer_of(Port::Ip0).is_none()
+        })
+        .await;
+        let left = driver.clock.now();
+        driver.serve(turns()).await;
+        assert_eq!(driver.clock.now(), left);
         // One who waits for a length of time does not wait for ever.
         let (done, is_done) = oneshot::channel();
         let condition = wait::WaitCondition::Alarm(None);
         let short = Duration::from_millis(20);
-        let seek = wait::Wait::new(condition, short, false);
-        requests
-            .send(Request::Wait { wait: seek, done })
-            .await
-            .ok()
-            .unwrap();
+        let wait = wait::Wait::new(condition, short, false);
+        requests.send(Request::Wait { wait, done }).await.ok().unwrap();
         let mut waited = None;
-        hub.serve(async { waited = is_done.await.ok() }).await;
+        driver.serve(async { waited = is_done.await.ok() }).await;
         assert!(!waited.unwrap().reached);
-        assert!(hub.clock.now() >= left + short);
+        assert!(driver.clock.now() >= left + short);
     });
 }
 
 #[test]
 fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
     single_threaded().unwrap().block_on(async {
-        let (mut hub, requests) = Driver::open(&automatic()).await.unwrap();
-        let mut host = serve_while(&mut hub, |ports| {
+        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
+        let mut host = serve_while(&mut driver, |ports| {
             let mut host = dial(&ports, Port::Ip0);
             exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
             host
@@ -167,12 +175,12 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
         for percent in 1..=50 {
             write!(host, "\x02EC,OVRD {percent}\r\x03").unwrap();
             let (done, is_done) = oneshot::channel();
-            let look = Request::Query(Box::new(move |sight| {
-                done.send(sight.controller.state().override_percent).unwrap();
+            let look = Request::Query(Box::new(move |view| {
+                done.send(view.controller.state().override_percent).unwrap();
             }));
             requests.try_send(look).unwrap();
             let mut seen = None;
-            hub.serve(async { seen = is_done.await.ok() }).await;
+            driver.serve(async { seen = is_done.await.ok() }).await;
             assert_eq!(seen, Some(percent));
         }
     });

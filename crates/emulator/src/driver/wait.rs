@@ -72,21 +72,21 @@ impl Wait {
     /// Something was put out.
     pub fn observe(&mut self, output: &Output) {
         match (&self.condition, output) {
-            (WaitCondition::Status(wanted), Output::Event(Event::Status { status, .. })) => {
-                self.occurred |= *status == status_description(*wanted);
+            (WaitCondition::Status(expected), Output::Event(Event::Status { status, .. })) => {
+                self.occurred |= *status == status_description(*expected);
             }
-            (WaitCondition::Statement(wanted), Output::Event(Event::Statement { line, .. })) => {
-                self.occurred |= line == wanted;
+            (WaitCondition::Statement(expected), Output::Event(Event::Statement { line, .. })) => {
+                self.occurred |= line == expected;
             }
-            (WaitCondition::Alarm(wanted), Output::Event(Event::Alarm { number, .. })) => {
-                self.occurred |= wanted.as_ref().is_none_or(|wanted| wanted == number);
+            (WaitCondition::Alarm(expected), Output::Event(Event::Alarm { number, .. })) => {
+                self.occurred |= expected.as_ref().is_none_or(|expected| expected == number);
             }
             (
                 WaitCondition::Printed {
-                    port: Some(wanted), ..
+                    port: Some(expected), ..
                 },
                 Output::Send { port, bytes },
-            ) if wanted == port => {
+            ) if expected == port => {
                 let bytes = bytes.clone();
                 self.observe_print(&bytes);
             }
@@ -114,7 +114,7 @@ impl Wait {
         self.occurred
             || match &self.condition {
                 WaitCondition::Never | WaitCondition::Statement(_) | WaitCondition::Printed { .. } => false,
-                WaitCondition::Status(wanted) => controller.status() == *wanted,
+                WaitCondition::Status(expected) => controller.status() == *expected,
                 WaitCondition::Signal { kind: side, line, on } => {
                     let signals = controller.signals();
                     *on == match side {
@@ -122,10 +122,10 @@ impl Wait {
                         IoKind::Output => signals.output(*line),
                     }
                 }
-                WaitCondition::Alarm(wanted) => controller.alarms().active().iter().any(|alarm| {
-                    wanted
+                WaitCondition::Alarm(expected) => controller.alarms().active().iter().any(|alarm| {
+                    expected
                         .as_ref()
-                        .is_none_or(|wanted| *wanted == alarm.code.number())
+                        .is_none_or(|expected| *expected == alarm.code.number())
                 }),
                 WaitCondition::Idle => controller.is_idle(),
             }

@@ -74,7 +74,7 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<Fault>, FaultFileError> {
         path: path.to_path_buf(),
         reason: error.to_string(),
     })?;
-    let file = File { path, text };
+    let file = Source { path, text };
     let mut faults = Vec::new();
     for (key, value) in table.get_ref() {
         if key.get_ref() != "fault" {
@@ -94,12 +94,12 @@ pub fn parse(path: &Path, text: &str) -> Result<Vec<Fault>, FaultFileError> {
     Ok(faults)
 }
 
-struct File<'a> {
+struct Source<'a> {
     path: &'a Path,
     text: &'a str,
 }
 
-impl File<'_> {
+impl Source<'_> {
     fn line(&self, at: usize) -> usize {
         let before = self.text.get(..at).unwrap_or(self.text);
         before.matches('\n').count() + 1

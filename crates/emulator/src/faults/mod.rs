@@ -5,7 +5,7 @@ mod file;
 mod report;
 
 pub use file::{FaultFileError, read};
-pub use report::{AppliedFault, FaultLog, prepare, tell, write};
+pub use report::{AppliedFault, FaultLog, log_summary, prepare, write};
 
 use serde_json::{Value, json};
 use ts3100_controller::faults::{Fault, FaultKind, KINDS, ParameterType};
@@ -71,7 +71,7 @@ pub fn kinds_text() -> String {
             kind.name, kind.summary, kind.remedy
         );
         let points: Vec<&str> = kind.points.iter().map(|point| point.description()).collect();
-        text += &format!("  Bites: {}{}\n", points.join("; "), waits_for(kind));
+        text += &format!("  Bites: {}{}\n", points.join("; "), defaults(kind));
         for parameter in kind.parameters {
             let default = parameter.default.map(|default| format!(" [default: {default}]"));
             text += &format!(
@@ -93,7 +93,7 @@ pub fn kinds_text() -> String {
     text
 }
 
-fn waits_for(kind: &FaultKind) -> String {
+fn defaults(kind: &FaultKind) -> String {
     let block = kind
         .block
         .map(|block| format!(" block={block}"))

@@ -23,7 +23,7 @@ pub struct AppliedFault {
     /// Where.
     pub port: Option<Port>,
     /// What happened.
-    pub what: String,
+    pub message: String,
 }
 
 /// What faults have done, by their numbers; of each the first [`FAULT_MOMENTS`] bites.
@@ -32,7 +32,7 @@ pub struct FaultLog(BTreeMap<u32, Vec<AppliedFault>>);
 
 impl FaultLog {
     /// Takes note of what the controller says of a fault.
-    pub fn take(&mut self, at: Time, event: &Event) {
+    pub fn observe(&mut self, at: Time, event: &Event) {
         let Event::Fault {
             id,
             port,
@@ -51,17 +51,21 @@ impl FaultLog {
         let bites = self.0.entry(*id).or_default();
         if bites.len() < MAX_FAULT_TIMES {
             let (port, what) = (*port, message.clone());
-            bites.push(AppliedFault { at, port, what });
+            bites.push(AppliedFault {
+                at,
+                port,
+                message: what,
+            });
         }
     }
 
-    fn of(&self, id: u32) -> &[AppliedFault] {
+    fn applications(&self, id: u32) -> &[AppliedFault] {
         self.0.get(&id).map_or(&[], Vec::as_slice)
     }
 }
 
 /// What a fault waits for, in words.
-fn occasion(fault: &Fault) -> String {
+fn trigger_description(fault: &Fault) -> String {
     let points: Vec<&str> = fault
         .kind
         .points
@@ -81,26 +85,26 @@ fn occasion(fault: &Fault) -> String {
     words
 }
 
-fn report_json(report: &FaultReport, bites: &[AppliedFault]) -> Value {
+fn report_json(report: &FaultReport, log: &[AppliedFault]) -> Value {
     let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
-    let bite = |bite: &AppliedFault| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.what });
+    let bite = |bite: &AppliedFault| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.message });
     json!({
         "fault": fault_json(&report.fault),
         "spec": report.fault.to_string(),
         "what": report.fault.kind.summary,
         "host": report.fault.kind.remedy,
-        "waits_for": occasion(&report.fault),
+        "waits_for": trigger_description(&report.fault),
         "armed": report.armed,
         "seen": report.seen,
         "fired": report.fired,
         "at": at,
-        "bites": bites.iter().map(bite).collect::<Vec<_>>(),
+        "bites": log.iter().map(bite).collect::<Vec<_>>(),
         "words": report.summary(),
     })
 }
 
-fn document(faults: &Faults, bites: &FaultLog) -> String {
-    let each = |report: &FaultReport| report_json(report, bites.of(report.fault.id));
+fn document(faults: &Faults, log: &FaultLog) -> String {
+    let each = |report: &FaultReport| report_json(report, log.applications(report.fault.id));
     let report = json!({ "version": 1, "faults": {
         "armed": faults.reports().filter(|report| report.armed).count(),
         "fired": faults.reports().filter(|report| report.fired > 0).count(),
@@ -111,7 +115,7 @@ fn document(faults: &Faults, bites: &FaultLog) -> String {
 }
 
 /// One test case a fault; one that never fired has failed, since the test that was to meet it has met nothing.
-fn junit(faults: &Faults, bites: &FaultLog) -> String {
+fn junit(faults: &Faults, log: &FaultLog) -> String {
     let (all, never) = (faults.reports().count(), faults.never_fired().count());
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
     // Writing to a String cannot fail.
@@ -129,7 +133,11 @@ fn junit(faults: &Faults, bites: &FaultLog) -> String {
             escape(&fault.to_string())
         );
         if report.fired == 0 {
-            let text = format!("{}\nIt waits for: {}\n", fault.kind.summary, occasion(fault));
+            let text = format!(
+                "{}\nIt waits for: {}\n",
+                fault.kind.summary,
+                trigger_description(fault)
+            );
             let (message, text) = (escape(&report.summary()), escape(&text));
             let _ = writeln!(
                 xml,
@@ -137,7 +145,12 @@ fn junit(faults: &Faults, bites: &FaultLog) -> String {
             );
         } else {
             let mut text = format!("{}\n", report.summary());
-            for AppliedFault { at, port, what } in bites.of(fault.id) {
+            for AppliedFault {
+                at,
+                port,
+                message: what,
+            } in log.applications(fault.id)
+            {
                 let place = port.map(|port| format!("{port} ")).unwrap_or_default();
                 let _ = writeln!(text, "{place}at {at} s: {what}");
             }
@@ -162,12 +175,12 @@ pub fn prepare(files: &[PathBuf]) -> Result<(), ReportError> {
 ///
 /// # Errors
 /// The first that cannot be written.
-pub fn write(files: &[PathBuf], faults: &Faults, bites: &FaultLog) -> Result<(), ReportError> {
+pub fn write(files: &[PathBuf], faults: &Faults, log: &FaultLog) -> Result<(), ReportError> {
     files.iter().try_for_each(|path| {
         let text = if is_xml(path) {
-            junit(faults, bites)
+            junit(faults, log)
         } else {
-            document(faults, bites)
+            document(faults, log)
         };
         Reports::write(path, &text)
     })
@@ -179,7 +192,7 @@ fn is_xml(path: &Path) -> bool {
 }
 
 /// The end of a run: each fault has its line in the log, one that never fired as a warning.
-pub fn tell(faults: &Faults) {
+pub fn log_summary(faults: &Faults) {
     for report in faults.reports() {
         let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);
         let line = report.summary();

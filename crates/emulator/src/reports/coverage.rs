@@ -62,7 +62,7 @@ pub struct CoverageError {
 impl CoverageReport {
     /// The document of a run.
     #[must_use]
-    pub fn of(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
+    pub fn new(coverage: &CommandCoverage, config: &Config) -> CoverageReport {
         let mut cells: BTreeMap<PermissionCell, (u64, bool)> = BTreeMap::new();
         for port in coverage.ports() {
             cells.extend(reachable(config, port).into_iter().map(|cell| (cell, (0, true))));
@@ -74,7 +74,7 @@ impl CoverageReport {
             port: cell.port.name().to_owned(),
             command: cell.row().to_owned(),
             mode: cell.mode().as_str().to_owned(),
-            outcome: word(cell.verdict).to_owned(),
+            outcome: verdict_word(cell.verdict).to_owned(),
             count,
             reachable,
         });
@@ -86,7 +86,7 @@ impl CoverageReport {
     pub fn merged(reports: impl IntoIterator<Item = CoverageReport>) -> CoverageReport {
         let mut cells: BTreeMap<_, CellReport> = BTreeMap::new();
         for cell in reports.into_iter().flat_map(|report| report.cells) {
-            match cells.entry(place(&cell)) {
+            match cells.entry(table_position(&cell)) {
                 std::collections::btree_map::Entry::Vacant(entry) => {
                     entry.insert(cell);
                 }
@@ -139,7 +139,7 @@ impl CoverageReport {
 }
 
 /// Where a cell stands in the order of the tables; cells nobody knows stand behind, by their names.
-fn place(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
+fn table_position(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
     let known = |found: Option<usize>| found.unwrap_or(usize::MAX);
     let port = Port::ALL.iter().position(|port| port.name() == cell.port);
     let row = ROWS
@@ -147,14 +147,16 @@ fn place(cell: &CellReport) -> (usize, usize, usize, usize, [String; 4]) {
         .chain(&EXTENSION_ROWS)
         .position(|row| *row == cell.command);
     let mode = MasterMode::ALL.iter().position(|mode| mode.as_str() == cell.mode);
-    let verdict = VERDICTS.iter().position(|verdict| word(*verdict) == cell.outcome);
+    let verdict = VERDICTS
+        .iter()
+        .position(|verdict| verdict_word(*verdict) == cell.outcome);
     let names = [&cell.port, &cell.command, &cell.mode, &cell.outcome].map(Clone::clone);
     (known(port), known(row), known(mode), known(verdict), names)
 }
 
 const VERDICTS: [Verdict; 3] = [Verdict::Served, Verdict::NotValid, Verdict::Refused];
 
-fn word(verdict: Verdict) -> &'static str {
+fn verdict_word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Served => "served",
         Verdict::NotValid => "not-valid",
@@ -179,7 +181,7 @@ mod tests {
                 verdict: Verdict::Served,
             });
         }
-        CoverageReport::of(&coverage, &Config::new(Dialect::Manual))
+        CoverageReport::new(&coverage, &Config::new(Dialect::Manual))
     }
 
     #[test]

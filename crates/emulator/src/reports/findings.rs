@@ -18,7 +18,7 @@ pub struct FindingsView {
     /// How many rules there are.
     pub rules: usize,
     /// How many of them were broken, by severity.
-    pub broken: Broken,
+    pub broken: BrokenRules,
     /// The broken rules in the order of docs/FINDINGS.md.
     pub findings: Vec<RuleView>,
 }
@@ -26,7 +26,7 @@ pub struct FindingsView {
 /// Broken rules by severity.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 #[expect(missing_docs, reason = "the severities")]
-pub struct Broken {
+pub struct BrokenRules {
     pub note: usize,
     pub warning: usize,
     pub error: usize,
@@ -69,7 +69,7 @@ pub struct FindingView {
 impl FindingsView {
     /// The document of these findings.
     #[must_use]
-    pub fn of(findings: &Findings) -> FindingsView {
+    pub fn new(findings: &Findings) -> FindingsView {
         let count = |severity: Severity| {
             findings
                 .broken()
@@ -79,21 +79,21 @@ impl FindingsView {
         FindingsView {
             version: VERSION,
             rules: RULES.len(),
-            broken: Broken {
+            broken: BrokenRules {
                 note: count(Severity::Note),
                 warning: count(Severity::Warning),
                 error: count(Severity::Error),
             },
             findings: findings
                 .broken()
-                .map(|(rule, tally)| RuleView::of(rule, tally))
+                .map(|(rule, tally)| RuleView::new(rule, tally))
                 .collect(),
         }
     }
 }
 
 impl RuleView {
-    fn of(rule: &'static Rule, tally: &Tally) -> RuleView {
+    fn new(rule: &'static Rule, tally: &Tally) -> RuleView {
         RuleView {
             rule: rule.id,
             severity: rule.severity.as_str(),
@@ -101,13 +101,13 @@ impl RuleView {
             title: rule.title,
             remedy: rule.remedy,
             count: tally.count,
-            first: tally.first.iter().map(FindingView::of).collect(),
+            first: tally.first.iter().map(FindingView::new).collect(),
         }
     }
 }
 
 impl FindingView {
-    fn of(finding: &Finding) -> FindingView {
+    fn new(finding: &Finding) -> FindingView {
         let mut bytes = String::new();
         for (index, byte) in finding.bytes.iter().enumerate() {
             let blank = if index == 0 { "" } else { " " };
@@ -126,7 +126,7 @@ impl FindingView {
 
 /// One line for people: where, when, what, and the bytes.
 pub(super) fn line(finding: &Finding) -> String {
-    let view = FindingView::of(finding);
+    let view = FindingView::new(finding);
     let port = view.port.map(|port| format!("{port} ")).unwrap_or_default();
     let text = if view.text.is_empty() {
         String::new()

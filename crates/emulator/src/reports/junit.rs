@@ -1,7 +1,7 @@
 //! Findings as JUnit XML: one test case a rule, so that a CI shows each rule that was kept, too.
 
 use super::findings::line;
-use super::reports::Deny;
+use super::settings::Deny;
 use std::fmt::Write as _;
 use ts3100_controller::findings::{Findings, RULES, Rule, Tally};
 

@@ -1,7 +1,7 @@
 //! Lines of the user files executed, in the tracefile format of lcov that `genhtml` and coverage services read.
 //! A file of the drive that is not a file of the PC is written beside the tracefile, so that it can be shown.
 
-use super::reports::{ReportError, Reports};
+use super::settings::{ReportError, Reports};
 use crate::files;
 use crate::loading::{drive_content, drive_name};
 use std::fmt::Write as _;
@@ -28,9 +28,9 @@ pub fn write(
         let Some(record) = record(version, config) else {
             continue;
         };
-        let source = match on_the_pc(version, loaded) {
+        let source = match find_source(version, loaded) {
             Some(path) => path,
-            None => beside(path, version)?,
+            None => write_source(path, version)?,
         };
         let _ = writeln!(trace, "SF:{}", source.display());
         trace.push_str(&record);
@@ -66,7 +66,7 @@ fn record(version: &FileVersion, config: &Config) -> Option<String> {
 }
 
 /// The file of the PC that has this content.
-fn on_the_pc(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
+fn find_source(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
     let has_it = |path: &&PathBuf| {
         drive_name(path).is_ok_and(|name| name == version.name)
             && files::read(path, 2 * MAX_FILE as u64).is_ok_and(|bytes| {
@@ -80,7 +80,7 @@ fn on_the_pc(version: &FileVersion, loaded: &[PathBuf]) -> Option<PathBuf> {
 }
 
 /// Writes the content into a directory beside the tracefile: `run.info.src/PICK`, further contents `PICK.2`.
-fn beside(trace: &Path, version: &FileVersion) -> Result<PathBuf, ReportError> {
+fn write_source(trace: &Path, version: &FileVersion) -> Result<PathBuf, ReportError> {
     let mut directory = trace.as_os_str().to_owned();
     directory.push(".src");
     let directory = std::path::absolute(&directory).unwrap_or_else(|_| PathBuf::from(directory));

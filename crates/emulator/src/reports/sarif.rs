@@ -11,7 +11,7 @@ const SCHEMA: &str = "https://json.schemastore.org/sarif-2.1.0.json";
 /// The document.
 pub(super) fn document(findings: &Findings) -> Value {
     let rules: Vec<Value> = RULES.iter().map(|rule| descriptor(rule)).collect();
-    let view = FindingsView::of(findings);
+    let view = FindingsView::new(findings);
     let mut results = Vec::new();
     for broken in &view.findings {
         let index = RULES

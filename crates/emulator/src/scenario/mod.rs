@@ -2,15 +2,15 @@
 //! the host is expected to do. `read` reads the file, `words` its conditions and actions, `play` carries it out,
 //! `results` tells what came of it. Every key and word is in docs/SCENARIOS.md.
 
+mod condition;
 mod play;
 mod read;
 mod results;
-mod words;
 
+pub use condition::{ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition};
 pub use play::Play;
 pub use read::{ScenarioError, TABLES};
-pub use results::{Outcome, Verdict};
-pub use words::{ACTIONS, CONDITIONS, ScenarioAction, ScenarioCondition};
+pub use results::{ScenarioOutcome, Verdict};
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -52,7 +52,7 @@ pub struct Step {
     /// Its line of the file.
     pub line: usize,
     /// When.
-    pub on: Occasion,
+    pub trigger: StepTrigger,
     /// How often at most; 0 for as often as its condition comes.
     pub times: u32,
     /// What, in order.
@@ -61,7 +61,7 @@ pub struct Step {
 
 /// When a step happens.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Occasion {
+pub enum StepTrigger {
     /// At a time after the beginning.
     At(Duration),
     /// So long after something has happened.
@@ -76,18 +76,18 @@ pub struct Expectation {
     /// Its name in the results.
     pub name: String,
     /// What.
-    pub what: ScenarioCondition,
+    pub condition: ScenarioCondition,
     /// From when on: from the beginning, or from something that happens.
     pub after: Option<ScenarioCondition>,
     /// What is wanted.
-    pub wanted: Wanted,
+    pub kind: ExpectationKind,
 }
 
 /// What is wanted of a condition.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Wanted {
+pub enum ExpectationKind {
     /// It comes at least so often, in time if one is given.
-    Comes {
+    Occurs {
         /// How often.
         times: u32,
         /// Within this time.
@@ -106,7 +106,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`], with the line.
     pub fn read(path: &Path) -> Result<Scenario, ScenarioError> {
-        read::file(path)
+        read::read_file(path)
     }
 
     /// Reads a text; `origin` stands for its file, and paths are relative to the directory of that.
@@ -114,7 +114,7 @@ impl Scenario {
     /// # Errors
     /// [`ScenarioError`], with the line.
     pub fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
-        read::text(origin, text)
+        read::parse(origin, text)
     }
 }
 

@@ -1,10 +1,10 @@
 //! A scenario being played: what has happened since it began, what is to be done next, what of the expectations has
-//! come. It sees what the hub sees; time is the controller's, so the same run gives the same results. When the
+//! come. It sees what the driver sees; time is the controller's, so the same run gives the same results. When the
 //! controller becomes another one (a snapshot, a reset), its time jumps and the scenario's goes on.
 
-use super::results::{Outcome, Result as Entry, Verdict};
-use super::words::{ScenarioAction, ScenarioCondition};
-use super::{Expectation, Occasion, Scenario, Step, Wanted};
+use super::condition::{ScenarioAction, ScenarioCondition};
+use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
+use super::{Expectation, ExpectationKind, Scenario, Step, StepTrigger};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,46 +14,46 @@ use ts3100_controller::output::Output;
 use ts3100_controller::{Controller, Time};
 
 /// Most steps that wait for their time: a condition that comes all the time, with a long `after`.
-const MAX_WAITING: usize = 10_000;
+const MAX_SCHEDULED: usize = 10_000;
 
 /// Most actions at one moment: steps that bring each other about would never end it.
-const MAX_AT_ONCE: u32 = 1_000;
+const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 
 /// What has become of a step.
 #[derive(Debug)]
-struct Stage {
+struct StepState {
     step: Step,
-    watch: Watch,
-    begun: u32,
+    condition: ConditionState,
+    runs: u32,
 }
 
 /// A condition being watched.
 #[derive(Debug)]
-struct Watch {
+struct ConditionState {
     condition: ScenarioCondition,
     /// Whether a state held when it was last looked at.
-    held: bool,
+    was_true: bool,
 }
 
-impl Watch {
-    fn new(condition: ScenarioCondition) -> Watch {
-        Watch {
+impl ConditionState {
+    fn new(condition: ScenarioCondition) -> ConditionState {
+        ConditionState {
             condition,
-            held: false,
+            was_true: false,
         }
     }
 
     /// Whether it has come; what is a state comes when it begins to hold.
-    fn comes(&mut self, moment: &Moment<'_>) -> bool {
-        match moment {
-            Moment::Input(input) => self.condition.is_input(input),
-            Moment::Output(output) => self.condition.is_output(output),
-            Moment::Settled(controller) => {
+    fn occurs(&mut self, observation: &Observation<'_>) -> bool {
+        match observation {
+            Observation::Input(input) => self.condition.matches_input(input),
+            Observation::Output(output) => self.condition.matches_output(output),
+            Observation::Settled(controller) => {
                 let Some(holds) = self.condition.holds(controller) else {
                     return false;
                 };
-                let comes = holds && !self.held;
-                self.held = holds;
+                let comes = holds && !self.was_true;
+                self.was_true = holds;
                 comes
             }
         }
@@ -61,7 +61,7 @@ impl Watch {
 }
 
 /// What there is to look at.
-enum Moment<'a> {
+enum Observation<'a> {
     Input(&'a Input),
     Output(&'a Output),
     Settled(&'a Controller),
@@ -69,97 +69,103 @@ enum Moment<'a> {
 
 /// An expectation being watched.
 #[derive(Debug)]
-struct Expected {
+struct ExpectationState {
     expectation: Expectation,
-    what: Watch,
-    after: Option<Watch>,
-    until: Option<Watch>,
+    what: ConditionState,
+    after: Option<ConditionState>,
+    until: Option<ConditionState>,
     /// Since when it counts.
     since: Option<Time>,
-    came: u32,
+    occurrences: u32,
     verdict: Option<Verdict>,
     /// When the verdict fell.
-    at: Option<Time>,
+    verdict_time: Option<Time>,
 }
 
 #[derive(Debug)]
-struct State {
+struct PlayState {
     name: String,
-    begun: Option<Time>,
-    first: Vec<ScenarioAction>,
-    stages: Vec<Stage>,
-    expected: Vec<Expected>,
+    started: Option<Time>,
+    start_actions: Vec<ScenarioAction>,
+    steps: Vec<StepState>,
+    expectations: Vec<ExpectationState>,
     /// What is to be done, and when, in order.
-    waiting: VecDeque<(Time, ScenarioAction)>,
+    scheduled: VecDeque<(Time, ScenarioAction)>,
     /// Actions at the last moment that had one.
-    at_once: (Time, u32),
+    actions_at_time: (Time, u32),
     /// When there were too many.
     runaway: Option<Time>,
     /// How many microseconds the scenario's time is ahead of the controller's. All times here are the scenario's.
-    ahead: i64,
+    time_offset: i64,
 }
 
 /// A scenario being played; clones are the same.
 #[derive(Debug, Clone)]
-pub struct Play(Arc<Mutex<State>>);
+pub struct Play(Arc<Mutex<PlayState>>);
 
 impl Play {
     /// Nothing has happened yet.
     #[must_use]
     pub fn new(scenario: Scenario) -> Play {
-        let stages = scenario.steps.into_iter().map(|step| {
+        let steps = scenario.steps.into_iter().map(|step| {
             // The condition of a step with a time is never looked at.
-            let condition = match &step.on {
-                Occasion::When(condition, _) => condition.clone(),
-                Occasion::At(_) => ScenarioCondition::AlarmsReset,
+            let condition = match &step.trigger {
+                StepTrigger::When(condition, _) => condition.clone(),
+                StepTrigger::At(_) => ScenarioCondition::AlarmsReset,
             };
-            let (watch, begun) = (Watch::new(condition), 0);
-            Stage { step, watch, begun }
+            let (condition, begun) = (ConditionState::new(condition), 0);
+            StepState {
+                step,
+                condition,
+                runs: begun,
+            }
         });
-        let expected = scenario.expectations.into_iter().map(|expectation| Expected {
-            what: Watch::new(expectation.what.clone()),
-            after: expectation.after.clone().map(Watch::new),
-            until: match &expectation.wanted {
-                Wanted::Never { until } => until.clone().map(Watch::new),
-                Wanted::Comes { .. } => None,
-            },
-            expectation,
-            since: None,
-            came: 0,
-            verdict: None,
-            at: None,
-        });
-        Play(Arc::new(Mutex::new(State {
+        let expected = scenario
+            .expectations
+            .into_iter()
+            .map(|expectation| ExpectationState {
+                what: ConditionState::new(expectation.condition.clone()),
+                after: expectation.after.clone().map(ConditionState::new),
+                until: match &expectation.kind {
+                    ExpectationKind::Never { until } => until.clone().map(ConditionState::new),
+                    ExpectationKind::Occurs { .. } => None,
+                },
+                expectation,
+                since: None,
+                occurrences: 0,
+                verdict: None,
+                verdict_time: None,
+            });
+        Play(Arc::new(Mutex::new(PlayState {
             name: scenario.name,
-            begun: None,
-            first: scenario.start.actions,
-            stages: stages.collect(),
-            expected: expected.collect(),
-            waiting: VecDeque::new(),
-            at_once: (Time::ZERO, 0),
+            started: None,
+            start_actions: scenario.start.actions,
+            steps: steps.collect(),
+            expectations: expected.collect(),
+            scheduled: VecDeque::new(),
+            actions_at_time: (Time::ZERO, 0),
             runaway: None,
-            ahead: 0,
+            time_offset: 0,
         })))
     }
 
     /// The state is whole between any two statements, so a panic elsewhere does not matter.
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, PlayState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// It begins with this controller.
-    pub(crate) fn begin(&self, controller: &Controller) {
+    pub(crate) fn start(&self, controller: &Controller) {
         let state = &mut *self.state();
         let now = controller.now();
-        state.begun = Some(now);
-        for action in std::mem::take(&mut state.first) {
-            state.waiting.push_back((now, action));
+        state.started = Some(now);
+        for action in std::mem::take(&mut state.start_actions) {
+            state.scheduled.push_back((now, action));
         }
-        for stage in &state.stages {
-            if let Occasion::At(time) = stage.step.on {
-                state.waiting.extend(
-                    stage
-                        .step
+        for step in &state.steps {
+            if let StepTrigger::At(time) = step.step.trigger {
+                state.scheduled.extend(
+                    step.step
                         .actions
                         .iter()
                         .map(|action| (now + time, action.clone())),
@@ -167,22 +173,22 @@ impl Play {
             }
         }
         state.sort();
-        for expected in &mut state.expected {
+        for expected in &mut state.expectations {
             expected.since = expected.after.is_none().then_some(now);
         }
-        for watch in state.watches() {
-            watch.held = watch.condition.holds(controller) == Some(true);
+        for condition in state.conditions() {
+            condition.was_true = condition.condition.holds(controller) == Some(true);
         }
     }
 
     /// The controller, whose time was `before`, is this one from now on. What already holds in it has not come.
-    pub(crate) fn go_on(&self, before: Time, controller: &Controller) {
+    pub(crate) fn controller_replaced(&self, before: Time, controller: &Controller) {
         let state = &mut *self.state();
         let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
         let jump = i64::try_from(jump).unwrap_or_default();
-        state.ahead = state.ahead.saturating_add(jump);
-        for watch in state.watches() {
-            watch.held = watch.condition.holds(controller) == Some(true);
+        state.time_offset = state.time_offset.saturating_add(jump);
+        for condition in state.conditions() {
+            condition.was_true = condition.condition.holds(controller) == Some(true);
         }
     }
 
@@ -190,56 +196,59 @@ impl Play {
     #[must_use]
     pub(crate) fn deadline(&self) -> Option<Time> {
         let state = self.state();
-        state.waiting.front().map(|(due, _)| state.theirs(*due))
+        state
+            .scheduled
+            .front()
+            .map(|(due, _)| state.controller_time(*due))
     }
 
     /// The next action that is due at `now`.
     pub(crate) fn due(&self, now: Time) -> Option<(Time, Input)> {
         let state = &mut *self.state();
-        let now = state.ours(now);
-        if state.at_once.0 != now {
-            state.at_once = (now, 0);
+        let now = state.scenario_time(now);
+        if state.actions_at_time.0 != now {
+            state.actions_at_time = (now, 0);
         }
-        state.at_once.1 += 1;
-        if state.at_once.1 > MAX_AT_ONCE && !state.waiting.is_empty() {
+        state.actions_at_time.1 += 1;
+        if state.actions_at_time.1 > MAX_ACTIONS_AT_TIME && !state.scheduled.is_empty() {
             state.runaway = Some(now);
-            state.waiting.clear();
-            state.stages.clear();
+            state.scheduled.clear();
+            state.steps.clear();
         }
-        let is_due = state.waiting.front().is_some_and(|(due, _)| *due <= now);
-        let (due, action) = is_due.then(|| state.waiting.pop_front()).flatten()?;
+        let is_due = state.scheduled.front().is_some_and(|(due, _)| *due <= now);
+        let (due, action) = is_due.then(|| state.scheduled.pop_front()).flatten()?;
         info!(event = "scenario", "scenario: {}", action.words);
-        Some((state.theirs(due), action.input))
+        Some((state.controller_time(due), action.input))
     }
 
     /// An input of the controller.
     pub(crate) fn input(&self, at: Time, input: &Input) {
-        self.state().look(at, &Moment::Input(input));
+        self.state().observe(at, &Observation::Input(input));
     }
 
     /// An output of the controller.
     pub(crate) fn output(&self, at: Time, output: &Output) {
-        self.state().look(at, &Moment::Output(output));
+        self.state().observe(at, &Observation::Output(output));
     }
 
     /// The controller has nothing more to do at this moment.
     pub(crate) fn settled(&self, at: Time, controller: &Controller) {
-        self.state().look(at, &Moment::Settled(controller));
+        self.state().observe(at, &Observation::Settled(controller));
     }
 
     /// What came of it, if it ends now.
     #[must_use]
-    pub fn end(&self, now: Time) -> Outcome {
+    pub fn outcome(&self, now: Time) -> ScenarioOutcome {
         let state = self.state();
-        let now = state.ours(now);
-        let begun = state.begun.unwrap_or(now);
+        let now = state.scenario_time(now);
+        let begun = state.started.unwrap_or(now);
         let mut entries: Vec<(usize, Entry)> = Vec::new();
-        for expected in &state.expected {
+        for expected in &state.expectations {
             let verdict = expected
                 .verdict
                 .clone()
-                .unwrap_or_else(|| expected.at_end(begun, now));
-            let time = expected.at.unwrap_or(now).since(begun);
+                .unwrap_or_else(|| expected.verdict_at_end(begun, now));
+            let time = expected.verdict_time.unwrap_or(now).since(begun);
             let name = expected.expectation.name.clone();
             let line = expected.expectation.line;
             entries.push((
@@ -252,16 +261,16 @@ impl Play {
                 },
             ));
         }
-        for stage in &state.stages {
-            let Occasion::When(condition, _) = &stage.step.on else {
+        for step in &state.steps {
+            let StepTrigger::When(condition, _) = &step.step.trigger else {
                 continue;
             };
-            let verdict = if stage.begun > 0 {
+            let verdict = if step.runs > 0 {
                 Verdict::Held
             } else {
                 Verdict::Skipped("its condition never came".to_owned())
             };
-            let (line, time) = (stage.step.line, now.since(begun));
+            let (line, time) = (step.step.line, now.since(begun));
             let name = format!("do when {condition}");
             entries.push((
                 line,
@@ -274,7 +283,8 @@ impl Play {
             ));
         }
         if let Some(at) = state.runaway {
-            let words = format!("more than {MAX_AT_ONCE} actions at {at}: steps bring each other about");
+            let words =
+                format!("more than {MAX_ACTIONS_AT_TIME} actions at {at}: steps bring each other about");
             let (name, time) = ("do".to_owned(), at.since(begun));
             let verdict = Verdict::Failed(words);
             entries.push((
@@ -288,7 +298,7 @@ impl Play {
             ));
         }
         entries.sort_by_key(|(line, _)| *line);
-        Outcome {
+        ScenarioOutcome {
             name: state.name.clone(),
             time: now.since(begun),
             entries: entries.into_iter().map(|(_, entry)| entry).collect(),
@@ -296,72 +306,72 @@ impl Play {
     }
 }
 
-impl State {
-    fn watches(&mut self) -> impl Iterator<Item = &mut Watch> {
-        let stages = self.stages.iter_mut().map(|stage| &mut stage.watch);
-        let expected = self.expected.iter_mut().flat_map(|expected| {
-            let Expected {
+impl PlayState {
+    fn conditions(&mut self) -> impl Iterator<Item = &mut ConditionState> {
+        let steps = self.steps.iter_mut().map(|step| &mut step.condition);
+        let expected = self.expectations.iter_mut().flat_map(|expected| {
+            let ExpectationState {
                 what, after, until, ..
             } = expected;
             std::iter::once(what).chain(after).chain(until)
         });
-        stages.chain(expected)
+        steps.chain(expected)
     }
 
     /// A time of the controller as one of the scenario.
-    fn ours(&self, theirs: Time) -> Time {
-        Time::from_micros(theirs.as_micros().saturating_add_signed(self.ahead))
+    fn scenario_time(&self, theirs: Time) -> Time {
+        Time::from_micros(theirs.as_micros().saturating_add_signed(self.time_offset))
     }
 
     /// A time of the scenario as one of the controller.
-    fn theirs(&self, ours: Time) -> Time {
+    fn controller_time(&self, ours: Time) -> Time {
         Time::from_micros(
             ours.as_micros()
-                .saturating_add_signed(self.ahead.saturating_neg()),
+                .saturating_add_signed(self.time_offset.saturating_neg()),
         )
     }
 
     /// In the order of their times; of the same time in the order of the file.
     fn sort(&mut self) {
-        self.waiting.make_contiguous().sort_by_key(|(due, _)| *due);
+        self.scheduled.make_contiguous().sort_by_key(|(due, _)| *due);
     }
 
-    fn look(&mut self, at: Time, moment: &Moment<'_>) {
-        if self.begun.is_none() {
+    fn observe(&mut self, at: Time, observation: &Observation<'_>) {
+        if self.started.is_none() {
             return;
         }
-        let at = self.ours(at);
+        let at = self.scenario_time(at);
         let mut added = false;
-        for stage in &mut self.stages {
-            let Occasion::When(_, after) = stage.step.on else {
+        for step in &mut self.steps {
+            let StepTrigger::When(_, after) = step.step.trigger else {
                 continue;
             };
-            if !stage.watch.comes(moment) || (stage.step.times > 0 && stage.begun >= stage.step.times) {
+            if !step.condition.occurs(observation) || (step.step.times > 0 && step.runs >= step.step.times) {
                 continue;
             }
-            if self.waiting.len() + stage.step.actions.len() > MAX_WAITING {
+            if self.scheduled.len() + step.step.actions.len() > MAX_SCHEDULED {
                 continue;
             }
-            stage.begun = stage.begun.saturating_add(1);
+            step.runs = step.runs.saturating_add(1);
             let due = at + after;
-            self.waiting
-                .extend(stage.step.actions.iter().map(|action| (due, action.clone())));
+            self.scheduled
+                .extend(step.step.actions.iter().map(|action| (due, action.clone())));
             added = true;
         }
         if added {
             self.sort();
         }
-        for expected in &mut self.expected {
-            expected.look(at, moment);
+        for expected in &mut self.expectations {
+            expected.observe(at, observation);
         }
     }
 }
 
-impl Expected {
-    fn look(&mut self, at: Time, moment: &Moment<'_>) {
-        let comes = self.what.comes(moment);
-        let ends = self.until.as_mut().is_some_and(|until| until.comes(moment));
-        let begins = self.after.as_mut().is_some_and(|after| after.comes(moment));
+impl ExpectationState {
+    fn observe(&mut self, at: Time, observation: &Observation<'_>) {
+        let comes = self.what.occurs(observation);
+        let ends = self.until.as_mut().is_some_and(|until| until.occurs(observation));
+        let begins = self.after.as_mut().is_some_and(|after| after.occurs(observation));
         if self.verdict.is_some() {
             return;
         }
@@ -370,11 +380,11 @@ impl Expected {
             self.since = begins.then_some(at);
             return;
         };
-        match &self.expectation.wanted {
-            Wanted::Comes { times, within } => {
-                self.came += u32::from(comes);
+        match &self.expectation.kind {
+            ExpectationKind::Occurs { times, within } => {
+                self.occurrences += u32::from(comes);
                 let passed = at.since(since);
-                if self.came >= *times {
+                if self.occurrences >= *times {
                     let late = within.filter(|within| passed > *within);
                     let words = |within| {
                         let (came, most) = (seconds(passed), seconds(within));
@@ -383,30 +393,33 @@ impl Expected {
                     self.decide(at, late.map_or(Verdict::Held, words));
                 }
             }
-            Wanted::Never { .. } if comes => {
+            ExpectationKind::Never { .. } if comes => {
                 let words = format!("expected never, came at {at}");
                 self.decide(at, Verdict::Failed(words));
             }
-            Wanted::Never { .. } if ends => self.decide(at, Verdict::Held),
-            Wanted::Never { .. } => {}
+            ExpectationKind::Never { .. } if ends => self.decide(at, Verdict::Held),
+            ExpectationKind::Never { .. } => {}
         }
     }
 
     fn decide(&mut self, at: Time, verdict: Verdict) {
         self.verdict = Some(verdict);
-        self.at = Some(at);
+        self.verdict_time = Some(at);
     }
 
     /// The verdict when nothing more happens.
-    fn at_end(&self, begun: Time, now: Time) -> Verdict {
-        let Wanted::Comes { times, within } = &self.expectation.wanted else {
+    fn verdict_at_end(&self, begun: Time, now: Time) -> Verdict {
+        let ExpectationKind::Occurs { times, within } = &self.expectation.kind else {
             return Verdict::Held;
         };
         let ended = format!("the run ended after {}", seconds(now.since(begun)));
         let limit = within.map_or(String::new(), |within| format!(" within {}", seconds(within)));
         Verdict::Failed(match (&self.expectation.after, self.since) {
             (Some(after), None) => format!("expected{limit} after `{after}`, which never came; {ended}"),
-            _ => format!("expected {times} times{limit}, came {} times; {ended}", self.came),
+            _ => format!(
+                "expected {times} times{limit}, came {} times; {ended}",
+                self.occurrences
+            ),
         })
     }
 }

@@ -1,8 +1,8 @@
 //! Reading a scenario file: TOML, every key known, every message with the line it is about. What conditions and
 //! actions say is `words`'s.
 
-use super::words::{ScenarioAction, ScenarioCondition};
-use super::{Expectation, MAX_BYTES, MAX_ENTRIES, Occasion, Scenario, Start, Step, Wanted};
+use super::condition::{ScenarioAction, ScenarioCondition};
+use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use crate::files;
 use std::io;
 use std::ops::Range;
@@ -33,9 +33,9 @@ pub const TABLES: [(&str, &[&str]); 5] = [
 ];
 
 /// Longest time a scenario can name.
-const LONGEST: Duration = Duration::from_secs(365 * 86_400);
+const MAX_DURATION: Duration = Duration::from_secs(365 * 86_400);
 /// How different a key may be from one that is suggested for it.
-const SUGGEST_WITHIN: usize = 3;
+const MAX_SUGGESTION_DISTANCE: usize = 3;
 
 /// Why a scenario cannot be played.
 #[derive(Debug, thiserror::Error)]
@@ -50,7 +50,7 @@ pub enum ScenarioError {
     },
     /// What stands in it.
     #[error("{}, line {line}: {reason}", path.display())]
-    Text {
+    Content {
         /// Which file.
         path: PathBuf,
         /// Its line, from 1.
@@ -61,24 +61,24 @@ pub enum ScenarioError {
 }
 
 /// Something wrong at a place of the text.
-struct Wrong(Range<usize>, String);
+struct TableError(Range<usize>, String);
 
-type Read<T> = Result<T, Wrong>;
+type ReadResult<T> = Result<T, TableError>;
 type Value<'a> = Spanned<DeValue<'a>>;
 
-pub(super) fn file(path: &Path) -> Result<Scenario, ScenarioError> {
+pub(super) fn read_file(path: &Path) -> Result<Scenario, ScenarioError> {
     let io_error = |reason| ScenarioError::Io {
         path: path.to_path_buf(),
         reason,
     };
-    text(path, &files::read_text(path, MAX_BYTES).map_err(io_error)?)
+    parse(path, &files::read_text(path, MAX_BYTES).map_err(io_error)?)
 }
 
-pub(super) fn text(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
+pub(super) fn parse(origin: &Path, text: &str) -> Result<Scenario, ScenarioError> {
     let read = DeTable::parse(text)
-        .map_err(|error| Wrong(error.span().unwrap_or(0..0), error.message().to_owned()))
+        .map_err(|error| TableError(error.span().unwrap_or(0..0), error.message().to_owned()))
         .and_then(|table| scenario(origin, text, table.get_ref()));
-    read.map_err(|Wrong(span, reason)| ScenarioError::Text {
+    read.map_err(|TableError(span, reason)| ScenarioError::Content {
         path: origin.to_path_buf(),
         line: line_of(text, span.start),
         reason,
@@ -90,8 +90,8 @@ fn line_of(text: &str, at: usize) -> usize {
     1 + before.iter().filter(|byte| **byte == b'\n').count()
 }
 
-fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> Read<Scenario> {
-    known("", table)?;
+fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> ReadResult<Scenario> {
+    check_keys("", table)?;
     let stem = origin.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let mut scenario = Scenario {
         name: table.get("name").map_or(Ok(stem.unwrap_or_default()), string)?,
@@ -101,7 +101,7 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> Read<Scenario> {
     };
     if let Some(start) = table.get("start") {
         let folder = origin.parent().unwrap_or(Path::new(""));
-        scenario.start = begin(folder, sub_table("start", start)?)?;
+        scenario.start = parse_start(folder, sub_table("start", start)?)?;
     }
     for entry in entries("do", table)? {
         scenario.steps.push(step(text, entry)?);
@@ -114,7 +114,7 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> Read<Scenario> {
     scenario.expectations.sort_by_key(|expectation| expectation.line);
     let count = scenario.steps.len() + scenario.expectations.len();
     if count > MAX_ENTRIES {
-        return Err(Wrong(
+        return Err(TableError(
             0..0,
             format!("expected at most {MAX_ENTRIES} entries, found {count}"),
         ));
@@ -123,7 +123,7 @@ fn scenario(origin: &Path, text: &str, table: &DeTable<'_>) -> Read<Scenario> {
 }
 
 /// The entries `[[name]]`, each with its place.
-fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> Read<Vec<(Range<usize>, &'a DeTable<'a>)>> {
+fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> ReadResult<Vec<(Range<usize>, &'a DeTable<'a>)>> {
     let Some(value) = table.get(name) else {
         return Ok(Vec::new());
     };
@@ -134,7 +134,7 @@ fn entries<'a>(name: &str, table: &'a DeTable<'a>) -> Read<Vec<(Range<usize>, &'
     array.iter().map(entry).collect()
 }
 
-fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
+fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
     let mut actions = Vec::new();
     if let Some(value) = table.get("key") {
@@ -159,7 +159,7 @@ fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
         for value in array(value)? {
             let line = whole(value)?;
             let action = ScenarioAction::parse(&format!("input {line} on"));
-            action.map_err(|reason| Wrong(value.span(), reason))?;
+            action.map_err(|reason| TableError(value.span(), reason))?;
             actions.push(PanelAction::InputLine {
                 line: u16::try_from(line).unwrap_or(0),
                 on: true,
@@ -175,63 +175,73 @@ fn begin(folder: &Path, table: &DeTable<'_>) -> Read<Start> {
     let load = table.get("load").map(array).transpose()?;
     Ok(Start {
         restore: table.get("restore").map(path).transpose()?,
-        load: load.into_iter().flatten().map(path).collect::<Read<_>>()?,
+        load: load.into_iter().flatten().map(path).collect::<ReadResult<_>>()?,
         select: table.get("select").map(string).transpose()?,
         actions: actions.iter().map(ScenarioAction::at_panel).collect(),
     })
 }
 
-fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> Read<Step> {
+fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<Step> {
     let after = table.get("after").map(duration).transpose()?;
     let times = table.get("times").map(whole).transpose()?;
     let on = match (table.get("at"), table.get("when")) {
         (Some(at), None) => {
             if let Some(surplus) = table.get("after").or(table.get("times")) {
                 let reason = "expected `at` alone, found `after` or `times`, which belong to `when`";
-                return Err(Wrong(surplus.span(), reason.to_owned()));
+                return Err(TableError(surplus.span(), reason.to_owned()));
             }
-            Occasion::At(duration(at)?)
+            StepTrigger::At(duration(at)?)
         }
-        (None, Some(when)) => Occasion::When(condition(when)?, after.unwrap_or_default()),
+        (None, Some(when)) => StepTrigger::When(condition(when)?, after.unwrap_or_default()),
         (at, _) => {
             let found = if at.is_some() { "both" } else { "neither" };
-            return Err(Wrong(
+            return Err(TableError(
                 span,
                 format!("expected `at` or `when` in [[do]], found {found}"),
             ));
         }
     };
     let Some(actions) = table.get("actions") else {
-        return Err(Wrong(span, "expected `actions` in [[do]], found none".to_owned()));
+        return Err(TableError(
+            span,
+            "expected `actions` in [[do]], found none".to_owned(),
+        ));
     };
     let one = |value: &Value<'_>| {
-        ScenarioAction::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
+        ScenarioAction::parse(&string(value)?).map_err(|reason| TableError(value.span(), reason))
     };
     Ok(Step {
         line: line_of(text, span.start),
-        on,
+        trigger: on,
         times: times.unwrap_or(1),
-        actions: array(actions)?.iter().map(one).collect::<Read<_>>()?,
+        actions: array(actions)?.iter().map(one).collect::<ReadResult<_>>()?,
     })
 }
 
-fn expectation(kind: &str, text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> Read<Expectation> {
+fn expectation(
+    kind: &str,
+    text: &str,
+    (span, table): (Range<usize>, &DeTable<'_>),
+) -> ReadResult<Expectation> {
     let Some(what) = table.get("what") else {
-        return Err(Wrong(span, format!("expected `what` in [[{kind}]], found none")));
+        return Err(TableError(
+            span,
+            format!("expected `what` in [[{kind}]], found none"),
+        ));
     };
     let what = condition(what)?;
     let after = table.get("after").map(condition).transpose()?;
-    let wanted = if kind == "never" {
-        Wanted::Never {
+    let expected = if kind == "never" {
+        ExpectationKind::Never {
             until: table.get("until").map(condition).transpose()?,
         }
     } else {
         let times = table.get("times").map_or(Ok(1), whole)?;
         if times == 0 {
             let reason = "expected 1 or more times, found 0: what is not to come is a [[never]]";
-            return Err(Wrong(span, reason.to_owned()));
+            return Err(TableError(span, reason.to_owned()));
         }
-        Wanted::Comes {
+        ExpectationKind::Occurs {
             times,
             within: table.get("within").map(duration).transpose()?,
         }
@@ -242,22 +252,22 @@ fn expectation(kind: &str, text: &str, (span, table): (Range<usize>, &DeTable<'_
     Ok(Expectation {
         line: line_of(text, span.start),
         name,
-        what,
+        condition: what,
         after,
-        wanted,
+        kind: expected,
     })
 }
 
-fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> Read<&'a DeTable<'a>> {
+fn sub_table<'a>(name: &str, value: &'a Value<'a>) -> ReadResult<&'a DeTable<'a>> {
     let DeValue::Table(table) = value.get_ref() else {
         return Err(expected(value, &format!("a table [{name}]")));
     };
-    known(name, table)?;
+    check_keys(name, table)?;
     Ok(table)
 }
 
 /// Every key of the table is one of those of its name.
-fn known(name: &str, table: &DeTable<'_>) -> Read<()> {
+fn check_keys(name: &str, table: &DeTable<'_>) -> ReadResult<()> {
     let keys = TABLES
         .iter()
         .find(|(table, _)| *table == name)
@@ -267,8 +277,11 @@ fn known(name: &str, table: &DeTable<'_>) -> Read<()> {
         if keys.iter().any(|known| *known == found.as_ref()) {
             continue;
         }
-        let nearest = keys.iter().map(|known| (distance(known, found), *known)).min();
-        let suggestion = nearest.filter(|(far, _)| *far <= SUGGEST_WITHIN);
+        let nearest = keys
+            .iter()
+            .map(|known| (edit_distance(known, found), *known))
+            .min();
+        let suggestion = nearest.filter(|(far, _)| *far <= MAX_SUGGESTION_DISTANCE);
         let hint = suggestion.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
         let place = if name.is_empty() {
             "the file".to_owned()
@@ -279,13 +292,13 @@ fn known(name: &str, table: &DeTable<'_>) -> Read<()> {
             "unknown key `{found}` in {place}: expected {}{hint}",
             keys.join(", ")
         );
-        return Err(Wrong(key.span(), reason));
+        return Err(TableError(key.span(), reason));
     }
     Ok(())
 }
 
 /// How many letters have to be changed, added or left out to make one word of another.
-fn distance(one: &str, other: &str) -> usize {
+fn edit_distance(one: &str, other: &str) -> usize {
     let mut row: Vec<usize> = (0..=other.chars().count()).collect();
     for (i, a) in one.chars().enumerate() {
         let mut diagonal = i;
@@ -301,7 +314,7 @@ fn distance(one: &str, other: &str) -> usize {
     row.last().copied().unwrap_or_default()
 }
 
-fn expected(value: &Value<'_>, what: &str) -> Wrong {
+fn expected(value: &Value<'_>, what: &str) -> TableError {
     let found = match value.get_ref() {
         DeValue::String(text) => format!("`{text}`"),
         DeValue::Integer(number) => number.to_string(),
@@ -311,24 +324,24 @@ fn expected(value: &Value<'_>, what: &str) -> Wrong {
         DeValue::Array(_) => "an array".to_owned(),
         DeValue::Table(_) => "a table".to_owned(),
     };
-    Wrong(value.span(), format!("expected {what}, found {found}"))
+    TableError(value.span(), format!("expected {what}, found {found}"))
 }
 
-fn string(value: &Value<'_>) -> Read<String> {
+fn string(value: &Value<'_>) -> ReadResult<String> {
     match value.get_ref() {
         DeValue::String(text) => Ok(text.as_ref().to_owned()),
         _ => Err(expected(value, "text")),
     }
 }
 
-fn array<'a>(value: &'a Value<'a>) -> Read<&'a [Value<'a>]> {
+fn array<'a>(value: &'a Value<'a>) -> ReadResult<&'a [Value<'a>]> {
     match value.get_ref() {
         DeValue::Array(array) => Ok(array),
         _ => Err(expected(value, "an array")),
     }
 }
 
-fn whole(value: &Value<'_>) -> Read<u32> {
+fn whole(value: &Value<'_>) -> ReadResult<u32> {
     let number = match value.get_ref() {
         DeValue::Integer(number) => u32::from_str_radix(number.as_str(), number.radix()).ok(),
         _ => None,
@@ -336,11 +349,11 @@ fn whole(value: &Value<'_>) -> Read<u32> {
     number.ok_or_else(|| expected(value, "a whole number"))
 }
 
-fn condition(value: &Value<'_>) -> Read<ScenarioCondition> {
-    ScenarioCondition::parse(&string(value)?).map_err(|reason| Wrong(value.span(), reason))
+fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
+    ScenarioCondition::parse(&string(value)?).map_err(|reason| TableError(value.span(), reason))
 }
 
-fn duration(value: &Value<'_>) -> Read<Duration> {
+fn duration(value: &Value<'_>) -> ReadResult<Duration> {
     let text = string(value)?;
     let wrong = || {
         expected(
@@ -365,7 +378,7 @@ fn duration(value: &Value<'_>) -> Read<Duration> {
     let time = Duration::from_micros(
         u64::try_from((time + Duration::from_nanos(500)).as_micros()).unwrap_or(u64::MAX),
     );
-    if time > LONGEST {
+    if time > MAX_DURATION {
         return Err(expected(value, "a time of at most 365 days"));
     }
     Ok(time)

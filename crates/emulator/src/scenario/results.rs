@@ -18,7 +18,7 @@ pub enum Verdict {
 
 /// One entry of the file.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Result {
+pub struct EntryResult {
     /// Its name.
     pub name: String,
     /// Its line.
@@ -31,16 +31,16 @@ pub struct Result {
 
 /// What came of a scenario.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Outcome {
+pub struct ScenarioOutcome {
     /// Its name.
     pub name: String,
     /// How long it was played, in virtual time.
     pub time: Duration,
     /// Its entries in the order of the file.
-    pub entries: Vec<Result>,
+    pub entries: Vec<EntryResult>,
 }
 
-impl Outcome {
+impl ScenarioOutcome {
     /// Whether something was not as expected.
     #[must_use]
     pub fn has_failed(&self) -> bool {

@@ -181,7 +181,7 @@ fn every_key_and_word_is_documented() {
     }
 }
 
-/// A controller and a play, driven as the hub drives them.
+/// A controller and a play, driven as the driver drives them.
 struct Stage {
     controller: Controller,
     play: Play,
@@ -194,13 +194,13 @@ impl Stage {
         controller.put_file("T", program.as_bytes()).unwrap();
         controller.select(Time::ZERO, "T").unwrap();
         let play = Play::new(read(text).unwrap());
-        let mut stage = Stage { controller, play };
-        stage.play.begin(&stage.controller);
+        let mut step = Stage { controller, play };
+        step.play.start(&step.controller);
         for port in [Port::Ip0, Port::Ip1] {
             let peer = "test".to_owned();
-            stage.step(Time::ZERO, Input::Connected { port, peer });
+            step.step(Time::ZERO, Input::Connected { port, peer });
         }
-        stage
+        step
     }
 
     fn step(&mut self, at: Time, input: Input) {
@@ -240,7 +240,7 @@ impl Stage {
     }
 
     fn verdicts(&self) -> Vec<Verdict> {
-        let outcome = self.play.end(self.controller.now());
+        let outcome = self.play.outcome(self.controller.now());
         outcome.entries.into_iter().map(|entry| entry.verdict).collect()
     }
 }
@@ -289,13 +289,13 @@ actions = ["stop"]
 
 #[test]
 fn a_host_that_does_what_is_expected_passes() {
-    let mut stage = Stage::new(PLAY);
-    stage.until(100);
-    stage.host("RN");
-    stage.until(2_400);
-    stage.host("SU");
-    stage.until(3_000);
-    let verdicts = stage.verdicts();
+    let mut step = Stage::new(PLAY);
+    step.until(100);
+    step.host("RN");
+    step.until(2_400);
+    step.host("SU");
+    step.until(3_000);
+    let verdicts = step.verdicts();
     assert_eq!(verdicts[0], Verdict::Held, "the step of RN");
     assert_eq!(verdicts[1], Verdict::Held, "PRINT at 300 ms");
     let late = "expected within 0.100000 s, came after 0.200000 s";
@@ -317,25 +317,25 @@ fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
         [[expect]]\nwhat = \"command SU\"\nwithin = \"3 s\"\n\
         [[never]]\nwhat = \"servo on\"\n";
     for (asked, held) in [(1_900, true), (2_100, false)] {
-        let mut stage = Stage::new(text);
-        stage.until(500);
-        let mut kept = stage.controller.clone();
-        stage.until(1_500);
-        std::mem::swap(&mut stage.controller, &mut kept);
-        stage.play.go_on(kept.now(), &stage.controller);
-        stage.until(900);
+        let mut step = Stage::new(text);
+        step.until(500);
+        let mut kept = step.controller.clone();
+        step.until(1_500);
+        std::mem::swap(&mut step.controller, &mut kept);
+        step.play.controller_replaced(kept.now(), &step.controller);
+        step.until(900);
         assert!(
-            !stage.controller.state().emergency_stop,
+            !step.controller.state().emergency_stop,
             "1.9 s after the beginning"
         );
-        stage.until(1_100);
+        step.until(1_100);
         assert!(
-            stage.controller.state().emergency_stop,
+            step.controller.state().emergency_stop,
             "2.1 s after the beginning"
         );
-        stage.until(asked);
-        stage.host("SU");
-        let verdicts = stage.verdicts();
+        step.until(asked);
+        step.host("SU");
+        let verdicts = step.verdicts();
         assert_eq!(verdicts[0] == Verdict::Held, held, "{verdicts:?}");
         assert_eq!(verdicts[1], Verdict::Held);
     }
@@ -345,35 +345,36 @@ fn its_time_goes_on_when_a_snapshot_or_a_reset_sets_the_clock_back() {
 fn a_fault_keeps_the_number_it_is_armed_with() {
     let text =
         "[[do]]\nat = \"10 ms\"\nactions = [\"fault arm ng:command=SO,id=9\", \"fault arm 8 no-reply\"]\n";
-    let mut stage = Stage::new(text);
-    stage.until(20);
-    let armed = stage.controller.faults().reports().map(|report| report.fault.id);
+    let mut step = Stage::new(text);
+    step.until(20);
+    let armed = step.controller.faults().reports().map(|report| report.fault.id);
     assert_eq!(armed.collect::<Vec<_>>(), [8, 9]);
 }
 
 #[test]
 fn what_holds_in_a_snapshot_has_not_come() {
-    let mut stage = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
-    let mut other = stage.controller.clone();
+    let mut step = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
+    let mut other = step.controller.clone();
     let on = Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
     other.handle(other.now(), on);
     while other.poll_output().is_some() {}
-    stage.controller = other;
-    stage.play.go_on(stage.controller.now(), &stage.controller);
-    stage.until(10);
-    assert_eq!(stage.verdicts(), [Verdict::Held]);
+    step.controller = other;
+    step.play
+        .controller_replaced(step.controller.now(), &step.controller);
+    step.until(10);
+    assert_eq!(step.verdicts(), [Verdict::Held]);
 }
 
 #[test]
 fn a_host_that_does_not_fails_with_words() {
-    let mut stage = Stage::new(PLAY);
-    stage.until(2_100);
-    stage.host("RN");
-    stage.until(2_600);
-    stage.host("SU");
+    let mut step = Stage::new(PLAY);
+    step.until(2_100);
+    step.host("RN");
+    step.until(2_600);
+    step.host("SU");
     let failed = |words: &str| Verdict::Failed(words.to_owned());
     assert_eq!(
-        stage.verdicts()[1..6],
+        step.verdicts()[1..6],
         [
             failed("expected 1 times within 1.000000 s, came 0 times; the run ended after 2.600000 s"),
             failed(
@@ -384,7 +385,7 @@ fn a_host_that_does_not_fails_with_words() {
             failed("expected never, came at 2.100000"),
         ]
     );
-    let outcome = stage.play.end(stage.controller.now());
+    let outcome = step.play.outcome(step.controller.now());
     assert!(outcome.has_failed() && outcome.failures().count() == 5);
     let xml = outcome.junit();
     assert!(
@@ -398,10 +399,10 @@ fn a_host_that_does_not_fails_with_words() {
 fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
     let text = "[[do]]\nwhen = \"servo on\"\ntimes = 0\nactions = [\"servo off\"]\n\
         [[do]]\nwhen = \"servo off\"\ntimes = 0\nactions = [\"servo on\"]\n";
-    let mut stage = Stage::new(text);
-    stage.host("SO");
-    stage.until(1_000);
-    let outcome = stage.play.end(stage.controller.now());
+    let mut step = Stage::new(text);
+    step.host("SO");
+    step.until(1_000);
+    let outcome = step.play.outcome(step.controller.now());
     let failures: Vec<String> = outcome.failures().collect();
     assert!(
         failures.len() == 1 && failures[0].contains("bring each other about"),
@@ -413,18 +414,21 @@ fn steps_that_bring_each_other_about_end_the_scenario_not_the_robot() {
 fn a_step_happens_as_often_as_it_says() {
     for (times, expected) in [("", 1), ("times = 2", 2), ("times = 0", 5)] {
         let text = format!("[[do]]\nwhen = \"command SU\"\n{times}\nactions = [\"feed-hold\"]\n");
-        let mut stage = Stage::new(&text);
+        let mut step = Stage::new(&text);
         let mut held = 0;
         for _ in 0..5 {
-            stage.host("SU");
-            while let Some((_, input)) = stage.play.due(stage.controller.now()) {
+            step.host("SU");
+            while let Some((_, input)) = step.play.due(step.controller.now()) {
                 held += 1;
-                stage.step(stage.controller.now(), input);
+                step.step(step.controller.now(), input);
             }
-            stage.host("OK");
+            step.host("OK");
         }
         assert_eq!(held, expected, "{times}");
     }
     let at = read("[[do]]\nat = \"0.0015 s\"\nactions = [\"start\"]").unwrap();
-    assert_eq!(at.steps[0].on, super::Occasion::At(Duration::from_micros(1_500)));
+    assert_eq!(
+        at.steps[0].trigger,
+        super::StepTrigger::At(Duration::from_micros(1_500))
+    );
 }

@@ -91,31 +91,31 @@ impl Drop for PortThreads {
     }
 }
 
-/// Carries bytes until the hub is gone.
-pub(super) async fn serve(path: PathBuf, device: Device, mut end: SerialTask, pause: Duration) {
+/// Carries bytes until the driver is gone.
+pub(super) async fn serve(path: PathBuf, device: Device, mut task: SerialTask, pause: Duration) {
     let mut device = Some(device);
     loop {
         let opened = match device.take() {
             Some(device) => Some(device),
-            None => try_open(&path, end.settings).ok(),
+            None => try_open(&path, task.settings).ok(),
         };
         let served = match opened.map(spawn_threads) {
-            Some(Ok(running)) => match carry(&path, running, &mut end).await {
+            Some(Ok(running)) => match carry(&path, running, &mut task).await {
                 // One that can be opened and is lost at once is not looked for without pause.
-                Ok(CarryEnd::Lost) => wait(&mut end, pause).await,
+                Ok(CarryEnd::Lost) => wait(&mut task, pause).await,
                 Ok(CarryEnd::Reset) => Ok(()),
-                Err(gone) => Err(gone),
+                Err(error) => Err(error),
             },
             Some(Err(error)) => {
                 warn!(
-                    port = end.port.name(),
+                    port = task.port.name(),
                     "{}: {}: {error}",
-                    end.port,
+                    task.port,
                     path.display()
                 );
-                wait(&mut end, pause).await
+                wait(&mut task, pause).await
             }
-            None => wait(&mut end, pause).await,
+            None => wait(&mut task, pause).await,
         };
         if served.is_err() {
             return;
@@ -124,14 +124,14 @@ pub(super) async fn serve(path: PathBuf, device: Device, mut end: SerialTask, pa
 }
 
 /// The port is not there: what the robot sends is heard by nobody.
-async fn wait(end: &mut SerialTask, pause: Duration) -> Result<(), DriverGone> {
+async fn wait(task: &mut SerialTask, pause: Duration) -> Result<(), DriverGone> {
     let over = tokio::time::sleep(pause);
     tokio::pin!(over);
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+            command = task.commands.recv() => match command.ok_or(DriverGone)? {
                 TaskCommand::Send(_) => {}
-                TaskCommand::Settings(robot) => end.settings = robot,
+                TaskCommand::Settings(robot) => task.settings = robot,
             },
             () = &mut over => return Ok(()),
         }
@@ -146,27 +146,27 @@ enum CarryEnd {
     Lost,
 }
 
-async fn carry(path: &Path, mut running: PortThreads, end: &mut SerialTask) -> Result<CarryEnd, DriverGone> {
-    let port = end.port;
+async fn carry(path: &Path, mut running: PortThreads, task: &mut SerialTask) -> Result<CarryEnd, DriverGone> {
+    let port = task.port;
     let peer = path.display().to_string();
-    end.send_event(SerialEvent::Opened { peer }).await?;
-    end.send_event(SerialEvent::Settings(HostEnd::Wire)).await?;
-    let mut marks = MarkDecoder::default();
+    task.send_event(SerialEvent::Opened { peer }).await?;
+    task.send_event(SerialEvent::Settings(HostEnd::Wire)).await?;
+    let mut decoder = MarkDecoder::default();
     let left = loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+            command = task.commands.recv() => match command.ok_or(DriverGone)? {
                 TaskCommand::Send(bytes) => if running.writes.try_send(bytes).is_err() {
                     debug!(port = port.name(), "{port}: bytes lost, the port does not take them");
                 },
-                TaskCommand::Settings(robot) if robot != end.settings => {
+                TaskCommand::Settings(robot) if robot != task.settings => {
                     info!(port = port.name(), "{port}: {} is opened anew as [U06] says", path.display());
-                    end.settings = robot;
+                    task.settings = robot;
                     break CarryEnd::Reset;
                 }
                 TaskCommand::Settings(_) => {}
             },
             bytes = running.reads.recv() => match bytes {
-                Some(bytes) => send_received(end, &mut marks, &bytes).await?,
+                Some(bytes) => send_received(task, &mut decoder, &bytes).await?,
                 None => break CarryEnd::Lost,
             },
             _ = &mut running.lost => {
@@ -175,16 +175,16 @@ async fn carry(path: &Path, mut running: PortThreads, end: &mut SerialTask) -> R
             }
         }
     };
-    end.send_event(SerialEvent::Closed).await?;
+    task.send_event(SerialEvent::Closed).await?;
     Ok(left)
 }
 
-/// Tells the hub what the port delivered, good and bad.
-async fn send_received(end: &SerialTask, marks: &mut MarkDecoder, bytes: &[u8]) -> Result<(), DriverGone> {
-    for marked in marks.push(bytes) {
-        match marked {
-            CharacterRun::Good(bytes) => end.send_received(bytes).await?,
-            CharacterRun::Bad(bytes) => end.send_event(SerialEvent::Faults(bytes)).await?,
+/// Tells the driver what the port delivered, good and bad.
+async fn send_received(task: &SerialTask, decoder: &mut MarkDecoder, bytes: &[u8]) -> Result<(), DriverGone> {
+    for run in decoder.push(bytes) {
+        match run {
+            CharacterRun::Good(bytes) => task.send_received(bytes).await?,
+            CharacterRun::Bad(bytes) => task.send_event(SerialEvent::Faults(bytes)).await?,
         }
     }
     Ok(())

@@ -1,6 +1,6 @@
 //! The serial lines HOST and COM1 as the outside sees them: a pseudo terminal, a real port, a TCP port, with or
-//! without RFC 2217. Each is a task that carries bytes and tells the hub what it sees; how long characters take
-//! and what other settings make of them is the controller's. The hub owns [`SerialLines`] and is the only one that
+//! without RFC 2217. Each is a task that carries bytes and tells the driver what it sees; how long characters take
+//! and what other settings make of them is the controller's. The driver owns [`SerialLines`] and is the only one that
 //! changes it.
 
 mod device;
@@ -96,7 +96,7 @@ pub enum SerialError {
     },
 }
 
-/// What a line task tells the hub.
+/// What a line task tells the driver.
 #[derive(Debug)]
 pub struct SerialMessage {
     port: Port,
@@ -185,18 +185,18 @@ impl SerialLines {
     /// # Errors
     /// The first that cannot be had; those before it are closed when this value is dropped.
     pub fn open(&mut self, robot: &Controller) -> Result<(), SerialError> {
-        for (port, wanted) in self.endpoints.clone() {
+        for (port, requested) in self.endpoints.clone() {
             let Some(line) = robot.serial_line(port) else {
                 continue;
             };
             #[cfg(unix)]
-            if let SerialEndpoint::Pty(link) = &wanted {
+            if let SerialEndpoint::Pty(link) = &requested {
                 self.locks.take(port, link)?;
             }
             self.next_id += 1;
             let (commands, waiting) = mpsc::channel(COMMAND_QUEUE);
             let credit = Arc::new(Semaphore::new(0));
-            let end = SerialTask {
+            let task = SerialTask {
                 port,
                 id: self.next_id,
                 driver: self.messages.sender(port),
@@ -204,7 +204,7 @@ impl SerialLines {
                 credit: Arc::clone(&credit),
                 settings: line,
             };
-            let (place, task) = start(wanted, end, self.options)?;
+            let (place, task) = start(requested, task, self.options)?;
             info!(port = port.name(), "{port} is {place}");
             self.open.insert(
                 port,
@@ -331,31 +331,31 @@ impl SerialLines {
 }
 
 fn start(
-    wanted: SerialEndpoint,
-    end: SerialTask,
+    requested: SerialEndpoint,
+    task: SerialTask,
     options: LinkOptions,
 ) -> Result<(SerialEndpoint, JoinHandle<()>), SerialError> {
-    match wanted {
+    match requested {
         #[cfg(unix)]
         SerialEndpoint::Pty(path) => {
-            let pty = pty::Pty::open(end.port, &path, end.settings)?;
-            Ok((SerialEndpoint::Pty(path), tokio::spawn(pty::serve(pty, end))))
+            let pty = pty::Pty::open(task.port, &path, task.settings)?;
+            Ok((SerialEndpoint::Pty(path), tokio::spawn(pty::serve(pty, task))))
         }
         #[cfg(not(unix))]
         SerialEndpoint::Pty(_) => Err(SerialError::NoPty { port: task.port }),
         SerialEndpoint::Device(path) => {
-            let device = device::open(end.port, &path, end.settings)?;
-            let task = tokio::spawn(device::serve(path.clone(), device, end, options.redial));
+            let device = device::open(task.port, &path, task.settings)?;
+            let task = tokio::spawn(device::serve(path.clone(), device, task, options.redial));
             Ok((SerialEndpoint::Device(path), task))
         }
         SerialEndpoint::Rfc2217(address) => {
-            let (listener, actual) = tcp::bind(end.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Rfc2217, end, options.second));
+            let (listener, actual) = tcp::bind(task.port, address)?;
+            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Rfc2217, task, options.second));
             Ok((SerialEndpoint::Rfc2217(actual), task))
         }
         SerialEndpoint::Tcp(address) => {
-            let (listener, actual) = tcp::bind(end.port, address)?;
-            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Raw, end, options.second));
+            let (listener, actual) = tcp::bind(task.port, address)?;
+            let task = tokio::spawn(tcp::serve(listener, tcp::TcpMode::Raw, task, options.second));
             Ok((SerialEndpoint::Tcp(actual), task))
         }
     }

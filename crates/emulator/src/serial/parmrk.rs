@@ -70,10 +70,10 @@ mod tests {
             CharacterRun::Good(vec![b'b', 0]),
         ];
         for cut in 0..=stream.len() {
-            let mut marks = MarkDecoder::default();
+            let mut decoder = MarkDecoder::default();
             let mut found: Vec<CharacterRun> = Vec::new();
             let (first, second) = stream.split_at(cut);
-            for part in [marks.push(first), marks.push(second)].concat() {
+            for part in [decoder.push(first), decoder.push(second)].concat() {
                 match (found.last_mut(), part) {
                     (Some(CharacterRun::Good(bytes)), CharacterRun::Good(more))
                     | (Some(CharacterRun::Bad(bytes)), CharacterRun::Bad(more)) => bytes.extend(more),

@@ -1,4 +1,4 @@
-//! What a line task has of the hub: where to tell, what it is told, how much it may read; and what it still has
+//! What a line task has of the driver: where to tell, what it is told, how much it may read; and what it still has
 //! to write.
 
 use super::{SerialEvent, SerialMessage, SerialSettings};
@@ -14,7 +14,7 @@ pub(super) const READ_BUFFER: usize = 1_024;
 /// Bytes that may wait for a host that does not read; of more, the newest are lost.
 const WRITE_BUFFER: usize = 16 * 1_024;
 
-/// What the hub tells a line task.
+/// What the driver tells a line task.
 #[derive(Debug)]
 pub(super) enum TaskCommand {
     /// Bytes off the line, for the host.
@@ -23,7 +23,7 @@ pub(super) enum TaskCommand {
     Settings(SerialSettings),
 }
 
-/// The hub's end of a line task.
+/// The driver's end of a line task.
 pub(super) struct SerialTask {
     pub(super) port: Port,
     pub(super) id: u64,
@@ -33,11 +33,11 @@ pub(super) struct SerialTask {
     pub(super) settings: SerialSettings,
 }
 
-/// The hub is gone, and nobody wants to know any more.
+/// The driver is gone, and nobody wants to know any more.
 pub(super) struct DriverGone;
 
 impl SerialTask {
-    /// Tells the hub.
+    /// Tells the driver.
     pub(super) async fn send_event(&self, event: SerialEvent) -> Result<(), DriverGone> {
         let (port, id) = (self.port, self.id);
         let message = SerialMessage { port, id, event };

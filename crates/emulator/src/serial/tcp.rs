@@ -55,55 +55,55 @@ struct Client {
     suspended: bool,
 }
 
-/// Serves one client after the other until the hub is gone.
+/// Serves one client after the other until the driver is gone.
 pub(super) async fn serve(
     listener: TcpListener,
     kind: TcpMode,
-    mut end: SerialTask,
+    mut task: SerialTask,
     second: SecondConnection,
 ) {
     let mut waiting = VecDeque::new();
     loop {
         let accepted = match waiting.pop_front() {
             Some(client) => Ok(client),
-            None => wait_for_client(&listener, &mut end).await,
+            None => wait_for_client(&listener, &mut task).await,
         };
         let Ok((stream, peer)) = accepted else { return };
-        tcp::prepare(end.port, &stream);
+        tcp::prepare(task.port, &stream);
         let mut client = Client {
             stream,
             peer,
-            server: (kind == TcpMode::Rfc2217).then(|| Server::new(end.settings)),
+            server: (kind == TcpMode::Rfc2217).then(|| Server::new(task.settings)),
             write_buffer: WriteBuffer::default(),
             unsent: WriteBuffer::default(),
             suspended: false,
         };
         let peer = peer.to_string();
-        if end.send_event(SerialEvent::Opened { peer }).await.is_err() {
+        if task.send_event(SerialEvent::Opened { peer }).await.is_err() {
             return;
         }
         if client
-            .carry(&listener, &mut end, second, &mut waiting)
+            .carry(&listener, &mut task, second, &mut waiting)
             .await
             .is_err()
         {
             return;
         }
-        if end.send_event(SerialEvent::Closed).await.is_err() {
+        if task.send_event(SerialEvent::Closed).await.is_err() {
             return;
         }
     }
 }
 
-async fn wait_for_client(listener: &TcpListener, end: &mut SerialTask) -> Result<NewConnection, DriverGone> {
+async fn wait_for_client(listener: &TcpListener, task: &mut SerialTask) -> Result<NewConnection, DriverGone> {
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+            command = task.commands.recv() => match command.ok_or(DriverGone)? {
                 // Nobody is there to hear it.
                 TaskCommand::Send(_) => {}
-                TaskCommand::Settings(robot) => end.settings = robot,
+                TaskCommand::Settings(robot) => task.settings = robot,
             },
-            accepted = accept(end.port, listener) => return Ok(accepted),
+            accepted = accept(task.port, listener) => return Ok(accepted),
         }
     }
 }
@@ -128,20 +128,20 @@ impl Client {
     async fn carry(
         &mut self,
         listener: &TcpListener,
-        end: &mut SerialTask,
+        task: &mut SerialTask,
         second: SecondConnection,
         waiting: &mut VecDeque<NewConnection>,
     ) -> Result<(), DriverGone> {
-        let port = end.port;
+        let port = task.port;
         let mut grace = Instant::now() + CLOSE_GRACE;
         loop {
             self.flush();
-            let credit = Arc::clone(&end.credit);
+            let credit = Arc::clone(&task.credit);
             tokio::select! {
-                command = end.commands.recv() => match command.ok_or(DriverGone)? {
+                command = task.commands.recv() => match command.ok_or(DriverGone)? {
                     TaskCommand::Send(bytes) => self.unsent.push(port, &bytes),
                     TaskCommand::Settings(robot) => {
-                        end.settings = robot;
+                        task.settings = robot;
                         if let Some(server) = &mut self.server {
                             server.set_robot(robot);
                         }
@@ -158,7 +158,7 @@ impl Client {
                         Ok(0) => return Ok(()),
                         Ok(count) => {
                             buffer.truncate(count);
-                            self.received(end, buffer).await?;
+                            self.received(task, buffer).await?;
                         }
                         Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                         Err(error) => {
@@ -231,17 +231,17 @@ impl Client {
         }
     }
 
-    async fn received(&mut self, end: &SerialTask, bytes: Vec<u8>) -> Result<(), DriverGone> {
+    async fn received(&mut self, task: &SerialTask, bytes: Vec<u8>) -> Result<(), DriverGone> {
         let Some(server) = &mut self.server else {
-            return end.send_received(bytes).await;
+            return task.send_received(bytes).await;
         };
         for event in server.receive(&bytes) {
             match event {
-                Event::Data(bytes) => end.send_received(bytes).await?,
-                Event::Settings(settings) => end.send_host_settings(settings).await?,
-                Event::PurgeToRobot => end.send_event(SerialEvent::Purged).await?,
+                Event::Data(bytes) => task.send_received(bytes).await?,
+                Event::Settings(settings) => task.send_host_settings(settings).await?,
+                Event::PurgeToRobot => task.send_event(SerialEvent::Purged).await?,
                 Event::PurgeToClient => self.unsent.clear(),
-                Event::Break => end.send_event(SerialEvent::Faults(vec![0])).await?,
+                Event::Break => task.send_event(SerialEvent::Faults(vec![0])).await?,
                 Event::Suspended(suspended) => self.suspended = suspended,
             }
         }

@@ -1,11 +1,11 @@
-//! Where one who is not the hub asks for snapshots: the embedding API, the control interface. The hub does what is
+//! Where one who is not the driver asks for snapshots: the embedding API, the control interface. The driver does what is
 //! asked between two inputs.
 
 use super::{FileError, NamedError, ParseError};
 use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::Controller;
 
-/// Orders that may wait for the hub.
+/// Orders that may wait for the driver.
 pub const REQUEST_QUEUE: usize = 16;
 
 /// Why a snapshot was not taken or restored.
@@ -75,7 +75,7 @@ pub struct SnapshotRequest {
 pub struct SnapshotHandle(mpsc::Sender<SnapshotRequest>);
 
 impl SnapshotHandle {
-    /// A desk and the hub's side of it.
+    /// A desk and the driver's side of it.
     #[must_use]
     pub fn channel() -> (SnapshotHandle, mpsc::Receiver<SnapshotRequest>) {
         let (sender, receiver) = mpsc::channel(REQUEST_QUEUE);

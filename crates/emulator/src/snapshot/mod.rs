@@ -1,6 +1,6 @@
 //! Snapshots of a controller outside of it: as files that people can read, and under names in memory, where one is
 //! restored as fast as a value is copied. What is in them is the controller's matter; putting one in the place of the
-//! running controller is the hub's (`hub::snapshots`).
+//! running controller is the driver's (`driver::snapshots`).
 
 pub mod handle;
 
@@ -219,20 +219,20 @@ mod tests {
 
     #[test]
     fn the_shelf_is_bounded_and_says_what_it_has() {
-        let mut shelf = SnapshotStore::default();
-        assert!(shelf.get("a").unwrap_err().to_string().contains("there is none"));
+        let mut store = SnapshotStore::default();
+        assert!(store.get("a").unwrap_err().to_string().contains("there is none"));
         for number in 0..MAX_NAMED {
-            shelf.insert(&format!("n{number}"), fresh()).unwrap();
+            store.insert(&format!("n{number}"), fresh()).unwrap();
         }
-        assert_eq!(shelf.insert("more", fresh()), Err(NamedError::Full));
-        shelf.insert("n3", fresh()).unwrap();
-        shelf.remove("n3").unwrap();
-        shelf.insert("more", fresh()).unwrap();
-        assert_eq!(shelf.list().len(), MAX_NAMED);
-        assert!(shelf.get("n3").unwrap_err().to_string().contains("more, n0, n1"));
+        assert_eq!(store.insert("more", fresh()), Err(NamedError::Full));
+        store.insert("n3", fresh()).unwrap();
+        store.remove("n3").unwrap();
+        store.insert("more", fresh()).unwrap();
+        assert_eq!(store.list().len(), MAX_NAMED);
+        assert!(store.get("n3").unwrap_err().to_string().contains("more, n0, n1"));
         for name in ["", "a b", "../a", &"x".repeat(MAX_NAME + 1)] {
             assert!(
-                matches!(shelf.insert(name, fresh()), Err(NamedError::Name(_))),
+                matches!(store.insert(name, fresh()), Err(NamedError::Name(_))),
                 "{name}"
             );
         }

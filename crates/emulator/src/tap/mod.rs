@@ -33,7 +33,7 @@ pub struct Route {
     /// Where hosts come; port 0 is a free one.
     pub listen: SocketAddr,
     /// The real controller.
-    pub real: SocketAddr,
+    pub controller: SocketAddr,
 }
 
 /// What a tap does.
@@ -52,7 +52,7 @@ pub struct TapSettings {
 pub enum TapError {
     /// A port of its own.
     #[error(transparent)]
-    Link(#[from] ChannelError),
+    Channel(#[from] ChannelError),
     /// A transcript.
     #[error(transparent)]
     Recorder(#[from] RecorderError),
@@ -62,7 +62,7 @@ pub enum TapError {
 pub struct Tap {
     listeners: Vec<(Route, TcpListener)>,
     ports: BTreeMap<Port, u16>,
-    notes: Notes,
+    log: TapLog,
     connect_timeout: Duration,
 }
 
@@ -79,13 +79,17 @@ impl Tap {
             ports.insert(route.port, port);
             listeners.push((*route, listener));
         }
-        let real: BTreeSet<IpAddr> = settings.routes.iter().map(|route| route.real.ip()).collect();
-        let real: Vec<String> = real.iter().map(ToString::to_string).collect();
+        let controller: BTreeSet<IpAddr> = settings
+            .routes
+            .iter()
+            .map(|route| route.controller.ip())
+            .collect();
+        let controller: Vec<String> = controller.iter().map(ToString::to_string).collect();
         let header = Header {
             origin: format!(
                 "observed, ts3100 tap {} in front of {}",
                 env!("CARGO_PKG_VERSION"),
-                real.join(" ")
+                controller.join(" ")
             ),
             calendar: Some(system_calendar()),
             ..Header::default()
@@ -94,16 +98,16 @@ impl Tap {
         let recorder = if settings.transcripts.is_empty() {
             Recorder::on_stdout(&header)?
         } else {
-            Recorder::begin(&settings.transcripts, &header, base)?
+            Recorder::create(&settings.transcripts, &header, base)?
         };
         Ok(Tap {
             listeners,
             ports,
-            notes: Notes(Arc::new(Mutex::new(Book {
+            log: TapLog(Arc::new(Mutex::new(TapState {
                 recorder,
                 started: Instant::now(),
                 last: Time::ZERO,
-                present: BTreeSet::new(),
+                peers: BTreeSet::new(),
             }))),
             connect_timeout: settings.connect_timeout,
         })
@@ -119,7 +123,7 @@ impl Tap {
     pub async fn run(self, stop: impl Future<Output = ()>) {
         let mut tasks = Vec::new();
         for (route, listener) in self.listeners {
-            let accepting = accept(route, listener, self.notes.clone(), self.connect_timeout);
+            let accepting = accept(route, listener, self.log.clone(), self.connect_timeout);
             tasks.push(tokio::spawn(accepting));
         }
         stop.await;
@@ -129,7 +133,7 @@ impl Tap {
     }
 }
 
-async fn accept(route: Route, listener: TcpListener, notes: Notes, connect_timeout: Duration) {
+async fn accept(route: Route, listener: TcpListener, log: TapLog, connect_timeout: Duration) {
     let port = route.port;
     let mut hosts = tokio::task::JoinSet::new();
     loop {
@@ -147,7 +151,7 @@ async fn accept(route: Route, listener: TcpListener, notes: Notes, connect_timeo
             }
         };
         let room = hosts.len() < MAX_HOSTS;
-        let Some(line) = room.then(|| notes.come(port)).flatten() else {
+        let Some(line) = room.then(|| log.add_peer(port)).flatten() else {
             warn!(
                 port = port.name(),
                 "{port}: {peer} turned away, {MAX_HOSTS} hosts are there"
@@ -155,7 +159,7 @@ async fn accept(route: Route, listener: TcpListener, notes: Notes, connect_timeo
             relay::reset(&stream);
             continue;
         };
-        hosts.spawn(carry(route, line, (stream, peer), notes.clone(), connect_timeout));
+        hosts.spawn(carry(route, line, (stream, peer), log.clone(), connect_timeout));
     }
 }
 
@@ -164,24 +168,24 @@ async fn carry(
     route: Route,
     line: PeerId,
     (host, peer): (TcpStream, SocketAddr),
-    notes: Notes,
+    log: TapLog,
     limit: Duration,
 ) {
-    let real = route.real;
-    info!(event = "tap-connect", %line, "{line}: {peer} connected, dialling {real}");
-    notes.note(RecordKind::Connected {
+    let controller = route.controller;
+    info!(event = "tap-connect", %line, "{line}: {peer} connected, dialling {controller}");
+    log.record(RecordKind::Connected {
         line,
         peer: without_port(&peer.to_string()),
     });
-    match tokio::time::timeout(limit, TcpStream::connect(real)).await {
-        Ok(Ok(robot)) => relay::relay(line, &host, &robot, &notes).await,
+    match tokio::time::timeout(limit, TcpStream::connect(controller)).await {
+        Ok(Ok(robot)) => relay::relay(line, &host, &robot, &log).await,
         failed => {
             let reason = match failed {
                 Ok(Err(error)) => error.to_string(),
                 _ => format!("no answer within {limit:?}"),
             };
-            warn!(event = "tap-refused", %line, "{line}: {real} was not reached: {reason}; {peer} is reset");
-            notes.note(RecordKind::Ended {
+            warn!(event = "tap-refused", %line, "{line}: {controller} was not reached: {reason}; {peer} is reset");
+            log.record(RecordKind::Ended {
                 line,
                 by: Side::Robot,
                 how: EndReason::Refused,
@@ -189,43 +193,43 @@ async fn carry(
             relay::reset(&host);
         }
     }
-    notes.leave(line);
+    log.remove_peer(line);
 }
 
 /// The transcripts of a tap and who is there.
 #[derive(Clone)]
-struct Notes(Arc<Mutex<Book>>);
+struct TapLog(Arc<Mutex<TapState>>);
 
-struct Book {
+struct TapState {
     recorder: Recorder,
     started: Instant,
     /// Time of the last record: times never run back.
     last: Time,
-    present: BTreeSet<PeerId>,
+    peers: BTreeSet<PeerId>,
 }
 
-impl Notes {
+impl TapLog {
     /// The book is whole between any two statements, so a panic elsewhere does not matter.
-    fn book(&self) -> MutexGuard<'_, Book> {
+    fn state(&self) -> MutexGuard<'_, TapState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The lowest number that no host of the channel has.
-    fn come(&self, port: Port) -> Option<PeerId> {
-        let mut book = self.book();
+    fn add_peer(&self, port: Port) -> Option<PeerId> {
+        let mut state = self.state();
         let line = (1..=MAX_PEERS)
             .map(|peer| PeerId { port, peer })
-            .find(|line| !book.present.contains(line))?;
-        book.present.insert(line);
+            .find(|line| !state.peers.contains(line))?;
+        state.peers.insert(line);
         Some(line)
     }
 
-    fn leave(&self, line: PeerId) {
-        self.book().present.remove(&line);
+    fn remove_peer(&self, line: PeerId) {
+        self.state().peers.remove(&line);
     }
 
     /// Writes it down, in the file when this returns.
-    fn note(&self, what: RecordKind) {
+    fn record(&self, what: RecordKind) {
         match &what {
             RecordKind::FromHost { line, bytes } => {
                 debug!(event = "tap", %line, "{line} < {}", Escaped(bytes))
@@ -236,15 +240,15 @@ impl Notes {
             RecordKind::Connected { .. }
             | RecordKind::Ended { .. }
             | RecordKind::Action(_)
-            | RecordKind::Edge(_)
+            | RecordKind::Link(_)
             | RecordKind::Remark(_) => {}
         }
-        let mut book = self.book();
-        let micros = u64::try_from(book.started.elapsed().as_micros()).unwrap_or(u64::MAX);
-        let at = Time::from_micros(micros).max(book.last);
-        book.last = at;
-        book.recorder.record(&Record { at, what });
-        book.recorder.flush();
+        let mut state = self.state();
+        let micros = u64::try_from(state.started.elapsed().as_micros()).unwrap_or(u64::MAX);
+        let at = Time::from_micros(micros).max(state.last);
+        state.last = at;
+        state.recorder.record(&Record { at, kind: what });
+        state.recorder.flush();
     }
 }
 

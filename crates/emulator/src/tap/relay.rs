@@ -1,7 +1,7 @@
 //! One connection of a tap: what one side sends goes to the other as it is, and so do its ends: a close of one half,
 //! a reset. Bytes are written down before they are passed on.
 
-use super::Notes;
+use super::TapLog;
 use crate::socket;
 use crate::transcript::{EndReason, PeerId, RecordKind, Side};
 use socket2::SockRef;
@@ -17,20 +17,20 @@ use tracing::{debug, info};
 const READ_BUFFER: usize = 4_096;
 
 /// Who has reset the connection.
-struct Broken(Side);
+struct ResetBy(Side);
 
 /// Carries both directions until both sides have ended, or one has reset the connection.
-pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, notes: &Notes) {
+pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, log: &TapLog) {
     for stream in [host, robot] {
         // A text that waits for the next one would change the times.
         if let Err(error) = stream.set_nodelay(true) {
             debug!("{line}: no delay not set: {error}");
         }
     }
-    if let Err(Broken(by)) = carry(line, host, robot, notes).await {
-        let word = name(by);
+    if let Err(ResetBy(by)) = carry(line, host, robot, log).await {
+        let word = side_name(by);
         info!(event = "tap-reset", %line, "{line}: the {word} has reset the connection");
-        notes.note(RecordKind::Ended {
+        log.record(RecordKind::Ended {
             line,
             by,
             how: EndReason::Reset,
@@ -40,9 +40,9 @@ pub(super) async fn relay(line: PeerId, host: &TcpStream, robot: &TcpStream, not
     }
 }
 
-async fn carry(line: PeerId, host: &TcpStream, robot: &TcpStream, notes: &Notes) -> Result<(), Broken> {
-    let mut to_robot = pin!(pass(line, Side::Host, host, robot, notes));
-    let mut to_host = pin!(pass(line, Side::Robot, robot, host, notes));
+async fn carry(line: PeerId, host: &TcpStream, robot: &TcpStream, log: &TapLog) -> Result<(), ResetBy> {
+    let mut to_robot = pin!(forward(line, Side::Host, host, robot, log));
+    let mut to_host = pin!(forward(line, Side::Robot, robot, host, log));
     let first = tokio::select! {
         done = &mut to_robot => done.map(|()| Side::Host)?,
         done = &mut to_host => done.map(|()| Side::Robot)?,
@@ -52,42 +52,48 @@ async fn carry(line: PeerId, host: &TcpStream, robot: &TcpStream, notes: &Notes)
         Side::Host => tokio::select! {
             biased;
             done = &mut to_host => done,
-            () = failed(host) => Err(Broken(Side::Host)),
+            () = until_failed(host) => Err(ResetBy(Side::Host)),
         },
         Side::Robot => tokio::select! {
             biased;
             done = &mut to_robot => done,
-            () = failed(robot) => Err(Broken(Side::Robot)),
+            () = until_failed(robot) => Err(ResetBy(Side::Robot)),
         },
     }
 }
 
 /// One direction until its sender has closed it.
-async fn pass(line: PeerId, by: Side, from: &TcpStream, to: &TcpStream, notes: &Notes) -> Result<(), Broken> {
+async fn forward(
+    line: PeerId,
+    by: Side,
+    from: &TcpStream,
+    to: &TcpStream,
+    log: &TapLog,
+) -> Result<(), ResetBy> {
     let other = match by {
         Side::Host => Side::Robot,
         Side::Robot => Side::Host,
     };
     let mut buffer = [0; READ_BUFFER];
     loop {
-        socket::readable(from).await.map_err(|_| Broken(by))?;
+        socket::readable(from).await.map_err(|_| ResetBy(by))?;
         match from.try_read(&mut buffer) {
             Ok(0) => break,
             Ok(length) => {
                 let bytes = buffer.get(..length).unwrap_or_default();
                 let sent = bytes.to_vec();
-                notes.note(match by {
+                log.record(match by {
                     Side::Host => RecordKind::FromHost { line, bytes: sent },
                     Side::Robot => RecordKind::FromRobot { line, bytes: sent },
                 });
-                socket::write_all(to, bytes).await.map_err(|_| Broken(other))?;
+                socket::write_all(to, bytes).await.map_err(|_| ResetBy(other))?;
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(_) => return Err(Broken(by)),
+            Err(_) => return Err(ResetBy(by)),
         }
     }
-    info!(event = "tap-closed", %line, "{line}: the {} has closed", name(by));
-    notes.note(RecordKind::Ended {
+    info!(event = "tap-closed", %line, "{line}: the {} has closed", side_name(by));
+    log.record(RecordKind::Ended {
         line,
         by,
         how: EndReason::Closed,
@@ -98,7 +104,7 @@ async fn pass(line: PeerId, by: Side, from: &TcpStream, to: &TcpStream, notes: &
 }
 
 /// Ready when the connection has failed.
-async fn failed(stream: &TcpStream) {
+async fn until_failed(stream: &TcpStream) {
     // An error of the waiting itself comes to the same.
     let _ = socket::ready(stream, Interest::ERROR).await;
 }
@@ -109,8 +115,8 @@ pub(super) fn reset(stream: &TcpStream) {
     let _ = SockRef::from(stream).set_linger(Some(Duration::ZERO));
 }
 
-const fn name(party: Side) -> &'static str {
-    match party {
+const fn side_name(side: Side) -> &'static str {
+    match side {
         Side::Host => "host",
         Side::Robot => "controller",
     }

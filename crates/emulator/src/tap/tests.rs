@@ -23,7 +23,7 @@ struct Tapped {
 }
 
 impl Tapped {
-    fn before(real: SocketAddr) -> Tapped {
+    fn before(controller: SocketAddr) -> Tapped {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let path = std::env::temp_dir().join(format!("ts3100-tap-{}-{count}.txt", std::process::id()));
@@ -31,7 +31,7 @@ impl Tapped {
             routes: vec![Route {
                 port: Port::Ip0,
                 listen: "127.0.0.1:0".parse().unwrap(),
-                real,
+                controller,
             }],
             transcripts: vec![TranscriptFile {
                 path: path.clone(),
@@ -67,7 +67,7 @@ impl Tapped {
 
     fn whats(&self) -> Vec<RecordKind> {
         let recording = Recording::read(&self.path).unwrap();
-        recording.records.into_iter().map(|record| record.what).collect()
+        recording.records.into_iter().map(|record| record.kind).collect()
     }
 
     /// Waits until so many things are written down.

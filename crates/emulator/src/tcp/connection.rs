@@ -66,12 +66,12 @@ impl Connection {
         id: u64,
         stream: TcpStream,
         peer: SocketAddr,
-        gone: Option<oneshot::Sender<()>>,
-        hub: mpsc::Sender<ChannelMessage>,
+        on_drop: Option<oneshot::Sender<()>>,
+        driver: mpsc::Sender<ChannelMessage>,
     ) -> Connection {
         let stream = Arc::new(stream);
         let (queue, queued) = mpsc::channel(WRITE_QUEUE);
-        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), hub));
+        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), driver));
         let writer = tokio::spawn(write(port, Arc::clone(&stream), queued));
         Connection {
             id,
@@ -81,7 +81,7 @@ impl Connection {
             reader,
             writer,
             stalled: false,
-            _on_drop: gone,
+            _on_drop: on_drop,
         }
     }
 
@@ -198,7 +198,7 @@ fn close(stream: &TcpStream, how: Shutdown) {
     let _ = SockRef::from(stream).shutdown(how);
 }
 
-async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<ChannelMessage>) {
+async fn read(port: Port, id: u64, stream: Arc<TcpStream>, driver: mpsc::Sender<ChannelMessage>) {
     let mut buffer = [0; READ_BUFFER];
     loop {
         if socket::readable(&stream).await.is_err() {
@@ -210,7 +210,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Cha
                 let bytes = buffer.get(..length).unwrap_or_default().to_vec();
                 log_bytes(port, '<', &bytes);
                 acknowledge(&stream);
-                if hub
+                if driver
                     .send(ChannelMessage::Received { port, id, bytes })
                     .await
                     .is_err()
@@ -225,8 +225,8 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, hub: mpsc::Sender<Cha
             }
         }
     }
-    // Fails only when the hub is gone, and then nobody wants to know.
-    let _ = hub.send(ChannelMessage::Ended { port, id }).await;
+    // Fails only when the driver is gone, and then nobody wants to know.
+    let _ = driver.send(ChannelMessage::Ended { port, id }).await;
 }
 
 /// Has the system tell the peer at once that its bytes have come. A host that sends OK to an FL text, which nothing

@@ -13,19 +13,24 @@ use ts3100_controller::port::Port;
 /// Longest wait for a peer to answer one attempt.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Dials until the hub is gone, `pause` after each failure and each lost connection.
-pub(super) async fn dial(port: Port, peer: SocketAddr, pause: Duration, hub: mpsc::Sender<ChannelMessage>) {
+/// Dials until the driver is gone, `pause` after each failure and each lost connection.
+pub(super) async fn dial(
+    port: Port,
+    peer: SocketAddr,
+    pause: Duration,
+    driver: mpsc::Sender<ChannelMessage>,
+) {
     loop {
         match timeout(CONNECT_TIMEOUT, TcpStream::connect(peer)).await {
             Ok(Ok(stream)) => {
                 prepare(port, &stream);
-                let (gone, lost) = oneshot::channel();
-                if hub
+                let (on_drop, lost) = oneshot::channel();
+                if driver
                     .send(ChannelMessage::Connected {
                         port,
                         stream,
                         peer,
-                        on_drop: Some(gone),
+                        on_drop: Some(on_drop),
                     })
                     .await
                     .is_err()

@@ -163,13 +163,13 @@ pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u
     opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
-/// Accepts until the hub is gone; who may stay is the hub's decision.
-pub(super) async fn accept(port: Port, listener: TcpListener, hub: mpsc::Sender<ChannelMessage>) {
+/// Accepts until the driver is gone; who may stay is the driver's decision.
+pub(super) async fn accept(port: Port, listener: TcpListener, driver: mpsc::Sender<ChannelMessage>) {
     loop {
         match listener.accept().await {
             Ok((stream, peer)) => {
                 prepare(port, &stream);
-                if hub
+                if driver
                     .send(ChannelMessage::Connected {
                         port,
                         stream,

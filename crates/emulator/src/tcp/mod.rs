@@ -1,5 +1,5 @@
 //! The Ethernet channels as sockets: who is connected where, and bytes in both directions. Nothing here
-//! knows what the bytes mean. The hub owns [`Channels`] and is the only one that changes it; accepting,
+//! knows what the bytes mean. The driver owns [`Channels`] and is the only one that changes it; accepting,
 //! dialling, reading and writing are tasks that talk to it by [`ChannelMessage`]s.
 
 mod connection;
@@ -28,7 +28,7 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{ChannelConfig, NetworkConfig};
 use ts3100_proto::parameter::OpenMode;
 
-/// What a link task tells the hub.
+/// What a link task tells the driver.
 #[derive(Debug)]
 pub enum ChannelMessage {
     /// A peer has connected, or was dialled.
@@ -157,8 +157,8 @@ impl Channels {
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
             info!(port = port.name(), "{port} dials {peer}");
-            let hub = self.messages.sender(port);
-            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, hub));
+            let driver = self.messages.sender(port);
+            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, driver));
             self.channels.entry(port).or_default().source = Some(source);
         }
         Ok(ports)
@@ -207,8 +207,8 @@ impl Channels {
                 port,
                 stream,
                 peer,
-                on_drop: gone,
-            } => self.on_connected(port, (stream, peer, gone)),
+                on_drop,
+            } => self.on_connected(port, (stream, peer, on_drop)),
             ChannelMessage::Received { port, id, bytes } if self.is_current(port, id) => {
                 vec![Input::Received { port, bytes }]
             }
@@ -281,8 +281,8 @@ impl Channels {
     fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), ChannelError> {
         let free = SocketAddr::new(self.listen, 0);
         let Ports::Offset(offset) = self.ports else {
-            let kept = self.reserved.remove(&port).filter(|(same, _)| *same == own);
-            let reserved = match kept {
+            let reserved_port = self.reserved.remove(&port).filter(|(same, _)| *same == own);
+            let reserved = match reserved_port {
                 Some((_, reserved)) => reserved,
                 None => ReservedPort::new(port, free)?,
             };
@@ -290,12 +290,12 @@ impl Channels {
             self.reserved.insert(port, (own, reserved));
             return Ok(bound);
         };
-        let wanted = own.checked_add(offset).ok_or(ChannelError::PortRange {
+        let requested = own.checked_add(offset).ok_or(ChannelError::PortRange {
             channel: port,
             own,
             offset,
         })?;
-        listen::bind(port, SocketAddr::new(self.listen, wanted))
+        listen::bind(port, SocketAddr::new(self.listen, requested))
     }
 
     fn is_current(&self, port: Port, id: u64) -> bool {
@@ -305,24 +305,24 @@ impl Channels {
             .is_some_and(|connection| connection.id() == id)
     }
 
-    fn on_connected(&mut self, port: Port, newcomer: NewConnection) -> Vec<Input> {
+    fn on_connected(&mut self, port: Port, incoming: NewConnection) -> Vec<Input> {
         let second = self.options.second;
         let channel = self.channels.entry(port).or_default();
         match &channel.connection {
-            None => vec![self.connect(port, newcomer)],
+            None => vec![self.connect(port, incoming)],
             // A host that has closed and is already back is not refused: it is served as soon as the old
             // connection is read to its end.
             Some(old)
                 if channel.waiting.len() < MAX_WAITING_CONNECTIONS
                     && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
             {
-                let peer = newcomer.1;
-                channel.waiting.push_back(newcomer);
+                let peer = incoming.1;
+                channel.waiting.push_back(incoming);
                 self.remind(port, peer);
                 Vec::new()
             }
             Some(old) if second == SecondConnection::Refuse => {
-                vec![refuse(port, &newcomer, old)]
+                vec![refuse(port, &incoming, old)]
             }
             Some(_) => {
                 channel.waiting.clear();
@@ -331,12 +331,12 @@ impl Channels {
                         port = port.name(),
                         "{port}: {} replaced by {}",
                         old.peer(),
-                        newcomer.1
+                        incoming.1
                     );
                     old.abort();
                 }
-                let second = second_peer(port, &newcomer, true);
-                vec![second, Input::Disconnected { port }, self.connect(port, newcomer)]
+                let second = second_peer(port, &incoming, true);
+                vec![second, Input::Disconnected { port }, self.connect(port, incoming)]
             }
         }
     }
@@ -346,7 +346,7 @@ impl Channels {
         let sender = self.messages.sender(port);
         tokio::spawn(async move {
             tokio::time::sleep(CLOSE_GRACE).await;
-            // Fails only when the hub is gone, and then nobody waits.
+            // Fails only when the driver is gone, and then nobody waits.
             let _ = sender.send(ChannelMessage::Overdue { port, peer }).await;
         });
     }
@@ -356,15 +356,21 @@ impl Channels {
         let channel = self.channels.entry(port).or_default();
         let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
         let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
-        let newcomer = place.and_then(|place| channel.waiting.remove(place))?;
-        Some(refuse(port, &newcomer, old))
+        let incoming = place.and_then(|place| channel.waiting.remove(place))?;
+        Some(refuse(port, &incoming, old))
     }
 
-    fn connect(&mut self, port: Port, (stream, peer, gone): NewConnection) -> Input {
+    fn connect(&mut self, port: Port, (stream, peer, on_drop): NewConnection) -> Input {
         self.next_id += 1;
         info!(port = port.name(), "{port}: {peer} connected");
-        let connection =
-            Connection::start(port, self.next_id, stream, peer, gone, self.messages.sender(port));
+        let connection = Connection::start(
+            port,
+            self.next_id,
+            stream,
+            peer,
+            on_drop,
+            self.messages.sender(port),
+        );
         self.channels.entry(port).or_default().connection = Some(connection);
         Input::Connected {
             port,
@@ -387,7 +393,7 @@ impl Channels {
         let waiting = channel.waiting.pop_front();
         let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
         let mut inputs = vec![Input::Disconnected { port }];
-        inputs.extend(waiting.map(|newcomer| self.connect(port, newcomer)));
+        inputs.extend(waiting.map(|incoming| self.connect(port, incoming)));
         // The others have a new predecessor now, which may be there to stay.
         for peer in others {
             self.remind(port, peer);
@@ -396,21 +402,21 @@ impl Channels {
     }
 }
 
-fn refuse(port: Port, newcomer: &NewConnection, old: &Connection) -> Input {
+fn refuse(port: Port, incoming: &NewConnection, old: &Connection) -> Input {
     info!(
         port = port.name(),
         "{port}: {} refused, {} is connected (channel.second=refuse)",
-        newcomer.1,
+        incoming.1,
         old.peer()
     );
-    connection::refuse(&newcomer.0);
-    second_peer(port, newcomer, false)
+    connection::refuse(&incoming.0);
+    second_peer(port, incoming, false)
 }
 
-fn second_peer(port: Port, newcomer: &NewConnection, kept: bool) -> Input {
+fn second_peer(port: Port, incoming: &NewConnection, kept: bool) -> Input {
     Input::SecondPeer {
         port,
-        peer: newcomer.1.to_string(),
+        peer: incoming.1.to_string(),
         kept,
     }
 }

@@ -1,4 +1,4 @@
-//! Tests of the links over the loopback, with the messages taken as the hub takes them. Nothing waits by
+//! Tests of the links over the loopback, with the messages taken as the driver takes them. Nothing waits by
 //! the clock: each step waits for the message or the bytes it is about.
 
 use super::*;

@@ -24,11 +24,11 @@ pub fn write(action: &Action) -> String {
             length,
         } => {
             let micros = length.as_micros();
-            format!("pulse {} {line} {} {micros}us", side_word(*side), state(*on))
+            format!("pulse {} {line} {} {micros}us", kind_word(*side), state(*on))
         }
         Action::SetOutput { line, on } => format!("output {line} {}", state(*on)),
-        Action::Force { side, line, on } => format!("force {} {line} {}", side_word(*side), state(*on)),
-        Action::Release { side, line } => format!("release {} {line}", side_word(*side)),
+        Action::Force { side, line, on } => format!("force {} {line} {}", kind_word(*side), state(*on)),
+        Action::Release { side, line } => format!("release {} {line}", kind_word(*side)),
         Action::SetVariable {
             name,
             values,
@@ -50,7 +50,7 @@ pub fn write(action: &Action) -> String {
     }
 }
 
-fn side_word(side: IoKind) -> &'static str {
+fn kind_word(side: IoKind) -> &'static str {
     match side {
         IoKind::Input => "input",
         IoKind::Output => "output",
@@ -92,23 +92,27 @@ pub fn read(words: &str) -> Result<Action, String> {
         ("output", rest) => {
             let (line, on) = rest
                 .split_once(' ')
-                .ok_or_else(|| wrong("a line and on or off", rest))?;
-            let (line, on) = (line_of(line)?, state_of(on)?);
+                .ok_or_else(|| expected_found("a line and on or off", rest))?;
+            let (line, on) = (parse_line(line)?, parse_switch(on)?);
             Action::SetOutput { line, on }
         }
         ("force" | "release", rest) => read_force(rest, name == "release")?,
         ("set" | "set-restore", rest) => read_set(rest, name == "set-restore")?,
         ("teach" | "teach-restore", name_of) => Action::Teach {
-            name: one(name_of)?,
+            name: single_word(name_of)?,
             restore: name == "teach-restore",
         },
         ("put", rest) => {
             let (name, content) = rest.split_once(' ').unwrap_or((rest, ""));
-            let (name, content) = (one(name)?, notation::bytes(content)?);
+            let (name, content) = (single_word(name)?, notation::read_bytes(content)?);
             Action::PutFile { name, content }
         }
-        ("erase", name) => Action::EraseFile { name: one(name)? },
-        ("select", name) => Action::Select { name: one(name)? },
+        ("erase", name) => Action::EraseFile {
+            name: single_word(name)?,
+        },
+        ("select", name) => Action::Select {
+            name: single_word(name)?,
+        },
         ("fault", rest) => Action::Fault(read_fault(rest)?),
         _ => Action::Panel(panel::read(words)?),
     })
@@ -118,7 +122,7 @@ fn read_fault(rest: &str) -> Result<FaultAction, String> {
     let (verb, rest) = rest.split_once(' ').unwrap_or((rest, ""));
     let number = |word: &str| {
         word.parse::<u32>()
-            .map_err(|_| wrong("the number of a fault", word))
+            .map_err(|_| expected_found("the number of a fault", word))
     };
     Ok(match verb {
         "arm" => {
@@ -133,55 +137,56 @@ fn read_fault(rest: &str) -> Result<FaultAction, String> {
         }
         "disarm" => FaultAction::Disarm(number(rest)?),
         "clear" if rest.is_empty() => FaultAction::Clear,
-        _ => return Err(wrong("arm, disarm or clear", verb)),
+        _ => return Err(expected_found("arm, disarm or clear", verb)),
     })
 }
 
-fn wrong(expected: &str, found: &str) -> String {
+fn expected_found(expected: &str, found: &str) -> String {
     format!("{expected} expected, {found:?} found")
 }
 
-fn one(word: &str) -> Result<String, String> {
+fn single_word(word: &str) -> Result<String, String> {
     if word.is_empty() || word.contains(' ') {
-        return Err(wrong("one name", word));
+        return Err(expected_found("one name", word));
     }
     Ok(word.to_owned())
 }
 
-fn line_of(word: &str) -> Result<u16, String> {
-    word.parse().map_err(|_| wrong("the number of a line", word))
+fn parse_line(word: &str) -> Result<u16, String> {
+    word.parse()
+        .map_err(|_| expected_found("the number of a line", word))
 }
 
-fn state_of(word: &str) -> Result<bool, String> {
+fn parse_switch(word: &str) -> Result<bool, String> {
     match word {
         "on" => Ok(true),
         "off" => Ok(false),
-        _ => Err(wrong("on or off", word)),
+        _ => Err(expected_found("on or off", word)),
     }
 }
 
-fn side_of(word: &str) -> Result<IoKind, String> {
+fn parse_kind(word: &str) -> Result<IoKind, String> {
     match word {
         "input" => Ok(IoKind::Input),
         "output" => Ok(IoKind::Output),
-        _ => Err(wrong("input or output", word)),
+        _ => Err(expected_found("input or output", word)),
     }
 }
 
 fn read_pulse(rest: &str) -> Result<Action, String> {
     let words: Vec<&str> = rest.split(' ').collect();
     let [side, line, on, length] = words.as_slice() else {
-        return Err(wrong(
+        return Err(expected_found(
             "input or output, a line, on or off, and a length in us",
             rest,
         ));
     };
     let micros = length.strip_suffix("us").and_then(|micros| micros.parse().ok());
-    let micros = micros.ok_or_else(|| wrong("a length in us", length))?;
+    let micros = micros.ok_or_else(|| expected_found("a length in us", length))?;
     Ok(Action::Pulse {
-        side: side_of(side)?,
-        line: line_of(line)?,
-        on: state_of(on)?,
+        side: parse_kind(side)?,
+        line: parse_line(line)?,
+        on: parse_switch(on)?,
         length: Duration::from_micros(micros),
     })
 }
@@ -190,25 +195,28 @@ fn read_force(rest: &str, release: bool) -> Result<Action, String> {
     let words: Vec<&str> = rest.split(' ').collect();
     match (words.as_slice(), release) {
         ([side, line, on], false) => Ok(Action::Force {
-            side: side_of(side)?,
-            line: line_of(line)?,
-            on: state_of(on)?,
+            side: parse_kind(side)?,
+            line: parse_line(line)?,
+            on: parse_switch(on)?,
         }),
         ([side, line], true) => Ok(Action::Release {
-            side: side_of(side)?,
-            line: line_of(line)?,
+            side: parse_kind(side)?,
+            line: parse_line(line)?,
         }),
-        _ => Err(wrong("input or output, a line, and for force on or off", rest)),
+        _ => Err(expected_found(
+            "input or output, a line, and for force on or off",
+            rest,
+        )),
     }
 }
 
 fn read_set(rest: &str, restore: bool) -> Result<Action, String> {
     let mut words = rest.split(' ');
-    let name = one(words.next().unwrap_or_default())?;
-    let number = |word: &str| Number::parse(word).ok_or_else(|| wrong("a number", word));
+    let name = single_word(words.next().unwrap_or_default())?;
+    let number = |word: &str| Number::parse(word).ok_or_else(|| expected_found("a number", word));
     let values = words.map(number).collect::<Result<Vec<Number>, String>>()?;
     if values.is_empty() {
-        return Err(wrong("a name and numbers", rest));
+        return Err(expected_found("a name and numbers", rest));
     }
     Ok(Action::SetVariable {
         name,

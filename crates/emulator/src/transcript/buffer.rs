@@ -9,14 +9,14 @@ use ts3100_controller::{Controller, Time};
 use ts3100_proto::calendar::CalendarTime;
 
 /// Records that are kept; of more, the oldest are forgotten.
-pub const KEPT_RECORDS: usize = 16_384;
+pub const MAX_BUFFERED_RECORDS: usize = 16_384;
 /// Bytes of hosts and robot that are kept; of more, the oldest are forgotten.
-pub const KEPT_BYTES: usize = 8 * 1024 * 1024;
+pub const MAX_BUFFERED_BYTES: usize = 8 * 1024 * 1024;
 
 /// What one record takes besides its bytes, roughly.
-const OVERHEAD: usize = 64;
+const RECORD_OVERHEAD: usize = 64;
 /// What a controller takes besides its files, roughly.
-const CONTROLLER: usize = 16 * 1024;
+const CONTROLLER_OVERHEAD: usize = 16 * 1024;
 
 /// What is kept of one record.
 #[derive(Debug)]
@@ -34,25 +34,25 @@ impl BufferedRecord {
         }
     }
 
-    fn weight(&self) -> usize {
-        OVERHEAD
+    fn size(&self) -> usize {
+        RECORD_OVERHEAD
             + match self {
-                BufferedRecord::Record(record) => match &record.what {
+                BufferedRecord::Record(record) => match &record.kind {
                     RecordKind::FromHost { bytes, .. } | RecordKind::FromRobot { bytes, .. } => bytes.len(),
                     RecordKind::Remark(words) => words.len(),
                     RecordKind::Action(ts3100_controller::Action::PutFile { content, .. }) => content.len(),
-                    RecordKind::Edge(LinkRecord::Garbled { bytes, .. }) => bytes.len(),
-                    RecordKind::Edge(LinkRecord::Restored { snapshot, .. }) => snapshot.len(),
+                    RecordKind::Link(LinkRecord::SerialErrors { bytes, .. }) => bytes.len(),
+                    RecordKind::Link(LinkRecord::Restored { snapshot, .. }) => snapshot.len(),
                     RecordKind::Connected { .. }
                     | RecordKind::Ended { .. }
                     | RecordKind::Action(_)
-                    | RecordKind::Edge(_) => 0,
+                    | RecordKind::Link(_) => 0,
                 },
                 BufferedRecord::Restored(_, controller) => {
                     let files = controller
                         .files()
                         .map(|(name, content)| name.len() + content.len());
-                    CONTROLLER + files.sum::<usize>()
+                    CONTROLLER_OVERHEAD + files.sum::<usize>()
                 }
             }
     }
@@ -62,7 +62,7 @@ impl BufferedRecord {
             BufferedRecord::Record(record) => record.clone(),
             BufferedRecord::Restored(at, controller) => Record {
                 at: *at,
-                what: RecordKind::Edge(LinkRecord::restored(controller)),
+                kind: RecordKind::Link(LinkRecord::from_restored(controller)),
             },
         }
     }
@@ -71,9 +71,9 @@ impl BufferedRecord {
 #[derive(Debug, Default)]
 struct BufferState {
     header: Header,
-    pages: VecDeque<BufferedRecord>,
+    records: VecDeque<BufferedRecord>,
     bytes: usize,
-    forgotten: u64,
+    discarded: u64,
 }
 
 /// The last records of a run.
@@ -91,36 +91,36 @@ impl TranscriptBuffer {
     }
 
     /// The pages are whole between any two statements, so a panic elsewhere does not matter.
-    fn pages(&self) -> MutexGuard<'_, BufferState> {
+    fn state(&self) -> MutexGuard<'_, BufferState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Takes a record.
-    pub fn put(&self, record: Record) {
-        self.take(BufferedRecord::Record(record));
+    pub fn push(&self, record: Record) {
+        self.push_buffered(BufferedRecord::Record(record));
     }
 
     /// The state of this controller takes the present one's place.
     pub fn restored(&self, at: Time, controller: &Controller) {
-        self.take(BufferedRecord::Restored(at, Box::new(controller.clone())));
+        self.push_buffered(BufferedRecord::Restored(at, Box::new(controller.clone())));
     }
 
-    fn take(&self, page: BufferedRecord) {
-        let kept = &mut *self.pages();
-        kept.bytes += page.weight();
-        kept.pages.push_back(page);
-        while kept.pages.len() > KEPT_RECORDS || kept.bytes > KEPT_BYTES {
-            let Some(oldest) = kept.pages.pop_front() else {
+    fn push_buffered(&self, record: BufferedRecord) {
+        let buffer = &mut *self.state();
+        buffer.bytes += record.size();
+        buffer.records.push_back(record);
+        while buffer.records.len() > MAX_BUFFERED_RECORDS || buffer.bytes > MAX_BUFFERED_BYTES {
+            let Some(oldest) = buffer.records.pop_front() else {
                 return;
             };
-            kept.bytes -= oldest.weight();
-            kept.forgotten += 1;
+            buffer.bytes -= oldest.size();
+            buffer.discarded += 1;
         }
     }
 
     /// Everything is as at the start, at this date and time.
-    pub fn begin_anew(&self, calendar: Option<CalendarTime>) {
-        let pages = &mut *self.pages();
+    pub fn restart(&self, calendar: Option<CalendarTime>) {
+        let pages = &mut *self.state();
         let header = Header {
             calendar,
             ..std::mem::take(&mut pages.header)
@@ -133,19 +133,19 @@ impl TranscriptBuffer {
 
     /// The transcript as a file has it. What is no longer kept is a remark in front of the first record.
     #[must_use]
-    pub fn written(&self, format: Format) -> Vec<u8> {
-        let pages = self.pages();
-        let missing = pages.pages.front().filter(|_| pages.forgotten > 0);
+    pub fn to_bytes(&self, format: Format) -> Vec<u8> {
+        let pages = self.state();
+        let missing = pages.records.front().filter(|_| pages.discarded > 0);
         let missing = missing.map(|first| Record {
             at: first.at(),
-            what: RecordKind::Remark(format!(
+            kind: RecordKind::Remark(format!(
                 "{} records before this one are no longer kept",
-                pages.forgotten
+                pages.discarded
             )),
         });
         let records = missing
             .into_iter()
-            .chain(pages.pages.iter().map(BufferedRecord::record));
+            .chain(pages.records.iter().map(BufferedRecord::record));
         let mut out = Vec::new();
         match format {
             Format::Text => {
@@ -176,31 +176,31 @@ mod tests {
     fn record(at: u64, length: usize) -> Record {
         Record {
             at: Time::from_micros(at),
-            what: RecordKind::FromHost {
+            kind: RecordKind::FromHost {
                 line: PeerId::first(Port::Ip1),
                 bytes: vec![b'7'; length],
             },
         }
     }
 
-    fn text(kept: &TranscriptBuffer) -> String {
-        String::from_utf8(kept.written(Format::Text)).unwrap()
+    fn text(buffer: &TranscriptBuffer) -> String {
+        String::from_utf8(buffer.to_bytes(Format::Text)).unwrap()
     }
 
     #[test]
     fn it_is_bounded_in_records_and_bytes_and_says_what_is_gone() {
-        let kept = TranscriptBuffer::default();
-        for at in 0..KEPT_RECORDS as u64 + 2 {
-            kept.put(record(at, 1));
+        let buffer = TranscriptBuffer::default();
+        for at in 0..MAX_BUFFERED_RECORDS as u64 + 2 {
+            buffer.push(record(at, 1));
         }
-        assert_eq!(text(&kept).matches("> IP1 7").count(), KEPT_RECORDS);
-        assert!(text(&kept).contains("# 2 records before this one are no longer kept\n"));
-        kept.put(record(99_999, KEPT_BYTES - OVERHEAD));
-        assert_eq!(text(&kept).matches("> IP1 7").count(), 1);
-        kept.put(record(99_999, KEPT_BYTES));
-        assert!(!text(&kept).contains("> IP1 7"));
-        kept.begin_anew(None);
-        kept.put(record(0, 3));
-        assert!(text(&kept).ends_with("> IP1 777\n") && !text(&kept).contains('#'));
+        assert_eq!(text(&buffer).matches("> IP1 7").count(), MAX_BUFFERED_RECORDS);
+        assert!(text(&buffer).contains("# 2 records before this one are no longer kept\n"));
+        buffer.push(record(99_999, MAX_BUFFERED_BYTES - RECORD_OVERHEAD));
+        assert_eq!(text(&buffer).matches("> IP1 7").count(), 1);
+        buffer.push(record(99_999, MAX_BUFFERED_BYTES));
+        assert!(!text(&buffer).contains("> IP1 7"));
+        buffer.restart(None);
+        buffer.push(record(0, 3));
+        assert!(text(&buffer).ends_with("> IP1 777\n") && !text(&buffer).contains('#'));
     }
 }

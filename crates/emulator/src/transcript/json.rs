@@ -1,7 +1,7 @@
 //! A transcript as JSON lines: one object for the start, then one for each record. `hex` holds the bytes, `text` is
 //! the same for people; times are `t_us`, microseconds since the start.
 
-use super::text::{date, hexadecimal, read_date};
+use super::text::{format_date, parse_date, parse_hex};
 use super::{
     EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recording, Side, action, link, notation, panel,
 };
@@ -24,7 +24,7 @@ pub fn write_header(header: &Header, out: &mut Vec<u8>) {
         "format": FORMAT,
         "version": VERSION,
         "origin": header.origin,
-        "calendar": header.calendar.map(date),
+        "calendar": header.calendar.map(format_date),
         "flags": header.flags,
         "files": files.collect::<Vec<_>>(),
         "select": header.select,
@@ -42,7 +42,7 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
         object["text"] = Value::from(notation::write(bytes));
         object
     };
-    let object = match &record.what {
+    let object = match &record.kind {
         RecordKind::Connected { line: at, peer } => {
             let mut object = line("connected", *at);
             object["peer"] = Value::from(peer.as_str());
@@ -52,20 +52,20 @@ pub fn write_record(record: &Record, out: &mut Vec<u8>) {
         RecordKind::FromRobot { line, bytes: sent } => bytes("from-robot", *line, sent),
         RecordKind::Ended { line: at, by, how } => {
             let mut object = line("ended", *at);
-            object["by"] = Value::from(party(*by));
-            object["how"] = Value::from(ending(*how));
+            object["by"] = Value::from(side_word(*by));
+            object["how"] = Value::from(end_reason_word(*how));
             object
         }
         RecordKind::Action(Action::Panel(action)) => {
             json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
         }
         RecordKind::Action(action) => json!({"t_us": t, "event": "deed", "deed": action::write(action)}),
-        RecordKind::Edge(LinkRecord::Restored { at, snapshot }) => {
+        RecordKind::Link(LinkRecord::Restored { at, snapshot }) => {
             // One that is no JSON is nobody's: it is written as it is.
             let snapshot = serde_json::from_str(snapshot).unwrap_or_else(|_| Value::from(snapshot.as_str()));
             json!({"t_us": t, "event": "restored", "to_us": at.as_micros(), "snapshot": snapshot})
         }
-        RecordKind::Edge(edge) => json!({"t_us": t, "event": "edge", "edge": link::write(edge)}),
+        RecordKind::Link(link) => json!({"t_us": t, "event": "edge", "edge": link::write(link)}),
         RecordKind::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
     };
     out.extend_from_slice(format!("{object}\n").as_bytes());
@@ -76,14 +76,14 @@ fn hex(bytes: &[u8]) -> String {
     pairs.join(" ")
 }
 
-const fn party(party: Side) -> &'static str {
-    match party {
+const fn side_word(side: Side) -> &'static str {
+    match side {
         Side::Host => "host",
         Side::Robot => "robot",
     }
 }
 
-const fn ending(how: EndReason) -> &'static str {
+const fn end_reason_word(how: EndReason) -> &'static str {
     match how {
         EndReason::Closed => "closed",
         EndReason::Reset => "reset",
@@ -115,8 +115,8 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
                 record.at
             )));
         }
-        last = match &record.what {
-            RecordKind::Edge(edge) => edge.begins_at().unwrap_or(record.at),
+        last = match &record.kind {
+            RecordKind::Link(link) => link.new_time().unwrap_or(record.at),
             _ => record.at,
         };
         recording.records.push(record);
@@ -157,10 +157,7 @@ fn read_header(object: &Object) -> Result<Header, String> {
     }
     let file = |value: &Value| {
         let object = value.as_object().ok_or("an object expected in \"files\"")?;
-        Ok((
-            text(object, "name")?.to_owned(),
-            hexadecimal(text(object, "hex")?)?,
-        ))
+        Ok((text(object, "name")?.to_owned(), parse_hex(text(object, "hex")?)?))
     };
     let flag = |value: &Value| {
         let flag = value.as_str().ok_or("a text expected in \"flags\"")?;
@@ -168,7 +165,7 @@ fn read_header(object: &Object) -> Result<Header, String> {
     };
     Ok(Header {
         origin: text(object, "origin")?.to_owned(),
-        calendar: optional(object, "calendar")?.map(read_date).transpose()?,
+        calendar: optional(object, "calendar")?.map(parse_date).transpose()?,
         flags: list(object, "flags")?
             .iter()
             .map(flag)
@@ -187,7 +184,7 @@ fn read_record(object: &Object) -> Result<Record, String> {
         .map(Time::from_micros)
         .ok_or("microseconds expected at \"t_us\"")?;
     let line = || PeerId::parse(text(object, "line")?);
-    let bytes = || hexadecimal(text(object, "hex")?);
+    let bytes = || parse_hex(text(object, "hex")?);
     let what = match text(object, "event")? {
         "connected" => RecordKind::Connected {
             line: line()?,
@@ -221,7 +218,7 @@ fn read_record(object: &Object) -> Result<Record, String> {
         },
         "panel" => RecordKind::Action(Action::Panel(panel::read(text(object, "panel")?)?)),
         "deed" => RecordKind::Action(action::read(text(object, "deed")?)?),
-        "restored" => RecordKind::Edge(LinkRecord::Restored {
+        "restored" => RecordKind::Link(LinkRecord::Restored {
             at: object
                 .get("to_us")
                 .and_then(Value::as_u64)
@@ -235,10 +232,10 @@ fn read_record(object: &Object) -> Result<Record, String> {
         }),
         "edge" => {
             let words = text(object, "edge")?;
-            RecordKind::Edge(link::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
+            RecordKind::Link(link::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
         }
         "remark" => RecordKind::Remark(text(object, "remark")?.to_owned()),
         other => return Err(format!("{other:?} is no event of a transcript")),
     };
-    Ok(Record { at, what })
+    Ok(Record { at, kind: what })
 }

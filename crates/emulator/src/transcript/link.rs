@@ -3,7 +3,7 @@
 //! behind `!` in a text, in `edge` of a JSON line.
 
 use super::notation;
-use super::text::{date, read_date};
+use super::text::{format_date, parse_date};
 use crate::snapshot;
 use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
@@ -25,28 +25,28 @@ pub enum LinkRecord {
         port: Port,
     },
     /// Characters with a parity or framing error that the line itself brought.
-    Garbled {
+    SerialErrors {
         /// The port.
         port: Port,
         /// Them, as read.
         bytes: Vec<u8>,
     },
     /// A second peer came to a port that has one.
-    Second {
+    SecondPeer {
         /// The port.
         port: Port,
         /// Its address without the port number.
         peer: String,
         /// It takes the place of the first.
-        kept: bool,
+        replaces: bool,
     },
     /// The peer leaves so much unread that the emulator ends its connection.
-    Unread {
+    Backlogged {
         /// The port.
         port: Port,
     },
     /// The change of a file that was asked for was not kept, and is refused.
-    Unkept {
+    NotPersisted {
         /// The file.
         name: String,
         /// Why.
@@ -74,7 +74,7 @@ pub enum LinkRecord {
 impl LinkRecord {
     /// The snapshot of this controller takes the place of the present one.
     #[must_use]
-    pub fn restored(controller: &Controller) -> LinkRecord {
+    pub fn from_restored(controller: &Controller) -> LinkRecord {
         LinkRecord::Restored {
             at: controller.now(),
             snapshot: snapshot::to_json_line(controller),
@@ -83,16 +83,16 @@ impl LinkRecord {
 
     /// The time from which times go on behind it, if it moves them.
     #[must_use]
-    pub fn begins_at(&self) -> Option<Time> {
+    pub fn new_time(&self) -> Option<Time> {
         match self {
             LinkRecord::Restored { at, .. } => Some(*at),
             LinkRecord::Reset { .. } => Some(Time::ZERO),
             LinkRecord::Settings { .. }
             | LinkRecord::Purged { .. }
-            | LinkRecord::Garbled { .. }
-            | LinkRecord::Second { .. }
-            | LinkRecord::Unread { .. }
-            | LinkRecord::Unkept { .. }
+            | LinkRecord::SerialErrors { .. }
+            | LinkRecord::SecondPeer { .. }
+            | LinkRecord::Backlogged { .. }
+            | LinkRecord::NotPersisted { .. }
             | LinkRecord::Dropped { .. } => None,
         }
     }
@@ -106,18 +106,18 @@ impl LinkRecord {
                 host: *host,
             },
             LinkRecord::Purged { port } => Input::SerialPurged { port: *port },
-            LinkRecord::Garbled { port, bytes } => Input::SerialErrors {
+            LinkRecord::SerialErrors { port, bytes } => Input::SerialErrors {
                 port: *port,
                 bytes: bytes.clone(),
             },
-            LinkRecord::Second { port, peer, kept } => Input::SecondPeer {
+            LinkRecord::SecondPeer { port, peer, replaces } => Input::SecondPeer {
                 port: *port,
                 peer: peer.clone(),
-                kept: *kept,
+                kept: *replaces,
             },
-            LinkRecord::Unread { port } => Input::Backlogged { port: *port },
+            LinkRecord::Backlogged { port } => Input::Backlogged { port: *port },
             // The answer to a question that the controller has to put first.
-            LinkRecord::Unkept { .. } => return None,
+            LinkRecord::NotPersisted { .. } => return None,
             LinkRecord::Dropped { .. } | LinkRecord::Restored { .. } | LinkRecord::Reset { .. } => {
                 return None;
             }
@@ -127,17 +127,17 @@ impl LinkRecord {
 
 /// Its words.
 #[must_use]
-pub fn write(edge: &LinkRecord) -> String {
-    match edge {
-        LinkRecord::Settings { port, host } => format!("line {port} {}", host_words(host)),
+pub fn write(link: &LinkRecord) -> String {
+    match link {
+        LinkRecord::Settings { port, host } => format!("line {port} {}", host_settings_text(host)),
         LinkRecord::Purged { port } => format!("purge {port}"),
-        LinkRecord::Garbled { port, bytes } => format!("garbled {port} {}", notation::write(bytes)),
-        LinkRecord::Second { port, peer, kept } => {
-            let what = if *kept { "replaces" } else { "refused" };
+        LinkRecord::SerialErrors { port, bytes } => format!("garbled {port} {}", notation::write(bytes)),
+        LinkRecord::SecondPeer { port, peer, replaces } => {
+            let what = if *replaces { "replaces" } else { "refused" };
             format!("second-peer {port} {what} {peer}").trim_end().to_owned()
         }
-        LinkRecord::Unread { port } => format!("unread {port}"),
-        LinkRecord::Unkept { name, reason } => {
+        LinkRecord::Backlogged { port } => format!("unread {port}"),
+        LinkRecord::NotPersisted { name, reason } => {
             format!("unkept {name} {}", notation::write(reason.as_bytes()))
         }
         LinkRecord::Dropped { port } => format!("drop {port}"),
@@ -145,11 +145,11 @@ pub fn write(edge: &LinkRecord) -> String {
         LinkRecord::Reset { calendar: None } => "reset".to_owned(),
         LinkRecord::Reset {
             calendar: Some(calendar),
-        } => format!("reset {}", date(*calendar)),
+        } => format!("reset {}", format_date(*calendar)),
     }
 }
 
-fn host_words(host: &HostEnd) -> String {
+fn host_settings_text(host: &HostEnd) -> String {
     let HostEnd::Modelled(known) = host else {
         return "wire".to_owned();
     };
@@ -184,33 +184,39 @@ pub fn read(words: &str) -> Result<Option<LinkRecord>, String> {
     let (first, behind) = rest.split_once(' ').unwrap_or((rest, ""));
     Ok(Some(match name {
         "line" => LinkRecord::Settings {
-            port: port_of(first)?,
-            host: read_host(behind)?,
+            port: parse_port(first)?,
+            host: parse_host_line(behind)?,
         },
-        "purge" => LinkRecord::Purged { port: port_of(rest)? },
-        "garbled" => LinkRecord::Garbled {
-            port: port_of(first)?,
-            bytes: notation::bytes(behind)?,
+        "purge" => LinkRecord::Purged {
+            port: parse_port(rest)?,
+        },
+        "garbled" => LinkRecord::SerialErrors {
+            port: parse_port(first)?,
+            bytes: notation::read_bytes(behind)?,
         },
         "second-peer" => {
             let (what, peer) = behind.split_once(' ').unwrap_or((behind, ""));
-            LinkRecord::Second {
-                port: port_of(first)?,
+            LinkRecord::SecondPeer {
+                port: parse_port(first)?,
                 peer: peer.to_owned(),
-                kept: match what {
+                replaces: match what {
                     "replaces" => true,
                     "refused" => false,
                     _ => return Err(format!("replaces or refused expected, {what:?} found")),
                 },
             }
         }
-        "unread" => LinkRecord::Unread { port: port_of(rest)? },
-        "unkept" if !first.is_empty() => LinkRecord::Unkept {
+        "unread" => LinkRecord::Backlogged {
+            port: parse_port(rest)?,
+        },
+        "unkept" if !first.is_empty() => LinkRecord::NotPersisted {
             name: first.to_owned(),
-            reason: String::from_utf8_lossy(&notation::bytes(behind)?).into_owned(),
+            reason: String::from_utf8_lossy(&notation::read_bytes(behind)?).into_owned(),
         },
         "unkept" => return Err(format!("the name of a file expected, {rest:?} found")),
-        "drop" => LinkRecord::Dropped { port: port_of(rest)? },
+        "drop" => LinkRecord::Dropped {
+            port: parse_port(rest)?,
+        },
         "restore" => {
             let micros = first.strip_suffix("us").and_then(|micros| micros.parse().ok());
             let at = micros.map(Time::from_micros);
@@ -222,18 +228,18 @@ pub fn read(words: &str) -> Result<Option<LinkRecord>, String> {
         }
         "reset" if rest.is_empty() => LinkRecord::Reset { calendar: None },
         "reset" => LinkRecord::Reset {
-            calendar: Some(read_date(rest)?),
+            calendar: Some(parse_date(rest)?),
         },
         _ => return Ok(None),
     }))
 }
 
-fn port_of(word: &str) -> Result<Port, String> {
+fn parse_port(word: &str) -> Result<Port, String> {
     let port = Port::ALL.into_iter().find(|port| port.name() == word);
     port.ok_or_else(|| format!("a port expected, for example HOST, {word:?} found"))
 }
 
-fn read_host(words: &str) -> Result<HostEnd, String> {
+fn parse_host_line(words: &str) -> Result<HostEnd, String> {
     if words == "wire" {
         return Ok(HostEnd::Wire);
     }
@@ -290,22 +296,22 @@ mod tests {
                 }),
             },
             LinkRecord::Purged { port },
-            LinkRecord::Garbled {
+            LinkRecord::SerialErrors {
                 port,
                 bytes: b"\x00 <\xff".to_vec(),
             },
-            LinkRecord::Second {
+            LinkRecord::SecondPeer {
                 port: Port::Ip0,
                 peer: "::1".to_owned(),
-                kept: true,
+                replaces: true,
             },
-            LinkRecord::Second {
+            LinkRecord::SecondPeer {
                 port: Port::Ip0,
                 peer: String::new(),
-                kept: false,
+                replaces: false,
             },
-            LinkRecord::Unread { port: Port::Ip1 },
-            LinkRecord::Unkept {
+            LinkRecord::Backlogged { port: Port::Ip1 },
+            LinkRecord::NotPersisted {
                 name: "PICK".to_owned(),
                 reason: "cannot write d\u{e9}p\u{f4}t: full\nby <far>".to_owned(),
             },
@@ -326,9 +332,9 @@ mod tests {
                 }),
             },
         ];
-        for edge in all {
-            let words = write(&edge);
-            assert_eq!(read(&words), Ok(Some(edge)), "{words}");
+        for link in all {
+            let words = write(&link);
+            assert_eq!(read(&words), Ok(Some(link)), "{words}");
         }
     }
 

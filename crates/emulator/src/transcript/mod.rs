@@ -1,6 +1,6 @@
 //! Transcripts: what went over each port and what was done at the panel, in order and with times, and the forms
 //! it is kept in: text to be read and replayed, JSON lines for programs, pcapng for Wireshark. Who was listening
-//! (the hub of a running emulator, a tap in front of a real controller) is not known here.
+//! (the driver of a running emulator, a tap in front of a real controller) is not known here.
 
 pub mod action;
 mod buffer;
@@ -14,7 +14,7 @@ mod sink;
 pub mod text;
 
 use crate::files;
-pub use buffer::{KEPT_BYTES, KEPT_RECORDS, TranscriptBuffer};
+pub use buffer::{MAX_BUFFERED_BYTES, MAX_BUFFERED_RECORDS, TranscriptBuffer};
 pub use link::LinkRecord;
 pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use sink::{Observer, TranscriptSink};
@@ -135,7 +135,7 @@ pub enum RecordKind {
     /// Something was done at the controller itself, or to it.
     Action(Action),
     /// Something else that has reached it.
-    Edge(LinkRecord),
+    Link(LinkRecord),
     /// Something worth knowing that nobody plays again: a fault has bitten. One line.
     Remark(String),
 }
@@ -147,7 +147,7 @@ pub struct Record {
     /// behind what says so ([`LinkRecord::begins_at`]).
     pub at: Time,
     /// What.
-    pub what: RecordKind,
+    pub kind: RecordKind,
 }
 
 /// What there was before the first record.
@@ -189,7 +189,7 @@ pub enum ReadError {
     },
     /// What stands in it.
     #[error("{}:{line}: {reason}", path.display())]
-    Line {
+    Content {
         /// Which file.
         path: PathBuf,
         /// Its line, from 1.
@@ -217,7 +217,7 @@ pub enum Format {
 impl Format {
     /// By the ending of a file's name; none is text.
     #[must_use]
-    pub fn of(path: &Path) -> Option<Format> {
+    pub fn from_path(path: &Path) -> Option<Format> {
         match path
             .extension()
             .map(|ending| ending.to_string_lossy().to_ascii_lowercase())
@@ -252,7 +252,7 @@ impl FromStr for TranscriptFile {
 
     fn from_str(word: &str) -> Result<TranscriptFile, FormatError> {
         let path = PathBuf::from(word);
-        match Format::of(&path) {
+        match Format::from_path(&path) {
             Some(format) if !word.is_empty() => Ok(TranscriptFile { path, format }),
             _ => Err(FormatError(word.to_owned())),
         }
@@ -265,20 +265,20 @@ impl Recording {
     /// # Errors
     /// See [`ReadError`].
     pub fn read(path: &Path) -> Result<Recording, ReadError> {
-        if Format::of(path) == Some(Format::Pcapng) {
+        if Format::from_path(path) == Some(Format::Pcapng) {
             return Err(ReadError::Capture(path.to_path_buf()));
         }
         let content = files::read_text(path, MAX_TRANSCRIPT).map_err(|reason| ReadError::File {
             path: path.to_path_buf(),
             reason,
         })?;
-        let read = if Format::of(path) == Some(Format::Json) {
+        let read = if Format::from_path(path) == Some(Format::Json) {
             json::read(&content)
         } else {
             text::read(&content)
         };
-        read.and_then(Recording::checked)
-            .map_err(|(line, reason)| ReadError::Line {
+        read.and_then(Recording::validated)
+            .map_err(|(line, reason)| ReadError::Content {
                 path: path.to_path_buf(),
                 line,
                 reason,
@@ -286,9 +286,9 @@ impl Recording {
     }
 
     /// Itself, if every snapshot in it can be restored; otherwise the line of the first that cannot, and why.
-    fn checked(self) -> Result<Recording, (usize, String)> {
+    fn validated(self) -> Result<Recording, (usize, String)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
-            if let RecordKind::Edge(LinkRecord::Restored { snapshot, .. }) = &record.what {
+            if let RecordKind::Link(LinkRecord::Restored { snapshot, .. }) = &record.kind {
                 crate::snapshot::from_json(snapshot).map_err(|error| (*line, error.to_string()))?;
             }
         }

@@ -1,7 +1,7 @@
 //! Bytes as transcripts write them: printable ASCII stands for itself, control codes by name in angle
 //! brackets, any other byte in hexadecimal, `<*12>` for twelve bytes whatever they are.
 
-const NAMES: [(&str, u8); 5] = [
+const CONTROL_CODES: [(&str, u8); 5] = [
     ("STX", 0x02),
     ("ETX", 0x03),
     ("LF", 0x0A),
@@ -11,7 +11,7 @@ const NAMES: [(&str, u8); 5] = [
 
 /// A piece of an expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Piece {
+pub enum ExpectedByte {
     /// This byte.
     Byte(u8),
     /// Any byte.
@@ -22,7 +22,7 @@ pub enum Piece {
 ///
 /// # Errors
 /// What stands in angle brackets and means nothing.
-pub fn read(text: &str) -> Result<Vec<Piece>, String> {
+pub fn read(text: &str) -> Result<Vec<ExpectedByte>, String> {
     let mut pieces = Vec::new();
     let mut rest = text;
     while let Some(first) = rest.chars().next() {
@@ -30,7 +30,7 @@ pub fn read(text: &str) -> Result<Vec<Piece>, String> {
             if !(' '..='~').contains(&first) {
                 return Err(format!("printable ASCII expected, {first:?} found"));
             }
-            pieces.push(Piece::Byte(first as u8));
+            pieces.push(ExpectedByte::Byte(first as u8));
             rest = &rest[1..];
             continue;
         };
@@ -42,12 +42,12 @@ pub fn read(text: &str) -> Result<Vec<Piece>, String> {
             let count: usize = count
                 .parse()
                 .map_err(|_| format!("a number expected in <{name}>"))?;
-            pieces.extend(vec![Piece::Any; count]);
-        } else if let Some((_, byte)) = NAMES.iter().find(|(known, _)| *known == name) {
-            pieces.push(Piece::Byte(*byte));
+            pieces.extend(vec![ExpectedByte::Any; count]);
+        } else if let Some((_, byte)) = CONTROL_CODES.iter().find(|(known, _)| *known == name) {
+            pieces.push(ExpectedByte::Byte(*byte));
         } else if name.len() == 2 {
             let byte = u8::from_str_radix(name, 16).map_err(|_| format!("<{name}> is no byte"))?;
-            pieces.push(Piece::Byte(byte));
+            pieces.push(ExpectedByte::Byte(byte));
         } else {
             return Err(format!(
                 "<{name}> is neither a control code, nor a byte, nor a count"
@@ -61,28 +61,28 @@ pub fn read(text: &str) -> Result<Vec<Piece>, String> {
 ///
 /// # Errors
 /// As [`read`], and a `<*n>`.
-pub fn bytes(text: &str) -> Result<Vec<u8>, String> {
-    let plain = |piece: Piece| match piece {
-        Piece::Byte(byte) => Ok(byte),
-        Piece::Any => Err(format!("a host sends certain bytes, not {text}")),
+pub fn read_bytes(text: &str) -> Result<Vec<u8>, String> {
+    let plain = |piece: ExpectedByte| match piece {
+        ExpectedByte::Byte(byte) => Ok(byte),
+        ExpectedByte::Any => Err(format!("a host sends certain bytes, not {text}")),
     };
     read(text)?.into_iter().map(plain).collect()
 }
 
 /// Whether the bytes are what was expected.
 #[must_use]
-pub fn matches(pieces: &[Piece], bytes: &[u8]) -> bool {
+pub fn matches(pieces: &[ExpectedByte], bytes: &[u8]) -> bool {
     pieces.len() == bytes.len()
         && pieces.iter().zip(bytes).all(|(piece, byte)| match piece {
-            Piece::Byte(expected) => expected == byte,
-            Piece::Any => true,
+            ExpectedByte::Byte(expected) => expected == byte,
+            ExpectedByte::Any => true,
         })
 }
 
 /// Writes bytes in the notation.
 #[must_use]
 pub fn write(bytes: &[u8]) -> String {
-    let one = |byte: &u8| match NAMES.iter().find(|(_, known)| known == byte) {
+    let one = |byte: &u8| match CONTROL_CODES.iter().find(|(_, known)| known == byte) {
         Some((name, _)) => format!("<{name}>"),
         None if (0x20..0x7F).contains(byte) && *byte != b'<' => char::from(*byte).to_string(),
         None => format!("<{byte:02X}>"),

@@ -43,24 +43,27 @@ pub fn read(words: &str) -> Result<PanelAction, String> {
         ("control-right", "sig") => PanelAction::ControlRight(ControlRight::Sig),
         ("control-right", "rs232c") => PanelAction::ControlRight(ControlRight::Rs232c),
         ("control-right", "ether") => PanelAction::ControlRight(ControlRight::Ether),
-        ("emergency-stop", state) => PanelAction::EmergencyStop(on(state)?),
-        ("safety-switch", state) => PanelAction::SafetySwitch(on(state)?),
-        ("servo", state) => PanelAction::Servo(on(state)?),
+        ("emergency-stop", state) => PanelAction::EmergencyStop(parse_switch(state)?),
+        ("safety-switch", state) => PanelAction::SafetySwitch(parse_switch(state)?),
+        ("servo", state) => PanelAction::Servo(parse_switch(state)?),
         ("start", "") => PanelAction::Start,
         ("stop", "") => PanelAction::Stop,
         ("feed-hold", "") => PanelAction::FeedHold,
         ("alarm-reset", "") => PanelAction::AlarmReset,
-        ("machine-lock", state) => PanelAction::MachineLock(on(state)?),
+        ("machine-lock", state) => PanelAction::MachineLock(parse_switch(state)?),
         ("input", rest) => {
             let (line, state) = rest.split_once(' ').unwrap_or((rest, ""));
             let line = line
                 .parse()
                 .map_err(|_| format!("a line number expected, {line:?} found"))?;
-            PanelAction::InputLine { line, on: on(state)? }
+            PanelAction::InputLine {
+                line,
+                on: parse_switch(state)?,
+            }
         }
-        ("battery-low", state) => PanelAction::Battery(on(state)?),
+        ("battery-low", state) => PanelAction::Battery(parse_switch(state)?),
         ("keys", keys) => {
-            let keys = String::from_utf8(notation::bytes(keys)?);
+            let keys = String::from_utf8(notation::read_bytes(keys)?);
             PanelAction::Keys(keys.map_err(|error| format!("keys of the pendant expected: {error}"))?)
         }
         ("power-cycle", "") => PanelAction::PowerCycle,
@@ -68,7 +71,7 @@ pub fn read(words: &str) -> Result<PanelAction, String> {
     })
 }
 
-fn on(word: &str) -> Result<bool, String> {
+fn parse_switch(word: &str) -> Result<bool, String> {
     match word {
         "on" => Ok(true),
         "off" => Ok(false),

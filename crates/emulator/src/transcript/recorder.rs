@@ -34,22 +34,22 @@ struct Output {
     file: Box<dyn Write + Send>,
     writer: Writer,
     /// Not written yet: what came since the last flush.
-    waiting: Vec<u8>,
+    unflushed: Vec<u8>,
     written: u64,
 }
 
 impl Output {
-    fn begin(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
+    fn create(target: &TranscriptFile, header: &Header, base: Duration) -> io::Result<Output> {
         let writer = match target.format {
             Format::Text => Writer::Text(text::Writer::default()),
             Format::Json => Writer::Json,
             Format::Pcapng => Writer::Pcapng(Box::new(pcapng::Writer::new(base))),
         };
         let file = Box::new(files::create(&target.path)?);
-        Output::over(target.path.clone(), file, writer, header)
+        Output::with_writer(target.path.clone(), file, writer, header)
     }
 
-    fn over(
+    fn with_writer(
         path: PathBuf,
         file: Box<dyn Write + Send>,
         writer: Writer,
@@ -59,13 +59,13 @@ impl Output {
             path,
             file,
             writer,
-            waiting: Vec::new(),
+            unflushed: Vec::new(),
             written: 0,
         };
         match &mut output.writer {
-            Writer::Text(writer) => writer.header(header, &mut output.waiting),
-            Writer::Json => json::write_header(header, &mut output.waiting),
-            Writer::Pcapng(writer) => writer.header(header, &mut output.waiting),
+            Writer::Text(writer) => writer.header(header, &mut output.unflushed),
+            Writer::Json => json::write_header(header, &mut output.unflushed),
+            Writer::Pcapng(writer) => writer.header(header, &mut output.unflushed),
         }
         output.flush()?;
         Ok(output)
@@ -73,22 +73,22 @@ impl Output {
 
     fn record(&mut self, record: &Record) {
         match &mut self.writer {
-            Writer::Text(writer) => writer.record(record, &mut self.waiting),
-            Writer::Json => json::write_record(record, &mut self.waiting),
-            Writer::Pcapng(writer) => writer.record(record, &mut self.waiting),
+            Writer::Text(writer) => writer.record(record, &mut self.unflushed),
+            Writer::Json => json::write_record(record, &mut self.unflushed),
+            Writer::Pcapng(writer) => writer.record(record, &mut self.unflushed),
         }
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        let length = self.waiting.len() as u64;
+        let length = self.unflushed.len() as u64;
         if self.written + length > MAX_BYTES {
             return Err(io::Error::other(format!("it has {MAX_BYTES} bytes, the most")));
         }
         let done = self
             .file
-            .write_all(&self.waiting)
+            .write_all(&self.unflushed)
             .and_then(|()| self.file.flush());
-        self.waiting.clear();
+        self.unflushed.clear();
         self.written += length;
         done
     }
@@ -106,13 +106,13 @@ impl Recorder {
     ///
     /// # Errors
     /// The first file that cannot be written.
-    pub fn begin(
+    pub fn create(
         targets: &[TranscriptFile],
         header: &Header,
         base: Duration,
     ) -> Result<Recorder, RecorderError> {
         let begin = |target: &TranscriptFile| {
-            Output::begin(target, header, base).map_err(|reason| RecorderError {
+            Output::create(target, header, base).map_err(|reason| RecorderError {
                 path: target.path.clone(),
                 reason,
             })
@@ -128,7 +128,7 @@ impl Recorder {
     pub fn on_stdout(header: &Header) -> Result<Recorder, RecorderError> {
         let path = PathBuf::from("stdout");
         let writer = Writer::Text(text::Writer::default());
-        let output = Output::over(path.clone(), Box::new(io::stdout()), writer, header);
+        let output = Output::with_writer(path.clone(), Box::new(io::stdout()), writer, header);
         let output = output.map_err(|reason| RecorderError { path, reason })?;
         Ok(Recorder {
             outputs: vec![output],
@@ -149,7 +149,7 @@ impl Recorder {
     /// Writes what was recorded. A file that cannot be written is given up with a line in the log.
     pub fn flush(&mut self) {
         self.outputs.retain_mut(|output| {
-            if output.waiting.is_empty() {
+            if output.unflushed.is_empty() {
                 return true;
             }
             let done = output.flush();

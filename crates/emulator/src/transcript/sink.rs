@@ -1,4 +1,4 @@
-//! From the inputs and outputs of a controller to the records of a transcript: what the hub of an emulator writes
+//! From the inputs and outputs of a controller to the records of a transcript: what the driver of an emulator writes
 //! down. No sockets here, so embedded, stepped and replayed controllers give the same.
 
 use super::{
@@ -30,21 +30,21 @@ impl Observer {
         match input {
             // What was not kept is told by whoever was to keep it.
             Input::Tick | Input::Persisted(_) => None,
-            Input::SerialOpened { port, host } => Some(RecordKind::Edge(LinkRecord::Settings {
+            Input::SerialOpened { port, host } => Some(RecordKind::Link(LinkRecord::Settings {
                 port: *port,
                 host: *host,
             })),
-            Input::SerialErrors { port, bytes } => Some(RecordKind::Edge(LinkRecord::Garbled {
+            Input::SerialErrors { port, bytes } => Some(RecordKind::Link(LinkRecord::SerialErrors {
                 port: *port,
                 bytes: bytes.clone(),
             })),
-            Input::SerialPurged { port } => Some(RecordKind::Edge(LinkRecord::Purged { port: *port })),
-            Input::SecondPeer { port, peer, kept } => Some(RecordKind::Edge(LinkRecord::Second {
+            Input::SerialPurged { port } => Some(RecordKind::Link(LinkRecord::Purged { port: *port })),
+            Input::SecondPeer { port, peer, kept } => Some(RecordKind::Link(LinkRecord::SecondPeer {
                 port: *port,
                 peer: without_port(peer),
-                kept: *kept,
+                replaces: *kept,
             })),
-            Input::Backlogged { port } => Some(RecordKind::Edge(LinkRecord::Unread { port: *port })),
+            Input::Backlogged { port } => Some(RecordKind::Link(LinkRecord::Backlogged { port: *port })),
             Input::Connected { port, peer } => {
                 self.connected.insert(*port);
                 Some(RecordKind::Connected {
@@ -102,7 +102,7 @@ impl Observer {
 }
 
 /// The date and time of a header: that of a fresh controller is not said.
-fn shown(calendar: CalendarTime) -> Option<CalendarTime> {
+fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
     Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
 }
 
@@ -111,7 +111,7 @@ fn shown(calendar: CalendarTime) -> Option<CalendarTime> {
 pub struct TranscriptSink {
     recorder: Recorder,
     /// What the control interface shows.
-    kept: Option<Arc<TranscriptBuffer>>,
+    buffer: Option<Arc<TranscriptBuffer>>,
     observer: Observer,
 }
 
@@ -120,64 +120,64 @@ impl TranscriptSink {
     ///
     /// # Errors
     /// The first file that cannot be written.
-    pub fn begin(settings: &Settings, powered: &PoweredController) -> Result<TranscriptSink, RecorderError> {
+    pub fn create(settings: &Settings, powered: &PoweredController) -> Result<TranscriptSink, RecorderError> {
         let calendar = settings.controller.calendar;
         let header = Header {
             origin: format!("observed, ts3100 serve {}", env!("CARGO_PKG_VERSION")),
-            calendar: shown(calendar),
+            calendar: calendar_if_set(calendar),
             flags: settings.flags.clone(),
             files: powered.files.clone(),
             select: settings.select.clone(),
         };
-        let recorder = Recorder::begin(&settings.transcripts, &header, Duration::ZERO)?;
-        let mut tape = TranscriptSink {
+        let recorder = Recorder::create(&settings.transcripts, &header, Duration::ZERO)?;
+        let mut sink = TranscriptSink {
             recorder,
-            kept: settings
+            buffer: settings
                 .control
                 .as_ref()
                 .map(|_| Arc::new(TranscriptBuffer::new(header))),
             observer: Observer::default(),
         };
         if powered.restored {
-            tape.restored(Time::ZERO, &powered.controller);
+            sink.restored(Time::ZERO, &powered.controller);
         }
-        Ok(tape)
+        Ok(sink)
     }
 
     /// The state of this controller is about to take the present one's place.
     pub fn restored(&mut self, at: Time, controller: &Controller) {
         if self.recorder.is_on() {
-            let what = RecordKind::Edge(LinkRecord::restored(controller));
-            self.recorder.record(&Record { at, what });
+            let what = RecordKind::Link(LinkRecord::from_restored(controller));
+            self.recorder.record(&Record { at, kind: what });
         }
-        if let Some(kept) = &self.kept {
-            kept.restored(at, controller);
+        if let Some(buffer) = &self.buffer {
+            buffer.restored(at, controller);
         }
     }
 
     /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
     /// where it is the wall's.
     pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
-        let what = RecordKind::Edge(LinkRecord::Reset { calendar });
-        self.recorder.record(&Record { at, what });
-        if let Some(kept) = &self.kept {
-            kept.begin_anew(calendar);
+        let what = RecordKind::Link(LinkRecord::Reset { calendar });
+        self.recorder.record(&Record { at, kind: what });
+        if let Some(buffer) = &self.buffer {
+            buffer.restart(calendar);
         }
     }
 
     /// The edge does something to the controller.
-    pub fn edge(&mut self, at: Time, edge: LinkRecord) {
-        self.record(at, Some(RecordKind::Edge(edge)));
+    pub fn link(&mut self, at: Time, link: LinkRecord) {
+        self.record(at, Some(RecordKind::Link(link)));
     }
 
     /// The records that are kept in memory.
     #[must_use]
-    pub fn kept(&self) -> Arc<TranscriptBuffer> {
-        self.kept.clone().unwrap_or_default()
+    pub fn buffer(&self) -> Arc<TranscriptBuffer> {
+        self.buffer.clone().unwrap_or_default()
     }
 
     fn is_on(&self) -> bool {
-        self.recorder.is_on() || self.kept.is_some()
+        self.recorder.is_on() || self.buffer.is_some()
     }
 
     /// An input is about to be handled.
@@ -203,10 +203,10 @@ impl TranscriptSink {
 
     fn record(&mut self, at: Time, what: Option<RecordKind>) {
         if let Some(what) = what {
-            let record = Record { at, what };
+            let record = Record { at, kind: what };
             self.recorder.record(&record);
-            if let Some(kept) = &self.kept {
-                kept.put(record);
+            if let Some(buffer) = &self.buffer {
+                buffer.push(record);
             }
         }
     }

@@ -81,7 +81,7 @@ pub(super) fn sample() -> (Header, Vec<Record>) {
         .zip(pauses.into_iter().cycle())
         .map(|(what, pause)| {
             at = at + std::time::Duration::from_micros(pause);
-            Record { at, what }
+            Record { at, kind: what }
         });
     (sample_header(), records.collect())
 }
@@ -237,7 +237,7 @@ fn a_name_tells_the_form() {
 #[test]
 fn a_transcript_that_cannot_be_written_is_said_and_given_up() {
     let missing: TranscriptFile = "/nowhere-at-all/x.txt".parse().unwrap();
-    let error = Recorder::begin(&[missing], &Header::default(), std::time::Duration::ZERO)
+    let error = Recorder::create(&[missing], &Header::default(), std::time::Duration::ZERO)
         .err()
         .unwrap();
     assert!(error.to_string().contains("/nowhere-at-all/x.txt"), "{error}");
@@ -247,7 +247,7 @@ fn a_transcript_that_cannot_be_written_is_said_and_given_up() {
             path: PathBuf::from("/dev/full"),
             format: Format::Json,
         };
-        assert!(Recorder::begin(&[full], &Header::default(), std::time::Duration::ZERO).is_err());
+        assert!(Recorder::create(&[full], &Header::default(), std::time::Duration::ZERO).is_err());
     }
 }
 
@@ -272,20 +272,23 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
 /// Records of the edge, one of which moves time back.
 fn moved() -> Vec<Record> {
     let at = Time::from_millis;
-    let record = |at, what| Record { at, what };
+    let record = |at, what| Record { at, kind: what };
     let servo = |on| RecordKind::Action(Action::Panel(PanelAction::Servo(on)));
     vec![
         record(at(5_000), servo(true)),
         record(
             at(6_000),
-            RecordKind::Edge(LinkRecord::Restored {
+            RecordKind::Link(LinkRecord::Restored {
                 at: at(40),
                 snapshot: "{\"state\":[1,18446744073709551615,0.1]}".to_owned(),
             }),
         ),
         record(at(40), servo(false)),
-        record(at(41), RecordKind::Edge(LinkRecord::Unread { port: Port::Ip1 })),
-        record(at(50), RecordKind::Edge(LinkRecord::Reset { calendar: None })),
+        record(
+            at(41),
+            RecordKind::Link(LinkRecord::Backlogged { port: Port::Ip1 }),
+        ),
+        record(at(50), RecordKind::Link(LinkRecord::Reset { calendar: None })),
         record(at(0), servo(true)),
         record(at(7), servo(false)),
     ]
@@ -304,7 +307,7 @@ fn times_go_on_from_where_a_snapshot_or_a_reset_says() {
     // Without the word for it a time that goes back is none.
     let without: Vec<Record> = records
         .into_iter()
-        .filter(|record| !matches!(record.what, RecordKind::Edge(LinkRecord::Restored { .. })))
+        .filter(|record| !matches!(record.kind, RecordKind::Link(LinkRecord::Restored { .. })))
         .collect();
     assert!(json::read(&as_json(&header, &without)).is_err());
 }

@@ -45,7 +45,7 @@ impl Writer {
     pub fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
         let mut text = format!("origin: {}\nclauses: none\n", header.origin);
         if let Some(calendar) = header.calendar {
-            text += &format!("calendar: {}\n", date(calendar));
+            text += &format!("calendar: {}\n", format_date(calendar));
         }
         for flag in &header.flags {
             text += &format!("flag: {flag}\n");
@@ -59,7 +59,7 @@ impl Writer {
                 match plain {
                     Some([]) => text += "|\n",
                     Some(line) => text += &format!("| {}\n", String::from_utf8_lossy(line)),
-                    None => text += &format!("|: {}\n", written(line)),
+                    None => text += &format!("|: {}\n", escape_trailing_blank(line)),
                 }
             }
         }
@@ -79,11 +79,11 @@ impl Writer {
             micros if micros % 1_000 == 0 => format!("@+{}ms\n", micros / 1_000),
             micros => format!("@+{micros}us\n"),
         };
-        text += &match &record.what {
+        text += &match &record.kind {
             RecordKind::Connected { line, peer } if peer.is_empty() => format!("! connect {line}"),
             RecordKind::Connected { line, peer } => format!("! connect {line} {peer}"),
-            RecordKind::FromHost { line, bytes } => sent('>', *line, bytes),
-            RecordKind::FromRobot { line, bytes } => sent('<', *line, bytes),
+            RecordKind::FromHost { line, bytes } => bytes_line('>', *line, bytes),
+            RecordKind::FromRobot { line, bytes } => bytes_line('<', *line, bytes),
             RecordKind::Ended { line, by, how } => {
                 let word = match by {
                     Side::Host => "disconnect",
@@ -97,9 +97,9 @@ impl Writer {
                 format!("! {word} {line}{how}")
             }
             RecordKind::Action(action) => format!("! {}", action::write(action)),
-            RecordKind::Edge(edge) => {
-                self.last = edge.begins_at().unwrap_or(self.last);
-                format!("! {}", link::write(edge))
+            RecordKind::Link(link) => {
+                self.last = link.new_time().unwrap_or(self.last);
+                format!("! {}", link::write(link))
             }
             RecordKind::Remark(words) => format!("# {words}"),
         };
@@ -109,7 +109,7 @@ impl Writer {
 }
 
 /// A line for bytes: as a text where it is one and nothing else, as bytes otherwise.
-fn sent(direction: char, line: PeerId, bytes: &[u8]) -> String {
+fn bytes_line(direction: char, line: PeerId, bytes: &[u8]) -> String {
     let inside = match bytes {
         [STX, inside @ .., ETX] if line.port.protocol().is_some() => Some(inside),
         _ if line.port.protocol().is_some() || bytes == b"nothing" => None,
@@ -119,13 +119,13 @@ fn sent(direction: char, line: PeerId, bytes: &[u8]) -> String {
     let one =
         inside.filter(|inside| direction == '<' || !inside.iter().any(|byte| matches!(*byte, STX | ETX)));
     match one {
-        Some(inside) => format!("{direction} {line} {}", written(inside)),
-        None => format!("{direction}: {line} {}", written(bytes)),
+        Some(inside) => format!("{direction} {line} {}", escape_trailing_blank(inside)),
+        None => format!("{direction}: {line} {}", escape_trailing_blank(bytes)),
     }
 }
 
 /// As the notation has it; a blank at the end is written so that nobody's editor removes it.
-fn written(bytes: &[u8]) -> String {
+fn escape_trailing_blank(bytes: &[u8]) -> String {
     match bytes.split_last() {
         Some((b' ', rest)) => format!("{}<20>", notation::write(rest)),
         _ => notation::write(bytes),
@@ -143,10 +143,10 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
         let what = read_line(&mut recording.header, &mut now, line).map_err(|reason| (number, reason))?;
         if let Some(what) = what {
             let at = now;
-            if let RecordKind::Edge(edge) = &what {
-                now = edge.begins_at().unwrap_or(now);
+            if let RecordKind::Link(link) = &what {
+                now = link.new_time().unwrap_or(now);
             }
-            recording.records.push(Record { at, what });
+            recording.records.push(Record { at, kind: what });
             recording.lines.push(number);
         }
     }
@@ -158,7 +158,7 @@ pub fn read(text: &str) -> Result<Recording, (usize, String)> {
 
 fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<RecordKind>, String> {
     if let Some(content) = line.strip_prefix('|') {
-        return file_line(header, content).map(|()| None);
+        return parse_file_line(header, content).map(|()| None);
     }
     if line.trim().is_empty() || line.starts_with('#') {
         return Ok(None);
@@ -168,34 +168,34 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
         "origin:" => rest.clone_into(&mut header.origin),
         // What a transcript proves is for those written by hand.
         "clauses:" => {}
-        "calendar:" => header.calendar = Some(read_date(rest)?),
+        "calendar:" => header.calendar = Some(parse_date(rest)?),
         "flag:" => header.flags.push(rest.to_owned()),
         "dialect:" => header.flags.push(format!("dialect={rest}")),
         "servo:" if rest == "on" => header.flags.push("servo-on=true".to_owned()),
         "servo:" if rest == "off" => {}
         "file" => header.files.push((rest.to_owned(), Vec::new())),
         "select" => header.select = Some(rest.to_owned()),
-        "!" => return action(rest).map(Some),
-        ">" | ">:" | "<" | "<:" => return bytes(word, rest).map(Some),
+        "!" => return parse_action(rest).map(Some),
+        ">" | ">:" | "<" | "<:" => return parse_bytes(word, rest).map(Some),
         ">>" | "<<" => {
             let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
-            return Ok(Some(sent_by(word, PeerId::parse(line)?, hexadecimal(data)?)));
+            return Ok(Some(bytes_record(word, PeerId::parse(line)?, parse_hex(data)?)));
         }
         word => match word.strip_prefix("@+") {
-            Some(pause) => *now = *now + duration(pause)?,
+            Some(pause) => *now = *now + parse_duration(pause)?,
             None => return Err(format!("no such line: {line}")),
         },
     }
     Ok(None)
 }
 
-fn file_line(header: &mut Header, line: &str) -> Result<(), String> {
+fn parse_file_line(header: &mut Header, line: &str) -> Result<(), String> {
     let (_, content) = header
         .files
         .last_mut()
         .ok_or("`file NAME` expected before a line of a file")?;
     match line.strip_prefix(':') {
-        Some(raw) => content.extend(notation::bytes(raw.strip_prefix(' ').unwrap_or(raw))?),
+        Some(raw) => content.extend(notation::read_bytes(raw.strip_prefix(' ').unwrap_or(raw))?),
         None => {
             content.extend_from_slice(line.strip_prefix(' ').unwrap_or(line).as_bytes());
             content.push(LF);
@@ -208,21 +208,21 @@ fn file_line(header: &mut Header, line: &str) -> Result<(), String> {
 }
 
 /// Behind `>`, `>:`, `<` and `<:`.
-fn bytes(word: &str, rest: &str) -> Result<RecordKind, String> {
+fn parse_bytes(word: &str, rest: &str) -> Result<RecordKind, String> {
     let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
     let line = PeerId::parse(line)?;
     if word == "<" && data == "nothing" {
         return Err("bytes expected: a recording has no line for what did not come".to_owned());
     }
-    let mut bytes = notation::bytes(data)?;
+    let mut bytes = notation::read_bytes(data)?;
     if !word.ends_with(':') && line.port.protocol().is_some() {
         bytes.insert(0, STX);
         bytes.push(ETX);
     }
-    Ok(sent_by(word, line, bytes))
+    Ok(bytes_record(word, line, bytes))
 }
 
-fn sent_by(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
+fn bytes_record(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
     if word.starts_with('>') {
         RecordKind::FromHost { line, bytes }
     } else {
@@ -230,7 +230,7 @@ fn sent_by(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
     }
 }
 
-fn action(words: &str) -> Result<RecordKind, String> {
+fn parse_action(words: &str) -> Result<RecordKind, String> {
     let all: Vec<&str> = words.split(' ').collect();
     let how = |word: &str| match word {
         "reset" => Ok(EndReason::Reset),
@@ -254,7 +254,7 @@ fn action(words: &str) -> Result<RecordKind, String> {
         ["closed", line] => ended(line, Side::Robot, EndReason::Closed),
         ["closed", line, word] => ended(line, Side::Robot, how(word)?),
         _ => Ok(match link::read(words)? {
-            Some(edge) => RecordKind::Edge(edge),
+            Some(link) => RecordKind::Link(link),
             None => RecordKind::Action(action::read(words)?),
         }),
     }
@@ -264,7 +264,7 @@ fn action(words: &str) -> Result<RecordKind, String> {
 ///
 /// # Errors
 /// Another unit, no number, more than a hundred years.
-pub fn duration(text: &str) -> Result<Duration, String> {
+pub fn parse_duration(text: &str) -> Result<Duration, String> {
     let units = [("us", 1), ("ms", 1_000), ("s", 1_000_000)];
     let unit = units
         .into_iter()
@@ -283,14 +283,14 @@ pub fn duration(text: &str) -> Result<Duration, String> {
 ///
 /// # Errors
 /// What is no byte.
-pub fn hexadecimal(text: &str) -> Result<Vec<u8>, String> {
+pub fn parse_hex(text: &str) -> Result<Vec<u8>, String> {
     let byte = |word: &str| u8::from_str_radix(word, 16).map_err(|_| format!("{word} is no byte"));
     text.split_whitespace().map(byte).collect()
 }
 
 /// A date and time as the header writes it.
 #[must_use]
-pub fn date(at: CalendarTime) -> String {
+pub fn format_date(at: CalendarTime) -> String {
     let CalendarTime {
         year,
         month,
@@ -306,7 +306,7 @@ pub fn date(at: CalendarTime) -> String {
 ///
 /// # Errors
 /// Anything else.
-pub fn read_date(text: &str) -> Result<CalendarTime, String> {
+pub fn parse_date(text: &str) -> Result<CalendarTime, String> {
     let wrong = || format!("a date and time YYYY-MM-DD HH:MM:SS expected, {text:?} found");
     let mut numbers = text.split(['-', ' ', ':']).map(str::parse::<u16>);
     let mut next = || numbers.next().and_then(Result::ok).ok_or_else(wrong);
@@ -319,7 +319,7 @@ pub fn read_date(text: &str) -> Result<CalendarTime, String> {
         minute: small(next()?)?,
         second: small(next()?)?,
     };
-    if at.is_valid() && date(at) == text {
+    if at.is_valid() && format_date(at) == text {
         Ok(at)
     } else {
         Err(wrong())

@@ -31,13 +31,13 @@ pub(super) struct DiffArgs {
     #[arg(value_name = "TRANSCRIPT")]
     recording: PathBuf,
     /// How much earlier or later an answer may come (us, ms, s)
-    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::duration)]
+    #[arg(long, value_name = "TIME", default_value = "100ms", value_parser = text::parse_duration)]
     time_tolerance: Duration,
     /// How much coordinates of SF and PR may differ, in mm and degrees
     #[arg(long, value_name = "NUMBER", default_value_t = 0.0)]
     value_tolerance: f64,
     /// How long behind its time an answer of the emulator is waited for, in virtual time (us, ms, s)
-    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = text::duration)]
+    #[arg(long, value_name = "TIME", default_value = "10s", value_parser = text::parse_duration)]
     patience: Duration,
     /// What is not compared: clock, versions, positions, lines, time, sp, or keys such as sf.servo or eu.*.date
     #[arg(long, value_name = "WORDS", value_delimiter = ',')]
@@ -156,7 +156,7 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
     let tolerance = Tolerance {
         time: args.time_tolerance,
         value: args.value_tolerance,
-        patience: args.patience,
+        answer_timeout: args.patience,
         ignore,
     };
     let report = diff(&recording, &settings, &tolerance)?;

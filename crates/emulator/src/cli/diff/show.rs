@@ -1,7 +1,7 @@
 //! What `ts3100 diff` prints: each difference with its place, for people or as JSON.
 
 use super::suggest::Suggestion;
-use crate::diff::{Difference, Kind, PartDifference, Report};
+use crate::diff::{Difference, DifferenceKind, PartDifference, Report};
 use crate::log::Escaped;
 use crate::transcript::EndReason;
 use serde_json::{Value, json};
@@ -45,11 +45,11 @@ impl Counts {
         let mut counts = Counts::default();
         for difference in &report.differences {
             *match difference.kind {
-                Kind::Bytes { .. } => &mut counts.bytes,
-                Kind::Time { .. } => &mut counts.time,
-                Kind::Missing { .. } => &mut counts.missing,
-                Kind::Surplus { .. } => &mut counts.surplus,
-                Kind::Ended { .. } => &mut counts.ended,
+                DifferenceKind::Bytes { .. } => &mut counts.bytes,
+                DifferenceKind::Time { .. } => &mut counts.time,
+                DifferenceKind::Missing { .. } => &mut counts.missing,
+                DifferenceKind::Surplus { .. } => &mut counts.surplus,
+                DifferenceKind::Ended { .. } => &mut counts.ended,
             } += 1;
         }
         counts
@@ -78,8 +78,8 @@ fn report_text(path: &Path, report: &Report) -> String {
          surplus, {ended} connections end otherwise",
         report.inputs, report.answers
     );
-    if report.moments > 0 {
-        out += &format!("; {} equal a moment earlier or later", report.moments);
+    if report.shifted > 0 {
+        out += &format!("; {} equal a moment earlier or later", report.shifted);
     }
     if report.ignored > 0 {
         out += &format!("; {} differences ignored", report.ignored);
@@ -109,7 +109,7 @@ fn describe(difference: &Difference) -> String {
     };
     let place = format!("{line} at {at} s{asked}");
     match &difference.kind {
-        Kind::Bytes { parts, reason, .. } => {
+        DifferenceKind::Bytes { parts, reason, .. } => {
             let count = if parts.len() == 1 {
                 "1 part differs".to_owned()
             } else {
@@ -121,7 +121,7 @@ fn describe(difference: &Difference) -> String {
             }
             out + &reason_line(reason.as_deref())
         }
-        Kind::Time {
+        DifferenceKind::Time {
             recorded,
             recorded_after,
             emulated_after,
@@ -131,19 +131,19 @@ fn describe(difference: &Difference) -> String {
             millis(*recorded_after),
             millis(*emulated_after)
         ),
-        Kind::Missing { recorded, reason } => format!(
+        DifferenceKind::Missing { recorded, reason } => format!(
             "{place}: the emulator does not send {}{}",
             shortened(recorded),
             reason_line(reason.as_deref())
         ),
-        Kind::Surplus { emulated, reason } => {
+        DifferenceKind::Surplus { emulated, reason } => {
             format!(
                 "{place}: the emulator sends {} besides{}",
                 shortened(emulated),
                 reason_line(reason.as_deref())
             )
         }
-        Kind::Ended { recorded, emulated } => {
+        DifferenceKind::Ended { recorded, emulated } => {
             let how = |ending: &Option<EndReason>| match ending {
                 None => "keeps the connection",
                 Some(EndReason::Closed) => "closes the connection",
@@ -216,7 +216,7 @@ fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
         "missing": counts.missing,
         "surplus": counts.surplus,
         "ended": counts.ended,
-        "moments": report.moments,
+        "moments": report.shifted,
         "ignored": report.ignored,
         "not_shown": report.more,
         "closer": closer.collect::<Vec<_>>(),
@@ -227,7 +227,7 @@ fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
 fn difference_json(difference: &Difference) -> Value {
     let shown = |bytes: &[u8]| Escaped(bytes).to_string();
     let mut value = match &difference.kind {
-        Kind::Bytes {
+        DifferenceKind::Bytes {
             recorded,
             emulated,
             parts,
@@ -239,7 +239,7 @@ fn difference_json(difference: &Difference) -> Value {
             "reason": reason,
             "parts": parts.iter().map(part_json).collect::<Vec<_>>(),
         }),
-        Kind::Time {
+        DifferenceKind::Time {
             recorded,
             recorded_after,
             emulated_after,
@@ -249,13 +249,13 @@ fn difference_json(difference: &Difference) -> Value {
             "recorded_after_us": u64::try_from(recorded_after.as_micros()).unwrap_or(u64::MAX),
             "emulated_after_us": u64::try_from(emulated_after.as_micros()).unwrap_or(u64::MAX),
         }),
-        Kind::Missing { recorded, reason } => {
+        DifferenceKind::Missing { recorded, reason } => {
             json!({"kind": "missing", "recorded": shown(recorded), "reason": reason})
         }
-        Kind::Surplus { emulated, reason } => {
+        DifferenceKind::Surplus { emulated, reason } => {
             json!({"kind": "surplus", "emulated": shown(emulated), "reason": reason})
         }
-        Kind::Ended { recorded, emulated } => {
+        DifferenceKind::Ended { recorded, emulated } => {
             let how = |ending: &Option<EndReason>| {
                 ending.map(|ending| match ending {
                     EndReason::Closed => "closed",

@@ -2,7 +2,7 @@
 //! values is tried with each of them. What an option does is the controller's matter.
 
 use crate::config::{Settings, option_keys, set_option};
-use crate::diff::{Kind, Report, Tolerance, diff};
+use crate::diff::{DifferenceKind, Report, Tolerance, diff};
 use crate::transcript::Recording;
 
 /// Most suggestions that are made.
@@ -23,8 +23,11 @@ fn differing_parts(report: &Report) -> usize {
         .differences
         .iter()
         .map(|difference| match &difference.kind {
-            Kind::Bytes { parts, .. } => parts.len().max(1),
-            Kind::Time { .. } | Kind::Missing { .. } | Kind::Surplus { .. } | Kind::Ended { .. } => 1,
+            DifferenceKind::Bytes { parts, .. } => parts.len().max(1),
+            DifferenceKind::Time { .. }
+            | DifferenceKind::Missing { .. }
+            | DifferenceKind::Surplus { .. }
+            | DifferenceKind::Ended { .. } => 1,
         });
     parts.sum::<usize>() + report.more
 }

@@ -10,14 +10,17 @@ fn how_the_wire_cut_the_answers_does_not_matter() {
     let clean = day(&settings, Duration::ZERO);
     let mut split = Recording::default();
     for (record, line) in clean.records.iter().zip(&clean.lines) {
-        match &record.what {
+        match &record.kind {
             RecordKind::FromRobot { line: on, bytes } => {
                 for piece in bytes.chunks(3) {
                     let what = RecordKind::FromRobot {
                         line: *on,
                         bytes: piece.to_vec(),
                     };
-                    split.records.push(Record { at: record.at, what });
+                    split.records.push(Record {
+                        at: record.at,
+                        kind: what,
+                    });
                     split.lines.push(*line);
                 }
             }
@@ -59,7 +62,7 @@ fn a_second_host_is_compared_too() {
         let lines = (1..=whats.len()).collect();
         let records = (1..).zip(whats).map(|(at, what)| Record {
             at: Time::from_millis(at),
-            what,
+            kind: what,
         });
         Recording {
             records: records.collect(),
@@ -90,7 +93,7 @@ fn a_second_host_is_compared_too() {
     let ends = report
         .differences
         .iter()
-        .filter(|found| matches!(found.kind, Kind::Ended { .. }));
+        .filter(|found| matches!(found.kind, DifferenceKind::Ended { .. }));
     assert!(ends.count() >= 1, "{report:?}");
     // One that comes while the other is about to leave is served.
     let handed_over = recording(vec![
@@ -118,13 +121,13 @@ fn the_cable_of_a_serial_port_stays_in_when_the_power_is_cycled() {
     real.send(Port::Host, b"\x02SU\r\x03");
     real.pass(SECOND);
     let answers = real.recording.records.iter().filter(
-        |record| matches!(&record.what, RecordKind::FromRobot { line, .. } if line.port == Port::Host),
+        |record| matches!(&record.kind, RecordKind::FromRobot { line, .. } if line.port == Port::Host),
     );
     assert!(answers.count() >= 2);
     // The recorder of these tests ends IP1 as well, which was not there.
     real.recording
         .records
-        .retain(|record| !matches!(&record.what, RecordKind::Ended { line, .. } if line.port == Port::Ip1));
+        .retain(|record| !matches!(&record.kind, RecordKind::Ended { line, .. } if line.port == Port::Ip1));
     real.recording.lines.truncate(real.recording.records.len());
     none(&compared(&real.recording, &settings, &Tolerance::default()));
 }
@@ -150,9 +153,9 @@ fn recordings_of_anything_at_all_are_survived() {
                     1 => recording.records.insert(index, recording.records[index].clone()),
                     _ => {
                         let other = usize::try_from((state >> 20) % count).unwrap();
-                        let what = recording.records[index].what.clone();
-                        recording.records[index].what = recording.records[other].what.clone();
-                        recording.records[other].what = what;
+                        let what = recording.records[index].kind.clone();
+                        recording.records[index].kind = recording.records[other].kind.clone();
+                        recording.records[other].kind = what;
                     }
                 }
                 recording.lines = (1..=recording.records.len()).collect();
@@ -197,14 +200,14 @@ fn what_moves_may_be_seen_a_moment_earlier_or_later() {
     let clock = || ignoring(&["clock"]);
     for recording in [early, late] {
         let report = compared(&recording, &settings, &clock());
-        assert_eq!((report.differences.as_slice(), report.moments), (&[][..], 1));
+        assert_eq!((report.differences.as_slice(), report.shifted), (&[][..], 1));
         // Beyond the tolerance of time it is another answer.
         let strict = Tolerance {
             time: Duration::from_millis(10),
             ..clock()
         };
         let report = compared(&recording, &settings, &strict);
-        assert_eq!((report.differences.len(), report.moments), (1, 0), "{report:?}");
+        assert_eq!((report.differences.len(), report.shifted), (1, 0), "{report:?}");
     }
 }
 
@@ -218,7 +221,7 @@ fn a_missing_answer_says_what_became_of_the_question() {
     let report = compared(&real.recording, &strict, &Tolerance::default());
     let [
         Difference {
-            kind: Kind::Missing {
+            kind: DifferenceKind::Missing {
                 reason: Some(reason), ..
             },
             ..

@@ -136,21 +136,26 @@ impl Pty {
     }
 
     /// Writes what goes. Returns whether another host than the one waited for has it open now.
-    fn write(&self, writing: &pipe::Sender, ready: io::Result<Ready>, outgoing: &mut WriteBuffer) -> bool {
+    fn write(
+        &self,
+        writing: &pipe::Sender,
+        ready: io::Result<Ready>,
+        write_buffer: &mut WriteBuffer,
+    ) -> bool {
         let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_write_closed());
-        match ready.and_then(|_| writing.try_write(outgoing.as_slice())) {
-            Ok(count) => outgoing.consume(self.port, count),
+        match ready.and_then(|_| writing.try_write(write_buffer.as_slice())) {
+            Ok(count) => write_buffer.consume(self.port, count),
             // A terminal that its host has closed counts as writable for ever, and takes nothing when it is full.
             Err(error) if error.kind() == io::ErrorKind::WouldBlock && was_closed => {
                 if self.has_host() {
                     return true;
                 }
-                outgoing.clear();
+                write_buffer.clear();
             }
             Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
             Err(error) => {
                 debug!(port = self.port.name(), "{}: writing ended: {error}", self.port);
-                outgoing.clear();
+                write_buffer.clear();
             }
         }
         false
@@ -231,29 +236,29 @@ fn host_settings(termios: &Termios, robot: SerialSettings) -> HostSettings {
     }
 }
 
-/// Carries bytes until the hub is gone.
-pub(super) async fn serve(mut pty: Pty, mut end: SerialTask) {
-    // The only error is that the hub is gone.
-    while let Ok(()) = serve_one(&mut pty, &mut end).await {}
+/// Carries bytes until the driver is gone.
+pub(super) async fn serve(mut pty: Pty, mut task: SerialTask) {
+    // The only error is that the driver is gone.
+    while let Ok(()) = serve_one(&mut pty, &mut task).await {}
 }
 
-async fn serve_one(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
-    wait_for_host(pty, end).await?;
+async fn serve_one(pty: &mut Pty, task: &mut SerialTask) -> Result<(), DriverGone> {
+    wait_for_host(pty, task).await?;
     let peer = pty.link.path().display().to_string();
-    end.send_event(SerialEvent::Opened { peer }).await?;
-    let carried = carry(pty, end).await;
+    task.send_event(SerialEvent::Opened { peer }).await?;
+    let carried = carry(pty, task).await;
     carried?;
     // At once: the next host may be about to set the terminal.
     pty.renew();
-    end.send_event(SerialEvent::Closed).await
+    task.send_event(SerialEvent::Closed).await
 }
 
-async fn wait_for_host(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
+async fn wait_for_host(pty: &mut Pty, task: &mut SerialTask) -> Result<(), DriverGone> {
     let mut look = interval(OPEN_POLL_INTERVAL);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
     loop {
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(DriverGone)? {
+            command = task.commands.recv() => match command.ok_or(DriverGone)? {
                 // Nobody is there to hear it.
                 TaskCommand::Send(_) => {}
                 TaskCommand::Settings(robot) => {
@@ -269,12 +274,12 @@ async fn wait_for_host(pty: &mut Pty, end: &mut SerialTask) -> Result<(), Driver
 }
 
 /// Carries bytes while a host is there.
-async fn carry(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
-    let mut outgoing = WriteBuffer::default();
-    let mut told = None;
+async fn carry(pty: &mut Pty, task: &mut SerialTask) -> Result<(), DriverGone> {
+    let mut write_buffer = WriteBuffer::default();
+    let mut notified = None;
     let mut look = interval(SETTINGS_POLL_INTERVAL);
     look.set_missed_tick_behavior(MissedTickBehavior::Delay);
-    let port = end.port;
+    let port = task.port;
     let Some((mut reading, mut writing)) = register(port, &pty.master) else {
         return Ok(());
     };
@@ -282,21 +287,21 @@ async fn carry(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
         // Whatever the system says of readiness, the other tasks get their turn.
         consume_budget().await;
         let settings = pty.settings();
-        if told != Some(settings) {
-            told = Some(settings);
-            end.send_host_settings(settings).await?;
+        if notified != Some(settings) {
+            notified = Some(settings);
+            task.send_host_settings(settings).await?;
         }
-        let credit = Arc::clone(&end.credit);
+        let credit = Arc::clone(&task.credit);
         tokio::select! {
-            command = end.commands.recv() => match command.ok_or(DriverGone)? {
-                TaskCommand::Send(bytes) => outgoing.push(port, &bytes),
+            command = task.commands.recv() => match command.ok_or(DriverGone)? {
+                TaskCommand::Send(bytes) => write_buffer.push(port, &bytes),
                 TaskCommand::Settings(robot) => {
                     pty.robot_settings = robot;
-                    told = None;
+                    notified = None;
                 }
             },
-            ready = writing.ready(Interest::WRITABLE), if !outgoing.is_empty() => {
-                if pty.write(&writing, ready, &mut outgoing) {
+            ready = writing.ready(Interest::WRITABLE), if !write_buffer.is_empty() => {
+                if pty.write(&writing, ready, &mut write_buffer) {
                     let Some(ends) = register(port, &pty.master) else {
                         return Ok(());
                     };
@@ -310,12 +315,12 @@ async fn carry(pty: &mut Pty, end: &mut SerialTask) -> Result<(), DriverGone> {
                 let was_closed = ready.as_ref().is_ok_and(|ready| ready.is_read_closed());
                 match ready.and_then(|_| reading.try_read(&mut buffer)) {
                     Ok(count) if count > 0 => {
-                        if told != Some(settings) {
-                            told = Some(settings);
-                            end.send_host_settings(settings).await?;
+                        if notified != Some(settings) {
+                            notified = Some(settings);
+                            task.send_host_settings(settings).await?;
                         }
                         buffer.truncate(count);
-                        end.send_received(buffer).await?;
+                        task.send_received(buffer).await?;
                     }
                     // One host has closed it and another has opened it since; whose bytes are whose cannot be told,
                     // so they are one host.

@@ -128,7 +128,7 @@ impl Server {
             match part {
                 Telnet::Data(bytes) => events.push(Event::Data(bytes)),
                 Telnet::Negotiation(verb, option) => self.negotiated(verb, option),
-                Telnet::Subnegotiation(COM_PORT, said) => self.com_port(&said, &mut events),
+                Telnet::Subnegotiation(COM_PORT, data) => self.com_port(&data, &mut events),
                 Telnet::Subnegotiation(..) => {}
             }
         }
@@ -138,15 +138,15 @@ impl Server {
     /// Answers a change of state and nothing else, so that two servers cannot talk for ever (RFC 1143).
     fn negotiated(&mut self, verb: u8, option: u8) {
         let served = matches!(option, BINARY | SUPPRESS_GO_AHEAD | COM_PORT);
-        let (sides, wanted, yes, no) = match verb {
+        let (sides, requested, yes, no) = match verb {
             DO => (&mut self.ours, true, WILL, WONT),
             DONT => (&mut self.ours, false, WILL, WONT),
             WILL => (&mut self.theirs, true, DO, DONT),
             _ => (&mut self.theirs, false, DO, DONT),
         };
-        let on = wanted && served;
+        let on = requested && served;
         let before = sides.insert(option, on).unwrap_or(false);
-        if on != before || (wanted && !served) {
+        if on != before || (requested && !served) {
             negotiate(if on { yes } else { no }, option, &mut self.out);
             if on && option == COM_PORT && verb == WILL {
                 self.notify(NOTIFY_MODEMSTATE, MODEM_STATE & self.modem_state_mask);
@@ -161,14 +161,14 @@ impl Server {
     }
 
     fn answer(&mut self, command: u8, value: &[u8]) {
-        let said: Vec<u8> = std::iter::once(command + ANSWER)
+        let data: Vec<u8> = std::iter::once(command + ANSWER)
             .chain(value.iter().copied())
             .collect();
-        subnegotiate(COM_PORT, &said, &mut self.out);
+        subnegotiate(COM_PORT, &data, &mut self.out);
     }
 
-    fn com_port(&mut self, said: &[u8], events: &mut Vec<Event>) {
-        let Some((&command, value)) = said.split_first() else {
+    fn com_port(&mut self, data: &[u8], events: &mut Vec<Event>) {
+        let Some((&command, value)) = data.split_first() else {
             return;
         };
         let before = self.settings;
@@ -229,13 +229,13 @@ impl Server {
 
     /// Mark and space parity are not had: the answer is what holds.
     fn set_parity(&mut self, parity: u8) {
-        let wanted = match parity {
+        let requested = match parity {
             1 => Some(Parity::None),
             2 => Some(Parity::Odd),
             3 => Some(Parity::Even),
             _ => None,
         };
-        self.settings.parity = wanted.or(self.settings.parity);
+        self.settings.parity = requested.or(self.settings.parity);
         self.answer(SET_PARITY, &[self.current().parity.number() + 1]);
     }
 

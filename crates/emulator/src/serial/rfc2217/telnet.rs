@@ -107,8 +107,8 @@ impl Decoder {
     }
 
     fn subnegotiated(&mut self) -> Option<Telnet> {
-        let (option, said) = self.subnegotiation.split_first().filter(|_| !self.too_long)?;
-        Some(Telnet::Subnegotiation(*option, said.to_vec()))
+        let (option, data) = self.subnegotiation.split_first().filter(|_| !self.too_long)?;
+        Some(Telnet::Subnegotiation(*option, data.to_vec()))
     }
 }
 
@@ -135,9 +135,9 @@ pub fn negotiate(verb: u8, option: u8, out: &mut Vec<u8>) {
 }
 
 /// A subnegotiation.
-pub fn subnegotiate(option: u8, said: &[u8], out: &mut Vec<u8>) {
+pub fn subnegotiate(option: u8, data: &[u8], out: &mut Vec<u8>) {
     out.extend([IAC, SB, option]);
-    escape(said, out);
+    escape(data, out);
     out.extend([IAC, SE]);
 }
 
@@ -204,10 +204,10 @@ mod tests {
             for second in 240..=255_u8 {
                 let mut decoder = Decoder::default();
                 decoder.push(&[IAC, first, second, 0]);
-                let mut end = Vec::new();
-                end.extend([IAC, SE]);
-                subnegotiate(1, b"", &mut end);
-                decoder.push(&end);
+                let mut task = Vec::new();
+                task.extend([IAC, SE]);
+                subnegotiate(1, b"", &mut task);
+                decoder.push(&task);
                 assert_eq!(
                     decoder.push(b"x"),
                     [Telnet::Data(b"x".to_vec())],

@@ -13,7 +13,7 @@ fn server() -> Server {
     Server::new(ROBOT)
 }
 
-fn said(command: u8, value: &[u8]) -> Vec<u8> {
+fn data(command: u8, value: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
     subnegotiate(COM_PORT, &[&[command], value].concat(), &mut bytes);
     bytes
@@ -21,7 +21,7 @@ fn said(command: u8, value: &[u8]) -> Vec<u8> {
 
 /// What a command comes to and how it is answered.
 fn ask(server: &mut Server, command: u8, value: &[u8]) -> (Vec<Event>, Vec<u8>) {
-    let events = server.receive(&said(command, value));
+    let events = server.receive(&data(command, value));
     (events, server.take_output())
 }
 
@@ -61,7 +61,7 @@ fn options_are_agreed_on_once_and_others_refused() {
 fn a_client_with_com_port_option_is_told_that_it_may_send() {
     let mut server = server();
     server.receive(&[255, WILL, COM_PORT]);
-    let expected = [vec![255, DO, COM_PORT], said(107, &[0xB0])].concat();
+    let expected = [vec![255, DO, COM_PORT], data(107, &[0xB0])].concat();
     assert_eq!(server.take_output(), expected);
 }
 
@@ -71,31 +71,31 @@ fn settings_are_taken_answered_and_told() {
     let asked = ask(&mut server, SET_BAUDRATE, &[0, 0, 0, 0]);
     assert_eq!(
         asked,
-        (vec![], said(101, &9_600_u32.to_be_bytes())),
+        (vec![], data(101, &9_600_u32.to_be_bytes())),
         "the robot's"
     );
     assert_eq!(
         ask(&mut server, SET_BAUDRATE, &19_200_u32.to_be_bytes()),
         (
             settings(|s| s.speed = Some(19_200)),
-            said(101, &19_200_u32.to_be_bytes())
+            data(101, &19_200_u32.to_be_bytes())
         )
     );
     let mut server = Server::new(ROBOT);
     assert_eq!(
         ask(&mut server, SET_DATASIZE, &[7]),
-        (settings(|s| s.length = Some(7)), said(102, &[7]))
+        (settings(|s| s.length = Some(7)), data(102, &[7]))
     );
     let mut server = Server::new(ROBOT);
     assert_eq!(
         ask(&mut server, SET_PARITY, &[3]),
-        (settings(|s| s.parity = Some(Parity::Even)), said(103, &[3]))
+        (settings(|s| s.parity = Some(Parity::Even)), data(103, &[3]))
     );
-    assert_eq!(ask(&mut server, SET_PARITY, &[0]), (vec![], said(103, &[3])));
+    assert_eq!(ask(&mut server, SET_PARITY, &[0]), (vec![], data(103, &[3])));
     let mut server = Server::new(ROBOT);
     assert_eq!(
         ask(&mut server, SET_STOPSIZE, &[2]),
-        (settings(|s| s.stop = Some(2)), said(104, &[2]))
+        (settings(|s| s.stop = Some(2)), data(104, &[2]))
     );
 }
 
@@ -111,11 +111,11 @@ fn what_no_robot_line_has_is_answered_by_what_holds() {
     ] {
         assert_eq!(
             ask(&mut server, command, &[value]),
-            (vec![], said(command + ANSWER, &[holds]))
+            (vec![], data(command + ANSWER, &[holds]))
         );
     }
     let speed = ask(&mut server, SET_BAUDRATE, &u32::MAX.to_be_bytes());
-    assert_eq!(speed, (vec![], said(101, &9_600_u32.to_be_bytes())));
+    assert_eq!(speed, (vec![], data(101, &9_600_u32.to_be_bytes())));
     // In no form of the RFC: not answered.
     for (command, value) in [
         (SET_BAUDRATE, &[1, 2][..]),
@@ -148,24 +148,24 @@ fn control_purge_masks_and_flow() {
     ] {
         assert_eq!(
             ask(&mut server, SET_CONTROL, &[value]),
-            (vec![], said(105, &[answer])),
+            (vec![], data(105, &[answer])),
             "{value}"
         );
     }
     assert_eq!(
         ask(&mut server, SET_CONTROL, &[5]),
-        (vec![Event::Break], said(105, &[5]))
+        (vec![Event::Break], data(105, &[5]))
     );
     assert_eq!(
         ask(&mut server, SET_CONTROL, &[5]),
-        (vec![], said(105, &[5])),
+        (vec![], data(105, &[5])),
         "held already"
     );
-    assert_eq!(ask(&mut server, SET_CONTROL, &[6]), (vec![], said(105, &[6])));
+    assert_eq!(ask(&mut server, SET_CONTROL, &[6]), (vec![], data(105, &[6])));
     assert_eq!(ask(&mut server, PURGE_DATA, &[1]).0, [Event::PurgeToClient]);
     assert_eq!(
         ask(&mut server, PURGE_DATA, &[3]),
-        (vec![Event::PurgeToClient, Event::PurgeToRobot], said(112, &[3]))
+        (vec![Event::PurgeToClient, Event::PurgeToRobot], data(112, &[3]))
     );
     assert_eq!(
         ask(&mut server, FLOWCONTROL_SUSPEND, &[]),
@@ -175,12 +175,12 @@ fn control_purge_masks_and_flow() {
         ask(&mut server, FLOWCONTROL_RESUME, &[]),
         (vec![Event::Suspended(false)], vec![])
     );
-    let linestate = [said(110, &[0xFF]), said(106, &[0x60])].concat();
+    let linestate = [data(110, &[0xFF]), data(106, &[0x60])].concat();
     assert_eq!(ask(&mut server, SET_LINESTATE_MASK, &[0xFF]), (vec![], linestate));
-    assert_eq!(ask(&mut server, SET_LINESTATE_MASK, &[0]).1, said(110, &[0]));
-    let modem = [said(111, &[0x10]), said(107, &[0x10])].concat();
+    assert_eq!(ask(&mut server, SET_LINESTATE_MASK, &[0]).1, data(110, &[0]));
+    let modem = [data(111, &[0x10]), data(107, &[0x10])].concat();
     assert_eq!(ask(&mut server, SET_MODEMSTATE_MASK, &[0x10]), (vec![], modem));
-    assert_eq!(ask(&mut server, SIGNATURE, &[]).1, said(100, b"ts3100"));
+    assert_eq!(ask(&mut server, SIGNATURE, &[]).1, data(100, b"ts3100"));
     assert_eq!(
         ask(&mut server, SIGNATURE, b"the client").1,
         b"",
@@ -193,7 +193,7 @@ fn data_keeps_its_place_among_the_settings_and_255_is_a_byte() {
     let mut server = server();
     let bytes = [
         b"a".to_vec(),
-        said(SET_BAUDRATE, &1_200_u32.to_be_bytes()),
+        data(SET_BAUDRATE, &1_200_u32.to_be_bytes()),
         vec![255, 255],
     ]
     .concat();

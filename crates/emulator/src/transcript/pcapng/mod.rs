@@ -121,7 +121,7 @@ impl Writer {
     /// The packets of a record.
     pub fn record(&mut self, record: &Record, out: &mut Vec<u8>) {
         let at = self.base + Duration::from_micros(record.at.as_micros());
-        match &record.what {
+        match &record.kind {
             RecordKind::Connected { line, peer } => self.connect(at, *line, peer, out),
             RecordKind::FromHost { line, bytes } => self.send(at, *line, Side::Host, bytes, out),
             RecordKind::FromRobot { line, bytes } => self.send(at, *line, Side::Robot, bytes, out),
@@ -130,14 +130,14 @@ impl Writer {
                 let words = action::write(action);
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
-            RecordKind::Edge(edge) => {
-                let words = match edge {
+            RecordKind::Link(link) => {
+                let words = match link {
                     // A capture is for reading; the state itself is in the other forms.
                     LinkRecord::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
-                    edge => link::write(edge),
+                    link => link::write(link),
                 };
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
-                if let Some(begins) = edge.begins_at() {
+                if let Some(begins) = link.new_time() {
                     // Packets stay in the order of their times.
                     self.base += Duration::from_micros(record.at.as_micros());
                     self.base = self

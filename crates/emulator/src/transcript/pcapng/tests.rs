@@ -74,7 +74,7 @@ fn packets(records: &[Record]) -> Vec<Packet> {
 fn at(millis: u64, what: RecordKind) -> Record {
     Record {
         at: Time::from_millis(millis),
-        what,
+        kind: what,
     }
 }
 
@@ -260,11 +260,11 @@ fn everything_a_transcript_can_hold_makes_whole_blocks() {
 
 #[test]
 fn packets_stay_in_order_when_a_snapshot_moves_time_back() {
-    let restored = RecordKind::Edge(LinkRecord::Restored {
+    let restored = RecordKind::Link(LinkRecord::Restored {
         at: Time::from_millis(3),
         snapshot: "{}".to_owned(),
     });
-    let reset = RecordKind::Edge(LinkRecord::Reset { calendar: None });
+    let reset = RecordKind::Link(LinkRecord::Reset { calendar: None });
     let all = packets(&[
         at(10, from_host(Port::Host, b"a")),
         at(20, restored),

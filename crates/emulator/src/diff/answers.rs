@@ -8,11 +8,11 @@ use ts3100_proto::dissect::text_length;
 use ts3100_proto::text::{CR, Checksum, Decoded, TextDecoder, TextOptions};
 
 /// Bytes that wait for the end of their text or record; then they are taken as they are.
-const MAX_WAITING: usize = 65_536;
+const MAX_BUFFER: usize = 65_536;
 
 /// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Unit {
+pub(super) struct Answer {
     /// A text with its framing, a record with its CR, or what stands there in their place.
     pub(super) bytes: Vec<u8>,
     /// Letters of the command that it answers, as far as that is known.
@@ -29,35 +29,35 @@ pub(super) struct Unit {
 
 /// Cuts one line's bytes.
 #[derive(Debug, Clone)]
-pub(super) struct Cutter {
+pub(super) struct AnswerSplitter {
     options: TextOptions,
     /// Texts; else records.
-    texts: bool,
+    has_texts: bool,
     host: TextDecoder,
     letters: String,
     question: String,
-    waiting: Vec<u8>,
-    since: usize,
+    buffer: Vec<u8>,
+    first_line: usize,
     last: Time,
 }
 
-impl Cutter {
-    pub(super) fn new(line: PeerId, options: TextOptions) -> Cutter {
-        Cutter {
+impl AnswerSplitter {
+    pub(super) fn new(line: PeerId, options: TextOptions) -> AnswerSplitter {
+        AnswerSplitter {
             options,
-            texts: line.port.protocol().is_some(),
+            has_texts: line.port.protocol().is_some(),
             host: TextDecoder::new(options),
             letters: String::new(),
             question: String::new(),
-            waiting: Vec::new(),
-            since: 0,
+            buffer: Vec::new(),
+            first_line: 0,
             last: Time::ZERO,
         }
     }
 
     /// Bytes of the host: they tell what is asked.
-    pub(super) fn host(&mut self, bytes: &[u8]) {
-        if !self.texts {
+    pub(super) fn push_host(&mut self, bytes: &[u8]) {
+        if !self.has_texts {
             self.question = crate::log::Escaped(bytes).to_string();
             return;
         }
@@ -78,45 +78,45 @@ impl Cutter {
     }
 
     /// Bytes of the controller: the answers they complete.
-    pub(super) fn robot(&mut self, at: Time, file_line: usize, bytes: &[u8]) -> Vec<Unit> {
-        if self.waiting.is_empty() {
-            self.since = file_line;
+    pub(super) fn push_robot(&mut self, at: Time, file_line: usize, bytes: &[u8]) -> Vec<Answer> {
+        if self.buffer.is_empty() {
+            self.first_line = file_line;
         }
-        self.waiting.extend_from_slice(bytes);
+        self.buffer.extend_from_slice(bytes);
         self.last = at;
-        let mut units = Vec::new();
+        let mut answers = Vec::new();
         while let Some(length) = self.length() {
-            units.push(self.take(length, true));
-            self.since = file_line;
+            answers.push(self.take(length, true));
+            self.first_line = file_line;
         }
-        if self.waiting.len() > MAX_WAITING {
-            units.extend(self.flush());
+        if self.buffer.len() > MAX_BUFFER {
+            answers.extend(self.flush());
         }
-        units
+        answers
     }
 
     /// What waits for its end, as it is.
-    pub(super) fn flush(&mut self) -> Option<Unit> {
-        (!self.waiting.is_empty()).then(|| self.take(self.waiting.len(), false))
+    pub(super) fn flush(&mut self) -> Option<Answer> {
+        (!self.buffer.is_empty()).then(|| self.take(self.buffer.len(), false))
     }
 
     fn length(&self) -> Option<usize> {
-        if !self.texts {
-            return self.waiting.iter().position(|byte| *byte == CR).map(|at| at + 1);
+        if !self.has_texts {
+            return self.buffer.iter().position(|byte| *byte == CR).map(|at| at + 1);
         }
-        let length = text_length(&self.letters, &self.waiting)?;
+        let length = text_length(&self.letters, &self.buffer)?;
         let whole = length + usize::from(self.options.checksum == Checksum::Sum);
-        (whole <= self.waiting.len()).then_some(whole)
+        (whole <= self.buffer.len()).then_some(whole)
     }
 
-    fn take(&mut self, length: usize, complete: bool) -> Unit {
-        let rest = self.waiting.split_off(length.min(self.waiting.len()));
-        Unit {
-            bytes: std::mem::replace(&mut self.waiting, rest),
+    fn take(&mut self, length: usize, complete: bool) -> Answer {
+        let rest = self.buffer.split_off(length.min(self.buffer.len()));
+        Answer {
+            bytes: std::mem::replace(&mut self.buffer, rest),
             letters: self.letters.clone(),
             question: self.question.clone(),
             at: self.last,
-            file_line: self.since,
+            file_line: self.first_line,
             complete,
         }
     }
@@ -128,34 +128,34 @@ pub(super) enum Event {
     /// Of the host or the panel, to be played.
     Input(RecordKind),
     /// An answer.
-    Answer(PeerId, Unit),
+    Answer(PeerId, Answer),
     /// The controller ends a connection.
     Ended(PeerId, EndReason),
 }
 
 /// An event with its place.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Placed {
+pub(super) struct RecordedEvent {
     pub(super) at: Time,
     pub(super) file_line: usize,
     pub(super) event: Event,
 }
 
 /// The events of a recording, in order. What has no end when the host does the next thing is an answer as it is.
-pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed> {
+pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<RecordedEvent> {
     let mut events = Vec::new();
-    let mut cutters: BTreeMap<PeerId, Cutter> = BTreeMap::new();
+    let mut splitters: BTreeMap<PeerId, AnswerSplitter> = BTreeMap::new();
     let mut left_by_host = BTreeSet::new();
     for (record, &file_line) in recording.records.iter().zip(&recording.lines) {
         let at = record.at;
-        let place = |event| Placed { at, file_line, event };
-        match &record.what {
+        let place = |event| RecordedEvent { at, file_line, event };
+        match &record.kind {
             RecordKind::FromRobot { line, bytes } => {
-                let cutter = cutters
+                let splitter = splitters
                     .entry(*line)
-                    .or_insert_with(|| Cutter::new(*line, options));
-                let units = cutter.robot(at, file_line, bytes);
-                events.extend(units.into_iter().map(|unit| answer(*line, unit)));
+                    .or_insert_with(|| AnswerSplitter::new(*line, options));
+                let answers = splitter.push_robot(at, file_line, bytes);
+                events.extend(answers.into_iter().map(|answer| answer_event(*line, answer)));
             }
             RecordKind::Ended {
                 line,
@@ -163,12 +163,12 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
                 how,
             } => {
                 events.extend(
-                    cutters
+                    splitters
                         .get_mut(line)
-                        .and_then(Cutter::flush)
-                        .map(|unit| answer(*line, unit)),
+                        .and_then(AnswerSplitter::flush)
+                        .map(|answer| answer_event(*line, answer)),
                 );
-                cutters.remove(line);
+                splitters.remove(line);
                 // Behind the host's own end it says nothing.
                 if !left_by_host.remove(line) {
                     events.push(place(Event::Ended(*line, *how)));
@@ -176,42 +176,42 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Placed>
             }
             RecordKind::Remark(_) => {}
             input => {
-                for (line, cutter) in &mut cutters {
-                    events.extend(cutter.flush().map(|unit| answer(*line, unit)));
+                for (line, splitter) in &mut splitters {
+                    events.extend(splitter.flush().map(|answer| answer_event(*line, answer)));
                 }
                 match input {
                     RecordKind::Connected { line, .. } => {
                         left_by_host.remove(line);
-                        cutters.insert(*line, Cutter::new(*line, options));
+                        splitters.insert(*line, AnswerSplitter::new(*line, options));
                     }
                     RecordKind::FromHost { line, bytes } => {
-                        let cutter = cutters
+                        let splitter = splitters
                             .entry(*line)
-                            .or_insert_with(|| Cutter::new(*line, options));
-                        cutter.host(bytes);
+                            .or_insert_with(|| AnswerSplitter::new(*line, options));
+                        splitter.push_host(bytes);
                     }
                     RecordKind::Ended { line, .. } => {
                         left_by_host.insert(*line);
                     }
                     RecordKind::FromRobot { .. }
                     | RecordKind::Action(_)
-                    | RecordKind::Edge(_)
+                    | RecordKind::Link(_)
                     | RecordKind::Remark(_) => {}
                 }
                 events.push(place(Event::Input(input.clone())));
             }
         }
     }
-    for (line, cutter) in &mut cutters {
-        events.extend(cutter.flush().map(|unit| answer(*line, unit)));
+    for (line, splitter) in &mut splitters {
+        events.extend(splitter.flush().map(|answer| answer_event(*line, answer)));
     }
     events
 }
 
-fn answer(line: PeerId, unit: Unit) -> Placed {
-    Placed {
-        at: unit.at,
-        file_line: unit.file_line,
-        event: Event::Answer(line, unit),
+fn answer_event(line: PeerId, answer: Answer) -> RecordedEvent {
+    RecordedEvent {
+        at: answer.at,
+        file_line: answer.file_line,
+        event: Event::Answer(line, answer),
     }
 }

@@ -17,7 +17,7 @@ pub const BELOW_COVERAGE: u8 = 4;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Deny {
     /// Every rule of this severity or worse.
-    From(Severity),
+    Severity(Severity),
     /// One rule.
     Rule(&'static str),
     /// A fault that was armed and never fired.
@@ -29,13 +29,13 @@ const NEVER_FIRED: &str = "fault-never-fired";
 
 impl Deny {
     /// Warnings and errors.
-    pub const WARNINGS: Deny = Deny::From(Severity::Warning);
+    pub const WARNINGS: Deny = Deny::Severity(Severity::Warning);
 
     /// Whether the rule is one of them.
     #[must_use]
     pub fn covers(&self, rule: &Rule) -> bool {
         match self {
-            Deny::From(severity) => rule.severity >= *severity,
+            Deny::Severity(severity) => rule.severity >= *severity,
             Deny::Rule(id) => rule.id == *id,
             Deny::NeverFired => false,
         }
@@ -48,7 +48,7 @@ impl FromStr for Deny {
     /// `all`, a severity, the name of a rule, or the word for faults.
     fn from_str(word: &str) -> Result<Deny, String> {
         if word == "all" {
-            return Ok(Deny::From(Severity::Note));
+            return Ok(Deny::Severity(Severity::Note));
         }
         if word == NEVER_FIRED {
             return Ok(Deny::NeverFired);
@@ -57,7 +57,7 @@ impl FromStr for Deny {
             .into_iter()
             .find(|severity| severity.as_str() == word)
         {
-            return Ok(Deny::From(severity));
+            return Ok(Deny::Severity(severity));
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
@@ -82,8 +82,8 @@ pub enum FindingsFormat {
 impl FindingsFormat {
     /// The form that the ending of a file name asks for; JSON for one that asks for none.
     #[must_use]
-    pub fn of(path: &Path) -> FindingsFormat {
-        match ending(path).as_str() {
+    pub fn from_path(path: &Path) -> FindingsFormat {
+        match extension(path).as_str() {
             "xml" => FindingsFormat::Junit,
             "sarif" => FindingsFormat::Sarif,
             _ => FindingsFormat::Json,
@@ -92,7 +92,7 @@ impl FindingsFormat {
 }
 
 /// The ending of a file name in lower case.
-fn ending(path: &Path) -> String {
+fn extension(path: &Path) -> String {
     let ending = path
         .extension()
         .map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -132,7 +132,7 @@ pub struct ReportOutcome {
     /// Numbers of the faults that never fired, if that is denied.
     pub never_fired: Vec<u32>,
     /// Coverage reached and asked for in percent, if it is below that.
-    pub below: Option<(f64, f64)>,
+    pub below_coverage: Option<(f64, f64)>,
 }
 
 impl ReportOutcome {
@@ -141,7 +141,7 @@ impl ReportOutcome {
     pub fn exit_code(&self) -> u8 {
         if !self.denied.is_empty() || !self.never_fired.is_empty() {
             DENIED
-        } else if self.below.is_some() {
+        } else if self.below_coverage.is_some() {
             BELOW_COVERAGE
         } else {
             0
@@ -164,23 +164,23 @@ impl Reports {
     ///
     /// # Errors
     /// The first that cannot be written.
-    pub fn finish(
+    pub fn write_all(
         &self,
-        evidence: &RunRecord,
+        run_record: &RunRecord,
         controller: &Controller,
         loaded: &[PathBuf],
     ) -> Result<ReportOutcome, ReportError> {
         let config = controller.config();
-        let findings = evidence.findings();
+        let findings = run_record.findings();
         for (path, format) in &self.findings {
             Reports::write(path, &self.findings_text(&findings, *format))?;
         }
-        let coverage = evidence.coverage(config);
+        let coverage = run_record.coverage(config);
         for path in &self.coverage {
             Reports::write(path, &coverage_text(&coverage, path))?;
         }
         if let Some(path) = &self.lcov {
-            lcov::write(path, &evidence.executed(), config, loaded)?;
+            lcov::write(path, &run_record.executed(), config, loaded)?;
         }
         let broken = findings.broken();
         let denied = broken.filter(|(rule, _)| self.deny.iter().any(|deny| deny.covers(rule)));
@@ -191,7 +191,7 @@ impl Reports {
         Ok(ReportOutcome {
             never_fired: never_fired.collect(),
             denied: denied.map(|(rule, tally)| (rule, tally.count)).collect(),
-            below: below.map(|least| (reached, least)),
+            below_coverage: below.map(|least| (reached, least)),
         })
     }
 
@@ -210,7 +210,7 @@ impl Reports {
         match format {
             FindingsFormat::Junit => junit::document(findings, |rule| junit::fails(&self.deny, rule)),
             FindingsFormat::Sarif => pretty(&sarif::document(findings)),
-            FindingsFormat::Json => pretty(&FindingsView::of(findings)),
+            FindingsFormat::Json => pretty(&FindingsView::new(findings)),
         }
     }
 }
@@ -218,7 +218,7 @@ impl Reports {
 /// A coverage report in the form that the ending of its file asks for.
 #[must_use]
 pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
-    match ending(path).as_str() {
+    match extension(path).as_str() {
         "html" | "htm" => html::page(report),
         _ => pretty(report),
     }

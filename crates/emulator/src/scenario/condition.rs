@@ -58,7 +58,7 @@ pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, ma
 
 /// A place with a peer that a program talks to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
+pub enum PrintTarget {
     /// A port.
     Port(Port),
     /// The teach pendant.
@@ -75,7 +75,7 @@ pub enum ScenarioCondition {
     /// A command with these letters gets NG.
     Refused(String),
     /// A program prints something with this in it.
-    Printed(Place, Vec<u8>),
+    Printed(PrintTarget, Vec<u8>),
     /// A peer sends something with this in it.
     Received(Port, Vec<u8>),
     /// A peer comes.
@@ -124,8 +124,8 @@ impl ScenarioAction {
             "channel" => {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
                 Input::Received {
-                    port: scol_port(port)?,
-                    bytes: some_bytes(text)?,
+                    port: parse_scol_port(port)?,
+                    bytes: parse_bytes(text)?,
                 }
             }
             _ => match action(words)? {
@@ -178,24 +178,24 @@ impl ScenarioCondition {
             }
         };
         Ok(match name {
-            "command" => ScenarioCondition::Command(some_bytes(rest)?),
-            "answer" => ScenarioCondition::Answer(some_bytes(rest)?),
+            "command" => ScenarioCondition::Command(parse_bytes(rest)?),
+            "answer" => ScenarioCondition::Answer(parse_bytes(rest)?),
             "refused" => ScenarioCondition::Refused(whole()?),
             "printed" => {
                 let (place, text) = rest.split_once(' ').unwrap_or((rest, ""));
                 let place = if place == "TP" {
-                    Place::Pendant
+                    PrintTarget::Pendant
                 } else {
-                    Place::Port(scol_port(place)?)
+                    PrintTarget::Port(parse_scol_port(place)?)
                 };
-                ScenarioCondition::Printed(place, some_bytes(text)?)
+                ScenarioCondition::Printed(place, parse_bytes(text)?)
             }
             "received" => {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
-                ScenarioCondition::Received(scol_port(port)?, some_bytes(text)?)
+                ScenarioCondition::Received(parse_scol_port(port)?, parse_bytes(text)?)
             }
-            "connected" => ScenarioCondition::Connected(any_port(rest)?),
-            "disconnected" => ScenarioCondition::Disconnected(any_port(rest)?),
+            "connected" => ScenarioCondition::Connected(parse_port(rest)?),
+            "disconnected" => ScenarioCondition::Disconnected(parse_port(rest)?),
             "alarm" if rest.is_empty() => ScenarioCondition::Alarm(None),
             "alarm" => ScenarioCondition::Alarm(Some(alarm_number(rest)?)),
             "alarms-reset" if rest.is_empty() => ScenarioCondition::AlarmsReset,
@@ -219,48 +219,48 @@ impl ScenarioCondition {
     }
 
     /// Whether this input is it.
-    pub(super) fn is_input(&self, input: &Input) -> bool {
+    pub(super) fn matches_input(&self, input: &Input) -> bool {
         match (self, input) {
-            (ScenarioCondition::Connected(wanted), Input::Connected { port, .. })
-            | (ScenarioCondition::Disconnected(wanted), Input::Disconnected { port }) => wanted == port,
-            (ScenarioCondition::Received(wanted, text), Input::Received { port, bytes }) => {
-                wanted == port && contains(bytes, text)
+            (ScenarioCondition::Connected(expected), Input::Connected { port, .. })
+            | (ScenarioCondition::Disconnected(expected), Input::Disconnected { port }) => expected == port,
+            (ScenarioCondition::Received(expected, text), Input::Received { port, bytes }) => {
+                expected == port && contains(bytes, text)
             }
             _ => false,
         }
     }
 
     /// Whether this output is it.
-    pub(super) fn is_output(&self, output: &Output) -> bool {
+    pub(super) fn matches_output(&self, output: &Output) -> bool {
         match (self, output) {
-            (ScenarioCondition::Printed(Place::Port(wanted), text), Output::Send { port, bytes }) => {
-                wanted == port && contains(bytes, text)
+            (ScenarioCondition::Printed(PrintTarget::Port(expected), text), Output::Send { port, bytes }) => {
+                expected == port && contains(bytes, text)
             }
-            (ScenarioCondition::Printed(Place::Pendant, text), Output::Pendant(shown)) => {
+            (ScenarioCondition::Printed(PrintTarget::Pendant, text), Output::Pendant(shown)) => {
                 contains(shown.as_bytes(), text)
             }
-            (ScenarioCondition::Stored(wanted), Output::Stored { name, .. })
-            | (ScenarioCondition::Erased(wanted), Output::Erased { name }) => wanted == name,
-            (_, Output::Event(event)) => self.is_event(event),
+            (ScenarioCondition::Stored(expected), Output::Stored { name, .. })
+            | (ScenarioCondition::Erased(expected), Output::Erased { name }) => expected == name,
+            (_, Output::Event(event)) => self.matches_event(event),
             _ => false,
         }
     }
 
-    fn is_event(&self, event: &Event) -> bool {
+    fn matches_event(&self, event: &Event) -> bool {
         match (self, event) {
             (ScenarioCondition::Command(text), Event::TextIn { data, .. })
             | (ScenarioCondition::Answer(text), Event::TextOut { data, .. }) => data.starts_with(text),
             (ScenarioCondition::Refused(letters), Event::Refused { command, .. }) => letters == command,
-            (ScenarioCondition::Alarm(wanted), Event::Alarm { number, .. }) => {
-                wanted.as_ref().is_none_or(|wanted| wanted == number)
+            (ScenarioCondition::Alarm(expected), Event::Alarm { number, .. }) => {
+                expected.as_ref().is_none_or(|expected| expected == number)
             }
             (ScenarioCondition::AlarmsReset, Event::AlarmsReset) => true,
             (ScenarioCondition::Status(word), Event::Status { status, .. }) => *word == squeezed(status),
-            (ScenarioCondition::Servo(wanted), Event::Servo(on)) => wanted == on,
-            (ScenarioCondition::Selected(wanted), Event::Selected(file)) => {
-                wanted == file.as_deref().unwrap_or_default()
+            (ScenarioCondition::Servo(expected), Event::Servo(on)) => expected == on,
+            (ScenarioCondition::Selected(expected), Event::Selected(file)) => {
+                expected == file.as_deref().unwrap_or_default()
             }
-            (ScenarioCondition::Finding(wanted), Event::Finding { rule, .. }) => wanted == rule,
+            (ScenarioCondition::Finding(expected), Event::Finding { rule, .. }) => expected == rule,
             _ => false,
         }
     }
@@ -282,10 +282,10 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Command(text) => write!(f, "command {}", notation::write(text)),
             ScenarioCondition::Answer(text) => write!(f, "answer {}", notation::write(text)),
             ScenarioCondition::Refused(letters) => write!(f, "refused {letters}"),
-            ScenarioCondition::Printed(Place::Port(port), text) => {
+            ScenarioCondition::Printed(PrintTarget::Port(port), text) => {
                 write!(f, "printed {port} {}", notation::write(text))
             }
-            ScenarioCondition::Printed(Place::Pendant, text) => {
+            ScenarioCondition::Printed(PrintTarget::Pendant, text) => {
                 write!(f, "printed TP {}", notation::write(text))
             }
             ScenarioCondition::Received(port, text) => write!(f, "received {port} {}", notation::write(text)),
@@ -311,20 +311,20 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
     bytes.windows(text.len().max(1)).any(|window| window == text)
 }
 
-fn some_bytes(text: &str) -> Result<Vec<u8>, String> {
-    let bytes = notation::bytes(text)?;
+fn parse_bytes(text: &str) -> Result<Vec<u8>, String> {
+    let bytes = notation::read_bytes(text)?;
     if bytes.is_empty() {
         return Err("expected text, with control codes as <CR>, found nothing".to_owned());
     }
     Ok(bytes)
 }
 
-fn any_port(word: &str) -> Result<Port, String> {
+fn parse_port(word: &str) -> Result<Port, String> {
     let port = Port::ALL.into_iter().find(|port| port.name() == word);
     port.ok_or_else(|| format!("expected HOST, COM1, IP0, IP1, IP2 or IP3, found `{word}`"))
 }
 
-fn scol_port(word: &str) -> Result<Port, String> {
+fn parse_scol_port(word: &str) -> Result<Port, String> {
     let ports = [Port::Com1, Port::Ip1, Port::Ip2];
     let port = ports.into_iter().find(|port| port.name() == word);
     port.ok_or_else(|| format!("expected the channel COM1, IP1 or IP2, found `{word}`"))
