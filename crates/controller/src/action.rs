@@ -2,14 +2,12 @@
 //!
 //! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen.
 
-use crate::Controller;
 use crate::alarm::ALARMS;
 use crate::controller::SelectError;
 use crate::drive::DriveError;
 use crate::faults::FaultAction;
 use crate::input::{Input, PanelAction};
-use crate::output::Output;
-use crate::persistence::PendingChange;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
@@ -171,49 +169,18 @@ impl ActionError {
     }
 }
 
-impl Controller {
-    /// Does it, or tells by [`Output::Rejected`] why not.
-    pub(crate) fn act(&mut self, action: Action) {
-        let unkept = self.persistence.refusal();
-        let again = self.persistence.is_enabled().then(|| action.clone());
-        let Err(refusal) = self.try_action(action) else {
-            return;
-        };
-        match (again, unkept) {
-            (Some(action), _) if self.persistence.is_pending() => {
-                self.persistence.hold(PendingChange::Action(action))
-            }
-            (_, Some(reason)) => {
-                let refusal = ActionError {
-                    kind: ActionErrorKind::NotPersisted,
-                    ..ActionError::conflict(&refusal.place, "a change that can be kept", reason)
-                };
-                self.push_output(Output::Rejected(refusal));
-            }
-            _ => self.push_output(Output::Rejected(refusal)),
-        }
-    }
-
-    fn try_action(&mut self, action: Action) -> Result<(), ActionError> {
-        if !self.state.powered && needs_power(&action) {
-            return Err(ActionError::conflict("power", "on", "off"));
-        }
+impl Robot {
+    /// Does what concerns the robot alone.
+    ///
+    /// # Errors
+    /// Why it had no effect.
+    pub(crate) fn act(&mut self, action: Action) -> Result<(), ActionError> {
         match action {
-            Action::Panel(panel) => self.try_panel_action(panel),
+            // The controller routes these before.
+            Action::Panel(_) | Action::PowerOff | Action::PowerOn | Action::Fault(_) => Ok(()),
             Action::FeedHold(on) => {
                 if self.state.feed_hold != on {
                     self.feed_hold();
-                }
-                Ok(())
-            }
-            Action::PowerOff => {
-                self.power_off();
-                self.push_output(Output::PowerOff);
-                Ok(())
-            }
-            Action::PowerOn => {
-                if !self.state.powered {
-                    self.power_on();
                 }
                 Ok(())
             }
@@ -249,22 +216,7 @@ impl Controller {
             Action::PutFile { name, content } => self.put(&name, &content),
             Action::EraseFile { name } => self.erase(&name),
             Action::Select { name } => self.select_by_name(&name),
-            Action::Fault(order) => self.handle_fault_action(order),
         }
-    }
-
-    fn try_panel_action(&mut self, panel: PanelAction) -> Result<(), ActionError> {
-        let place = match &panel {
-            PanelAction::Servo(_) => "servo",
-            PanelAction::Start => "start",
-            PanelAction::Key(_) => "key switch",
-            PanelAction::InputLine { line, .. } if !Signals::exists(*line) => {
-                return Err(no_line(IoKind::Input, *line));
-            }
-            _ => "panel",
-        };
-        self.do_at_panel(panel)
-            .map_err(|reason| ActionError::conflict(place, "a state that allows it", reason))
     }
 
     fn pulse(&mut self, side: IoKind, line: u16, on: bool, length: Duration) -> Result<(), ActionError> {
@@ -308,7 +260,7 @@ impl Controller {
             kind: VariableKind::Unclarified,
             values,
         };
-        self.write_variable(&write)
+        self.write_variable(&write, None)
             .map_err(|reason| ActionError::conflict(name, "a value that fits", reason))
     }
 
@@ -404,30 +356,32 @@ impl Controller {
     }
 }
 
-/// What the outside does with its own hands works without power.
-fn needs_power(action: &Action) -> bool {
-    match action {
-        Action::PowerOff
-        | Action::PowerOn
-        | Action::Force { .. }
-        | Action::Release { .. }
-        | Action::Fault(_) => false,
-        Action::Pulse { side, .. } => *side == IoKind::Output,
-        Action::Panel(panel) => matches!(
-            panel,
-            PanelAction::Servo(_)
-                | PanelAction::Start
-                | PanelAction::Stop
-                | PanelAction::FeedHold
-                | PanelAction::AlarmReset
-                | PanelAction::Keys(_)
-                | PanelAction::ControlRight(_)
-        ),
-        _ => true,
+impl Action {
+    /// Whether it has no effect while the power is off: what acts from outside works without.
+    pub(crate) fn needs_power(&self) -> bool {
+        match self {
+            Action::PowerOff
+            | Action::PowerOn
+            | Action::Force { .. }
+            | Action::Release { .. }
+            | Action::Fault(_) => false,
+            Action::Pulse { side, .. } => *side == IoKind::Output,
+            Action::Panel(panel) => matches!(
+                panel,
+                PanelAction::Servo(_)
+                    | PanelAction::Start
+                    | PanelAction::Stop
+                    | PanelAction::FeedHold
+                    | PanelAction::AlarmReset
+                    | PanelAction::Keys(_)
+                    | PanelAction::ControlRight(_)
+            ),
+            _ => true,
+        }
     }
 }
 
-fn no_line(side: IoKind, line: u16) -> ActionError {
+pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
     let place = match side {
         IoKind::Input => "input",
         IoKind::Output => "output",

@@ -1,7 +1,7 @@
 //! The conversation on the ports: bytes in, texts cut, exchanges carried on, answers out. What a command
 //! does is decided in `ops`.
 
-use crate::Controller;
+use crate::endpoint::Endpoints;
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
@@ -9,6 +9,7 @@ use crate::limits::HOST_DELAY;
 use crate::output::Event;
 use crate::persistence::PendingChange;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::serial_line::{DepartedPeer, SerialLine};
 use crate::session::{Exchange, Outcome};
 use crate::time::Time;
@@ -22,8 +23,8 @@ use ts3100_proto::message::Joined;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{CR, Decoded, Framing, Text, TextError};
 
-impl Controller {
-    pub(crate) fn connected(&mut self, port: Port, peer: String) {
+impl Endpoints {
+    pub(crate) fn connected(&mut self, robot: &mut Robot, port: Port, peer: String) {
         if let Some(leaving) = self
             .lines
             .get_mut(&port)
@@ -34,17 +35,17 @@ impl Controller {
         }
         self.send_queue.clear(port);
         self.faults.forget_peer(port);
-        let body = self.status_body();
+        let body = robot.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
-            session.reset(self.config.options.text, Some(peer));
+            session.reset(robot.config.options.text, Some(peer));
             session.last_status = Some(body);
-        } else if let Some(channel) = self.channels.get_mut(&port) {
+        } else if let Some(channel) = robot.channels.get_mut(&port) {
             channel.connect_peer(peer);
         }
     }
 
     /// The peer is gone: at once, or behind what it has put on a serial line.
-    pub(crate) fn peer_left(&mut self, port: Port) {
+    pub(crate) fn peer_left(&mut self, robot: &mut Robot, port: Port) {
         match self.lines.get_mut(&port) {
             Some(line) if line.inbound.queued() > 0 => {
                 line.outbound.clear();
@@ -54,12 +55,12 @@ impl Controller {
                     next_peer: None,
                 });
             }
-            _ => self.disconnected(port),
+            _ => self.disconnected(robot, port),
         }
     }
 
-    pub(crate) fn disconnected(&mut self, port: Port) {
-        self.check_disconnect(port);
+    pub(crate) fn disconnected(&mut self, robot: &mut Robot, port: Port) {
+        self.check_disconnect(robot, port);
         if let Some(line) = self.lines.get_mut(&port) {
             let inbound = core::mem::take(&mut line.inbound);
             *line = SerialLine {
@@ -69,40 +70,23 @@ impl Controller {
         }
         self.send_queue.clear(port);
         self.faults.forget_peer(port);
-        if self.jogging == Some(port) {
-            self.stop_jog();
+        if robot.jogging == Some(port) {
+            robot.stop_jog();
         }
         if let Some(session) = self.sessions.get_mut(&port) {
-            session.reset(self.config.options.text, None);
-        } else if let Some(channel) = self.channels.get_mut(&port) {
+            session.reset(robot.config.options.text, None);
+        } else if let Some(channel) = robot.channels.get_mut(&port) {
             channel.disconnect_peer();
         }
         let level = port
             .ethernet_index()
-            .and_then(|index| self.ethernet.alarm_level[index]);
-        if let Some(level) = level.filter(|_| self.executor.program_runs()) {
-            self.raise(
+            .and_then(|index| robot.ethernet.alarm_level[index]);
+        if let Some(level) = level.filter(|_| robot.executor.program_runs()) {
+            robot.raise(
                 crate::alarm::ethernet_disconnected(level),
                 format!("{port}: the peer left"),
             );
         }
-    }
-
-    /// A second peer came to a port that has one.
-    pub(crate) fn second_peer(&mut self, port: Port, peer: &str, kept: bool) {
-        let what = if kept {
-            "it takes the place of the first"
-        } else {
-            "it is turned away"
-        };
-        let message = format!("{peer} came while {port} had a peer; {what} (channel.second)");
-        self.report(&rules::SECOND_CONNECTION, port, &[], message);
-    }
-
-    /// The peer does not read.
-    pub(crate) fn unread(&mut self, port: Port) {
-        let message = format!("the peer of {port} has left so much unread that its connection is closed");
-        self.report(&rules::ANSWERS_UNREAD, port, &[], message);
     }
 
     /// The protocol ports that have a peer.
@@ -112,7 +96,7 @@ impl Controller {
     }
 
     /// Bytes have come through, the last of them at `at`.
-    pub(crate) fn arrived(&mut self, port: Port, at: Time, bytes: &[u8]) {
+    pub(crate) fn arrived(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &[u8]) {
         if self.faults.is_stalled(port) {
             return;
         }
@@ -124,37 +108,37 @@ impl Controller {
             bytes,
             data: &[],
         };
-        let came = match self.apply_fault(&prey) {
+        let came = match self.apply_fault(robot, &prey) {
             Effect::ReplaceInput(came) => Cow::Owned(came),
             _ => Cow::Borrowed(bytes),
         };
         if self.sessions.contains_key(&port) {
-            self.received_protocol(port, at, &came);
+            self.received_protocol(robot, port, at, &came);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
-            self.report(&rules::DATA_TO_IP3, port, bytes, message);
+            robot.report(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
-            let kept = self.drop_lost_records(port, &came);
-            self.received_data(port, &kept);
+            let kept = self.drop_lost_records(robot, port, &came);
+            self.received_data(robot, port, &kept);
         }
     }
 
     /// Data for INPUT: what does not fit now may fit when a waiting INPUT has taken its values (SER-03).
-    fn received_data(&mut self, port: Port, bytes: &[u8]) {
+    fn received_data(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
         let mut rest = bytes;
         if bytes.is_empty() {
             return;
         }
-        self.check_data(port, bytes);
+        robot.check_data(port, bytes);
         while !rest.is_empty() {
-            let Some(channel) = self.channels.get_mut(&port) else {
+            let Some(channel) = robot.channels.get_mut(&port) else {
                 return;
             };
             let taken = channel.push(rest);
             rest = rest.get(taken..).unwrap_or_default();
             let before = channel.len();
-            self.settle();
-            let drained = self
+            robot.settle(self);
+            let drained = robot
                 .channels
                 .get(&port)
                 .is_some_and(|channel| channel.len() < before);
@@ -163,49 +147,49 @@ impl Controller {
                     "{} bytes lost: the ring buffer of {port} is full (256 bytes); send after the program asks",
                     rest.len()
                 );
-                self.report(&rules::INPUT_OVERFLOW, port, rest, message);
+                robot.report(&rules::INPUT_OVERFLOW, port, rest, message);
                 return;
             }
         }
     }
 
-    fn received_protocol(&mut self, port: Port, at: Time, bytes: &[u8]) {
+    fn received_protocol(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &[u8]) {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.push(at, bytes);
         }
-        self.read_texts(port, true);
+        self.read_texts(robot, port, true);
     }
 
     /// Serves the texts that are there; `first`: none of their segment was served before.
-    pub(crate) fn read_texts(&mut self, port: Port, mut first: bool) {
-        while !self.persistence.is_pending()
+    pub(crate) fn read_texts(&mut self, robot: &mut Robot, port: Port, mut first: bool) {
+        while !robot.persistence.is_pending()
             && let Some(session) = self.sessions.get_mut(&port)
             && let Some(decoded) = session.decoder.next()
         {
             if !core::mem::take(&mut first) {
-                self.release_overdue_sp(port);
+                self.release_overdue_sp(robot, port);
             }
             match decoded {
                 Decoded::Skipped { bytes } => {
-                    self.event(Event::Dropped {
+                    robot.event(Event::Dropped {
                         port,
                         bytes,
                         reason: "outside a text",
                     });
                     let message = format!("{bytes} bytes that belong to no text are skipped");
-                    self.report(&rules::BYTES_OUTSIDE, port, &[], message);
+                    robot.report(&rules::BYTES_OUTSIDE, port, &[], message);
                 }
-                Decoded::Text(text) => self.text(port, text),
+                Decoded::Text(text) => self.text(robot, port, text),
             }
             // What the text started runs before the next text of the same segment is looked at.
-            self.settle();
+            robot.settle(self);
         }
     }
 
     /// Ports on which the host was silent for too long return to waiting for a command (SER-06, SER-08).
-    pub(crate) fn expire_sessions(&mut self) {
+    pub(crate) fn expire_sessions(&mut self, robot: &mut Robot) {
         for port in [Port::Host, Port::Ip0] {
-            let now = self.now;
+            let now = robot.now;
             let Some(session) = self.sessions.get_mut(&port) else {
                 continue;
             };
@@ -230,29 +214,29 @@ impl Controller {
                         "the host owed an answer for 10 s; the exchange is given up",
                     )
                 };
-                self.event(Event::Dropped { port, bytes, reason });
-                self.report(rule, port, &[], reason);
+                robot.event(Event::Dropped { port, bytes, reason });
+                robot.report(rule, port, &[], reason);
             }
         }
     }
 
-    fn text(&mut self, port: Port, text: Text) {
+    fn text(&mut self, robot: &mut Robot, port: Port, text: Text) {
         let Text {
             framing,
             data,
             error: fault,
         } = text;
-        self.event(Event::TextIn {
+        robot.event(Event::TextIn {
             port,
             framing,
             data: data.clone(),
         });
-        let now = self.now;
+        let now = robot.now;
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
         session.framing = framing;
-        if let Some(watchdog) = &mut self.state.watchdog {
+        if let Some(watchdog) = &mut robot.state.watchdog {
             watchdog.fed_at = now;
         }
         let surprised = session.history.unsolicited_sp_sent;
@@ -262,16 +246,16 @@ impl Controller {
             .filter(|sent| *sent <= now)
             .map(|sent| now.since(sent));
         if framing == Framing::Bare {
-            self.disable_unsolicited_sp(port);
+            self.disable_unsolicited_sp(robot, port);
             let message = "a text without STX; it is answered without STX";
-            self.report(&rules::NO_STX, port, &data, message);
+            robot.report(&rules::NO_STX, port, &data, message);
         }
         if let Some(since) = early.filter(|since| *since < HOST_DELAY) {
             if !surprised {
-                self.check_reply_pace(port, since, &data);
+                robot.check_reply_pace(port, since, &data);
             }
-            if self.config.options.strict_50ms {
-                self.event(Event::Dropped {
+            if robot.config.options.strict_50ms {
+                robot.event(Event::Dropped {
                     port,
                     bytes: data.len(),
                     reason: "strict_50ms",
@@ -285,36 +269,36 @@ impl Controller {
         match fault {
             Some(TextError::OverLong { length }) => {
                 let message = format!("at most 253 data bytes expected, {length} found (5.2)");
-                self.report(&rules::TEXT_OVER_LONG, port, &data, message);
-                self.refuse_text(port, "text", "over-long text");
+                robot.report(&rules::TEXT_OVER_LONG, port, &data, message);
+                self.refuse_text(robot, port, "text", "over-long text");
             }
             Some(TextError::BadSum { expected, found }) => {
                 let reason = format!("checksum {expected:02X} expected, {found:02X} found");
-                self.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
-                self.refuse_text(port, "text", &reason);
+                robot.report(&rules::BAD_CHECKSUM, port, &data, reason.as_str());
+                self.refuse_text(robot, port, "text", &reason);
             }
             Some(TextError::NoEtx { .. }) => {
-                self.refuse_text(port, "text", "no ETX where the length says it stands");
+                self.refuse_text(robot, port, "text", "no ETX where the length says it stands");
             }
-            None => self.whole_text(port, &data),
+            None => self.whole_text(robot, port, &data),
         }
     }
 
-    fn whole_text(&mut self, port: Port, data: &[u8]) {
+    fn whole_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
         if let Exchange::Receiving { begun, .. } = &session.exchange {
             let begun = *begun;
-            if self.is_block(port, data, begun) {
+            if self.is_block(robot, port, data, begun) {
                 if !begun {
-                    self.check_file_begin(port, data);
+                    robot.check_file_begin(port, data);
                 }
-                return self.block(port, data);
+                return self.block(robot, port, data);
             }
         }
         if self.is_stray_file(port, data) {
-            return self.stray_file(port, data);
+            return self.stray_file(robot, port, data);
         }
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
@@ -322,32 +306,32 @@ impl Controller {
         session.history.file_refused = false;
         match session.joiner.push(data) {
             Joined::Partial => {}
-            Joined::Complete(message) => self.message(port, &message),
-            Joined::NoCr(message) if self.config.options.require_cr => {
-                self.report(&rules::NO_CR, port, &message, "CR is missing before ETX (5.2.2)");
+            Joined::Complete(message) => self.message(robot, port, &message),
+            Joined::NoCr(message) if robot.config.options.require_cr => {
+                robot.report(&rules::NO_CR, port, &message, "CR is missing before ETX (5.2.2)");
                 let letters = String::from_utf8_lossy(message.get(..2).unwrap_or(&message)).into_owned();
-                self.refuse_text(port, &letters, "no CR before ETX");
+                self.refuse_text(robot, port, &letters, "no CR before ETX");
             }
             Joined::NoCr(message) => {
                 let text = "CR is missing before ETX (5.2.2); taken all the same";
-                self.report(&rules::NO_CR, port, &message, text);
-                self.message(port, &message);
+                robot.report(&rules::NO_CR, port, &message, text);
+                self.message(robot, port, &message);
             }
             Joined::TooLong => {
                 let reason = "a message of more than 1024 bytes";
-                self.report(&rules::MESSAGE_TOO_LONG, port, data, reason);
-                self.refuse_text(port, "message", reason);
+                robot.report(&rules::MESSAGE_TOO_LONG, port, data, reason);
+                self.refuse_text(robot, port, "message", reason);
             }
         }
     }
 
     /// Whether a text that comes while a download is open is part of the file. The first text begins with
     /// `FL,`; of the others one that is a command and nothing else means that the host has given up.
-    fn is_block(&mut self, port: Port, data: &[u8], begun: bool) -> bool {
+    fn is_block(&mut self, robot: &mut Robot, port: Port, data: &[u8], begun: bool) -> bool {
         let command = match data.split_last() {
             Some((&CR, message)) => Some(Command::parse(message)),
             // Where the file has not begun yet, a command may lack its CR.
-            _ if !begun && !self.config.options.require_cr => {
+            _ if !begun && !robot.config.options.require_cr => {
                 Some(Command::parse(data)).filter(Result::is_ok)
             }
             _ => None,
@@ -355,27 +339,27 @@ impl Controller {
         match command {
             Some(Ok(Command::Fl(_))) | None => true,
             Some(Ok(Command::Ng)) => false,
-            Some(Ok(command)) if !self.config.serves(&command) => true,
-            Some(Ok(_)) if begun && !self.config.options.command_ends_download => true,
+            Some(Ok(command)) if !robot.config.serves(&command) => true,
+            Some(Ok(_)) if begun && !robot.config.options.command_ends_download => true,
             Some(Ok(command)) => {
                 let message = format!(
                     "{} came while a download was open; the download is given up",
                     command.letters()
                 );
-                self.report(&rules::COMMAND_IN_EXCHANGE, port, data, message);
+                robot.report(&rules::COMMAND_IN_EXCHANGE, port, data, message);
                 false
             }
             Some(Err(_)) => begun || data.starts_with(b"FL,"),
         }
     }
 
-    fn block(&mut self, port: Port, data: &[u8]) {
+    fn block(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.block = session.block.saturating_add(1);
         }
-        match self.apply_pending_fault(port) {
+        match self.apply_pending_fault(robot, port) {
             Effect::Lost => return,
-            Effect::Refused(reason) => return self.refuse_block(port, data, &reason),
+            Effect::Refused(reason) => return self.refuse_block(robot, port, data, &reason),
             _ => {}
         }
         let Some(session) = self.sessions.get_mut(&port) else {
@@ -391,23 +375,23 @@ impl Controller {
         };
         *begun = true;
         match receiver.push(data) {
-            Received::More => self.send_text(port, &Reply::Ok.encode()),
+            Received::More => self.send_text(robot, port, &Reply::Ok.encode()),
             Received::Complete(content) => {
                 let name = name.clone();
                 session.exchange = Exchange::Idle;
-                self.end_download(port, name, content, data);
+                self.end_download(robot, port, name, content, data);
             }
             Received::Refused(fault) => {
-                self.check_file(port, &fault, data);
-                self.refuse_block(port, data, &fault.to_string());
+                robot.check_file(port, &fault, data);
+                self.refuse_block(robot, port, data, &fault.to_string());
             }
         }
     }
 
-    pub(crate) fn message(&mut self, port: Port, message: &[u8]) {
+    pub(crate) fn message(&mut self, robot: &mut Robot, port: Port, message: &[u8]) {
         let command = Command::parse(message);
         if let Ok(command) = &command {
-            self.check_form(port, message, command);
+            robot.check_form(port, message, command);
         }
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
@@ -418,13 +402,13 @@ impl Controller {
                 if let Some(text) = sender.next_text() {
                     session.block = session.block.saturating_add(1);
                     session.exchange = Exchange::Sending { sender };
-                    self.send_text(port, &text);
+                    self.send_text(robot, port, &text);
                 }
             }
             (Ok(Command::Ng), Exchange::Sending { .. } | Exchange::Receiving { .. }) => {}
             (Ok(Command::Ok | Command::Ng), _) => {
                 let text = "OK or NG came, but nothing was asked";
-                self.report(&rules::UNEXPECTED_ANSWER, port, message, text);
+                robot.report(&rules::UNEXPECTED_ANSWER, port, message, text);
             }
             (Ok(command), open) => {
                 if matches!(open, Exchange::Sending { .. }) {
@@ -432,10 +416,10 @@ impl Controller {
                         "{} came where OK or NG was awaited; that exchange is over",
                         command.letters()
                     );
-                    self.report(&rules::COMMAND_IN_EXCHANGE, port, message, text);
+                    robot.report(&rules::COMMAND_IN_EXCHANGE, port, message, text);
                 }
-                self.check_command(port, message, &command);
-                self.serve_command(port, message, command);
+                self.check_command(robot, port, message, &command);
+                self.serve_command(robot, port, message, command);
             }
             (Err(error), _) => {
                 self.no_command(port);
@@ -445,35 +429,35 @@ impl Controller {
                         (&rules::MALFORMED_COMMAND, (*letters).to_string())
                     }
                 };
-                self.report(rule, port, message, error.to_string());
-                self.check_repeat(port, message, true);
-                self.refuse_text(port, &letters, &error.to_string());
+                robot.report(rule, port, message, error.to_string());
+                self.check_repeat(robot, port, message, true);
+                self.refuse_text(robot, port, &letters, &error.to_string());
             }
         }
     }
 
-    fn serve_command(&mut self, port: Port, message: &[u8], command: Command) {
+    fn serve_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: Command) {
         let letters = command.letters();
         if let Some(session) = self.sessions.get_mut(&port) {
             (session.asked, session.block) = (letters, 0);
         }
         self.faults.drive_free = None;
-        match self.apply_pending_fault(port) {
+        match self.apply_pending_fault(robot, port) {
             Effect::Lost => return,
-            Effect::Refused(reason) => return self.refuse_text(port, letters, &reason),
+            Effect::Refused(reason) => return self.refuse_text(robot, port, letters, &reason),
             _ => {}
         }
-        self.answer_command(port, message, command);
+        self.answer_command(robot, port, message, command);
     }
 
-    pub(crate) fn answer_command(&mut self, port: Port, message: &[u8], command: Command) {
+    pub(crate) fn answer_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: Command) {
         let letters = command.letters();
-        let risk = self.command_risk(&command);
-        let again = self.persistence.is_enabled().then(|| command.clone());
-        let outcome = self.command(port, command);
+        let risk = robot.command_risk(&command);
+        let again = robot.persistence.is_enabled().then(|| command.clone());
+        let outcome = self.command(robot, port, command);
         if let (Outcome::Held, Some(command)) = (&outcome, again) {
             let message = message.to_vec();
-            return self.persistence.hold(PendingChange::Command {
+            return robot.persistence.hold(PendingChange::Command {
                 port,
                 message,
                 command,
@@ -481,13 +465,13 @@ impl Controller {
         }
         self.faults.drive_free = None;
         if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
-            self.report(rule, port, message, text);
+            robot.report(rule, port, message, text);
         }
-        self.check_repeat(port, message, matches!(outcome, Outcome::Ng(_)));
+        self.check_repeat(robot, port, message, matches!(outcome, Outcome::Ng(_)));
         match outcome {
             Outcome::Held => {}
-            Outcome::Ok => self.send_text(port, &Reply::Ok.encode()),
-            Outcome::Ng(reason) => self.refuse_text(port, letters, &reason),
+            Outcome::Ok => self.send_text(robot, port, &Reply::Ok.encode()),
+            Outcome::Ng(reason) => self.refuse_text(robot, port, letters, &reason),
             Outcome::File(mut sender) => {
                 if let (Some(vary), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
                     sender.set_text_lengths(vary.cuts(length));
@@ -497,7 +481,7 @@ impl Controller {
                     session.block = 1;
                     session.exchange = Exchange::Sending { sender };
                 }
-                self.send_text(port, &text);
+                self.send_text(robot, port, &text);
             }
             Outcome::Receive(name, receiver) => {
                 if let Some(session) = self.sessions.get_mut(&port) {
@@ -507,7 +491,7 @@ impl Controller {
                         begun: false,
                     };
                 }
-                self.send_text(port, &Reply::Ok.encode());
+                self.send_text(robot, port, &Reply::Ok.encode());
             }
         }
     }
@@ -520,7 +504,7 @@ impl Controller {
     }
 
     /// What the faults make of the command that has come, or of the text of a download.
-    fn apply_pending_fault(&mut self, port: Port) -> Effect {
+    fn apply_pending_fault(&mut self, robot: &mut Robot, port: Port) -> Effect {
         let Some((asked, block)) = self
             .sessions
             .get(&port)
@@ -536,20 +520,20 @@ impl Controller {
             bytes: &[],
             data: &[],
         };
-        self.apply_fault(&prey)
+        self.apply_fault(robot, &prey)
     }
 
     /// NG: whatever exchange was open is over.
-    pub(crate) fn refuse_text(&mut self, port: Port, command: &str, reason: &str) {
+    pub(crate) fn refuse_text(&mut self, robot: &mut Robot, port: Port, command: &str, reason: &str) {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.exchange = Exchange::Idle;
             session.joiner.reset();
         }
-        self.event(Event::Refused {
+        robot.event(Event::Refused {
             port,
             command: command.to_string(),
             reason: reason.to_string(),
         });
-        self.send_text(port, &Reply::Ng.encode());
+        self.send_text(robot, port, &Reply::Ng.encode());
     }
 }

@@ -1,9 +1,9 @@
 //! Hands, pulses, and the statements that change the course of a motion: BREAK, PAUSE, RESUME.
 
-use crate::Controller;
 use crate::alarm;
 use crate::executor::{Task, TaskState};
 use crate::limits::LONGEST_DELAY;
+use crate::robot::Robot;
 use crate::scheduler::Step;
 use crate::signals::Signals;
 use crate::time::duration_from_seconds;
@@ -13,7 +13,7 @@ use scol_mini::Answer;
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
 pub(crate) const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
 
-impl Controller {
+impl Robot {
     /// OPEN, CLOSE: when the arm rests, or at once.
     pub(crate) fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
         if !at_once && self.arm.is_moving() {

@@ -3,9 +3,9 @@
 //! [`MaintenanceCounters`] counts how long the controller was in each state; `arm` counts what the axes do. Both survive
 //! a power cycle.
 
-use crate::Controller;
 use crate::model::{ArmKind, Joints};
 use crate::motion::Effort;
+use crate::robot::Robot;
 use crate::time::Time;
 use core::time::Duration;
 use libm::{round, sqrt};
@@ -73,7 +73,7 @@ impl MaintenanceCounters {
     }
 }
 
-impl Controller {
+impl Robot {
     /// Takes note of the state that holds from now on.
     pub(crate) fn update_maintenance(&mut self) {
         let (now, state) = (self.now, &self.state);
@@ -88,12 +88,11 @@ impl Controller {
     }
 
     /// What the current position file of the SCARA edition holds now (S28); no command is known that asks for it.
-    #[must_use]
-    pub fn current_position(&self) -> CurrentPosition {
+    pub(crate) fn current_position(&self) -> CurrentPosition {
         let joints = truncated(&self.arm.joints(self.now));
         let (line, _) = self.steps();
         CurrentPosition {
-            status: self.status(),
+            status: self.executor.shown_status(),
             line: u16::try_from(line).unwrap_or(u16::MAX),
             joints,
             // The servo follows exactly.

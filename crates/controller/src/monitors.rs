@@ -1,10 +1,10 @@
 //! ON ... DO: when the conditions are looked at, and what becomes of the statement under way. What they are is
 //! the machine's matter.
 
-use crate::Controller;
 use crate::executor::{Task, TaskState};
 use crate::limits::SCAN;
 use crate::options::UnknownInput;
+use crate::robot::Robot;
 use crate::scheduler::{Step, alarm_of};
 use crate::scol_inputs::ScolInputs;
 use alloc::boxed::Box;
@@ -12,7 +12,7 @@ use alloc::format;
 use core::cell::Cell;
 use scol_mini::Monitored;
 
-impl Controller {
+impl Robot {
     /// Looks at the monitors of a task: between its statements, when something changes, and once a scan while time
     /// alone can change them. `None` when nothing comes of it.
     pub(crate) fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {

@@ -1,14 +1,13 @@
 //! What is done at the controller itself: panel, teach pendant, terminals, power.
 
-use crate::Controller;
 use crate::channel::Channel;
-use crate::controller::fresh_lines;
 use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
 use crate::input::{KeySwitch, PanelAction};
 use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::state::PanelState;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -18,23 +17,12 @@ use ts3100_proto::name::FileName;
 /// Why RN is refused when nothing but servo power is missing.
 pub(crate) const SERVO_IS_OFF: &str = "servo power is off";
 
-impl Controller {
-    /// What has no effect is a finding.
-    pub(crate) fn panel(&mut self, panel: PanelAction) {
-        let what = match &panel {
-            PanelAction::Servo(_) => "servo on",
-            PanelAction::Start => "start",
-            _ => "the deed",
-        };
-        if let Err(reason) = self.do_at_panel(panel) {
-            let message = format!("{what} at the panel had no effect: {reason}");
-            self.report(&rules::PANEL_REFUSED, None, &[], message);
-        }
-    }
-
+impl Robot {
+    /// Does what is done at the controller itself, the power apart.
+    ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn do_at_panel(&mut self, panel: PanelAction) -> Result<(), String> {
+    pub(crate) fn press(&mut self, panel: PanelAction) -> Result<(), String> {
         match panel {
             PanelAction::Key(key) => return self.turn_key(key),
             PanelAction::ControlRight(right) => self.state.control_right = right,
@@ -57,10 +45,8 @@ impl Controller {
             PanelAction::Keys(figures) => {
                 self.keys.push(figures.as_bytes());
             }
-            PanelAction::PowerCycle => {
-                self.power_off();
-                self.power_on();
-            }
+            // The ports lose their power too: the endpoints do it.
+            PanelAction::PowerCycle => {}
         }
         Ok(())
     }
@@ -226,14 +212,6 @@ impl Controller {
         self.keys = Channel::default();
         for buffer in self.channels.values_mut() {
             *buffer = Channel::default();
-        }
-        self.lines = fresh_lines();
-        for port in crate::port::Port::ALL {
-            self.send_queue.clear(port);
-            self.faults.forget_peer(port);
-        }
-        for session in self.sessions.values_mut() {
-            session.reset(self.config.options.text, None);
         }
         // The source and the file of the selection stay; what ran of it does not.
         self.executor.direct = None;

@@ -2,9 +2,9 @@
 //!
 //! `ts3100_proto::parameter` parses and writes them; the emulator applies the settings to its links.
 
-use crate::Controller;
 use crate::drive::DriveError;
 use crate::network::NetworkConfig;
+use crate::robot::Robot;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use thiserror::Error;
@@ -38,13 +38,13 @@ pub enum ParameterError {
     Name(#[from] NameError),
 }
 
-impl Controller {
+impl Robot {
     /// Changes one value of a parameter file, comments and order kept. It acts after a power cycle
     /// (PAR-FILE-03). An empty `key` is the first value of the section.
     ///
     /// # Errors
     /// See [`ParameterError`].
-    pub fn set_parameter(
+    pub(crate) fn set_parameter(
         &mut self,
         file: &str,
         section: &str,
@@ -62,7 +62,8 @@ impl Controller {
         if let Some(problem) = problems.into_iter().find(|problem| !before.contains(problem)) {
             return Err(ParameterError::Value(problem));
         }
-        self.put_file(name.as_str(), &changed)?;
+        self.drive.check(&name, &changed)?;
+        self.put_in_place(&name, &changed);
         Ok(())
     }
 
@@ -117,15 +118,16 @@ impl Controller {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Controller;
     use crate::{Config, Dialect, Input, PanelAction, Time};
 
     // clause: PAR-FILE-03 PAR-E05-01
     #[test]
     fn a_value_changes_in_place_and_acts_after_a_power_cycle() {
         let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
-        let before = String::from_utf8(robot.drive.get(ETHERNET_PAR).unwrap().to_vec()).unwrap();
+        let before = String::from_utf8(robot.drive().get(ETHERNET_PAR).unwrap().to_vec()).unwrap();
         robot.set_parameter("ethernet.par", "E05", "IP1", "2101").unwrap();
-        let after = String::from_utf8(robot.drive.get(ETHERNET_PAR).unwrap().to_vec()).unwrap();
+        let after = String::from_utf8(robot.drive().get(ETHERNET_PAR).unwrap().to_vec()).unwrap();
         let expected = before.replacen("= 1001", "= 2101", 1);
         assert_eq!(after, expected, "comments, order and every other value stay");
         assert_eq!(robot.network().channels[1].own_port, 1001);
@@ -136,7 +138,7 @@ mod tests {
     #[test]
     fn a_value_that_is_not_allowed_changes_nothing() {
         let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
-        let before = robot.drive.clone();
+        let before = robot.drive().clone();
         for (file, section, key, value) in [
             ("USER.PAR", "U06", "HOST", "12345 8 0 1"),
             ("USER.PAR", "U06", "COM1", "115200 8 0 1"),
@@ -149,6 +151,6 @@ mod tests {
                 "{file} {section} {value}"
             );
         }
-        assert_eq!(robot.drive, before);
+        assert_eq!(*robot.drive(), before);
     }
 }

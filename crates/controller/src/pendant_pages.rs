@@ -7,7 +7,7 @@ use crate::Controller;
 use crate::network::ChannelConfig;
 use crate::port::Port;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
 use ts3100_proto::parameter::OpenMode;
 
@@ -47,73 +47,58 @@ impl LinkState {
     }
 }
 
-impl Controller {
-    /// The three pages \[ETHER\].
-    #[must_use]
-    pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
-        let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
-            Port::ETHERNET
-                .iter()
-                .zip(&self.network().channels)
-                .map(|(port, plan)| row(self, *port, plan))
-                .collect()
-        };
-        let page = |number: usize, lines| PendantPage {
-            heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
-            lines,
-        };
-        let dotted = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
-        let own = Vec::from([
-            format!("IP ADDRESS  {}", dotted(self.ethernet.address)),
-            format!("SUBNET MASK {}", dotted(self.ethernet.mask)),
-            format!("MAC ADDRESS {MAC_ADDRESS}"),
-            format!("FIRMWARE    {FIRMWARE}"),
-        ]);
-        [
-            page(1, own),
-            page(2, rows(Controller::peer_row)),
-            page(3, rows(Controller::state_row)),
-        ]
-    }
+/// The three pages \[ETHER\].
+pub(crate) fn ethernet_pages(controller: &Controller) -> [PendantPage; PAGES] {
+    let rows = |row: fn(&Controller, Port, &ChannelConfig) -> String| {
+        Port::ETHERNET
+            .iter()
+            .zip(&controller.network().channels)
+            .map(|(port, plan)| row(controller, *port, plan))
+            .collect()
+    };
+    let page = |number: usize, lines| PendantPage {
+        heading: format!("ETHERNET STATUS [{number}/{PAGES}]"),
+        lines,
+    };
+    let dotted = |[a, b, c, d]: [u8; 4]| format!("{a}.{b}.{c}.{d}");
+    let own = Vec::from([
+        format!("IP ADDRESS  {}", dotted(controller.robot.ethernet.address)),
+        format!("SUBNET MASK {}", dotted(controller.robot.ethernet.mask)),
+        format!("MAC ADDRESS {MAC_ADDRESS}"),
+        format!("FIRMWARE    {FIRMWARE}"),
+    ]);
+    [page(1, own), page(2, rows(peer_row)), page(3, rows(state_row))]
+}
 
-    /// OwnPort, Port, Connect IP; zeros where the channel is not used or nobody is connected (UI-ETHER-04).
-    fn peer_row(&self, port: Port, plan: &ChannelConfig) -> String {
-        let own = if plan.mode == OpenMode::NotUsed {
-            0
-        } else {
-            plan.own_port
-        };
-        let peer = self.peer_of(port).unwrap_or_default();
-        let (address, number) = peer.rsplit_once(':').unwrap_or(("0.0.0.0", "0"));
-        format!("{port} {own:05} {number:0>5} {address}")
-    }
+/// OwnPort, Port, Connect IP; zeros where the channel is not used or nobody is connected (UI-ETHER-04).
+fn peer_row(controller: &Controller, port: Port, plan: &ChannelConfig) -> String {
+    let own = if plan.mode == OpenMode::NotUsed {
+        0
+    } else {
+        plan.own_port
+    };
+    let peer = controller.peer_of(port).unwrap_or_default();
+    let (address, number) = peer.rsplit_once(':').unwrap_or(("0.0.0.0", "0"));
+    format!("{port} {own:05} {number:0>5} {address}")
+}
 
-    /// App., Mode, Status (UI-ETHER-05, UI-ETHER-07).
-    fn state_row(&self, port: Port, plan: &ChannelConfig) -> String {
-        let application = match port {
-            Port::Ip0 | Port::Host => "HOST",
-            Port::Ip1 | Port::Ip2 | Port::Com1 => "SCOL",
-            Port::Ip3 => "SYSTEM",
-        };
-        let mode = if plan.mode == OpenMode::Client {
-            "TCP/C"
-        } else {
-            "TCP/S"
-        };
-        let state = match (plan.mode, self.peer_of(port)) {
-            (OpenMode::NotUsed, _) => LinkState::Closed,
-            (OpenMode::Server | OpenMode::Client, Some(_)) => LinkState::Established,
-            (OpenMode::Server, None) => LinkState::Listen,
-            (OpenMode::Client, None) => LinkState::SynSent,
-        };
-        format!("{port} {application:<6} {mode} {}", state.as_str())
-    }
-
-    /// Address and port of the peer on a port, as the edge gave it.
-    #[must_use]
-    pub fn peer_of(&self, port: Port) -> Option<String> {
-        let session = self.sessions.get(&port).and_then(|session| session.peer.as_ref());
-        let channel = || self.channels.get(&port).and_then(|channel| channel.peer.as_ref());
-        session.or_else(channel).map(ToString::to_string)
-    }
+/// App., Mode, Status (UI-ETHER-05, UI-ETHER-07).
+fn state_row(controller: &Controller, port: Port, plan: &ChannelConfig) -> String {
+    let application = match port {
+        Port::Ip0 | Port::Host => "HOST",
+        Port::Ip1 | Port::Ip2 | Port::Com1 => "SCOL",
+        Port::Ip3 => "SYSTEM",
+    };
+    let mode = if plan.mode == OpenMode::Client {
+        "TCP/C"
+    } else {
+        "TCP/S"
+    };
+    let state = match (plan.mode, controller.peer_of(port)) {
+        (OpenMode::NotUsed, _) => LinkState::Closed,
+        (OpenMode::Server | OpenMode::Client, Some(_)) => LinkState::Established,
+        (OpenMode::Server, None) => LinkState::Listen,
+        (OpenMode::Client, None) => LinkState::SynSent,
+    };
+    format!("{port} {application:<6} {mode} {}", state.as_str())
 }

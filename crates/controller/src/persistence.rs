@@ -2,12 +2,12 @@
 //! that it is kept. Until then the controller stands still at this instant; a refusal leaves the drive as it was. What
 //! changes files is in `ops`, `action` and `run`; where they are kept is the edge's matter.
 
-use crate::Controller;
 use crate::action::Action;
 use crate::drive::DriveError;
 use crate::input::Input;
 use crate::output::Output;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::time::Time;
 use alloc::boxed::Box;
 use alloc::string::{String, ToString};
@@ -93,13 +93,32 @@ impl Persistence {
     }
 }
 
-impl Controller {
-    /// From now on every change of a file is asked for by [`Output::Persist`] first, and happens when [`Input::Persisted`] has
-    /// come; or, with `false`, no longer.
-    pub fn persist_outside(&mut self, outside: bool) {
-        self.persistence.state = if outside { State::Outside } else { State::Inside };
+impl Persistence {
+    /// Whether each change is asked for first.
+    pub fn set_outside(&mut self, outside: bool) {
+        self.state = if outside { State::Outside } else { State::Inside };
     }
 
+    /// The answer has come; what waited for it is to be done once more, with it.
+    pub fn begin_answer(&mut self, answer: Result<(), String>) -> Option<PendingChange> {
+        self.state = State::Answered(answer);
+        self.held.take().map(|held| *held)
+    }
+
+    /// What waited is done; an answer that it did not use is void.
+    pub fn end_answer(&mut self) {
+        if let State::Answered(_) = self.state {
+            self.state = State::Outside;
+        }
+    }
+
+    /// The input that came while the answer was awaited.
+    pub fn take_deferred(&mut self) -> Option<(Time, Input)> {
+        self.deferred.take().map(|deferred| *deferred)
+    }
+}
+
+impl Robot {
     /// A file is about to be stored, or with no content erased; every other reason against it was looked for before.
     ///
     /// # Errors
@@ -123,43 +142,6 @@ impl Controller {
                 });
                 Err(unkept("nobody has answered".to_string()))
             }
-        }
-    }
-
-    /// The answer has come: what waited for it goes on, and then what came at the same instant.
-    pub(crate) fn persisted(&mut self, answer: Result<(), String>) {
-        if !self.persistence.is_pending() {
-            return;
-        }
-        self.persistence.state = State::Answered(answer);
-        match self.persistence.held.take().map(|held| *held) {
-            Some(PendingChange::Download {
-                port,
-                name,
-                content,
-                last,
-            }) => self.end_download(port, name, content, &last),
-            Some(PendingChange::Command {
-                port,
-                message,
-                command,
-            }) => self.answer_command(port, &message, command),
-            Some(PendingChange::Action(action)) => self.act(action),
-            Some(PendingChange::Restore { names, direct }) => self.restore_data(names, direct),
-            None => {}
-        }
-        if let State::Answered(_) = self.persistence.state {
-            self.persistence.state = State::Outside;
-        }
-        self.settle();
-        for port in [Port::Host, Port::Ip0] {
-            self.read_texts(port, false);
-        }
-        if self.persistence.is_pending() {
-            return;
-        }
-        if let Some((now, input)) = self.persistence.deferred.take().map(|put_off| *put_off) {
-            self.handle(now, input);
         }
     }
 }

@@ -2,8 +2,16 @@
 //! document of it is the edge's.
 
 use crate::Controller;
+use crate::faults::Faults;
+use crate::network::NetworkConfig;
+use crate::parameters::ParameterError;
+use crate::pendant_pages::{self, PAGES, PendantPage};
+use crate::time::Time;
+use scol_mini::LanguageOptions;
+use ts3100_proto::parameter::SerialSettings;
+use ts3100_proto::status::position::CurrentPosition;
+
 use crate::alarm::Alarms;
-use crate::arm::Frames;
 use crate::drive::Drive;
 use crate::executor::{Task, TaskState};
 use crate::gripper::HANDS;
@@ -85,81 +93,99 @@ pub struct VariableView {
     pub value: Option<Vec<Number>>,
 }
 
+/// The highest number of an output.
+const LAST_OUTPUT: u16 = 264;
+
+/// Where the arm is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Whereabouts {
+    /// Joint values: degrees, of the SCARA's third axis mm.
+    pub joints: Vec<f64>,
+    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
+    pub world: Vec<f64>,
+    /// The digits of the configuration.
+    pub configuration: [u8; 5],
+}
+
 impl Controller {
     /// Modes, key, buttons, and how long everything runs.
     #[must_use]
     pub fn state(&self) -> &PanelState {
-        &self.state
+        &self.robot.state
     }
 
     /// The digital lines.
     #[must_use]
     pub fn signals(&self) -> &Signals {
-        &self.signals
+        &self.robot.signals
     }
 
     /// Active alarms and the history.
     #[must_use]
     pub fn alarms(&self) -> &Alarms {
-        &self.alarms
+        &self.robot.alarms
     }
 
     /// The RAM drive.
     #[must_use]
     pub fn drive(&self) -> &Drive {
-        &self.drive
+        &self.robot.drive
     }
 
     /// What it was made of.
     #[must_use]
     pub fn config(&self) -> &Config {
-        &self.config
+        &self.robot.config
     }
 
     /// The Ethernet parameters in effect.
     #[must_use]
     pub fn ethernet(&self) -> &EthernetParameters {
-        &self.ethernet
+        &self.robot.ethernet
     }
 
     /// The user parameters in effect.
     #[must_use]
     pub fn user(&self) -> &UserParameters {
-        &self.user
+        &self.robot.user
     }
 
     /// What PRINT has shown on the teach pendant.
     #[must_use]
     pub fn pendant(&self) -> &str {
-        &self.pendant
+        &self.robot.pendant
     }
 
     /// Name of the selected file; empty when none is.
     #[must_use]
     pub fn selected(&self) -> &str {
-        self.executor.file()
+        self.robot.executor.file()
     }
 
     /// Execution status, as SU and SF show it.
     #[must_use]
     pub fn status(&self) -> ExecutionStatus {
-        self.executor.shown_status()
+        self.robot.executor.shown_status()
     }
 
     /// Nothing runs, nothing moves, and no host is owed or owes anything.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.executor.shown_status() != ExecutionStatus::Running
-            && !self.arm.is_moving()
-            && self.sessions.values().all(|session| !session.awaits_host())
+        self.robot.executor.shown_status() != ExecutionStatus::Running
+            && !self.robot.arm.is_moving()
+            && self
+                .endpoints
+                .sessions
+                .values()
+                .all(|session| !session.awaits_host())
     }
 
     /// The main program, its tasks, and the statement of DO.
     #[must_use]
     pub fn tasks(&self) -> Vec<TaskView> {
-        let direct = self.executor.direct.as_ref().map(|direct| &direct.task);
-        let tasks = self.executor.program_tasks().chain(direct);
-        let runs = self.executor.program_runs();
+        let direct = self.robot.executor.direct.as_ref().map(|direct| &direct.task);
+        let tasks = self.robot.executor.program_tasks().chain(direct);
+        let runs = self.robot.executor.program_runs();
         tasks
             .map(|task| task_view(task, runs || task.id() == 0))
             .collect()
@@ -168,16 +194,17 @@ impl Controller {
     /// Lines of the selected file that are executed and analysed (SF-24).
     #[must_use]
     pub fn steps(&self) -> (u32, u32) {
-        let (executed, _) = self.executor.executed(self.arm.is_moving());
-        let (analysed, _) = self.executor.analysed();
-        (executed, analysed)
+        self.robot.steps()
     }
 
     /// Hand 1 and hand 2: open, closed, or, when neither of its outputs is on or both are, neither.
     #[must_use]
     pub fn hands(&self) -> [Option<bool>; 2] {
         HANDS.map(|(opens, closes)| {
-            let (open, closed) = (self.signals.output(opens), self.signals.output(closes));
+            let (open, closed) = (
+                self.robot.signals.output(opens),
+                self.robot.signals.output(closes),
+            );
             (open != closed).then_some(open)
         })
     }
@@ -185,38 +212,37 @@ impl Controller {
     /// The arm now.
     #[must_use]
     pub fn arm_view(&self) -> ArmView {
-        let conditions = self.executor.memory().conditions();
-        let shown = self.arm.shown(self.now, conditions);
-        let kind = self.arm.kind();
+        let conditions = self.robot.executor.memory().conditions();
+        let shown = self.robot.arm.shown(self.robot.now, conditions);
+        let kind = self.robot.arm.kind();
         let axes = match kind {
             Arm::SixAxis => 6,
             Arm::Scara => 4,
         };
-        let digits = self.arm.configuration(self.now);
+        let digits = self.robot.arm.configuration(self.robot.now);
         ArmView {
             joints: shown.joint.iter().take(axes).copied().collect(),
             world: listed(kind, &shown.world),
             work: listed(kind, &shown.work),
-            work_name: String::from(self.arm.work_name(&self.arm.systems(conditions))),
+            work_name: String::from(self.robot.arm.work_name(&self.robot.arm.systems(conditions))),
             configuration: Configuration { digits }.number_on(kind),
-            moving: self.arm.is_moving(),
-            percent: self.arm.percent(self.now),
+            moving: self.robot.arm.is_moving(),
+            percent: self.robot.arm.percent(self.robot.now),
         }
     }
 
     /// The present position in the frames that are set: what teaching writes down.
     #[must_use]
     pub fn present_position(&self) -> Position {
-        let frames = Frames::of(self.executor.memory().conditions());
-        self.arm.here(self.now, &frames)
+        self.robot.present_position()
     }
 
     /// The six communication ports.
     #[must_use]
     pub fn ports(&self) -> Vec<PortView> {
         let view = |port: Port| {
-            let session = self.sessions.get(&port);
-            let channel = self.channels.get(&port);
+            let session = self.endpoints.sessions.get(&port);
+            let channel = self.robot.channels.get(&port);
             PortView {
                 port,
                 peer: self.peer_of(port),
@@ -235,7 +261,7 @@ impl Controller {
     /// The variables of GLOBAL and DATA of the selected file, in alphabetical order.
     #[must_use]
     pub fn variables(&self) -> Vec<VariableView> {
-        let variables = self.executor.program().variables();
+        let variables = self.robot.executor.program().variables();
         let view = |(name, info, bounds): (&str, scol_mini::VariableInfo, &[u32])| VariableView {
             name: String::from(name),
             kind: info.kind,
@@ -279,9 +305,188 @@ impl Controller {
     }
 
     fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
-        let memory = self.executor.memory();
-        let value = memory.global(self.executor.program(), name, subscripts).ok()?;
-        Some(numbers(&value, self.arm.kind()))
+        let memory = self.robot.executor.memory();
+        let value = memory
+            .global(self.robot.executor.program(), name, subscripts)
+            .ok()?;
+        Some(numbers(&value, self.robot.arm.kind()))
+    }
+
+    /// From now on every statement of the program is told by
+    /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
+    pub fn trace(&mut self, on: bool) {
+        self.robot.traced = on;
+    }
+
+    /// The options with which this controller compiles a file.
+    #[must_use]
+    pub fn language(&self) -> LanguageOptions {
+        self.robot.config.language()
+    }
+
+    /// Whether an input is on.
+    #[must_use]
+    pub fn is_input_on(&self, line: u16) -> bool {
+        self.robot.signals.input(line)
+    }
+
+    /// Whether an output is on.
+    #[must_use]
+    pub fn is_output_on(&self, line: u16) -> bool {
+        self.robot.signals.output(line)
+    }
+
+    /// Whether texts have a checksum.
+    #[must_use]
+    pub fn checksum(&self) -> ts3100_proto::text::Checksum {
+        self.robot.config.options.text.checksum
+    }
+
+    /// The files of the RAM drive in alphabetical order, each with its content without EOF.
+    pub fn files(&self) -> impl Iterator<Item = (&str, &[u8])> {
+        self.robot.drive.files()
+    }
+
+    /// Whether a program runs in automatic operation.
+    #[must_use]
+    pub fn program_runs(&self) -> bool {
+        self.robot.executor.program_runs()
+    }
+
+    /// File line at which the program stands; 0 when no file is selected.
+    #[must_use]
+    pub fn line(&self) -> u32 {
+        self.robot.executor.line()
+    }
+
+    /// The channel from which an INPUT waits for values.
+    #[must_use]
+    pub fn waits_for(&self) -> Option<Channel> {
+        self.robot.executor.reading().next()
+    }
+
+    /// User outputs that are on, in the order of their numbers.
+    #[must_use]
+    pub fn outputs_on(&self) -> Vec<u16> {
+        let lines = (1..=LAST_OUTPUT).filter(|line| Signals::is_user_output(*line));
+        lines.filter(|line| self.robot.signals.output(*line)).collect()
+    }
+
+    /// Where the arm is now.
+    #[must_use]
+    pub fn whereabouts(&self) -> Whereabouts {
+        let shown = self
+            .robot
+            .arm
+            .shown(self.robot.now, self.robot.executor.memory().conditions());
+        let ([x, y, z], [a, b, c], [u, v]) = (shown.world.xyz, shown.world.abc, shown.world.uv);
+        let axes = self.robot.arm.model().axes.len();
+        let world = match self.robot.arm.kind() {
+            Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
+            Arm::Scara => Vec::from([x, y, z, c, u]),
+        };
+        Whereabouts {
+            joints: shown.joint.iter().take(axes).copied().collect(),
+            world,
+            configuration: self.robot.arm.configuration(self.robot.now),
+        }
+    }
+
+    /// Date and time now, as the error history writes it.
+    #[must_use]
+    pub fn calendar_now(&self) -> CalendarTime {
+        self.robot.calendar()
+    }
+
+    /// Sets the date and time at [`Time::ZERO`](crate::time::Time::ZERO).
+    pub fn set_calendar(&mut self, calendar: CalendarTime) {
+        self.robot.config.calendar = calendar;
+    }
+
+    /// The Ethernet channels as of the last power-on.
+    #[must_use]
+    pub fn network(&self) -> &NetworkConfig {
+        &self.robot.network
+    }
+
+    /// The virtual time up to which everything has happened.
+    #[must_use]
+    pub fn now(&self) -> Time {
+        self.robot.now
+    }
+
+    /// Whether time may be jumped over: no host is in the middle of a text or owes an answer, none has promised to
+    /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
+    #[must_use]
+    pub fn host_is_silent(&self) -> bool {
+        !self.endpoints.await_a_host() && self.robot.state.watchdog.is_none() && !self.robot.is_jogging()
+    }
+
+    /// The faults that are armed or were.
+    #[must_use]
+    pub fn faults(&self) -> &Faults {
+        &self.endpoints.faults
+    }
+
+    /// This controller without faults and variation: what it does without them is compared with what it does.
+    #[must_use]
+    pub fn without_faults(&self) -> Controller {
+        let mut copy = self.clone();
+        copy.endpoints.faults = Faults::new(self.robot.config.fault_seed);
+        copy.endpoints.variation = None;
+        copy
+    }
+
+    /// The peer of a port, while there is one.
+    #[must_use]
+    pub fn peer(&self, port: Port) -> Option<&str> {
+        self.endpoints.peer(&self.robot, port)
+    }
+
+    /// Address and port of the peer on a port, as the edge gave it.
+    #[must_use]
+    pub fn peer_of(&self, port: Port) -> Option<String> {
+        self.peer(port).map(String::from)
+    }
+
+    /// The three pages \[ETHER\] of the teach pendant.
+    #[must_use]
+    pub fn ethernet_pages(&self) -> [PendantPage; PAGES] {
+        pendant_pages::ethernet_pages(self)
+    }
+
+    /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
+    #[must_use]
+    pub fn serial_line(&self, port: Port) -> Option<SerialSettings> {
+        self.robot.serial_line(port)
+    }
+
+    /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
+    /// host loses nothing. `None` for the Ethernet channels.
+    #[must_use]
+    pub fn line_room(&self, port: Port) -> Option<usize> {
+        self.endpoints.line_room(port)
+    }
+
+    /// The current position file of the SCARA edition (S28); no command is known that asks for it.
+    #[must_use]
+    pub fn current_position(&self) -> CurrentPosition {
+        self.robot.current_position()
+    }
+
+    /// Changes one value of a parameter file, comments and order kept. It acts after a power cycle
+    /// (PAR-FILE-03). An empty `key` is the first value of the section.
+    ///
+    /// # Errors
+    /// See [`ParameterError`].
+    pub fn set_parameter(
+        &mut self,
+        file: &str,
+        section: &str,
+        key: &str,
+        value: &str,
+    ) -> Result<(), ParameterError> {
+        self.robot.set_parameter(file, section, key, value)
     }
 }
 
@@ -312,18 +517,5 @@ fn task_view(task: &Task, runs: bool) -> TaskView {
         line: acting.machine.line(),
         doing,
         reads,
-    }
-}
-
-impl Controller {
-    /// Date and time now, as the error history writes it.
-    #[must_use]
-    pub fn calendar_now(&self) -> CalendarTime {
-        self.calendar()
-    }
-
-    /// Sets the date and time at [`Time::ZERO`](crate::time::Time::ZERO).
-    pub fn set_calendar(&mut self, calendar: CalendarTime) {
-        self.config.calendar = calendar;
     }
 }

@@ -1,10 +1,10 @@
 //! Serves what a statement asks of the world: motion, PRINT, INPUT, DELAY, outputs. Waiting for it to be
 //! over is `run`'s.
 
-use crate::Controller;
 use crate::alarm;
 use crate::arm::SpeedLimits;
 use crate::channel::Datum;
+use crate::endpoint::Endpoints;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::input::KeySwitch;
@@ -13,6 +13,7 @@ use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::scheduler::Step;
 use crate::signals::Signals;
 use crate::time::duration_from_seconds;
@@ -22,11 +23,11 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Accuracy, Answer, Channel, MAX_PRINT, Motion, Number, Request};
 
-impl Controller {
-    pub(crate) fn serve(&mut self, task: &mut Task, request: Request) -> Step {
+impl Robot {
+    pub(crate) fn serve(&mut self, endpoints: &mut Endpoints, task: &mut Task, request: Request) -> Step {
         match request {
             Request::Move(motion) => self.start_motion(task, &motion),
-            Request::Print { channel, data, cut } => self.print(task, channel, &data, cut),
+            Request::Print { channel, data, cut } => self.print(endpoints, task, channel, &data, cut),
             Request::BufferReset { channel } => {
                 if let Some(buffer) = self.channel_mut(channel) {
                     buffer.clear();
@@ -169,14 +170,21 @@ impl Controller {
         (load.mass > self.arm.model().max_payload).then_some(load.mass)
     }
 
-    fn print(&mut self, task: &mut Task, channel: Channel, data: &[u8], cut: usize) -> Step {
+    fn print(
+        &mut self,
+        endpoints: &mut Endpoints,
+        task: &mut Task,
+        channel: Channel,
+        data: &[u8],
+        cut: usize,
+    ) -> Step {
         let line = task.machine.line();
         let Some(port) = Port::from_channel(channel) else {
             self.tell_cut(None, line, data, cut);
             self.show_on_pendant(data);
             return self.answer(task, Answer::Done, false);
         };
-        if let Some(until) = self.line_free_at(port, data.len()) {
+        if let Some(until) = endpoints.line_free_at(port, data.len()) {
             task.doing = TaskState::Pausing { until };
             return Step::Blocked;
         }
@@ -187,7 +195,7 @@ impl Controller {
             self.report(&rules::PRINT_WITHOUT_PEER, port, data, message);
         }
         if !missing && !data.is_empty() {
-            self.send_bytes(port, data);
+            endpoints.send_bytes(self, port, data);
         }
         match (self.answer(task, Answer::Done, false), missing) {
             (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(

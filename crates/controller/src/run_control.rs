@@ -1,32 +1,23 @@
 //! Everything that brings the robot to a stand: the end of a step, BREAK, servo off, emergency stop,
 //! alarms; and the SP text that tells the host of it (CMD-SP-05).
 
-use crate::Controller;
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{MAIN_TASK, RunState, StopCause, Task, TaskState};
-use crate::limits::MAX_SP_DELAY;
-use crate::options::UnsolicitedSp;
 use crate::output::Event;
-use crate::port::Port;
+use crate::robot::{Robot, RunNotice};
 use crate::state::PanelState;
 use crate::system_signals::dout;
-use crate::variation::Variation;
 use alloc::string::String;
-use core::time::Duration;
 use scol_mini::Answer;
-use ts3100_proto::reply::Reply;
 use ts3100_proto::status::{AlarmLevel, ExecutionStatus};
 
-impl Controller {
+impl Robot {
     /// Automatic operation starts or goes on.
     pub(crate) fn run_program(&mut self) {
         self.take_up_motion();
         self.executor.course = RunState::Running { stop: None };
         self.executor.run_shown_until = None;
-        // The stop before this start is history: its SP must not be taken for one of the cycle that begins.
-        for session in self.sessions.values_mut() {
-            session.waiting_sp = false;
-        }
+        self.notices.push(RunNotice::Started);
         self.state.running_since = Some(self.now);
         self.signals.set_output(dout::CYC_END, false);
         self.report_status();
@@ -54,37 +45,7 @@ impl Controller {
         }
         self.report_status();
         if by == StopCause::Other {
-            self.announce_stop();
-        }
-    }
-
-    /// An SP waits on every port whose host is to be told of stops (D7).
-    fn announce_stop(&mut self) {
-        let (now, rule) = (self.now, self.config.options.unsolicited_sp);
-        for session in self.sessions.values_mut() {
-            let told = match rule {
-                UnsolicitedSp::Auto => !session.never_told_of_stops,
-                UnsolicitedSp::Always => true,
-                UnsolicitedSp::Never => false,
-            };
-            if told && session.peer.is_some() {
-                session.waiting_sp = true;
-                session.sp_after = now
-                    + self
-                        .variation
-                        .as_mut()
-                        .map_or(Duration::ZERO, Variation::sp_delay);
-                session.sp_by = now + MAX_SP_DELAY;
-            }
-        }
-    }
-
-    /// A text has come that only hosts send which take an SP for their next answer: under `auto` this one gets none.
-    pub(crate) fn disable_unsolicited_sp(&mut self, port: Port) {
-        let auto = self.config.options.unsolicited_sp == UnsolicitedSp::Auto;
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.never_told_of_stops = true;
-            session.waiting_sp &= !auto;
+            self.notices.push(RunNotice::Stopped);
         }
     }
 
@@ -221,41 +182,5 @@ impl Controller {
             status,
             line: self.executor.line(),
         });
-    }
-
-    /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
-    pub(crate) fn release_sp(&mut self) {
-        let now = self.now;
-        for port in [Port::Host, Port::Ip0] {
-            let taken = self.line_is_taken(port);
-            let Some(session) = self.sessions.get(&port) else {
-                continue;
-            };
-            if taken {
-                continue;
-            }
-            if session.sp_due().is_some_and(|due| due <= now) {
-                self.send_sp(port);
-            }
-        }
-    }
-
-    /// The same between two texts of a host that sends without waiting for answers.
-    pub(crate) fn release_overdue_sp(&mut self, port: Port) {
-        let now = self.now;
-        if self
-            .sessions
-            .get(&port)
-            .is_some_and(|session| session.sp_overdue(now))
-        {
-            self.send_sp(port);
-        }
-    }
-
-    fn send_sp(&mut self, port: Port) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.waiting_sp = false;
-        }
-        self.send_unsolicited(port, &Reply::Sp.encode());
     }
 }

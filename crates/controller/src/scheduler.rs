@@ -1,13 +1,14 @@
 //! Carries what runs forward: lets the machine execute and stops it between steps where it is to stop.
 //! What a statement asks for is served in `serve`; who may start and stop is decided in `ops`.
 
-use crate::Controller;
 use crate::alarm::{self, AlarmCode};
+use crate::endpoint::Endpoints;
 use crate::executor::{Direct, Executor, RunState, StopCause, Task, TaskState};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
 use crate::output::Event;
+use crate::robot::Robot;
 use crate::scol_inputs::ScolInputs;
 use crate::time::Time;
 use alloc::format;
@@ -57,9 +58,9 @@ impl Step {
     pub(crate) const DONE: Step = Step::Done { motion: false };
 }
 
-impl Controller {
+impl Robot {
     /// Runs everything as far as it goes at this instant.
-    pub(crate) fn settle(&mut self) {
+    pub(crate) fn settle(&mut self, endpoints: &mut Endpoints) {
         if self.persistence.is_pending() {
             return;
         }
@@ -73,19 +74,20 @@ impl Controller {
         }
         if self.state.powered {
             self.end_servo_interval();
-            while self.step_direct() || self.step_program() {
+            while self.step_direct(endpoints) || self.step_program(endpoints) {
                 if self.persistence.is_pending() {
                     return;
                 }
             }
             self.show_state();
-            self.release_sp();
+            endpoints.take_notices(self);
+            endpoints.release_sp(self);
         }
         self.update_maintenance();
     }
 
     /// Takes one task one step further; false when all wait or nothing runs.
-    fn step_program(&mut self) -> bool {
+    fn step_program(&mut self, endpoints: &mut Endpoints) -> bool {
         let RunState::Running { stop } = self.executor.course else {
             return false;
         };
@@ -104,7 +106,7 @@ impl Controller {
                 continue;
             }
             standing = false;
-            let step = self.advance(&mut task, single, stop.is_some());
+            let step = self.advance(endpoints, &mut task, single, stop.is_some());
             self.executor.put_task(task);
             if !matches!(step, Step::Blocked) {
                 self.executor.turn = id;
@@ -209,7 +211,7 @@ impl Controller {
     }
 
     /// Takes the statement of DO one step further.
-    fn step_direct(&mut self) -> bool {
+    fn step_direct(&mut self, endpoints: &mut Endpoints) -> bool {
         if self
             .executor
             .run_shown_until
@@ -231,7 +233,7 @@ impl Controller {
             }
             return over;
         }
-        match self.advance(&mut direct.task, false, false) {
+        match self.advance(endpoints, &mut direct.task, false, false) {
             Step::Blocked => {
                 self.executor.direct = Some(direct);
                 return false;
@@ -285,7 +287,7 @@ impl Controller {
 
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
     /// everything is to stop and it stands between its statements.
-    fn advance(&mut self, task: &mut Task, single: bool, stopping: bool) -> Step {
+    fn advance(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool, stopping: bool) -> Step {
         if stopping || task.handler.is_some() {
             // Nobody looks at the monitors now: a time to do so would come again and again.
             task.look_at = None;
@@ -294,7 +296,7 @@ impl Controller {
             if stopping && self.end_step(&mut handler) {
                 task.handler = Some(handler);
             } else {
-                let step = self.carry(&mut handler, single);
+                let step = self.carry(endpoints, &mut handler, single);
                 if matches!(step, Step::Ended) {
                     return Step::DONE;
                 }
@@ -304,19 +306,19 @@ impl Controller {
         } else if !stopping && let Some(step) = self.look_at_monitors(task) {
             return step;
         }
-        self.carry(task, single || task.machine.has_monitors())
+        self.carry(endpoints, task, single || task.machine.has_monitors())
     }
 
-    fn carry(&mut self, task: &mut Task, single: bool) -> Step {
+    fn carry(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
         match &task.doing {
-            TaskState::Ready | TaskState::Watching { .. } => self.execute(task, single),
+            TaskState::Ready | TaskState::Watching { .. } => self.execute(endpoints, task, single),
             TaskState::Pausing { until } if *until > self.now => Step::Blocked,
-            TaskState::Pausing { .. } => self.execute(task, single),
+            TaskState::Pausing { .. } => self.execute(endpoints, task, single),
             TaskState::Holding if self.is_held() => Step::Blocked,
             TaskState::Resting if self.arm.is_moving() => Step::Blocked,
             TaskState::Holding | TaskState::Resting => {
                 task.doing = TaskState::Ready;
-                self.execute(task, single)
+                self.execute(endpoints, task, single)
             }
             TaskState::Queued { .. } if self.arm.last_begins_at().is_some_and(|begin| begin > self.now) => {
                 Step::Blocked
@@ -364,7 +366,7 @@ impl Controller {
         }
     }
 
-    fn execute(&mut self, task: &mut Task, single: bool) -> Step {
+    fn execute(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
         if task.scan_at < self.now {
             task.budget = STATEMENTS_PER_SCAN;
             task.scan_at = self.now;
@@ -410,7 +412,7 @@ impl Controller {
                 Step::Blocked
             }
             Pause::Fault(fault) => fail(task, &fault),
-            Pause::Request(request) => self.serve(task, request),
+            Pause::Request(request) => self.serve(endpoints, task, request),
         }
     }
 

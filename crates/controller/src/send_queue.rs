@@ -2,11 +2,12 @@
 //!
 //! Without faults and variation the queue stays empty. `sending` fills it.
 
-use crate::Controller;
+use crate::endpoint::Endpoints;
 use crate::faults::kind::{Departure, Segment};
 use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
 use crate::output::{Event, Output};
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
@@ -92,10 +93,10 @@ impl SendQueue {
     }
 }
 
-impl Controller {
+impl Endpoints {
     /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
     /// is sent, as far as known.
-    pub(crate) fn enqueue(&mut self, port: Port, segments: Vec<Segment>) -> Time {
+    pub(crate) fn enqueue(&mut self, robot: &mut Robot, port: Port, segments: Vec<Segment>) -> Time {
         let at_once =
             |segment: &Segment| segment.delay.is_zero() && matches!(segment.departure, Departure::Bytes(_));
         let mut segments = VecDeque::from(segments);
@@ -104,14 +105,14 @@ impl Controller {
             && !self.send_queue.is_busy(port)
             && let Some(Departure::Bytes(bytes)) = segments.pop_front().map(|segment| segment.departure)
         {
-            return self.put_on_line(port, bytes);
+            return self.put_on_line(robot, port, bytes);
         }
-        let mut last = self.now;
+        let mut last = robot.now;
         for segment in segments {
             let surplus = segment.departure.length();
             let (bytes, segments) = self.send_queue.waiting(port);
             if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
-                self.event(Event::Dropped {
+                robot.event(Event::Dropped {
                     port,
                     bytes: surplus,
                     reason: "more is to be sent than a delayed port holds",
@@ -120,22 +121,22 @@ impl Controller {
             }
             last = self.send_queue.push(port, last, segment);
         }
-        self.send_due();
+        self.send_due(robot);
         last
     }
 
     /// Sends what is due.
-    pub(crate) fn send_due(&mut self) {
-        while let Some((port, what)) = self.send_queue.take_due(self.now) {
+    pub(crate) fn send_due(&mut self, robot: &mut Robot) {
+        while let Some((port, what)) = self.send_queue.take_due(robot.now) {
             match what {
                 Departure::Bytes(bytes) | Departure::Held(bytes) if bytes.is_empty() => {}
                 Departure::Bytes(bytes) | Departure::Held(bytes) => {
-                    self.put_on_line(port, bytes);
+                    self.put_on_line(robot, port, bytes);
                 }
                 Departure::Stall => {
                     self.faults.stall(port);
                     if port.ethernet_index().is_some() {
-                        self.push_output(Output::Stall { port });
+                        robot.push_output(Output::Stall { port });
                     }
                 }
                 // A serial line has no connection to end.
@@ -144,7 +145,7 @@ impl Controller {
                     // Send nothing more until the embedding program reports that the peer is gone.
                     self.faults.stall(port);
                     self.send_queue.clear(port);
-                    self.push_output(Output::Disconnect { port, how });
+                    robot.push_output(Output::Disconnect { port, how });
                 }
             }
         }

@@ -1,12 +1,13 @@
 //! Texts and bytes on their way out: in the form of the host's last text, as faults and variation make them leave. What is
 //! answered is decided in `talk` and `ops`; what leaves later waits in `outbox`.
 
-use crate::Controller;
+use crate::endpoint::Endpoints;
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite, Segment};
 use crate::limits::MAX_SEND;
 use crate::output::Event;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::vec::Vec;
@@ -14,32 +15,39 @@ use core::time::Duration;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{Framing, encode_text};
 
-impl Controller {
+impl Endpoints {
     /// Sends a text of the command that is being served.
-    pub(crate) fn send_text(&mut self, port: Port, data: &[u8]) {
+    pub(crate) fn send_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
         let Some(session) = self.sessions.get(&port) else {
             return;
         };
         let (asked, block) = (session.asked, session.block);
         let delay = self.variation.as_mut().map(Variation::reply_delay);
-        self.send_as(port, data, (asked, block), delay.unwrap_or_default());
+        self.send_as(robot, port, data, (asked, block), delay.unwrap_or_default());
     }
 
     /// Sends a text that nobody has asked for: SP.
-    pub(crate) fn send_unsolicited(&mut self, port: Port, data: &[u8]) {
-        self.send_as(port, data, ("SP", 0), Duration::ZERO);
+    pub(crate) fn send_unsolicited(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+        self.send_as(robot, port, data, ("SP", 0), Duration::ZERO);
     }
 
     /// Sends a text in the form of the host's last one.
-    fn send_as(&mut self, port: Port, data: &[u8], (command, block): (&str, u32), delay: Duration) {
-        let checksum = self.config.options.text.checksum;
+    fn send_as(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        data: &[u8],
+        (command, block): (&str, u32),
+        delay: Duration,
+    ) {
+        let checksum = robot.config.options.text.checksum;
         let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
             return;
         };
         let framing: Framing = session.framing;
         let bytes: Vec<u8> = encode_text(data, framing, checksum);
         debug_assert!(bytes.len() <= MAX_SEND);
-        self.event(Event::TextOut {
+        robot.event(Event::TextOut {
             port,
             framing,
             data: data.to_vec(),
@@ -52,7 +60,7 @@ impl Controller {
             bytes: &bytes,
             data,
         };
-        let sent = self.leave(&prey, delay);
+        let sent = self.leave(robot, &prey, delay);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
             session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
@@ -63,7 +71,7 @@ impl Controller {
     }
 
     /// Bytes of PRINT leave.
-    pub(crate) fn send_bytes(&mut self, port: Port, bytes: &[u8]) {
+    pub(crate) fn send_bytes(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
         let prey = FaultSite {
             point: InjectionPoint::Print,
             port,
@@ -72,21 +80,21 @@ impl Controller {
             bytes,
             data: bytes,
         };
-        self.leave(&prey, Duration::ZERO);
+        self.leave(robot, &prey, Duration::ZERO);
     }
 
     /// Something leaves, as faults and variation make it. Returns when the last of it has left.
-    fn leave(&mut self, prey: &FaultSite<'_>, delay: Duration) -> Time {
+    fn leave(&mut self, robot: &mut Robot, prey: &FaultSite<'_>, delay: Duration) -> Time {
         let port = prey.port;
         if self.faults.is_stalled(port) {
-            return self.now;
+            return robot.now;
         }
-        let parcels = match (self.apply_fault(prey), &mut self.variation) {
-            (Effect::Lost, _) => return self.now,
+        let parcels = match (self.apply_fault(robot, prey), &mut self.variation) {
+            (Effect::Lost, _) => return robot.now,
             (Effect::ReplaceOutput(parcels), _) => parcels,
             (_, Some(vary)) => vary.segments(delay, prey.bytes),
             (_, None) => [Segment::bytes(prey.bytes.to_vec())].into(),
         };
-        self.enqueue(port, parcels)
+        self.enqueue(robot, port, parcels)
     }
 }

@@ -2,7 +2,7 @@
 //! off it when their characters have passed, garbled where the two ends do not agree. The line itself is
 //! `line`'s, what the bytes mean is `talk`'s.
 
-use crate::Controller;
+use crate::endpoint::Endpoints;
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
@@ -10,6 +10,7 @@ use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
 use crate::output::{Event, Output};
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::serial_line::direction::{Arrival, receive_unpaced};
 use crate::serial_line::uart::CharacterError;
 use crate::serial_line::{HostEnd, SerialLine};
@@ -30,17 +31,7 @@ struct Passed {
     lost: usize,
 }
 
-impl Controller {
-    /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
-    #[must_use]
-    pub fn serial_line(&self, port: Port) -> Option<SerialSettings> {
-        match port {
-            Port::Host => Some(self.user.host),
-            Port::Com1 => Some(self.user.com1),
-            Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
-        }
-    }
-
+impl Endpoints {
     /// How many bytes a serial line takes now without losing any: an edge that reads no more than this from its
     /// host loses nothing. `None` for the Ethernet channels.
     #[must_use]
@@ -57,8 +48,8 @@ impl Controller {
     }
 
     /// When the lines have something to hand over.
-    pub(crate) fn line_deadline(&self) -> Option<Time> {
-        let due = |(port, line): (&Port, &SerialLine)| line.deadline(self.serial_line(*port)?);
+    pub(crate) fn line_deadline(&self, robot: &Robot) -> Option<Time> {
+        let due = |(port, line): (&Port, &SerialLine)| line.deadline(robot.serial_line(*port)?);
         self.lines.iter().filter_map(due).min()
     }
 
@@ -68,29 +59,29 @@ impl Controller {
     }
 
     /// Whether the robot has to keep silent because a character of the host is under way.
-    pub(crate) fn line_is_taken(&self, port: Port) -> bool {
-        self.is_half_duplex(port) && self.lines.get(&port).is_some_and(|line| line.inbound.is_busy())
+    pub(crate) fn line_is_taken(&self, robot: &Robot, port: Port) -> bool {
+        self.is_half_duplex(robot, port) && self.lines.get(&port).is_some_and(|line| line.inbound.is_busy())
     }
 
-    fn is_half_duplex(&self, port: Port) -> bool {
-        port == Port::Host && self.config.options.while_sending == WhileSending::Lost
+    fn is_half_duplex(&self, robot: &Robot, port: Port) -> bool {
+        port == Port::Host && robot.config.options.while_sending == WhileSending::Lost
     }
 
     /// Bytes of the peer: on a serial line they have a way to go, elsewhere they are there.
-    pub(crate) fn received(&mut self, port: Port, bytes: &[u8]) {
-        let now = self.now;
-        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
-            return self.arrived(port, now, bytes);
+    pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
+        let now = robot.now;
+        let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+            return self.arrived(robot, port, now, bytes);
         };
-        let Some(far) = line.host_settings(robot) else {
-            return self.received_from_device(port, bytes);
+        let Some(far) = line.host_settings(own) else {
+            return self.received_from_device(robot, port, bytes);
         };
-        self.compare_settings(port, robot);
-        if self.config.options.serial_pacing {
-            self.push_inbound(port, bytes, far);
+        self.compare_settings(robot, port, own);
+        if robot.config.options.serial_pacing {
+            self.push_inbound(robot, port, bytes, far);
             return;
         }
-        let arrivals = receive_unpaced(bytes, far, robot)
+        let arrivals = receive_unpaced(bytes, far, own)
             .into_iter()
             .map(|character| Arrival {
                 byte: character.byte,
@@ -98,11 +89,11 @@ impl Controller {
                 begin: now,
                 end: now,
             });
-        self.received_characters(port, arrivals.collect());
+        self.received_characters(robot, port, arrivals.collect());
     }
 
-    fn push_inbound(&mut self, port: Port, bytes: &[u8], far: SerialSettings) {
-        let now = self.now;
+    fn push_inbound(&mut self, robot: &mut Robot, port: Port, bytes: &[u8], far: SerialSettings) {
+        let now = robot.now;
         let room = self.line_room(port).unwrap_or(0);
         let (taken, rest) = bytes.split_at(room.min(bytes.len()));
         if let Some(line) = self.lines.get_mut(&port) {
@@ -113,62 +104,62 @@ impl Controller {
                 "{} bytes lost: {LINE_QUEUE} are on the line already; ask for the room on it before sending",
                 rest.len()
             );
-            self.report(&rules::LINE_OVERFLOW, port, &[], message);
+            robot.report(&rules::LINE_OVERFLOW, port, &[], message);
         }
     }
 
     /// What has passed by now, in both directions.
-    pub(crate) fn serve_lines(&mut self) {
-        self.receive_from_lines();
-        let now = self.now;
+    pub(crate) fn serve_lines(&mut self, robot: &mut Robot) {
+        self.receive_from_lines(robot);
+        let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
-            let far = line.host_settings(robot).unwrap_or(robot);
+            let far = line.host_settings(own).unwrap_or(own);
             let arrivals = line.outbound.take(now, far);
             let bytes: Vec<u8> = arrivals.into_iter().map(|arrival| arrival.byte).collect();
-            self.push_send(port, bytes);
+            self.push_send(robot, port, bytes);
         }
     }
 
     /// What has passed by now from the hosts.
-    pub(crate) fn receive_from_lines(&mut self) {
-        let now = self.now;
+    pub(crate) fn receive_from_lines(&mut self, robot: &mut Robot) {
+        let now = robot.now;
         for port in [Port::Host, Port::Com1] {
-            let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
+            let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
                 continue;
             };
             let Some(leaving) = &mut line.departed_peer else {
-                let arrivals = line.inbound.take(now, robot);
-                self.received_characters(port, arrivals);
+                let arrivals = line.inbound.take(now, own);
+                self.received_characters(robot, port, arrivals);
                 continue;
             };
             let before = line.inbound.queued();
-            let arrivals = line.inbound.take_first(leaving.bytes_left, now, robot);
+            let arrivals = line.inbound.take_first(leaving.bytes_left, now, own);
             leaving.bytes_left -= before - line.inbound.queued();
             // Purged bytes never pass.
             let gone = leaving.bytes_left == 0 || line.inbound.queued() == 0;
-            self.received_characters(port, arrivals);
+            self.received_characters(robot, port, arrivals);
             // A change that its last text has asked for comes first.
-            if gone && !self.persistence.is_pending() {
-                self.replace_peer(port);
+            if gone && !robot.persistence.is_pending() {
+                self.replace_peer(robot, port);
             }
         }
     }
 
     /// All that a former peer sent has passed: it is gone, and the next one is there.
-    fn replace_peer(&mut self, port: Port) {
+    fn replace_peer(&mut self, robot: &mut Robot, port: Port) {
         let Some(line) = self.lines.get_mut(&port) else {
             return;
         };
         let before = line.clone();
         line.departed_peer = None;
-        self.disconnected(port);
+        self.disconnected(robot, port);
         let Some(next) = before.departed_peer.and_then(|leaving| leaving.next_peer) else {
             return;
         };
-        self.connected(port, next);
+        self.connected(robot, port, next);
         if let Some(line) = self.lines.get_mut(&port) {
             // What a program has printed meanwhile is the next one's.
             *line = SerialLine {
@@ -177,17 +168,17 @@ impl Controller {
                 ..before
             };
         }
-        self.receive_from_lines();
+        self.receive_from_lines(robot);
     }
 
-    fn received_characters(&mut self, port: Port, arrivals: Vec<Arrival>) {
+    fn received_characters(&mut self, robot: &mut Robot, port: Port, arrivals: Vec<Arrival>) {
         if arrivals.is_empty() {
             return;
         }
-        let half_duplex = self.is_half_duplex(port);
-        let keeps = self.config.options.bad_character == BadCharacter::Keep;
+        let half_duplex = self.is_half_duplex(robot, port);
+        let keeps = robot.config.options.bad_character == BadCharacter::Keep;
         let mut heard = Passed::default();
-        let arrivals = self.apply_character_fault(port, arrivals);
+        let arrivals = self.apply_character_fault(robot, port, arrivals);
         for arrival in arrivals {
             let overlaps = |line: &SerialLine| line.was_sending(arrival.begin, arrival.end);
             if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
@@ -205,24 +196,29 @@ impl Controller {
         for reason in ["parity error", "framing error"] {
             let bytes = heard.bad.iter().filter(|found| **found == reason).count();
             if bytes > 0 {
-                self.event(Event::Dropped { port, bytes, reason });
+                robot.event(Event::Dropped { port, bytes, reason });
             }
         }
         if heard.lost > 0 {
-            self.lost_while_sending(port, heard.lost);
+            self.lost_while_sending(robot, port, heard.lost);
         }
         if let Some(at) = heard.at {
-            self.arrived(port, at, &heard.bytes);
+            self.arrived(robot, port, at, &heard.bytes);
         }
     }
 
     /// The arrivals, one of them with a parity error where a fault is armed.
-    fn apply_character_fault(&mut self, port: Port, mut arrivals: Vec<Arrival>) -> Vec<Arrival> {
+    fn apply_character_fault(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        mut arrivals: Vec<Arrival>,
+    ) -> Vec<Arrival> {
         if self.faults.is_empty() {
             return arrivals;
         }
         let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
-        if let Effect::ParityError(place) = self.apply_fault(&characters(port, &bytes))
+        if let Effect::ParityError(place) = self.apply_fault(robot, &characters(port, &bytes))
             && let Some(arrival) = arrivals.get_mut(place)
         {
             arrival.fault = Some(CharacterError::Parity);
@@ -231,26 +227,26 @@ impl Controller {
     }
 
     /// Bytes off a real line, whose port has found no fault; where one is armed, a character is dropped all the same.
-    fn received_from_device(&mut self, port: Port, bytes: &[u8]) {
-        let now = self.now;
+    fn received_from_device(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
+        let now = robot.now;
         let mut bytes = bytes.to_vec();
-        if let Effect::ParityError(place) = self.apply_fault(&characters(port, &bytes)) {
-            let keeps = self.config.options.bad_character == BadCharacter::Keep;
+        if let Effect::ParityError(place) = self.apply_fault(robot, &characters(port, &bytes)) {
+            let keeps = robot.config.options.bad_character == BadCharacter::Keep;
             if place < bytes.len() && !keeps {
                 bytes.remove(place);
                 let reason = CharacterError::Parity.description();
-                self.event(Event::Dropped {
+                robot.event(Event::Dropped {
                     port,
                     bytes: 1,
                     reason,
                 });
             }
         }
-        self.arrived(port, now, &bytes);
+        self.arrived(robot, port, now, &bytes);
     }
 
-    fn lost_while_sending(&mut self, port: Port, bytes: usize) {
-        self.event(Event::Dropped {
+    fn lost_while_sending(&mut self, robot: &mut Robot, port: Port, bytes: usize) {
+        robot.event(Event::Dropped {
             port,
             bytes,
             reason: "the robot was sending",
@@ -259,31 +255,31 @@ impl Controller {
             "{port} is half-duplex (2.2.2): what the host sends while the robot sends is lost; read the answer to its \
              ETX first"
         );
-        self.report(&rules::HALF_DUPLEX, port, &[], message);
+        robot.report(&rules::HALF_DUPLEX, port, &[], message);
     }
 
     /// The host's port forgets what it has not put on the line.
-    pub(crate) fn purge_line(&mut self, port: Port) {
-        let now = self.now;
+    pub(crate) fn purge_line(&mut self, robot: &mut Robot, port: Port) {
+        let now = robot.now;
         if let Some(line) = self.lines.get_mut(&port) {
             line.inbound.purge(now);
         }
     }
 
     /// Characters came with a parity or framing error that the line itself brought.
-    pub(crate) fn line_faults(&mut self, port: Port, bytes: &[u8]) {
-        let Some(robot) = self.serial_line(port) else {
+    pub(crate) fn line_faults(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
+        let Some(own) = robot.serial_line(port) else {
             return;
         };
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
-            crate::serial_line::SettingsText(robot)
+            crate::serial_line::SettingsText(own)
         );
-        self.report(&rules::LINE_GARBLED, port, bytes, message);
-        match self.config.options.bad_character {
-            BadCharacter::Keep => self.arrived(port, self.now, bytes),
-            BadCharacter::Drop => self.event(Event::Dropped {
+        robot.report(&rules::LINE_GARBLED, port, bytes, message);
+        match robot.config.options.bad_character {
+            BadCharacter::Keep => self.arrived(robot, port, robot.now, bytes),
+            BadCharacter::Drop => robot.event(Event::Dropped {
                 port,
                 bytes: bytes.len(),
                 reason: "parity or framing error",
@@ -293,45 +289,49 @@ impl Controller {
 
     /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
     /// Returns when the last of them is out. Faults and variation come before this.
-    pub(crate) fn put_on_line(&mut self, port: Port, bytes: Vec<u8>) -> Time {
-        let now = self.now;
-        let (Some(robot), Some(line)) = (self.serial_line(port), self.lines.get_mut(&port)) else {
-            self.push_output(Output::Send { port, bytes });
+    pub(crate) fn put_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) -> Time {
+        let now = robot.now;
+        let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
+            robot.push_output(Output::Send { port, bytes });
             return now;
         };
-        let Some(far) = line.host_settings(robot) else {
-            self.push_output(Output::Send { port, bytes });
+        let Some(far) = line.host_settings(own) else {
+            robot.push_output(Output::Send { port, bytes });
             return now;
         };
         if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
             // Whoever asked is not there any more, and the next one did not.
             return now;
         }
-        self.compare_settings(port, robot);
-        if !self.config.options.serial_pacing {
-            let read = receive_unpaced(&bytes, robot, far);
-            self.push_send(port, read.into_iter().map(|character| character.byte).collect());
+        self.compare_settings(robot, port, own);
+        if !robot.config.options.serial_pacing {
+            let read = receive_unpaced(&bytes, own, far);
+            self.push_send(
+                robot,
+                port,
+                read.into_iter().map(|character| character.byte).collect(),
+            );
             return now;
         }
         let Some(line) = self.lines.get_mut(&port) else {
             return now;
         };
         if line.outbound.queued() > 0 && line.outbound.queued() + bytes.len() > MAX_LINE_OUTPUT {
-            self.event(Event::Dropped {
+            robot.event(Event::Dropped {
                 port,
                 bytes: bytes.len(),
                 reason: "the robot has more to send than its buffer holds",
             });
             return now;
         }
-        let (begin, end) = line.outbound.push(now, &bytes, robot);
+        let (begin, end) = line.outbound.push(now, &bytes, own);
         line.note_sending(begin, end);
         end
     }
 
-    fn push_send(&mut self, port: Port, bytes: Vec<u8>) {
+    fn push_send(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) {
         if !bytes.is_empty() {
-            self.push_output(Output::Send { port, bytes });
+            robot.push_output(Output::Send { port, bytes });
         }
     }
 
@@ -343,7 +343,7 @@ impl Controller {
     }
 
     /// Says so once when bytes go over a line whose two ends do not agree.
-    fn compare_settings(&mut self, port: Port, robot: SerialSettings) {
+    fn compare_settings(&mut self, robot: &mut Robot, port: Port, own: SerialSettings) {
         let Some(line) = self.lines.get_mut(&port) else {
             return;
         };
@@ -353,9 +353,9 @@ impl Controller {
         if line.reported_mismatch == Some(host) {
             return;
         }
-        if let Some(message) = host.difference(port.name(), robot) {
+        if let Some(message) = host.difference(port.name(), own) {
             line.reported_mismatch = Some(host);
-            self.report(&rules::LINE_SETTINGS, port, &[], message);
+            robot.report(&rules::LINE_SETTINGS, port, &[], message);
         }
     }
 }

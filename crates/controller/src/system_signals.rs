@@ -2,12 +2,12 @@
 //! manual gives their names only (SF-31, SF-38); which of them ACK answers, and where EX_SVON acts, the TSL3000E's
 //! interface manual says (S40, S41). Edges, levels and pulses here are assumed and written down in docs/PROTOCOL.md.
 
-use crate::Controller;
 use crate::executor::StopCause;
 use crate::findings::rules;
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
 use crate::options::Strobe;
+use crate::robot::Robot;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -57,7 +57,7 @@ const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST
 /// `sig.strobe = required` one STROBE can do both.
 const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
 
-impl Controller {
+impl Robot {
     /// An input line is driven from outside.
     pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
         let was = self.signals.input(line);

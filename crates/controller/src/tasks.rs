@@ -1,14 +1,14 @@
 //! Tasks: TASK, SWITCH, KILL, and which of them moves the arm. How they take turns is `run`'s.
 
-use crate::Controller;
 use crate::alarm;
 use crate::executor::{MAIN_TASK, Task};
+use crate::robot::Robot;
 use crate::scheduler::Step;
 use alloc::format;
 use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
 
-impl Controller {
+impl Robot {
     /// TASK: the new task has the turn (M-58762 p.2-27).
     pub(crate) fn start_task(&mut self, task: &mut Task, block: usize) -> Step {
         // The main program always counts, and this task has been taken out of the others.

@@ -3,7 +3,8 @@
 //! [`FaultKind`] is one row of the table in `kinds`, which has one file a kind. `mod` decides which fault fires at a
 //! [`FaultSite`]; `spec` parses and writes faults.
 
-use crate::Controller;
+use super::rng::Rng;
+use super::scheduled::ScheduledAction;
 use crate::faults::FaultError;
 use crate::output::DisconnectMode;
 use crate::port::Port;
@@ -275,7 +276,24 @@ impl FaultSite<'_> {
 }
 
 /// Applies a fault at a site.
-pub type ApplyFn = fn(&mut Controller, &ParameterValues, &FaultSite<'_>) -> Applied;
+pub(crate) type ApplyFn = fn(&mut FaultContext<'_>, &ParameterValues, &FaultSite<'_>) -> Applied;
+
+/// All that a kind of fault may reach besides what it sees at its place.
+#[derive(Debug)]
+pub(crate) struct FaultContext<'a> {
+    /// The random numbers of faults.
+    pub(crate) rng: &'a mut Rng,
+    /// Bytes that are left on the RAM drive for the command that is served.
+    pub(crate) room: Option<usize>,
+    /// What happens to the machine, and how long after now.
+    pub(crate) scheduled: Vec<(Duration, ScheduledAction)>,
+}
+
+impl FaultContext<'_> {
+    pub(super) fn schedule(&mut self, delay: Duration, action: ScheduledAction) {
+        self.scheduled.push((delay, action));
+    }
+}
 
 /// A kind of fault.
 #[derive(Debug)]
@@ -300,7 +318,7 @@ pub struct FaultKind {
     /// Rejects combinations of filter and parameters that make no sense.
     pub validate: fn(&super::FaultFilter, &ParameterValues) -> Result<(), FaultError>,
     /// Applies it.
-    pub apply: ApplyFn,
+    pub(crate) apply: ApplyFn,
 }
 
 impl FaultKind {

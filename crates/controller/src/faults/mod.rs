@@ -24,19 +24,20 @@ pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterVal
 pub use kinds::KINDS;
 pub use spec::FaultError;
 
-use crate::Controller;
 use crate::action::ActionError;
+use crate::endpoint::Endpoints;
 #[cfg(feature = "serde")]
 use crate::limits::MAX_SCHEDULED_ACTIONS;
 use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS};
 use crate::output::Event;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use kind::{Applied, Effect, FaultSite};
+use kind::{Applied, Effect, FaultContext, FaultSite};
 use rng::{MILLION, Rng};
 use scheduled::ScheduledAction;
 
@@ -352,24 +353,8 @@ impl Fault {
     }
 }
 
-impl Controller {
-    /// The faults and their reports.
-    #[must_use]
-    pub fn faults(&self) -> &Faults {
-        &self.faults
-    }
-
-    /// A copy of this controller without faults and variation: it sends every text at once.
-    #[must_use]
-    pub fn without_faults(&self) -> Controller {
-        Controller {
-            faults: Faults::new(self.config.fault_seed),
-            variation: None,
-            ..self.clone()
-        }
-    }
-
-    pub(crate) fn handle_fault_action(&mut self, action: FaultAction) -> Result<(), ActionError> {
+impl Endpoints {
+    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> Result<(), ActionError> {
         match action {
             FaultAction::Arm(fault) => {
                 let (kind, spec) = (fault.kind.name, fault.to_string());
@@ -380,7 +365,7 @@ impl Controller {
                 let id = armed.map_err(|found| {
                     ActionError::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)
                 })?;
-                self.event(Event::Fault {
+                robot.event(Event::Fault {
                     id,
                     kind,
                     port: None,
@@ -408,14 +393,24 @@ impl Controller {
     }
 
     /// Lets at most one armed fault fire at a site; returns what it changes there.
-    pub(crate) fn apply_fault(&mut self, site: &FaultSite<'_>) -> Effect {
-        let now = self.now;
+    pub(crate) fn apply_fault(&mut self, robot: &mut Robot, site: &FaultSite<'_>) -> Effect {
+        let now = robot.now;
         let Some(fault) = self.faults.firing_fault(now, site) else {
             return Effect::Unchanged;
         };
         let Fault { id, kind, values, .. } = fault;
-        let Applied { effect, description } = (kind.apply)(self, &values, site);
-        self.event(Event::Fault {
+        let mut context = FaultContext {
+            rng: &mut self.faults.rng,
+            room: self.faults.drive_free,
+            scheduled: Vec::new(),
+        };
+        let Applied { effect, description } = (kind.apply)(&mut context, &values, site);
+        let FaultContext { room, scheduled, .. } = context;
+        self.faults.drive_free = room;
+        for (delay, action) in scheduled {
+            self.schedule(robot, delay, action);
+        }
+        robot.event(Event::Fault {
             id,
             kind: kind.name,
             port: Some(site.port),
@@ -426,7 +421,7 @@ impl Controller {
     }
 
     /// Bytes received on a SCOL channel, without the records that a fault drops.
-    pub(crate) fn drop_lost_records(&mut self, port: Port, bytes: &[u8]) -> Vec<u8> {
+    pub(crate) fn drop_lost_records(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) -> Vec<u8> {
         if self.faults.is_empty() {
             return bytes.to_vec();
         }
@@ -449,7 +444,7 @@ impl Controller {
                         bytes: &[],
                         data: &[],
                     };
-                    match self.apply_fault(&site) {
+                    match self.apply_fault(robot, &site) {
                         Effect::Lost => RecordState::Lost,
                         _ => RecordState::Kept,
                     }

@@ -2,10 +2,11 @@
 //!
 //! This module keeps the schedule. The panel and the alarms handle the actions like any others.
 
-use crate::Controller;
 use crate::alarm::AlarmCode;
+use crate::endpoint::Endpoints;
 use crate::input::PanelAction;
 use crate::limits::MAX_SCHEDULED_ACTIONS;
+use crate::robot::Robot;
 use alloc::string::ToString;
 use core::time::Duration;
 
@@ -19,37 +20,37 @@ pub enum ScheduledAction {
     Alarm(AlarmCode),
 }
 
-impl Controller {
+impl Endpoints {
     /// Performs an action now or after a delay. It is dropped if [`MAX_SCHEDULED_ACTIONS`] are waiting.
-    pub(super) fn schedule(&mut self, delay: Duration, strike: ScheduledAction) {
+    pub(super) fn schedule(&mut self, robot: &mut Robot, delay: Duration, strike: ScheduledAction) {
         if delay.is_zero() {
-            self.perform_scheduled(strike);
+            self.perform_scheduled(robot, strike);
         } else if self.faults.scheduled.len() < MAX_SCHEDULED_ACTIONS {
-            self.faults.scheduled.push((self.now + delay, strike));
+            self.faults.scheduled.push((robot.now + delay, strike));
         }
     }
 
     /// Performs the actions that are due, in the order of their times.
-    pub(crate) fn run_scheduled(&mut self) {
-        while let Some(place) = self.next_due_action() {
+    pub(crate) fn run_scheduled(&mut self, robot: &mut Robot) {
+        while let Some(place) = self.next_due_action(robot) {
             let (_, strike) = self.faults.scheduled.remove(place);
-            self.perform_scheduled(strike);
+            self.perform_scheduled(robot, strike);
         }
     }
 
-    fn next_due_action(&self) -> Option<usize> {
+    fn next_due_action(&self, robot: &Robot) -> Option<usize> {
         let due = self.faults.scheduled.iter().enumerate();
-        due.filter(|(_, (due, _))| *due <= self.now)
+        due.filter(|(_, (due, _))| *due <= robot.now)
             .min_by_key(|(_, (due, _))| *due)
             .map(|(place, _)| place)
     }
 
-    fn perform_scheduled(&mut self, strike: ScheduledAction) {
+    fn perform_scheduled(&mut self, robot: &mut Robot, strike: ScheduledAction) {
         match strike {
-            ScheduledAction::Panel(panel) => self.panel(panel),
+            ScheduledAction::Panel(panel) => self.panel(robot, panel),
             // A controller without power raises no alarms.
-            ScheduledAction::Alarm(_) if !self.state.powered => {}
-            ScheduledAction::Alarm(code) => self.raise(code, "a fault on purpose".to_string()),
+            ScheduledAction::Alarm(_) if !robot.state.powered => {}
+            ScheduledAction::Alarm(code) => robot.raise(code, "a fault on purpose".to_string()),
         }
     }
 }

@@ -2,6 +2,7 @@
 //! them is tested in the suites.
 
 use super::*;
+use crate::Controller;
 use crate::input::PanelAction;
 use crate::output::{DisconnectMode, Output};
 use crate::{Config, Dialect, HostEnd, Input};
@@ -248,7 +249,7 @@ fn a_command_that_is_lost_or_refused_has_no_effect_and_one_whose_answer_is_lost_
         let mut robot = robot();
         arm(&mut robot, spec);
         ask(&mut robot, b"SO", 10);
-        assert_eq!(robot.state.servo, servo, "{spec}");
+        assert_eq!(robot.state().servo, servo, "{spec}");
     }
 }
 
@@ -284,7 +285,7 @@ fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_anothe
     arm(&mut robot, "half-open:lasts=1s");
     assert_eq!(ask(&mut robot, b"SO", 100), [(300, Output::Stall { port })]);
     assert_eq!(ask(&mut robot, b"BR", 2_000), [cut(1_300, DisconnectMode::Reset)]);
-    assert!(robot.state.servo, "BR is not heard");
+    assert!(robot.state().servo, "BR is not heard");
     again(&mut robot);
     assert_eq!(ask(&mut robot, b"BR", 100).len(), 1);
 }
@@ -292,7 +293,7 @@ fn a_connection_that_is_cut_or_half_open_says_nothing_more_until_there_is_anothe
 #[test]
 fn a_serial_line_goes_on_behind_what_is_lost_of_a_text() {
     let mut robot = robot();
-    robot.config.options.serial_pacing = false;
+    robot.robot.config.options.serial_pacing = false;
     let port = Port::Host;
     robot.feed(
         Time::ZERO,
@@ -337,7 +338,7 @@ fn a_full_drive_refuses_at_the_text_that_does_not_fit_and_keeps_the_file() {
         port,
         bytes: b"\x02NG\r\x03".to_vec()
     }));
-    assert_eq!(robot.drive.get("A"), Some(b"OLD\n".as_slice()));
+    assert_eq!(robot.drive().get("A"), Some(b"OLD\n".as_slice()));
     ask(&mut robot, b"DL,A", 1);
     let answer = robot.feed(robot.now(), Input::Received { port, bytes: text });
     assert!(answer.contains(&Output::Send {
@@ -374,7 +375,7 @@ fn the_power_goes_in_the_middle_of_a_download() {
             .iter()
             .any(|output| matches!(output, Output::Send { .. } | Output::Stored { .. }))
     );
-    assert_eq!(robot.drive.get("A"), Some(b"OLD\n".as_slice()));
+    assert_eq!(robot.drive().get("A"), Some(b"OLD\n".as_slice()));
 }
 
 #[test]
@@ -386,7 +387,11 @@ fn the_machine_is_struck_in_its_time_and_let_go_again() {
     arm(&mut robot, "alarm:command=CA,number=4-101");
     let mut at = |command: &[u8], wait: u64| {
         ask(&mut robot, command, wait);
-        (robot.state.emergency_stop, robot.state.key, robot.state.servo)
+        (
+            robot.state().emergency_stop,
+            robot.state().key,
+            robot.state().servo,
+        )
     };
     use crate::KeySwitch::{Ext, Internal};
     assert_eq!(at(b"SO", 199), (false, Ext, true));
@@ -399,7 +404,7 @@ fn the_machine_is_struck_in_its_time_and_let_go_again() {
     assert_eq!(at(b"SU", 100), (false, Ext, false));
     ask(&mut robot, b"CA", 1);
     let active: Vec<String> = robot
-        .alarms
+        .alarms()
         .active()
         .iter()
         .map(|alarm| alarm.code.number())
@@ -416,7 +421,7 @@ fn records_are_lost_whole_however_they_come() {
         let port = Port::Ip1;
         robot.feed(robot.now(), Input::Received { port, bytes });
     }
-    let channel = robot.channels.get(&Port::Ip1).unwrap();
+    let channel = robot.robot.channels.get(&Port::Ip1).unwrap();
     assert_eq!(channel.len(), b"1,2\r\n6\r".len());
 }
 
@@ -443,7 +448,7 @@ fn a_parity_error_takes_one_character_on_a_modelled_line_and_on_a_real_one() {
             reason: "parity error",
         });
         assert!(outputs.contains(&lost), "{outputs:?}");
-        assert!(!robot.state.servo, "`O` is no command");
+        assert!(!robot.state().servo, "`O` is no command");
     }
 }
 
@@ -452,7 +457,7 @@ fn what_comes_in_can_be_flipped() {
     let mut robot = robot();
     arm(&mut robot, "flipped-bit:way=in,byte=1,bit=0");
     assert_eq!(ask(&mut robot, b"SO", 1), [sent(0, b"\x02NG\r\x03")]);
-    assert!(!robot.state.servo);
+    assert!(!robot.state().servo);
 }
 
 #[test]

@@ -4,17 +4,18 @@
 //! [`HostHistory`] is what they remember of a host between texts.
 
 use super::rules;
-use super::{MAX_BYTES, MAX_MESSAGE, Rule};
-use crate::Controller;
+use super::{MAX_BYTES, Rule};
 use crate::drive::DriveError;
+use crate::endpoint::Endpoints;
 use crate::limits::HOST_DELAY;
 use crate::output::{Event, Output};
 use crate::panel::SERVO_IS_OFF;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::session::Exchange;
 use crate::time::Time;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
 use ts3100_proto::command::{Command, InternalCommand};
@@ -70,26 +71,23 @@ impl HostHistory {
     }
 }
 
-impl Controller {
-    /// Emits a finding; cuts bytes and message to their bounds.
-    pub(crate) fn report(
-        &mut self,
-        rule: &'static Rule,
-        port: impl Into<Option<Port>>,
-        bytes: &[u8],
-        message: impl Into<String>,
-    ) {
-        let message: String = message.into();
-        self.event(Event::Finding {
-            rule: rule.id,
-            port: port.into(),
-            at: self.now,
-            bytes: bytes.get(..MAX_BYTES).unwrap_or(bytes).to_vec(),
-            message: match message.char_indices().nth(MAX_MESSAGE) {
-                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()),
-                None => message,
-            },
-        });
+/// What concerns the robot and the bytes alone.
+impl Robot {
+    /// A second peer came to a port that has one.
+    pub(crate) fn report_second_peer(&mut self, port: Port, peer: &str, kept: bool) {
+        let what = if kept {
+            "it takes the place of the first"
+        } else {
+            "it is turned away"
+        };
+        let message = format!("{peer} came while {port} had a peer; {what} (channel.second)");
+        self.report(&rules::SECOND_CONNECTION, port, &[], message);
+    }
+
+    /// The peer does not read.
+    pub(crate) fn report_backlog(&mut self, port: Port) {
+        let message = format!("the peer of {port} has left so much unread that its connection is closed");
+        self.report(&rules::ANSWERS_UNREAD, port, &[], message);
     }
 
     /// Reports a text received `since` after the controller's last one, less than the 50 ms of TRN-04.
@@ -109,27 +107,6 @@ impl Controller {
         if begins_file(data) && data.iter().take(2).any(u8::is_ascii_lowercase) {
             let text = "FL in lower case is taken as FL";
             self.report(&rules::LOWER_CASE, port, data, text);
-        }
-    }
-
-    /// Whether a text belongs to a file although no download is open. Such a text ends without CR (FL-01), so it must
-    /// not be reported as one that lacks it.
-    pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
-        let Some(session) = self
-            .sessions
-            .get(&port)
-            .filter(|session| !session.joiner.is_partial())
-        else {
-            return false;
-        };
-        let message = data.strip_suffix(&[CR]).unwrap_or(data);
-        begins_file(data) || session.history.file_refused && Command::parse(message).is_err()
-    }
-
-    /// Remembers that a text of a file was refused, unless it was the last.
-    pub(crate) fn check_refused_file(&mut self, port: Port, data: &[u8]) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.history.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
         }
     }
 
@@ -162,33 +139,6 @@ impl Controller {
         }
     }
 
-    /// Checks a command against the present state and the previous commands.
-    pub(crate) fn check_command(&mut self, port: Port, message: &[u8], command: &Command) {
-        let letters = command.letters();
-        if command.is_extension() {
-            let answer = if self.config.serves(command) {
-                "served"
-            } else {
-                "NG"
-            };
-            let row = command.permission_row();
-            let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
-            self.report(&rules::EXTENSION_COMMAND, port, message, text);
-        }
-        let now = self.now;
-        let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
-            return;
-        };
-        let since = session
-            .history
-            .note_poll(message, now)
-            .filter(|since| *since < MIN_POLL_INTERVAL);
-        if let Some(since) = since {
-            let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
-            self.report(&rules::POLL_FAST, port, message, text);
-        }
-    }
-
     /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
     pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
         match command {
@@ -211,7 +161,7 @@ impl Controller {
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
     /// says why.
     pub(crate) fn check_refusal(&mut self, port: Port, command: &Command, reason: &str, outputs: usize) {
-        if self.has_finding_since(outputs) {
+        if has_finding_since(self, outputs) {
             return;
         }
         let rule = match command {
@@ -225,24 +175,6 @@ impl Controller {
             &command.encode(),
             format!("{}: {reason}", command.letters()),
         );
-    }
-
-    /// Counts refusals of the same message in a row.
-    pub(crate) fn check_repeat(&mut self, port: Port, message: &[u8], refused: bool) {
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
-        let before = session.history.last_refused.take().filter(|_| refused);
-        let before = before
-            .filter(|(text, _)| text == message)
-            .map_or(0, |(_, times)| times);
-        if refused {
-            session.history.last_refused = Some((message.to_vec(), before.saturating_add(1)));
-        }
-        if before + 1 >= REPEATED_REFUSALS && refused {
-            let text = format!("the same command was refused {} times in a row", before + 1);
-            self.report(&rules::REPEATED_REFUSAL, port, message, text);
-        }
     }
 
     /// Reports a text of a file that is refused.
@@ -295,39 +227,6 @@ impl Controller {
         }
     }
 
-    /// Checks in what state the peer of a port disconnected.
-    pub(crate) fn check_disconnect(&mut self, port: Port) {
-        if self.jogging == Some(port) && self.is_jogging() {
-            let text = "the connection ended while JG guided the arm; it stops";
-            self.report(&rules::LEFT_JOGGING, port, &[], text);
-        }
-        if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
-            let what = match &session.exchange {
-                Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
-                Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
-                Exchange::Idle if session.is_partial() => "in the middle of a text",
-                Exchange::Idle => return,
-            };
-            self.report(
-                &rules::LEFT_IN_EXCHANGE,
-                port,
-                &[],
-                format!("the connection ended {what}"),
-            );
-        } else if let Some(channel) = self.channels.get(&port).filter(|channel| channel.peer.is_some()) {
-            let half = channel.partial_value();
-            if !half.is_empty() {
-                let text = "the peer left behind a value without comma or CR; it is dropped";
-                self.report(&rules::HALF_VALUE, port, &half, text);
-            }
-            if self.executor.program_runs() {
-                let line = self.executor.line();
-                let text = format!("the peer left while the program runs, at line {line}");
-                self.report(&rules::PEER_LEFT, port, &[], text);
-            }
-        }
-    }
-
     /// Checks bytes received on a SCOL channel.
     pub(crate) fn check_data(&mut self, port: Port, bytes: &[u8]) {
         if bytes.contains(&STX) || bytes.contains(&ETX) {
@@ -349,12 +248,114 @@ impl Controller {
             self.report(&rules::DATA_BEFORE_INPUT, port, bytes, text);
         }
     }
+}
 
-    /// Whether there is a finding among the waiting outputs after the first `outputs`.
-    fn has_finding_since(&self, outputs: usize) -> bool {
-        let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
-        self.waiting().skip(outputs).any(finding)
+/// What concerns the conversation on a port.
+impl Endpoints {
+    /// Whether a text belongs to a file although no download is open. Such a text ends without CR (FL-01), so it must
+    /// not be reported as one that lacks it.
+    pub(crate) fn is_stray_file(&self, port: Port, data: &[u8]) -> bool {
+        let Some(session) = self
+            .sessions
+            .get(&port)
+            .filter(|session| !session.joiner.is_partial())
+        else {
+            return false;
+        };
+        let message = data.strip_suffix(&[CR]).unwrap_or(data);
+        begins_file(data) || session.history.file_refused && Command::parse(message).is_err()
     }
+
+    /// Remembers that a text of a file was refused, unless it was the last.
+    pub(crate) fn check_refused_file(&mut self, port: Port, data: &[u8]) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.history.file_refused = !(data.ends_with(&[EOF]) || data.ends_with(&[EOF, CR]));
+        }
+    }
+
+    /// Checks a command against the present state and the previous commands.
+    pub(crate) fn check_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: &Command) {
+        let letters = command.letters();
+        if command.is_extension() {
+            let answer = if robot.config.serves(command) {
+                "served"
+            } else {
+                "NG"
+            };
+            let row = command.permission_row();
+            let text = format!("{row} is not in Table 5.1; {answer} (option `extensions`)");
+            robot.report(&rules::EXTENSION_COMMAND, port, message, text);
+        }
+        let now = robot.now;
+        let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
+            return;
+        };
+        let since = session
+            .history
+            .note_poll(message, now)
+            .filter(|since| *since < MIN_POLL_INTERVAL);
+        if let Some(since) = since {
+            let text = format!("{letters} again after {} ms; 100 ms expected", since.as_millis());
+            robot.report(&rules::POLL_FAST, port, message, text);
+        }
+    }
+
+    /// Counts refusals of the same message in a row.
+    pub(crate) fn check_repeat(&mut self, robot: &mut Robot, port: Port, message: &[u8], refused: bool) {
+        let Some(session) = self.sessions.get_mut(&port) else {
+            return;
+        };
+        let before = session.history.last_refused.take().filter(|_| refused);
+        let before = before
+            .filter(|(text, _)| text == message)
+            .map_or(0, |(_, times)| times);
+        if refused {
+            session.history.last_refused = Some((message.to_vec(), before.saturating_add(1)));
+        }
+        if before + 1 >= REPEATED_REFUSALS && refused {
+            let text = format!("the same command was refused {} times in a row", before + 1);
+            robot.report(&rules::REPEATED_REFUSAL, port, message, text);
+        }
+    }
+
+    /// Checks in what state the peer of a port disconnected.
+    pub(crate) fn check_disconnect(&mut self, robot: &mut Robot, port: Port) {
+        if robot.jogging == Some(port) && robot.is_jogging() {
+            let text = "the connection ended while JG guided the arm; it stops";
+            robot.report(&rules::LEFT_JOGGING, port, &[], text);
+        }
+        if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
+            let what = match &session.exchange {
+                Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
+                Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
+                Exchange::Idle if session.is_partial() => "in the middle of a text",
+                Exchange::Idle => return,
+            };
+            robot.report(
+                &rules::LEFT_IN_EXCHANGE,
+                port,
+                &[],
+                format!("the connection ended {what}"),
+            );
+        } else if let Some(channel) = robot.channels.get(&port).filter(|channel| channel.peer.is_some()) {
+            let half = channel.partial_value();
+            if !half.is_empty() {
+                let text = "the peer left behind a value without comma or CR; it is dropped";
+                robot.report(&rules::HALF_VALUE, port, &half, text);
+            }
+            if robot.executor.program_runs() {
+                let line = robot.executor.line();
+                let text = format!("the peer left while the program runs, at line {line}");
+                robot.report(&rules::PEER_LEFT, port, &[], text);
+            }
+        }
+    }
+}
+
+/// Whether something was found since so many outputs were waiting.
+fn has_finding_since(robot: &Robot, outputs: usize) -> bool {
+    let finding = |output: &Output| matches!(output, Output::Event(Event::Finding { .. }));
+    robot.waiting().skip(outputs).any(finding)
 }
 
 fn begins_file(data: &[u8]) -> bool {

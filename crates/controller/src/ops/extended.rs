@@ -2,9 +2,9 @@
 //! with the option `extensions`.
 
 use super::variables::in_range;
-use crate::Controller;
 use crate::alarm::Alarm;
 use crate::ops::status::NOISE;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use crate::system_signals::din;
@@ -24,7 +24,7 @@ use ts3100_proto::status::{AlarmLevel, MasterMode};
 /// Span over which VL takes the speed of the arm, from now on: what was before may belong to another motion.
 const VELOCITY_SPAN: Duration = Duration::from_millis(1);
 
-impl Controller {
+impl Robot {
     /// SM: the quick status (hosts.md SM).
     pub(super) fn op_quick_status(&mut self) -> Outcome {
         let status = QuickStatus {

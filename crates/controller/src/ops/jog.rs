@@ -1,9 +1,9 @@
 //! MD RT SC JG: guiding the arm by hand from the host. While JG holds, the arm moves; JG ! ends it.
 
-use crate::Controller;
 use crate::arm::{Jog, JogFrame};
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use alloc::string::ToString;
 use ts3100_proto::command::JogDirection;
@@ -14,7 +14,7 @@ const FREE: u16 = 2;
 /// Guide mode of steps.
 const INCHING: u16 = 1;
 
-impl Controller {
+impl Robot {
     /// MD, RT, SC: mode, rate and coordinate system of the guidance (SF-14 to SF-16).
     pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::JogMode)) -> Outcome {
         change(&mut self.state.jog_mode);

@@ -1,7 +1,7 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
 
-use crate::Controller;
 use crate::executor::{Direct, RunState, StopCause, Task};
+use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::signals::Signals;
 use alloc::format;
@@ -15,7 +15,7 @@ fn outcome(result: Result<(), String>) -> Outcome {
     result.map_or_else(Outcome::Ng, |()| Outcome::Ok)
 }
 
-impl Controller {
+impl Robot {
     /// RN (CMD-RN-01, CMD-RN-05).
     pub(super) fn op_start(&mut self) -> Outcome {
         outcome(self.start())

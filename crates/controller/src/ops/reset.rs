@@ -1,16 +1,17 @@
 //! RS and SL: back to a step, a signal state, a file.
 
+use crate::SelectError;
 use crate::executor::{RunState, TaskState};
 use crate::findings::rules;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::session::Outcome;
-use crate::{Controller, SelectError};
 use alloc::string::{String, ToString};
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
 
-impl Controller {
+impl Robot {
     /// RS, in stop mode only (CMD-RS-01 to CMD-RS-10).
     pub(super) fn op_reset(&mut self, reset: Reset) -> Outcome {
         if self.executor.status() == ExecutionStatus::Running {

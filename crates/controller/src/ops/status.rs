@@ -1,9 +1,9 @@
 //! SU SF EU VR: what the controller tells of itself.
 
-use crate::Controller;
+use super::CommandContext;
 use crate::alarm::Alarm;
 use crate::options::SfTexts;
-use crate::port::Port;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::variation::Variation;
 use alloc::string::ToString;
@@ -29,7 +29,7 @@ const SOFTWARE_DATE: CalendarTime = CalendarTime {
     second: 0,
 };
 
-impl Controller {
+impl Robot {
     /// The contents of SU.
     pub(crate) fn status_body(&self) -> StatusBody {
         StatusBody {
@@ -54,22 +54,20 @@ impl Controller {
     }
 
     /// SU; it answers the SU request of SF (SF-21).
-    pub(super) fn op_status(&mut self, port: Port) -> Outcome {
+    pub(super) fn op_status(&mut self, context: &mut CommandContext<'_>) -> Outcome {
         let body = self.status_body();
         let content = body.encode(self.config.options.su_layout);
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.last_status = Some(body);
-        }
+        *context.last_status = Some(body);
         Outcome::file(content)
     }
 
     /// SF (SF-01 to SF-46).
-    pub(super) fn op_system_status(&mut self, port: Port) -> Outcome {
+    pub(super) fn op_system_status(&mut self, context: &CommandContext<'_>) -> Outcome {
         let layout = match self.arm.kind() {
             scol_mini::Arm::SixAxis => SfLayout::Eight,
             scol_mini::Arm::Scara => SfLayout::Six,
         };
-        let content = self.system_status(port).encode(layout);
+        let content = self.system_status(context.last_status.as_ref()).encode(layout);
         match (layout, self.config.options.sf_texts) {
             // The content fills its text: there is no room for an EOF (ste80722 S23).
             (SfLayout::Six, _) => Outcome::File(FlSender::single_text(content, &[])),
@@ -78,12 +76,8 @@ impl Controller {
         }
     }
 
-    fn system_status(&self, port: Port) -> SystemStatus {
+    fn system_status(&self, asked: Option<&StatusBody>) -> SystemStatus {
         let body = self.status_body();
-        let asked = self
-            .sessions
-            .get(&port)
-            .and_then(|session| session.last_status.as_ref());
         let conditions = self.executor.memory().conditions();
         let shown = self.arm.shown(self.now, conditions);
         let systems = self.arm.systems(conditions);
@@ -129,9 +123,13 @@ impl Controller {
     }
 
     /// EU (EU-01 to EU-07).
-    pub(super) fn op_error_history(&mut self) -> Outcome {
+    pub(super) fn op_error_history(&mut self, context: &CommandContext<'_>) -> Outcome {
         let mut entries: Vec<_> = self.alarms.history().map(Alarm::history_entry).collect();
-        if self.variation.as_ref().is_some_and(Variation::lists_oldest_first) {
+        if context
+            .variation
+            .as_deref()
+            .is_some_and(Variation::lists_oldest_first)
+        {
             entries.reverse();
         }
         Outcome::file(encode_history(&entries))

@@ -1,9 +1,9 @@
 //! MR and MW: the global variables and the data of the selected file.
 
-use crate::Controller;
 use crate::alarm;
 use crate::output::Output;
 use crate::persistence::PendingChange;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -14,7 +14,7 @@ use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::mr::encode_values;
 
-impl Controller {
+impl Robot {
     /// MR (CMD-MR-01 to CMD-MR-06, MR-01 to MR-05).
     pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
         match self.read_variable(&read.variable, read.kind) {
@@ -61,12 +61,16 @@ impl Controller {
     }
 
     /// MW (CMD-MW-01 to CMD-MW-06).
-    pub(super) fn op_write_variable(&mut self, write: &VariableWrite) -> Outcome {
-        self.write_variable(write)
+    pub(super) fn op_write_variable(&mut self, write: &VariableWrite, room: Option<usize>) -> Outcome {
+        self.write_variable(write, room)
             .map_or_else(Outcome::Ng, |()| Outcome::Ok)
     }
 
-    pub(crate) fn write_variable(&mut self, write: &VariableWrite) -> Result<(), String> {
+    pub(crate) fn write_variable(
+        &mut self,
+        write: &VariableWrite,
+        room: Option<usize>,
+    ) -> Result<(), String> {
         let arm = self.arm.kind();
         let VariableName { name, subscripts } = &write.variable;
         let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
@@ -80,7 +84,7 @@ impl Controller {
         self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
         let changed = if write.restore {
-            Some(self.rewritten(&write.variable, &value)?)
+            Some(self.rewritten(&write.variable, &value, room)?)
         } else {
             None
         };
@@ -115,7 +119,7 @@ impl Controller {
         let (program, memory) = (&selected.program, &selected.memory);
         let source = scol_mini::restore_values(&selected.source, program, memory, names)
             .map_err(|error| error.to_string())?;
-        let program = self.stored(&source)?;
+        let program = self.stored(&source, None)?;
         self.take_rewritten(source, program);
         Ok(())
     }
@@ -125,17 +129,18 @@ impl Controller {
         &mut self,
         variable: &VariableName,
         value: &Value,
+        room: Option<usize>,
     ) -> Result<(String, Arc<scol_mini::Program>), String> {
         let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         let VariableName { name, subscripts } = variable;
         let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
             .map_err(|error| error.to_string())?;
-        let program = self.stored(&source)?;
+        let program = self.stored(&source, room)?;
         Ok((source, program))
     }
 
     /// Stores the selected file with new initial values on the drive; its program.
-    fn stored(&mut self, source: &str) -> Result<Arc<scol_mini::Program>, String> {
+    fn stored(&mut self, source: &str, room: Option<usize>) -> Result<Arc<scol_mini::Program>, String> {
         let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
         if selected.stale {
             return Err("the file was downloaded anew; select it first".to_string());
@@ -145,7 +150,7 @@ impl Controller {
         let program = compilation
             .program
             .ok_or("the file does not compile with that value")?;
-        if let Some(free) = self.faults.drive_free.filter(|free| source.len() > *free) {
+        if let Some(free) = room.filter(|free| source.len() > *free) {
             let size = source.len();
             let name = selected.name.clone();
             return Err(crate::DriveError::Full { name, size, free }.to_string());

@@ -1,16 +1,13 @@
 //! WD: a host that promises to be heard in time, and the alarm when it is not (ste80722 S11). Every text of a host feeds
 //! it, in `talk`.
 
-use crate::Controller;
-use crate::alarm;
-use crate::findings::rules;
+use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::state::Watchdog;
-use alloc::format;
 use core::time::Duration;
 use ts3100_proto::status::AlarmLevel;
 
-impl Controller {
+impl Robot {
     /// WD: from now on a text is expected at least so often; without one an alarm of the level follows.
     pub(super) fn op_watchdog(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
         self.state.watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
@@ -19,26 +16,6 @@ impl Controller {
             fed_at: self.now,
         });
         Outcome::Ok
-    }
-
-    /// The watchdog's time is over: it barks once.
-    pub(crate) fn expire_watchdog(&mut self) {
-        let due = self
-            .state
-            .watchdog
-            .as_ref()
-            .is_some_and(|watchdog| watchdog.deadline() <= self.now);
-        if let Some(watchdog) = self.state.watchdog.take_if(|_| due) {
-            for port in self.protocol_peers() {
-                let message = format!(
-                    "WD promised a text within {} ms; none came",
-                    watchdog.timeout.as_millis()
-                );
-                self.report(&rules::WATCHDOG_LATE, port, &[], message);
-            }
-            let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
-            self.raise(alarm::host_timeout(watchdog.level), detail);
-        }
     }
 }
 

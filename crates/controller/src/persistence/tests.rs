@@ -1,6 +1,7 @@
 //! What a host and those who hold the controller see of a change that is kept, and of one that is not.
 
 use super::*;
+use crate::Controller;
 use crate::action::ActionErrorKind;
 use crate::input::{ControlRight, PanelAction};
 use crate::options::WhileSending;

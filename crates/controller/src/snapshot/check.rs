@@ -5,8 +5,8 @@
 use super::SnapshotError;
 use crate::Controller;
 use crate::channel::Channel;
-use crate::controller::fresh_lines;
 use crate::drive::Drive;
+use crate::endpoint::fresh_lines;
 use crate::input::KeySwitch;
 use crate::limits::{
     LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
@@ -109,152 +109,179 @@ fn check_points(config: &Config) -> CheckResult {
     }
 }
 
-impl Controller {
-    pub(super) fn validate(&self) -> CheckResult {
-        self.check_state()?;
-        self.check_drive()?;
-        self.check_alarms()?;
-        self.signals.check()?;
-        self.check_endpoints()?;
-        self.check_arm()?;
-        self.check_faults()?;
-        check_at_most("pendant", self.pendant.len(), PENDANT_TEXT)?;
-        match self.poll_deadline() {
-            Some(due) if due < self.now => {
-                let expected = format!("nothing that was due before {}", self.now);
-                Err(SnapshotError::value("now", &expected, due))
+pub(super) fn controller(controller: &Controller) -> CheckResult {
+    check_state(controller)?;
+    check_drive(controller)?;
+    check_alarms(controller)?;
+    controller.robot.signals.check()?;
+    check_endpoints(controller)?;
+    check_arm(controller)?;
+    check_faults(controller)?;
+    check_at_most("pendant", controller.robot.pendant.len(), PENDANT_TEXT)?;
+    match controller.poll_deadline() {
+        Some(due) if due < controller.robot.now => {
+            let expected = format!("nothing that was due before {}", controller.robot.now);
+            Err(SnapshotError::value("now", &expected, due))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn check_state(controller: &Controller) -> CheckResult {
+    let state = &controller.robot.state;
+    check_range("state.override_percent", state.override_percent, 1..=100)?;
+    check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
+    check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;
+    check_range("state.guide.mode", state.jog_mode.mode, 0..=2)?;
+    check_duration("state.run_total", state.run_total)?;
+    check_duration("upkeep", controller.robot.maintenance.longest())?;
+    if let Some(watchdog) = &state.watchdog {
+        check_duration("state.watchdog.timeout", watchdog.timeout)?;
+    }
+    check_range("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
+    if state.servo && state.servo_due.is_some() {
+        let expected = "no servo power that is held back while it is on";
+        return Err(SnapshotError::value("state.servo_due", expected, "one"));
+    }
+    let servo = state.servo || state.servo_due.is_some();
+    if servo && (state.emergency_stop || state.safety_open) {
+        let expected = "no servo power in an emergency stop or with the safety switch open";
+        return Err(SnapshotError::value("state.servo", expected, "servo power"));
+    }
+    check_key("state.key", &controller.robot.config, state.key)
+}
+
+fn check_drive(controller: &Controller) -> CheckResult {
+    let mut fresh = Drive::new(controller.robot.config.options.drive_capacity);
+    for (name, content) in controller.robot.drive.files() {
+        let place = format!("drive.files.{name}");
+        let normal = FileName::parse(name)
+            .ok()
+            .filter(|normal| normal.as_str() == name);
+        let Some(normal) = normal else {
+            return Err(SnapshotError::value(&place, "a file name in upper case", name));
+        };
+        let stored = fresh.store(&normal, content);
+        stored.map_err(|error| SnapshotError::value(&place, "a file the RAM drive takes", error))?;
+    }
+    if fresh == controller.robot.drive {
+        return Ok(());
+    }
+    let expected = format!(
+        "{}, as config.options.drive_capacity",
+        controller.robot.config.options.drive_capacity
+    );
+    Err(SnapshotError::value("drive.capacity", &expected, "another"))
+}
+
+fn check_alarms(controller: &Controller) -> CheckResult {
+    check_at_most(
+        "alarms.active",
+        controller.robot.alarms.active().len(),
+        MAX_ALARMS,
+    )?;
+    check_at_most(
+        "alarms.history",
+        controller.robot.alarms.history().count(),
+        MAX_HISTORY,
+    )?;
+    let mut all = controller
+        .robot
+        .alarms
+        .active()
+        .iter()
+        .chain(controller.robot.alarms.history());
+    match all.find(|alarm| !alarm.at.is_valid()) {
+        Some(alarm) => Err(SnapshotError::value(
+            "alarms",
+            "dates and times that exist",
+            format!("{:?}", alarm.at),
+        )),
+        None => Ok(()),
+    }
+}
+
+fn check_endpoints(controller: &Controller) -> CheckResult {
+    check_ports(
+        "sessions",
+        &controller.endpoints.sessions,
+        &[Port::Host, Port::Ip0],
+    )?;
+    for (port, session) in &controller.endpoints.sessions {
+        if session.port != *port {
+            let place = format!("sessions.{port}.port");
+            return Err(SnapshotError::value(&place, port.name(), session.port));
+        }
+        if !session.is_valid(controller.robot.config.options.text) {
+            let expected = "a text, a message and a file within their bounds";
+            return Err(SnapshotError::value(
+                &format!("sessions.{port}"),
+                expected,
+                "more",
+            ));
+        }
+    }
+    let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
+    check_ports("channels", &controller.robot.channels, &scol)?;
+    let ring = |place: &str, channel: &Channel| check_at_most(place, channel.len(), RING_BUFFER);
+    for (port, channel) in &controller.robot.channels {
+        ring(&format!("channels.{port}.ring"), channel)?;
+    }
+    ring("keys.ring", &controller.robot.keys)?;
+    let serial: alloc::vec::Vec<Port> = fresh_lines().into_keys().collect();
+    check_ports("lines", &controller.endpoints.lines, &serial)?;
+    for (port, line) in &controller.endpoints.lines {
+        for (direction, name) in [(&line.inbound, "inbound"), (&line.outbound, "outbound")] {
+            let place = format!("lines.{port}.{name}");
+            check_at_most(&place, direction.queued(), MOST_ON_LINE)?;
+            if !direction.is_valid() {
+                let expected = "as many bytes as are counted, and a character within its bits";
+                return Err(SnapshotError::value(&place, expected, "others"));
             }
-            _ => Ok(()),
         }
     }
+    Ok(())
+}
 
-    fn check_state(&self) -> CheckResult {
-        let state = &self.state;
-        check_range("state.override_percent", state.override_percent, 1..=100)?;
-        check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
-        check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;
-        check_range("state.guide.mode", state.jog_mode.mode, 0..=2)?;
-        check_duration("state.run_total", state.run_total)?;
-        check_duration("upkeep", self.maintenance.longest())?;
-        if let Some(watchdog) = &state.watchdog {
-            check_duration("state.watchdog.timeout", watchdog.timeout)?;
-        }
-        check_range("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
-        if state.servo && state.servo_due.is_some() {
-            let expected = "no servo power that is held back while it is on";
-            return Err(SnapshotError::value("state.servo_due", expected, "one"));
-        }
-        let servo = state.servo || state.servo_due.is_some();
-        if servo && (state.emergency_stop || state.safety_open) {
-            let expected = "no servo power in an emergency stop or with the safety switch open";
-            return Err(SnapshotError::value("state.servo", expected, "servo power"));
-        }
-        check_key("state.key", &self.config, state.key)
-    }
-
-    fn check_drive(&self) -> CheckResult {
-        let mut fresh = Drive::new(self.config.options.drive_capacity);
-        for (name, content) in self.drive.files() {
-            let place = format!("drive.files.{name}");
-            let normal = FileName::parse(name)
-                .ok()
-                .filter(|normal| normal.as_str() == name);
-            let Some(normal) = normal else {
-                return Err(SnapshotError::value(&place, "a file name in upper case", name));
-            };
-            let stored = fresh.store(&normal, content);
-            stored.map_err(|error| SnapshotError::value(&place, "a file the RAM drive takes", error))?;
-        }
-        if fresh == self.drive {
-            return Ok(());
-        }
-        let expected = format!(
-            "{}, as config.options.drive_capacity",
-            self.config.options.drive_capacity
-        );
-        Err(SnapshotError::value("drive.capacity", &expected, "another"))
-    }
-
-    fn check_alarms(&self) -> CheckResult {
-        check_at_most("alarms.active", self.alarms.active().len(), MAX_ALARMS)?;
-        check_at_most("alarms.history", self.alarms.history().count(), MAX_HISTORY)?;
-        let mut all = self.alarms.active().iter().chain(self.alarms.history());
-        match all.find(|alarm| !alarm.at.is_valid()) {
-            Some(alarm) => Err(SnapshotError::value(
-                "alarms",
-                "dates and times that exist",
-                format!("{:?}", alarm.at),
-            )),
-            None => Ok(()),
-        }
-    }
-
-    fn check_endpoints(&self) -> CheckResult {
-        check_ports("sessions", &self.sessions, &[Port::Host, Port::Ip0])?;
-        for (port, session) in &self.sessions {
-            if session.port != *port {
-                let place = format!("sessions.{port}.port");
-                return Err(SnapshotError::value(&place, port.name(), session.port));
-            }
-            if !session.is_valid(self.config.options.text) {
-                let expected = "a text, a message and a file within their bounds";
-                return Err(SnapshotError::value(
-                    &format!("sessions.{port}"),
-                    expected,
-                    "more",
-                ));
-            }
-        }
-        let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
-        check_ports("channels", &self.channels, &scol)?;
-        let ring = |place: &str, channel: &Channel| check_at_most(place, channel.len(), RING_BUFFER);
-        for (port, channel) in &self.channels {
-            ring(&format!("channels.{port}.ring"), channel)?;
-        }
-        ring("keys.ring", &self.keys)?;
-        let serial: alloc::vec::Vec<Port> = fresh_lines().into_keys().collect();
-        check_ports("lines", &self.lines, &serial)?;
-        for (port, line) in &self.lines {
-            for (direction, name) in [(&line.inbound, "inbound"), (&line.outbound, "outbound")] {
-                let place = format!("lines.{port}.{name}");
-                check_at_most(&place, direction.queued(), MOST_ON_LINE)?;
-                if !direction.is_valid() {
-                    let expected = "as many bytes as are counted, and a character within its bits";
-                    return Err(SnapshotError::value(&place, expected, "others"));
-                }
-            }
-        }
-        Ok(())
-    }
-
-    fn check_faults(&self) -> CheckResult {
-        self.faults.validate().map_err(|(place, expected, found)| {
+fn check_faults(controller: &Controller) -> CheckResult {
+    controller
+        .endpoints
+        .faults
+        .validate()
+        .map_err(|(place, expected, found)| {
             SnapshotError::value(&format!("faults.{place}"), &expected, found)
         })?;
-        let (vary, seed) = (self.variation.as_ref().map(Variation::seed), self.config.vary);
-        if vary != seed {
-            let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
-            let expected = format!("{}, as config.vary", seed(self.config.vary));
-            return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
-        }
-        for port in Port::ALL {
-            let (bytes, parcels) = self.send_queue.waiting(port);
-            let place = format!("outbox.queues.{port}");
-            check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
-            check_at_most(&place, parcels, MAX_QUEUED_SEGMENTS)?;
-        }
-        Ok(())
+    let (vary, seed) = (
+        controller.endpoints.variation.as_ref().map(Variation::seed),
+        controller.robot.config.vary,
+    );
+    if vary != seed {
+        let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
+        let expected = format!("{}, as config.vary", seed(controller.robot.config.vary));
+        return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
     }
+    for port in Port::ALL {
+        let (bytes, parcels) = controller.endpoints.send_queue.waiting(port);
+        let place = format!("outbox.queues.{port}");
+        check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
+        check_at_most(&place, parcels, MAX_QUEUED_SEGMENTS)?;
+    }
+    Ok(())
+}
 
-    fn check_arm(&self) -> CheckResult {
-        self.arm
-            .validate(self.now)
-            .map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
-        let text = self.jogging.map(|port| (port, port.protocol().is_some()));
-        match text {
-            Some((port, false)) => Err(SnapshotError::value("jogging", "HOST or IP0", port)),
-            _ => Ok(()),
-        }
+fn check_arm(controller: &Controller) -> CheckResult {
+    controller
+        .robot
+        .arm
+        .validate(controller.robot.now)
+        .map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
+    let text = controller
+        .robot
+        .jogging
+        .map(|port| (port, port.protocol().is_some()));
+    match text {
+        Some((port, false)) => Err(SnapshotError::value("jogging", "HOST or IP0", port)),
+        _ => Ok(()),
     }
 }
 

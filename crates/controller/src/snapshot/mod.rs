@@ -16,11 +16,14 @@ use crate::alarm::Alarms;
 use crate::arm::Arm;
 use crate::channel::Channel;
 use crate::drive::Drive;
+use crate::endpoint::Endpoints;
 use crate::faults::Faults;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
+use crate::persistence::Persistence;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::send_queue::SendQueue;
 use crate::serial_line::SerialLine;
 use crate::session::Session;
@@ -159,28 +162,28 @@ impl Controller {
         Snapshot {
             format,
             version,
-            config: self.config.clone(),
-            now: self.now,
-            state: self.state.clone(),
-            drive: self.drive.clone(),
-            alarms: self.alarms.clone(),
-            signals: self.signals.clone(),
-            sessions: self.sessions.clone(),
-            channels: self.channels.clone(),
-            lines: self.lines.clone(),
-            keys: self.keys.clone(),
-            pendant: self.pendant.clone(),
-            execution: SavedExecution::new(&self.executor),
-            arm: self.arm.clone(),
-            jogging: self.jogging,
-            ethernet: self.ethernet.clone(),
-            user: self.user,
-            network: self.network,
-            traced: self.traced,
-            upkeep: self.maintenance,
-            faults: self.faults.clone(),
-            vary: self.variation.clone(),
-            outbox: self.send_queue.clone(),
+            config: self.robot.config.clone(),
+            now: self.robot.now,
+            state: self.robot.state.clone(),
+            drive: self.robot.drive.clone(),
+            alarms: self.robot.alarms.clone(),
+            signals: self.robot.signals.clone(),
+            sessions: self.endpoints.sessions.clone(),
+            channels: self.robot.channels.clone(),
+            lines: self.endpoints.lines.clone(),
+            keys: self.robot.keys.clone(),
+            pendant: self.robot.pendant.clone(),
+            execution: SavedExecution::new(&self.robot.executor),
+            arm: self.robot.arm.clone(),
+            jogging: self.robot.jogging,
+            ethernet: self.robot.ethernet.clone(),
+            user: self.robot.user,
+            network: self.robot.network,
+            traced: self.robot.traced,
+            upkeep: self.robot.maintenance,
+            faults: self.endpoints.faults.clone(),
+            vary: self.endpoints.variation.clone(),
+            outbox: self.endpoints.send_queue.clone(),
         }
     }
 
@@ -220,32 +223,37 @@ impl Controller {
         let arm = arm.with_model(config.model.clone());
         let execution = execution.restore(&config)?;
         let controller = Controller {
-            config,
-            now,
-            state,
-            drive,
-            alarms,
-            signals,
-            sessions,
-            channels,
-            lines,
-            keys,
-            pendant,
-            executor: execution,
-            arm,
-            jogging,
-            ethernet,
-            user,
-            network,
-            traced,
-            maintenance: upkeep,
-            faults,
-            variation: vary,
-            send_queue: outbox,
-            outputs: VecDeque::new(),
-            persistence: crate::persistence::Persistence::default(),
+            robot: Robot {
+                config,
+                now,
+                state,
+                drive,
+                alarms,
+                signals,
+                channels,
+                keys,
+                pendant,
+                executor: execution,
+                arm,
+                jogging,
+                ethernet,
+                user,
+                network,
+                traced,
+                maintenance: upkeep,
+                persistence: Persistence::default(),
+                notices: alloc::vec::Vec::new(),
+                outputs: VecDeque::new(),
+            },
+            endpoints: Endpoints {
+                sessions,
+                lines,
+                faults,
+                variation: vary,
+                send_queue: outbox,
+            },
         };
-        controller.validate()?;
+        check::controller(&controller)?;
         Ok(controller)
     }
 }

@@ -23,10 +23,10 @@ pub const KIND: FaultKind = FaultKind {
         DELAY,
     ],
     points: MACHINE,
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let number = values.word("number");
         if let Some(code) = ALARMS.iter().find(|row| row.number() == number) {
-            controller.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
+            context.schedule(values.millis("delay"), ScheduledAction::Alarm(*code));
         }
         Applied::new(
             Effect::Unchanged,

@@ -32,9 +32,9 @@ pub const KIND: FaultKind = FaultKind {
     // The free bytes are those for the whole file, so they are set when the command is served.
     applies: |_, _, block| block == 0,
     validate: check_stores_file,
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let free = values.bytes("free").unwrap_or(0);
-        controller.faults.drive_free = Some(free);
+        context.room = Some(free);
         let message = alloc::format!("{} finds {free} bytes free on the RAM drive", site.description());
         Applied::new(Effect::Unchanged, message)
     },

@@ -21,11 +21,11 @@ pub const KIND: FaultKind = FaultKind {
         ),
     ],
     points: MACHINE,
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let (delay, release) = (values.millis("delay"), values.millis("release"));
-        controller.schedule(delay, ScheduledAction::Panel(PanelAction::EmergencyStop(true)));
+        context.schedule(delay, ScheduledAction::Panel(PanelAction::EmergencyStop(true)));
         if !release.is_zero() {
-            controller.schedule(
+            context.schedule(
                 delay + release,
                 ScheduledAction::Panel(PanelAction::EmergencyStop(false)),
             );

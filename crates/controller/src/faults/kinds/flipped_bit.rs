@@ -3,8 +3,8 @@
 //! It applies to sent or to received bytes. Byte and bit are random by default.
 
 use super::super::ParameterValues;
+use super::super::kind::FaultContext;
 use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
-use crate::Controller;
 
 /// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";
@@ -53,9 +53,9 @@ pub const KIND: FaultKind = FaultKind {
         InjectionPoint::Bytes,
     ],
     applies: |values, point, _| (values.word("way") == IN) == (point == InjectionPoint::Bytes),
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let mut bytes = site.bytes.to_vec();
-        let (byte, bit) = position(controller, values, bytes.len());
+        let (byte, bit) = position(context, values, bytes.len());
         let Some(found) = bytes.get_mut(byte) else {
             let message = alloc::format!("{} has no byte {byte}", site.description());
             return Applied::new(Effect::Unchanged, message);
@@ -77,8 +77,8 @@ pub const KIND: FaultKind = FaultKind {
 };
 
 /// Index of the byte and number of the bit; random where the fault does not say.
-fn position(controller: &mut Controller, values: &ParameterValues, length: usize) -> (usize, u32) {
-    let rng = &mut controller.faults.rng;
+fn position(context: &mut FaultContext<'_>, values: &ParameterValues, length: usize) -> (usize, u32) {
+    let rng = &mut *context.rng;
     let byte = values.bytes("byte").unwrap_or_else(|| rng.index(length));
     let bit = values.number("bit").unwrap_or_else(|| rng.between(0, 7));
     (byte, u32::try_from(bit).unwrap_or(0))

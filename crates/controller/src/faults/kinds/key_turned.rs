@@ -36,14 +36,14 @@ pub const KIND: FaultKind = FaultKind {
     ],
     points: MACHINE,
     command: Some("RN"),
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let word = values.word("to");
         let (delay, back) = (values.millis("delay"), values.millis("back"));
         let position = POSITIONS.iter().find(|(name, _)| *name == word);
         let position = position.map_or(KeySwitch::Teaching, |(_, position)| *position);
-        controller.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
+        context.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
         if !back.is_zero() {
-            controller.schedule(
+            context.schedule(
                 delay + back,
                 ScheduledAction::Panel(PanelAction::Key(KeySwitch::Ext)),
             );

@@ -25,10 +25,10 @@ pub const KIND: FaultKind = FaultKind {
         description: "how many of those that came at once stand before it; drawn if not said",
     }],
     points: &[InjectionPoint::Character],
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let last = site.bytes.len().saturating_sub(1);
         let index = values.bytes("character").map(|index| index.min(last));
-        let index = index.unwrap_or_else(|| controller.faults.rng.index(site.bytes.len()));
+        let index = index.unwrap_or_else(|| context.rng.index(site.bytes.len()));
         let byte = site.bytes.get(index).copied().unwrap_or_default();
         let message = alloc::format!("a character on {} ({byte:02X}) has a parity error", site.port);
         Applied::new(Effect::ParityError(index), message)

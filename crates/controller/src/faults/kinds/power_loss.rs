@@ -18,10 +18,10 @@ pub const KIND: FaultKind = FaultKind {
     points: MACHINE,
     command: Some("DL"),
     block: Some(1),
-    apply: |controller, values, site| {
+    apply: |context, values, site| {
         let delay = values.millis("delay");
         let message = alloc::format!("the power goes at {}", site.description());
-        controller.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
+        context.schedule(delay, ScheduledAction::Panel(PanelAction::PowerCycle));
         let effect = if delay.is_zero() {
             Effect::Lost
         } else {

@@ -14,8 +14,8 @@ pub const KIND: FaultKind = FaultKind {
     remedy: "See by SP and SF that the servo is off, reset the alarm, SO, and start again: the step is done again.",
     parameters: &[DELAY],
     points: MACHINE,
-    apply: |controller, values, site| {
-        controller.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
+    apply: |context, values, site| {
+        context.schedule(values.millis("delay"), ScheduledAction::Alarm(SERVO_FAILURE));
         Applied::new(
             Effect::Unchanged,
             alloc::format!("the servo drops out behind {}", site.description()),

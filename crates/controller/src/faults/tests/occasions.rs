@@ -2,6 +2,7 @@
 //! finds its occasion there, and what is refused finds none.
 
 use super::*;
+use crate::Controller;
 use crate::faults::spec::parse;
 use crate::options::SfTexts;
 use crate::{ControlRight, KeySwitch};
@@ -146,7 +147,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
         robot.feed(Time::ZERO, Input::Connected { port, peer });
     }
     // More than can be armed, none of which ever takes its turn.
-    robot.faults.reports = faults
+    robot.endpoints.faults.reports = faults
         .into_iter()
         .map(|fault| {
             armed(Fault {
@@ -155,7 +156,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
             })
         })
         .collect();
-    robot.arm.age(1e12);
+    robot.robot.arm.age(1e12);
     let mut day = Day { robot };
     day.print();
     for port in [Port::Host, Port::Ip0] {
@@ -165,7 +166,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
         day.hear(port, b"1,2\r".to_vec());
     }
     for row in crate::alarm::ALARMS {
-        day.robot.raise(*row, "x".repeat(60));
+        day.robot.robot.raise(*row, "x".repeat(60));
     }
     for port in [Port::Host, Port::Ip0] {
         for command in ["AC", "AH", "EU"] {
@@ -174,13 +175,13 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
     }
     // What is never refused of itself is refused by another fault.
     let ng = parse("ng:times=0").unwrap();
-    day.robot.faults.reports.push(armed(ng));
+    day.robot.endpoints.faults.reports.push(armed(ng));
     for port in [Port::Host, Port::Ip0] {
         for row in COMMANDS.iter().chain(EXTENSIONS) {
             day.ask(port, row.example);
         }
     }
-    day.robot.faults.reports
+    day.robot.endpoints.faults.reports
 }
 
 #[test]

@@ -1,0 +1,132 @@
+//! The communication ports: bytes become texts, texts commands, and answers leave. Each port of the simple protocol
+//! (HOST, IP0) has a [`Session`]; HOST and COM1 have a serial line in front; faults and variation act on what passes.
+//! What a command does is `ops`'; the data of INPUT waits in the robot's channels.
+
+mod command;
+mod download;
+mod notices;
+mod power;
+
+use crate::faults::Faults;
+use crate::options::Config;
+use crate::port::Port;
+use crate::robot::Robot;
+use crate::send_queue::SendQueue;
+use crate::serial_line::SerialLine;
+use crate::session::Session;
+use crate::time::Time;
+use crate::variation::Variation;
+use alloc::collections::BTreeMap;
+use alloc::string::String;
+
+/// The ports with their peers.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Endpoints {
+    /// HOST and IP0.
+    pub(crate) sessions: BTreeMap<Port, Session>,
+    /// HOST and COM1.
+    pub(crate) lines: BTreeMap<Port, SerialLine>,
+    pub(crate) faults: Faults,
+    pub(crate) variation: Option<Variation>,
+    pub(crate) send_queue: SendQueue,
+}
+
+impl Endpoints {
+    /// Ports without peers.
+    pub(crate) fn new(config: &Config) -> Endpoints {
+        let text = config.options.text;
+        Endpoints {
+            sessions: [Port::Host, Port::Ip0]
+                .map(|port| (port, Session::new(port, text)))
+                .into(),
+            lines: fresh_lines(),
+            faults: Faults::new(config.fault_seed),
+            variation: config.vary.map(Variation::new),
+            send_queue: SendQueue::default(),
+        }
+    }
+
+    /// When something happens on a port by itself.
+    pub(crate) fn deadline(&self, robot: &Robot) -> Option<Time> {
+        let sessions = self.sessions.values().filter_map(|session| {
+            let sp = session
+                .sp_due()
+                .filter(|_| !self.line_is_taken(robot, session.port));
+            session.deadline().into_iter().chain(sp).min()
+        });
+        sessions
+            .chain(self.line_deadline(robot))
+            .chain(self.send_queue.deadline())
+            .chain(self.faults.deadline())
+            .min()
+    }
+
+    /// Serves what is due now, in the order in which a moment has always gone: what a fault has scheduled, what leaves
+    /// late, what has passed on the lines, then the time limits of hosts.
+    pub(crate) fn advance(&mut self, robot: &mut Robot) {
+        self.run_scheduled(robot);
+        self.send_due(robot);
+        self.serve_lines(robot);
+        self.expire_sessions(robot);
+        self.expire_watchdog(robot);
+    }
+
+    /// Whether a host is in the middle of a text or owes an answer. While characters are on its line it owes nothing.
+    pub(crate) fn await_a_host(&self) -> bool {
+        self.sessions.values().any(|session| {
+            session.awaits_host()
+                && !self.line_is_busy(session.port)
+                && !self.send_queue.is_busy(session.port)
+        })
+    }
+
+    /// Serves the texts that waited for a file to be kept.
+    pub(crate) fn read_waiting_texts(&mut self, robot: &mut Robot) {
+        for port in [Port::Host, Port::Ip0] {
+            self.read_texts(robot, port, false);
+        }
+    }
+
+    /// The peer of a port, while there is one.
+    pub(crate) fn peer<'a>(&'a self, robot: &'a Robot, port: Port) -> Option<&'a str> {
+        let session = self.sessions.get(&port).map(|session| &session.peer);
+        let channel = robot.channels.get(&port).map(|channel| &channel.peer);
+        session.or(channel)?.as_deref()
+    }
+
+    /// Takes over the peers of the controller that was here before: the edge keeps its links. What this one knew of its
+    /// own peers is gone as with a cable that was cut, and those that are there now are met as new ones.
+    pub(crate) fn adopt_peers(&mut self, robot: &mut Robot, before: &Endpoints, robot_before: &Robot) {
+        for port in Port::ALL {
+            let there = before.peer(robot_before, port);
+            let knew = self.peer(robot, port).is_some();
+            if knew && robot.jogging == Some(port) {
+                robot.stop_jog();
+            }
+            if let Some(line) = self.lines.get_mut(&port) {
+                // How the far end is opened is the edge's knowledge.
+                *line = SerialLine {
+                    host: before.lines.get(&port).map(|line| line.host).unwrap_or_default(),
+                    ..SerialLine::default()
+                };
+            }
+            match there {
+                Some(peer) => {
+                    if let Some(channel) = robot.channels.get_mut(&port) {
+                        channel.disconnect_peer();
+                    }
+                    self.connected(robot, port, String::from(peer));
+                }
+                None if knew => self.disconnected(robot, port),
+                None => {}
+            }
+        }
+    }
+}
+
+/// The serial lines when the power comes on.
+pub(crate) fn fresh_lines() -> BTreeMap<Port, SerialLine> {
+    [Port::Host, Port::Com1]
+        .map(|port| (port, SerialLine::default()))
+        .into()
+}

@@ -1,0 +1,95 @@
+//! A command on its way to the robot: the permission tables are asked, and the outcome is counted for coverage.
+
+use super::Endpoints;
+use crate::findings::rules;
+use crate::ops::CommandContext;
+use crate::output::{Event, Verdict};
+use crate::port::Port;
+use crate::robot::Robot;
+use crate::session::{Outcome, Session};
+use alloc::format;
+use ts3100_proto::command::Command;
+use ts3100_proto::permission::Permission;
+use ts3100_proto::status::ExecutionStatus;
+
+impl Endpoints {
+    /// Carries out a command that came on a protocol port.
+    pub(crate) fn command(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
+        if !robot.config.serves(&command) {
+            return Outcome::ng("the manual lists no such command (option `extensions`)");
+        }
+        if command.is_extension() {
+            self.disable_unsolicited_sp(robot, port);
+        }
+        let row = command.permission_row();
+        let mode = robot.state.master_mode();
+        let refusal = forbidden(robot, port, row);
+        let valid = refusal.is_none();
+        let outcome = refusal.unwrap_or_else(|| self.carry_out(robot, port, command));
+        let table = port
+            .protocol()
+            .and_then(|port| robot.config.permissions.get(port, row, mode));
+        if table.is_some() {
+            let verdict = match &outcome {
+                Outcome::Ng(_) if valid => Verdict::Refused,
+                Outcome::Ng(_) => Verdict::NotValid,
+                Outcome::Held => return outcome,
+                Outcome::Ok | Outcome::File(_) | Outcome::Receive(..) => Verdict::Served,
+            };
+            robot.event(Event::Answered {
+                port,
+                row,
+                mode,
+                verdict,
+            });
+        }
+        outcome
+    }
+
+    /// Carries out a command that is valid.
+    fn carry_out(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
+        let receiving = match &command {
+            Command::Dl(name) => self.sessions.values().any(|session| session.receives(name)),
+            _ => false,
+        };
+        let mut unknown = None;
+        let mut context = CommandContext {
+            port,
+            receiving,
+            room: self.faults.drive_free,
+            variation: self.variation.as_mut(),
+            last_status: self
+                .sessions
+                .get_mut(&port)
+                .map_or(&mut unknown, |session: &mut Session| &mut session.last_status),
+        };
+        let known = command.clone();
+        let outputs = robot.waiting().count();
+        let outcome = robot.operate(&mut context, command);
+        self.take_notices(robot);
+        if robot.persistence.is_pending() {
+            return Outcome::Held;
+        }
+        if let Outcome::Ng(reason) = &outcome {
+            robot.check_refusal(port, &known, reason, outputs);
+        }
+        outcome
+    }
+}
+
+/// Why the permission tables do not have a command valid now.
+fn forbidden(robot: &mut Robot, port: Port, letters: &str) -> Option<Outcome> {
+    let mode = robot.state.master_mode();
+    let cell = robot.config.permissions.get(port.protocol()?, letters, mode)?;
+    let stopped = robot.executor.status() != ExecutionStatus::Running;
+    let reason = match cell {
+        Permission::Valid => return None,
+        Permission::WhenStopped if stopped => return None,
+        Permission::WhenStopped => {
+            format!("{letters} is valid on {port} only while the robot is stopped (5.3.2)")
+        }
+        Permission::Invalid => format!("{letters} is not valid on {port} in {} (5.3.2)", mode.as_str()),
+    };
+    robot.report(&rules::MODE_FORBIDS, port, letters.as_bytes(), reason.as_str());
+    Some(Outcome::Ng(reason))
+}

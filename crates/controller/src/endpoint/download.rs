@@ -1,0 +1,77 @@
+//! The end of a download, and texts of a file that come where none is expected (FL-04).
+
+use super::Endpoints;
+use crate::findings::rules;
+use crate::persistence::PendingChange;
+use crate::port::Port;
+use crate::robot::Robot;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use ts3100_proto::command::Command;
+use ts3100_proto::name::FileName;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::status::ExecutionStatus;
+
+impl Endpoints {
+    /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
+    fn finish_download(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        name: &FileName,
+        content: &[u8],
+    ) -> Result<(), String> {
+        if robot.executor.status() == ExecutionStatus::Running {
+            let reason = "the robot was started during the download";
+            robot.report(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
+            return Err(reason.to_string());
+        }
+        robot.store(name, content).map_err(|error| {
+            robot.check_store(port, &error);
+            error.to_string()
+        })
+    }
+
+    /// The answer to the last text of a download.
+    pub(crate) fn end_download(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        name: FileName,
+        content: Vec<u8>,
+        last: &[u8],
+    ) {
+        match self.finish_download(robot, port, &name, &content) {
+            Ok(()) => {
+                robot.check_download(port, &name, &content, last);
+                self.send_text(robot, port, &Reply::Ok.encode());
+            }
+            Err(_) if robot.persistence.is_pending() => robot.persistence.hold(PendingChange::Download {
+                port,
+                name,
+                content,
+                last: last.to_vec(),
+            }),
+            Err(reason) => self.refuse_block(robot, port, last, &reason),
+        }
+    }
+
+    /// Part of a file has come while no download is open (FL-04).
+    pub(crate) fn stray_file(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
+        if let Ok(Command::Fl(_)) = Command::parse(data) {
+            self.message(robot, port, data);
+        } else {
+            self.no_command(port);
+            let reason = "a text of a file that was refused before";
+            robot.report(&rules::FILE_WITHOUT_DOWNLOAD, port, data, reason);
+            self.refuse_text(robot, port, "FL", reason);
+        }
+        self.check_refused_file(port, data);
+    }
+
+    /// NG to a text of a download: the whole file is refused.
+    pub(crate) fn refuse_block(&mut self, robot: &mut Robot, port: Port, data: &[u8], reason: &str) {
+        self.refuse_text(robot, port, "FL", reason);
+        self.check_refused_file(port, data);
+    }
+}

@@ -1,0 +1,118 @@
+//! SP, the text that tells hosts of a stop they have not asked for (CMD-SP-05), and the watchdog by which a host
+//! promises to be heard (WD).
+
+use super::Endpoints;
+use crate::alarm;
+use crate::findings::rules;
+use crate::limits::MAX_SP_DELAY;
+use crate::options::UnsolicitedSp;
+use crate::port::Port;
+use crate::robot::{Robot, RunNotice};
+use crate::variation::Variation;
+use alloc::format;
+use core::time::Duration;
+use ts3100_proto::reply::Reply;
+
+impl Endpoints {
+    /// What has become of the program reaches the sessions. To be called before anything is sent: an SP takes its
+    /// delay from the same sequence of random numbers as answers do.
+    pub(crate) fn take_notices(&mut self, robot: &mut Robot) {
+        for notice in core::mem::take(&mut robot.notices) {
+            match notice {
+                RunNotice::Stopped => self.announce_stop(robot),
+                // The stop before this start is history: its SP must not be taken for one of the cycle that begins.
+                RunNotice::Started => {
+                    for session in self.sessions.values_mut() {
+                        session.waiting_sp = false;
+                    }
+                }
+            }
+        }
+    }
+
+    /// An SP waits on every port whose host is to be told of stops (D7).
+    fn announce_stop(&mut self, robot: &Robot) {
+        let (now, rule) = (robot.now, robot.config.options.unsolicited_sp);
+        for session in self.sessions.values_mut() {
+            let told = match rule {
+                UnsolicitedSp::Auto => !session.never_told_of_stops,
+                UnsolicitedSp::Always => true,
+                UnsolicitedSp::Never => false,
+            };
+            if told && session.peer.is_some() {
+                session.waiting_sp = true;
+                session.sp_after = now
+                    + self
+                        .variation
+                        .as_mut()
+                        .map_or(Duration::ZERO, Variation::sp_delay);
+                session.sp_by = now + MAX_SP_DELAY;
+            }
+        }
+    }
+
+    /// A text has come that only hosts send which take an SP for their next answer: under `auto` this one gets none.
+    pub(crate) fn disable_unsolicited_sp(&mut self, robot: &Robot, port: Port) {
+        let auto = robot.config.options.unsolicited_sp == UnsolicitedSp::Auto;
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.never_told_of_stops = true;
+            session.waiting_sp &= !auto;
+        }
+    }
+
+    /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
+    pub(crate) fn release_sp(&mut self, robot: &mut Robot) {
+        let now = robot.now;
+        for port in [Port::Host, Port::Ip0] {
+            let taken = self.line_is_taken(robot, port);
+            let Some(session) = self.sessions.get(&port) else {
+                continue;
+            };
+            if taken {
+                continue;
+            }
+            if session.sp_due().is_some_and(|due| due <= now) {
+                self.send_sp(robot, port);
+            }
+        }
+    }
+
+    /// The same between two texts of a host that sends without waiting for answers.
+    pub(crate) fn release_overdue_sp(&mut self, robot: &mut Robot, port: Port) {
+        let now = robot.now;
+        if self
+            .sessions
+            .get(&port)
+            .is_some_and(|session| session.sp_overdue(now))
+        {
+            self.send_sp(robot, port);
+        }
+    }
+
+    fn send_sp(&mut self, robot: &mut Robot, port: Port) {
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.waiting_sp = false;
+        }
+        self.send_unsolicited(robot, port, &Reply::Sp.encode());
+    }
+
+    /// The watchdog's time is over: it barks once.
+    pub(crate) fn expire_watchdog(&mut self, robot: &mut Robot) {
+        let due = robot
+            .state
+            .watchdog
+            .as_ref()
+            .is_some_and(|watchdog| watchdog.deadline() <= robot.now);
+        if let Some(watchdog) = robot.state.watchdog.take_if(|_| due) {
+            for port in self.protocol_peers() {
+                let message = format!(
+                    "WD promised a text within {} ms; none came",
+                    watchdog.timeout.as_millis()
+                );
+                robot.report(&rules::WATCHDOG_LATE, port, &[], message);
+            }
+            let detail = format!("no text of a host within {} ms", watchdog.timeout.as_millis());
+            robot.raise(alarm::host_timeout(watchdog.level), detail);
+        }
+    }
+}

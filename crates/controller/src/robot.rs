@@ -1,0 +1,280 @@
+//! Everything behind the ports as one value: the parts a command, a program or a button acts on, and what several of
+//! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
+
+use crate::SelectError;
+use crate::alarm::Alarms;
+use crate::arm::{Arm, Frames};
+use crate::channel::Channel;
+use crate::drive::{Drive, DriveError};
+use crate::executor::{Executor, RunState, Selected};
+use crate::findings::{MAX_BYTES, MAX_MESSAGE, Rule};
+use crate::input::KeySwitch;
+use crate::maintenance::MaintenanceCounters;
+use crate::network::NetworkConfig;
+use crate::options::Config;
+use crate::output::{Event, Output};
+use crate::persistence::Persistence;
+use crate::port::Port;
+use crate::signals::Signals;
+use crate::state::{PanelState, Watchdog};
+use crate::time::Time;
+use alloc::collections::{BTreeMap, VecDeque};
+use alloc::format;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use scol_mini::{Diagnostic, Memory, Position, Severity};
+use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::name::FileName;
+use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
+
+/// What the hosts are to be told of the program, in the order in which it happened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RunNotice {
+    /// It runs (again): an SP that waits is about the past.
+    Started,
+    /// It stands, and no host has asked for it.
+    Stopped,
+}
+
+/// The robot behind the ports.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Robot {
+    pub(crate) config: Config,
+    pub(crate) now: Time,
+    pub(crate) state: PanelState,
+    pub(crate) drive: Drive,
+    pub(crate) alarms: Alarms,
+    pub(crate) signals: Signals,
+    /// COM1, IP1, IP2, and IP3 for its peer alone.
+    pub(crate) channels: BTreeMap<Port, Channel>,
+    /// Figures typed at the teach pendant.
+    pub(crate) keys: Channel,
+    /// Text that PRINT has shown on the teach pendant.
+    pub(crate) pendant: String,
+    pub(crate) executor: Executor,
+    pub(crate) arm: Arm,
+    /// The port whose host guides the arm by JG.
+    pub(crate) jogging: Option<Port>,
+    pub(crate) ethernet: EthernetParameters,
+    pub(crate) user: UserParameters,
+    pub(crate) network: NetworkConfig,
+    /// Every statement of the program is told as an event.
+    pub(crate) traced: bool,
+    pub(crate) maintenance: MaintenanceCounters,
+    pub(crate) persistence: Persistence,
+    /// Taken by the endpoints before anything leaves; empty between two inputs.
+    pub(crate) notices: Vec<RunNotice>,
+    pub(crate) outputs: VecDeque<Output>,
+}
+
+impl Robot {
+    /// A robot whose power has just come on, with these files on its RAM drive. Parameter files that are missing are
+    /// made.
+    ///
+    /// # Errors
+    /// A file that the RAM drive does not take.
+    pub(crate) fn new(config: Config, files: Vec<(String, Vec<u8>)>) -> Result<Robot, DriveError> {
+        let mut drive = Drive::new(config.options.drive_capacity);
+        for (name, content) in files {
+            drive.store(&FileName::parse(&name)?, &content)?;
+        }
+        let ethernet = EthernetParameters {
+            open_mode: config.options.open_mode,
+            ..EthernetParameters::factory()
+        };
+        let key = if config.key == KeySwitch::Internal && !config.controller.has_internal() {
+            KeySwitch::Ext
+        } else {
+            config.key
+        };
+        let mut robot = Robot {
+            now: Time::ZERO,
+            state: PanelState::power_on(Time::ZERO, key, config.control_right),
+            drive,
+            alarms: Alarms::default(),
+            signals: Signals::default(),
+            channels: [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3]
+                .map(|port| (port, Channel::default()))
+                .into(),
+            keys: Channel::default(),
+            pendant: String::new(),
+            executor: Executor::new(&config.language()),
+            arm: Arm::new(config.model.clone()),
+            jogging: None,
+            network: NetworkConfig::new(&ethernet),
+            ethernet,
+            user: UserParameters::factory(),
+            traced: false,
+            maintenance: MaintenanceCounters::default(),
+            persistence: Persistence::default(),
+            notices: Vec::new(),
+            outputs: VecDeque::new(),
+            config,
+        };
+        robot.make_parameter_files()?;
+        robot.take_parameters();
+        robot.show_state();
+        robot.update_maintenance();
+        Ok(robot)
+    }
+
+    /// Settings of a serial port as of the last power-on; `None` for the Ethernet channels.
+    #[must_use]
+    pub(crate) fn serial_line(&self, port: Port) -> Option<SerialSettings> {
+        match port {
+            Port::Host => Some(self.user.host),
+            Port::Com1 => Some(self.user.com1),
+            Port::Ip0 | Port::Ip1 | Port::Ip2 | Port::Ip3 => None,
+        }
+    }
+
+    /// The present position in the frames that are set: what teaching writes down.
+    pub(crate) fn present_position(&self) -> Position {
+        let frames = Frames::of(self.executor.memory().conditions());
+        self.arm.here(self.now, &frames)
+    }
+
+    /// Lines of the selected file that are executed and analysed (SF-24).
+    pub(crate) fn steps(&self) -> (u32, u32) {
+        let (executed, _) = self.executor.executed(self.arm.is_moving());
+        let (analysed, _) = self.executor.analysed();
+        (executed, analysed)
+    }
+
+    /// When something happens by itself.
+    pub(crate) fn deadline(&self) -> Option<Time> {
+        let deadlines = [
+            self.arm.ends_at(),
+            self.arrives_at(),
+            self.executor.deadline(),
+            self.signals.deadline(),
+            self.state.servo_due,
+            self.state.watchdog.as_ref().map(Watchdog::deadline),
+        ];
+        deadlines.into_iter().flatten().min()
+    }
+
+    pub(crate) fn push_output(&mut self, output: Output) {
+        self.outputs.push_back(output);
+    }
+
+    pub(crate) fn event(&mut self, event: Event) {
+        self.outputs.push_back(Output::Event(event));
+    }
+
+    /// A rule was broken.
+    pub(crate) fn report(
+        &mut self,
+        rule: &'static Rule,
+        port: impl Into<Option<Port>>,
+        bytes: &[u8],
+        message: impl Into<String>,
+    ) {
+        let message: String = message.into();
+        self.event(Event::Finding {
+            rule: rule.id,
+            port: port.into(),
+            at: self.now,
+            bytes: bytes.get(..MAX_BYTES).unwrap_or(bytes).to_vec(),
+            message: match message.char_indices().nth(MAX_MESSAGE) {
+                Some((end, _)) => format!("{}...", message.get(..end).unwrap_or_default()),
+                None => message,
+            },
+        });
+    }
+
+    /// Outputs that were not fetched yet.
+    pub(crate) fn waiting(&self) -> impl Iterator<Item = &Output> {
+        self.outputs.iter()
+    }
+
+    /// Date and time now, for the error history.
+    pub(crate) fn calendar(&self) -> CalendarTime {
+        self.config
+            .calendar
+            .plus_seconds(self.now.as_micros() / 1_000_000)
+    }
+
+    /// Whether a host guides the arm right now.
+    pub(crate) fn is_jogging(&self) -> bool {
+        self.jogging.is_some() && self.arm.is_moving()
+    }
+
+    pub(crate) fn store(&mut self, name: &FileName, content: &[u8]) -> Result<(), DriveError> {
+        self.drive.check(name, content)?;
+        self.persist(name.as_str(), Some(content))?;
+        self.put_in_place(name, content);
+        Ok(())
+    }
+
+    /// Stores what was checked.
+    pub(crate) fn put_in_place(&mut self, name: &FileName, content: &[u8]) {
+        self.drive.store_checked(name, content);
+        self.push_output(Output::Stored {
+            name: name.as_str().to_string(),
+            content: content.to_vec(),
+        });
+        if let Some(selected) = self
+            .executor
+            .selected
+            .as_mut()
+            .filter(|selected| selected.name == name.as_str())
+        {
+            selected.stale = true;
+            if !self.executor.program_runs() {
+                self.executor.rewind(self.now);
+            }
+        }
+    }
+
+    pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
+        let label = || name.as_str().to_string();
+        if self.executor.status() == ts3100_proto::status::ExecutionStatus::Running {
+            return Err(SelectError::Running);
+        }
+        if name.is_parameter() {
+            return Err(SelectError::Parameter(label()));
+        }
+        let content = self
+            .drive
+            .get(name.as_str())
+            .ok_or_else(|| SelectError::Missing(label()))?;
+        let source = String::from_utf8_lossy(content).into_owned();
+        let compilation = self.config.compile(&source);
+        let Some(program) = compilation.program else {
+            return Err(SelectError::Errors {
+                name: label(),
+                rendered: render(&compilation.diagnostics, &source, name),
+            });
+        };
+        let memory = Memory::new(&program);
+        self.executor.selected = Some(Selected {
+            name: label(),
+            source,
+            program,
+            memory,
+            stale: false,
+        });
+        self.executor.rewind(self.now);
+        self.event(Event::Selected(Some(label())));
+        Ok(())
+    }
+
+    pub(crate) fn deselect(&mut self) {
+        self.executor.selected = None;
+        self.executor.main = None;
+        self.executor.drop_tasks();
+        self.executor.course = RunState::Reset;
+        self.event(Event::Selected(None));
+    }
+}
+
+fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {
+    let errors = diagnostics
+        .iter()
+        .filter(|diagnostic| diagnostic.severity == Severity::Error);
+    errors
+        .map(|diagnostic| diagnostic.render(source, name.as_str()))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
