@@ -1,6 +1,8 @@
-//! A small client of the control interface: one request, one connection, blocking. It speaks HTTP/1.0, in which an
-//! answer ends with its connection, so that nothing has to be known of chunks and pools; there is no TLS, because the
-//! interface has none.
+//! A small blocking client of the control interface, used by `ts3100 ctl`: one connection for each request.
+//!
+//! It speaks HTTP/1.0, where the end of the connection ends the response, so it needs neither chunked encoding nor
+//! a connection pool. It has no TLS because the control interface has none. It does not know which calls exist; see
+//! `cli::ctl::call` for those and [`crate::control`] for the server.
 
 use std::io::{self, BufRead as _, BufReader, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
@@ -8,24 +10,24 @@ use std::time::{Duration, Instant};
 
 /// Longest head of an answer in bytes.
 const MAX_HEAD: u64 = 16 * 1024;
-/// Longest answer in bytes: the state with every file and variable fits many times.
+/// Longest body in bytes. The state with every file and variable is far smaller.
 const MAX_BODY: u64 = 16 * 1024 * 1024;
 /// Longest wait for a connection.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
-/// Longest time for a whole call that does not say how long it may wait, and what is added to one that does.
+/// Default limit for a whole call. It is added to the wait of calls that wait.
 pub const DEFAULT_TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Where a control interface is, and the token it wants.
+/// Address and token of a control interface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Client {
     /// `HOST:PORT`.
     authority: String,
     token: Option<String>,
-    /// Longest time for a whole call, its answer included.
+    /// Longest time for a whole call, from connecting to the end of the body.
     timeout: Duration,
 }
 
-/// Why there is no answer.
+/// Why a call has no response.
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// Not a URL of a control interface.
@@ -34,34 +36,34 @@ pub enum ClientError {
     /// The token cannot be sent.
     #[error("a token is made of visible ASCII characters")]
     Token,
-    /// Nobody answers there.
+    /// The connection could not be made or broke while sending.
     #[error("no control interface answers at http://{authority}: {reason}")]
     Unreachable {
-        /// Where.
+        /// `HOST:PORT` of the interface.
         authority: String,
-        /// What the system said.
+        /// The error of the operating system.
         reason: io::Error,
     },
-    /// What came is no answer.
+    /// The response is not valid HTTP or is incomplete.
     #[error("no HTTP answer from http://{authority}: {reason}")]
     InvalidResponse {
-        /// Where.
+        /// `HOST:PORT` of the interface.
         authority: String,
-        /// What is wrong with it.
+        /// What is wrong with the response.
         reason: String,
     },
 }
 
-/// An answer whose head has been read.
+/// A response whose head has been read.
 pub struct Response {
-    /// Its status.
+    /// The HTTP status code.
     pub status: u16,
-    /// Its body, still to be read.
+    /// The body, to be read from the connection.
     pub body: Body,
 }
 
 impl Client {
-    /// Of the interface at `url`, `http://HOST:PORT` with or without a slash behind it.
+    /// A client for the interface at `url`: `http://HOST:PORT` with or without a trailing slash.
     ///
     /// # Errors
     /// Another scheme, a path, no port, or a token that no header can carry.
@@ -89,7 +91,7 @@ impl Client {
         })
     }
 
-    /// The same with another limit for a whole call.
+    /// Sets the limit for a whole call; the default is [`DEFAULT_TIMEOUT`].
     #[must_use]
     pub fn with_timeout(self, limit: Duration) -> Client {
         Client {
@@ -98,7 +100,7 @@ impl Client {
         }
     }
 
-    /// Sends a request; `body` is JSON. The path must be encoded as a URL wants it; see [`encoded`].
+    /// Sends a request; `body` is JSON. The path must be percent-encoded; see [`encoded`].
     ///
     /// # Errors
     /// [`ClientError::Unreachable`], [`ClientError::Answer`].
@@ -133,10 +135,10 @@ impl Client {
         }
     }
 
-    /// Sends a request and reads the whole answer: its status, its body.
+    /// Sends a request and reads the whole response: status and body.
     ///
     /// # Errors
-    /// As of [`Client::send`].
+    /// As [`Client::send`].
     pub fn call(&self, method: &str, path: &str, body: Option<&str>) -> Result<(u16, String), ClientError> {
         let mut answer = self.send(method, path, body)?;
         let mut text = Vec::new();
@@ -198,7 +200,7 @@ impl Client {
         Ok(Response { status, body })
     }
 
-    /// A line of the head.
+    /// Reads one line of the head.
     fn read_line(&self, reader: &mut io::Take<BufReader<DeadlineStream>>) -> Result<String, ClientError> {
         let mut text = Vec::new();
         let read = reader.read_until(b'\n', &mut text);
@@ -211,7 +213,7 @@ impl Client {
     }
 }
 
-/// How long until then.
+/// The time until `until`, or an error once it is over.
 fn time_left(until: Instant) -> io::Result<Duration> {
     let left = until.saturating_duration_since(Instant::now());
     if left.is_zero() {
@@ -221,7 +223,7 @@ fn time_left(until: Instant) -> io::Result<Duration> {
     Ok(left)
 }
 
-/// A connection that is read until a moment at most, however little comes how often.
+/// A connection with a deadline for all reads together. A read timeout alone would start anew with every byte.
 struct DeadlineStream {
     stream: TcpStream,
     deadline: Option<Instant>,
@@ -235,7 +237,7 @@ impl Read for DeadlineStream {
             (Err(error), Some(until))
                 if matches!(error.kind(), io::ErrorKind::WouldBlock | io::ErrorKind::TimedOut) =>
             {
-                // In our words, unless the wait has ended a little early.
+                // The message of `time_left` instead of the system's, unless the timer fired a little early.
                 time_left(until).and(Err(io::ErrorKind::Interrupted.into()))
             }
             (result, _) => result,
@@ -243,22 +245,22 @@ impl Read for DeadlineStream {
     }
 }
 
-/// The body of an answer. One that is cut short, and one beyond all measure, is an error.
+/// The body of a response. Reading fails if it ends before its Content-Length or exceeds the size limit.
 pub struct Body {
     reader: BufReader<DeadlineStream>,
-    /// Bytes that have to come still, if the answer says how many it has.
+    /// Bytes of Content-Length that have not been read; `None` without that header.
     remaining: Option<u64>,
-    /// Bytes that may come still.
+    /// Bytes that may still be read.
     size_limit: u64,
 }
 
 impl Body {
-    /// It may be as long as it will: a file.
+    /// Lifts the size limit, for a file.
     pub fn lift_size_limit(&mut self) {
         self.size_limit = u64::MAX;
     }
 
-    /// It may be as long as it will, and take its time: a stream.
+    /// Lifts the size limit and the deadline, for a stream of events.
     pub fn lift_limits(&mut self) {
         self.size_limit = u64::MAX;
         self.reader.get_mut().deadline = None;
@@ -284,7 +286,7 @@ impl Read for Body {
     }
 }
 
-/// One segment of a path as a URL wants it.
+/// Percent-encodes one segment of a path (RFC 3986, unreserved characters stay).
 #[must_use]
 pub fn percent_encoded(segment: &str) -> String {
     segment.bytes().fold(String::new(), |mut text, byte| {
@@ -326,7 +328,7 @@ mod tests {
         assert!(Client::new("http://a:1", Some("a\r\nb".to_owned())).is_err());
     }
 
-    /// What is made of an answer of these bytes, after which the connection ends.
+    /// What the client returns when the server sends these bytes and closes.
     fn response_to(bytes: &'static str) -> Result<(u16, String), String> {
         let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("http://{}", listener.local_addr().unwrap());

@@ -1,5 +1,8 @@
-//! An emulator inside another program, for its tests: as many as wanted, each on free ports of the
-//! loopback, each ended with its handle.
+//! Emulators inside another process, for Rust tests. Each emulator listens on free ports of the loopback and ends
+//! when its handle is dropped.
+//!
+//! The builder fills the same [`Settings`] as the command line, and the thread it starts runs the same [`Driver`]
+//! as `serve`.
 //!
 //! ```no_run
 //! use ts3100_emulator::embed::Emulator;
@@ -37,21 +40,21 @@ use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::output::Output;
 use ts3100_controller::port::Port;
 
-/// What is to be started; see [`Emulator::builder`].
+/// Configures an emulator; see [`Emulator::builder`].
 #[derive(Debug, Clone)]
 pub struct Builder {
     settings: Settings,
 }
 
 impl Builder {
-    /// The controller as a whole: dialect, options, model, key switch. Named options set before are lost.
+    /// Replaces the whole controller configuration: dialect, options, model, key switch. Named options set before are lost.
     #[must_use]
     pub fn controller(mut self, controller: Config) -> Builder {
         self.settings.controller = controller;
         self
     }
 
-    /// One named option (decision D0), for example `text.stx` and `required`.
+    /// Sets one named option (decision D0), for example `text.stx` and `required`.
     ///
     /// # Errors
     /// An unknown name, or a value the option does not take.
@@ -66,42 +69,42 @@ impl Builder {
         Ok(self)
     }
 
-    /// Options of the links.
+    /// Sets the options of the TCP links and of the backing directory.
     #[must_use]
     pub fn links(mut self, links: LinkOptions) -> Builder {
         self.settings.links = links;
         self
     }
 
-    /// Address to listen on; 127.0.0.1 if not said.
+    /// Address to listen on (default: 127.0.0.1).
     #[must_use]
     pub fn listen(mut self, address: IpAddr) -> Builder {
         self.settings.listen = address;
         self
     }
 
-    /// Port numbers; free ones if not said.
+    /// Port numbers (default: free ones).
     #[must_use]
     pub fn ports(mut self, ports: Ports) -> Builder {
         self.settings.ports = ports;
         self
     }
 
-    /// How the serial port HOST or COM1 is reached; not at all if not said.
+    /// How the serial port HOST or COM1 is reached (default: not at all).
     #[must_use]
     pub fn serial(mut self, port: Port, end: SerialEndpoint) -> Builder {
         self.settings.serial.insert(port, end);
         self
     }
 
-    /// How time passes; as on the wall if not said.
+    /// How time passes (default: real time).
     #[must_use]
     pub fn time(mut self, time: TimeMode) -> Builder {
         self.settings.time = time;
         self
     }
 
-    /// Backing directory of the RAM drive; memory only if not said.
+    /// Backing directory of the RAM drive (default: memory only).
     #[must_use]
     pub fn drive(mut self, directory: impl Into<PathBuf>) -> Builder {
         self.settings.drive = Some(directory.into());
@@ -131,14 +134,14 @@ impl Builder {
         self
     }
 
-    /// Lines of the user files executed are recorded; see [`Emulator::evidence`].
+    /// Records the executed lines of user files; see [`Emulator::evidence`].
     #[must_use]
     pub fn record_lines(mut self, on: bool) -> Builder {
         self.settings.record_lines = on;
         self
     }
 
-    /// Servo power at the start; off if not said.
+    /// Servo power at the start (default: off).
     #[must_use]
     pub fn servo_on(mut self, on: bool) -> Builder {
         self.settings.servo_on = on;
@@ -154,21 +157,21 @@ impl Builder {
         Ok(self)
     }
 
-    /// Seed of what the faults draw; 0 if not said.
+    /// Seed for the random choices of faults (default: 0).
     #[must_use]
     pub fn fault_seed(mut self, seed: u64) -> Builder {
         self.settings.controller.fault_seed = seed;
         self
     }
 
-    /// Varies what the manual leaves open, from this seed; nothing varies if not said.
+    /// Varies what the manual leaves open, from this seed (default: nothing varies).
     #[must_use]
     pub fn vary(mut self, seed: u64) -> Builder {
         self.settings.controller.vary = Some(seed);
         self
     }
 
-    /// A control interface; none if not said. [`ControlSettings::free`] is one on a free port of the loopback.
+    /// Adds a control interface (default: none). [`ControlSettings::free`] is one on a free port of the loopback.
     #[must_use]
     pub fn control(mut self, control: ControlSettings) -> Builder {
         self.settings.control = Some(control);
@@ -184,14 +187,14 @@ impl Builder {
         Ok(self)
     }
 
-    /// Begins with this snapshot; everything said of the controller, its files and its selection is lost.
+    /// Starts from this snapshot. The controller configuration, files and selection of the builder are ignored.
     #[must_use]
     pub fn restore(mut self, path: impl Into<PathBuf>) -> Builder {
         self.settings.restore = Some(path.into());
         self
     }
 
-    /// Starts it in a thread of its own and returns when every port accepts.
+    /// Starts the emulator in a thread of its own and returns when every port accepts connections.
     ///
     /// # Errors
     /// See [`StartError`].
@@ -223,12 +226,12 @@ impl Builder {
                             .is_ok()
                         {
                             runtime.block_on(driver.run(async {
-                                // An error means that the handle is gone, which ends it as well.
+                                // An error means that the handle was dropped, which ends the emulator as well.
                                 let _ = stopped.await;
                             }));
                         }
                     }
-                    // Fails only when nobody waits for it.
+                    // Fails only when nobody waits for the result.
                     Err(error) => drop(started_sender.send(Err(error))),
                 }
             })
@@ -273,21 +276,21 @@ pub(crate) fn single_threaded() -> Result<Runtime, StartError> {
 #[error("the panel takes no more actions: too many are waiting, or the emulator has ended")]
 pub struct PanelError;
 
-/// Why a fault was not armed.
+/// Why a fault was not armed or disarmed.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ArmError {
-    /// It is none.
+    /// The specification is not valid.
     #[error(transparent)]
     Fault(#[from] FaultError),
-    /// The controller refuses it.
+    /// The controller refuses the action.
     #[error(transparent)]
     Refused(#[from] ActionError),
-    /// The emulator takes no more.
+    /// The queue is full, or the emulator has ended.
     #[error(transparent)]
     Panel(#[from] PanelError),
 }
 
-/// A running emulator; ended when dropped.
+/// A running emulator. Dropping it ends the emulator and waits for its thread.
 #[derive(Debug)]
 pub struct Emulator {
     listen: IpAddr,
@@ -322,7 +325,7 @@ impl Emulator {
         &self.ports
     }
 
-    /// Where a channel accepts; `None` if it is no server.
+    /// The address on which a channel accepts; `None` if it is not a server.
     #[must_use]
     pub fn address(&self, port: Port) -> Option<SocketAddr> {
         self.ports
@@ -330,20 +333,20 @@ impl Emulator {
             .map(|number| SocketAddr::new(self.listen, *number))
     }
 
-    /// Where the control interface is; `None` if there is none.
+    /// The address of the control interface, if there is one.
     #[must_use]
     pub fn control(&self) -> Option<SocketAddr> {
         self.control
     }
 
-    /// Where the serial port HOST or COM1 is reached; a free port that was asked for is a number here.
+    /// Where the serial port HOST or COM1 is reached. Port 0 has been replaced by the port the system chose.
     #[must_use]
     pub fn serial(&self, port: Port) -> Option<&SerialEndpoint> {
         self.serial.get(&port)
     }
 
-    /// Does something at the panel. When this returns it has been done, and all that follows from it at
-    /// once; a host's bytes sent before may still be on their way.
+    /// Does something at the panel. When this returns, the action and all its immediate effects are done. Bytes that a
+    /// host sent before may still be on their way.
     ///
     /// # Errors
     /// [`PanelError`].
@@ -355,7 +358,7 @@ impl Emulator {
         is_done.recv().map_err(|_| PanelError)
     }
 
-    /// Arms a fault from now on; `spec` is as `--fault` takes it.
+    /// Arms a fault; `spec` has the form of `--fault`.
     ///
     /// # Errors
     /// What is wrong with the specification, or [`PanelError`].
@@ -367,19 +370,19 @@ impl Emulator {
     /// Disarms a fault by its number.
     ///
     /// # Errors
-    /// No fault has it, or [`PanelError`].
+    /// No fault has this number, or [`PanelError`].
     pub fn disarm(&self, id: u32) -> Result<(), ArmError> {
         self.send_action(Action::Fault(FaultAction::Disarm(id)))
     }
 
-    /// The faults, and what has become of them.
+    /// The faults with their counters.
     ///
     /// # Errors
     /// [`PanelError`].
     pub fn faults(&self) -> Result<Vec<FaultReport>, PanelError> {
         let (done, reports) = std::sync::mpsc::channel();
         let query = Request::Query(Box::new(move |view| {
-            // Fails only when nobody waits for it.
+            // Fails only when nobody waits for the result.
             let _ = done.send(view.controller.faults().reports().cloned().collect());
         }));
         self.requests.try_send(query).map_err(|_| PanelError)?;
@@ -394,7 +397,7 @@ impl Emulator {
         is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
 
-    /// Keeps the present state under a name.
+    /// Keeps the present state in memory under a name.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
@@ -404,8 +407,8 @@ impl Emulator {
             .map(drop)
     }
 
-    /// Goes on from the state of that name: between two tests, as if the first had never been. The hosts that are
-    /// connected stay so and are new to the controller, as behind a cable that was pulled and plugged in again.
+    /// Continues from the state of that name, for example between two tests. Connected hosts stay connected; to the
+    /// controller they are new, as after a cable was pulled and plugged in again.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
@@ -426,7 +429,7 @@ impl Emulator {
         Ok(())
     }
 
-    /// Goes on from the state of a file, as [`Emulator::restore`] does.
+    /// Continues from the state in a file, as [`Emulator::restore`] does.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
@@ -437,7 +440,7 @@ impl Emulator {
             .map(drop)
     }
 
-    /// What the hosts did so far that they had better not: the rules they broke, how often, and the first breaks.
+    /// The findings so far: which rules hosts broke, how often, and the first occurrences.
     #[must_use]
     pub fn findings(&self) -> Findings {
         self.evidence.findings()
@@ -475,7 +478,7 @@ impl Drop for Emulator {
     fn drop(&mut self) {
         drop(self.stop.take());
         if let Some(thread) = self.thread.take() {
-            // An error is a panic of the thread, which has said so on stderr.
+            // An error is a panic of the thread, which has been printed to stderr.
             let _ = thread.join();
         }
     }

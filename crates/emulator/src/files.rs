@@ -1,31 +1,33 @@
-//! Files that a user has named. What is read is a regular file of a bounded size: a device has no end, and a pipe has
-//! nobody who writes. What is written takes the place of a regular file or of nothing, whole or not at all. What the
-//! content means is the business of whoever reads and writes it.
+//! Reads and replaces files that a user named on the command line or in a configuration.
+//!
+//! Reading takes only regular files up to a size limit: a device has no end, and a pipe may have no writer. Writing
+//! replaces a regular file atomically, through a hidden file beside it, so a reader sees the old or the new content
+//! and never a part. What the content means is up to the caller; the RAM drive's directory is in [`crate::store`].
 
 use std::ffi::OsString;
 use std::fs::{self, File, FileType, Metadata};
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
-/// Ending of a file that is still being written; its name begins with a dot.
+/// Suffix of a file that is still being written; its name begins with a dot.
 pub(crate) const UNFINISHED_SUFFIX: &str = ".unfinished";
 
-/// The content of a regular file of at most `most` bytes.
+/// Reads a regular file of at most `most` bytes.
 ///
 /// # Errors
-/// The system's; another kind of file; a larger one.
+/// The system's; not a regular file; larger than `most`.
 pub(crate) fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     expect_regular(&fs::metadata(path)?)?;
     read_all(File::open(path)?, most)
 }
 
-/// What is left of a source that is no file, at most `most` bytes.
+/// Reads a stream to its end, at most `most` bytes.
 ///
 /// # Errors
-/// The system's, or there is more.
+/// The system's; more than `most` bytes.
 pub(crate) fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> {
     let mut content = Vec::new();
-    // A file may grow while it is read.
+    // One byte more than allowed tells a full read from a cut one; the size of a file may change while it is read.
     source.take(most.saturating_add(1)).read_to_end(&mut content)?;
     if u64::try_from(content.len()).is_ok_and(|length| length <= most) {
         Ok(content)
@@ -34,10 +36,10 @@ pub(crate) fn read_all(source: impl io::Read, most: u64) -> io::Result<Vec<u8>> 
     }
 }
 
-/// The same of a file in UTF-8.
+/// Reads a regular file of at most `most` bytes as UTF-8.
 ///
 /// # Errors
-/// As [`read`]; and a content that is no UTF-8.
+/// As [`read`]; not UTF-8.
 pub(crate) fn read_text(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?)
         .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.utf8_error()))
@@ -74,7 +76,7 @@ fn kind_name(found: FileType) -> &'static str {
     }
 }
 
-/// The streams of the process under the names that scripts know.
+/// Stdout and stderr by the paths that scripts use for them.
 fn standard_stream(path: &Path) -> Option<Box<dyn io::Write>> {
     match path.to_str() {
         Some("/dev/stdout") => Some(Box::new(io::stdout())),
@@ -83,7 +85,7 @@ fn standard_stream(path: &Path) -> Option<Box<dyn io::Write>> {
     }
 }
 
-/// The place that a path means, and what is there. A link to a file of the same directory means that file.
+/// The path to write to and the metadata of what is there. A symbolic link is followed only within its directory.
 fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
     let found = match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((path.to_path_buf(), None)),
@@ -106,7 +108,7 @@ fn resolve_target(path: &Path) -> io::Result<(PathBuf, Option<Metadata>)> {
     Ok((end, Some(found)))
 }
 
-/// The directory that a path names a file in.
+/// The directory of a path; `.` for a bare file name.
 fn directory_of(path: &Path) -> &Path {
     match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -114,8 +116,8 @@ fn directory_of(path: &Path) -> &Path {
     }
 }
 
-/// Puts a file in place of the regular one that was there, or of none; whoever looks finds the one or the other, whole,
-/// also after a loss of power. `/dev/stdout` and `/dev/stderr` are written to.
+/// Replaces or creates a regular file atomically: readers see the old or the new content, also after a loss of power.
+/// `/dev/stdout` and `/dev/stderr` are written to.
 ///
 /// # Errors
 /// The system's; a target of another kind, or a symbolic link out of its directory. What was there before is still there.
@@ -123,10 +125,10 @@ pub(crate) fn replace(path: &Path, content: &[u8]) -> io::Result<()> {
     replace_with(path, |file| file.write_all(content))
 }
 
-/// The same of what `write` writes; if that fails, nothing is replaced.
+/// As [`replace`] with the content that `write` produces. If `write` fails, nothing is replaced.
 ///
 /// # Errors
-/// As of [`replace`], and that of `write`.
+/// As [`replace`], and the error of `write`.
 pub(crate) fn replace_with(
     path: &Path,
     write: impl FnOnce(&mut dyn io::Write) -> io::Result<()>,
@@ -144,16 +146,16 @@ pub(crate) fn replace_with(
     })?;
     let placed = fs::rename(&beside, &place);
     if placed.is_err() {
-        // The error that counts is the first one.
+        // The first error is the one to report.
         let _ = fs::remove_file(&beside);
     }
     placed.and_then(|()| sync_directory(directory_of(&place)))
 }
 
-/// Whether [`replace`] could put a file there, as far as that can be told before; nothing is changed.
+/// Checks whether [`replace`] could write there, by creating and removing the hidden file. Nothing else changes.
 ///
 /// # Errors
-/// As of [`replace`].
+/// As [`replace`].
 pub(crate) fn check_target(path: &Path) -> io::Result<()> {
     if standard_stream(path).is_some() {
         return Ok(());
@@ -165,11 +167,11 @@ pub(crate) fn check_target(path: &Path) -> io::Result<()> {
     fs::remove_file(&beside)
 }
 
-/// Opens a file that is written while things happen, empty: a regular one, a new one, or a pipe that is read, on which
-/// a write never waits.
+/// Opens a file that is written during the run, truncated. It is a regular file, a new one, or a pipe that has a
+/// reader; writes to a pipe never block.
 ///
 /// # Errors
-/// As of [`replace`]; a pipe that nobody reads.
+/// As [`replace`]; a pipe that nobody reads.
 pub(crate) fn create(path: &Path) -> io::Result<File> {
     let (place, found) = resolve_target(path)?;
     if let Some(found) = found.filter(|found| kind_name(found.file_type()) != "a pipe") {
@@ -193,7 +195,7 @@ pub(crate) fn create(path: &Path) -> io::Result<File> {
     })
 }
 
-/// Makes a directory for files of a report; one that is there already is no link to another.
+/// Creates a directory unless it exists. A symbolic link to a directory is refused.
 ///
 /// # Errors
 /// The system's, or something else has the name.
@@ -215,7 +217,7 @@ pub(crate) fn make_directory(path: &Path) -> io::Result<()> {
     }
 }
 
-/// The place of a file until it is finished: hidden, in the same directory.
+/// The hidden path of a file that is being written, in the same directory so that the rename is atomic.
 pub(crate) fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<PathBuf> {
     let name = place
         .file_name()
@@ -229,8 +231,7 @@ pub(crate) fn unfinished_path(place: &Path, writer: Option<u32>) -> io::Result<P
     Ok(place.with_file_name(hidden))
 }
 
-/// Writes a file that was not there before, and has it on the disk when it returns. What has its name, a link too, is
-/// removed, not followed.
+/// Writes a new file and syncs it to disk. An existing file or link of that name is removed, not followed.
 pub(crate) fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result<()>) -> io::Result<()> {
     match fs::remove_file(path) {
         Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -239,15 +240,15 @@ pub(crate) fn write_new(path: &Path, write: impl FnOnce(&mut File) -> io::Result
     let mut file = File::options().write(true).create_new(true).open(path)?;
     let written = write(&mut file).and_then(|()| file.sync_all());
     if written.is_err() {
-        // The error that counts is the first one.
+        // The first error is the one to report.
         let _ = fs::remove_file(path);
     }
     written
 }
 
-/// Has the names of a directory on the disk when it returns.
+/// Syncs the entries of a directory to disk.
 pub(crate) fn sync_directory(path: &Path) -> io::Result<()> {
-    // A directory can be opened and synced on Unix only; elsewhere the rename has to do.
+    // A directory can be opened and synced on Unix only; elsewhere the rename has to suffice.
     if cfg!(unix) {
         File::open(path)?.sync_all()?;
     }

@@ -1,8 +1,9 @@
-//! A program run in this process, without sockets: peers that are not there are connected to its channels, INPUT is
-//! fed from records, and what it prints is told. For unit tests of robot programs; hosts that talk the protocol
-//! want a daemon or [`crate::embed`].
+//! Runs one SCOL program in this process, without sockets: `ts3100 run`. Peers are simulated on the program's
+//! channels, INPUT reads from given records, and PRINT is reported to the caller.
 //!
-//! The controller is the one of the daemon, so times, alarms and positions are the same.
+//! It uses the same controller as the daemon, so times, alarms and positions are the same. It is meant for unit
+//! tests of robot programs. A host that speaks the protocol needs the daemon or [`crate::embed`]. The output of
+//! `ts3100 run` is formatted in `cli::run`.
 
 use crate::clock::TimeMode;
 use std::collections::{BTreeMap, VecDeque};
@@ -15,32 +16,32 @@ use ts3100_controller::{
 
 /// Name of the teach pendant as a channel.
 pub const PENDANT: &str = "TP";
-/// The word of the controller for a program that stands at its first step.
+/// The controller's status text for a program at its first step.
 const RESET: &str = "stop (reset)";
-/// The channels that have a line.
+/// The channels that get a simulated peer.
 const CHANNELS: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
 
-/// What is to be run.
+/// A program to run, and under which conditions.
 #[derive(Debug, Clone)]
 pub struct RunRequest {
-    /// The controller and its arm.
+    /// Options, model and taught points of the controller.
     pub config: Config,
     /// Name of the file on the drive.
     pub name: String,
-    /// Its content.
+    /// Content of the file, with the line ends of the drive.
     pub source: Vec<u8>,
     /// Records for INPUT by channel (`TP`, `COM1`, `IP1`, `IP2`), without their CR. One is sent whenever an INPUT
     /// of the channel waits for more.
     pub records: BTreeMap<String, VecDeque<Vec<u8>>>,
     /// Input lines that are on from the beginning.
     pub lines_on: Vec<u16>,
-    /// Tell every statement.
+    /// Report every statement as [`RunEvent::Statement`].
     pub trace: bool,
-    /// Record the lines executed.
+    /// Record the executed lines in [`RunReport::executed`].
     pub record_lines: bool,
-    /// How time passes.
+    /// How time passes; `stepped` is refused.
     pub time: TimeMode,
-    /// Longest run in virtual time.
+    /// Longest run, in virtual time.
     pub max_time: Duration,
 }
 
@@ -50,97 +51,97 @@ pub enum RunError {
     /// The RAM drive does not take the file.
     #[error(transparent)]
     Drive(#[from] DriveError),
-    /// It does not compile.
+    /// The program does not compile.
     #[error(transparent)]
     Select(#[from] SelectError),
     /// The controller refused to start it.
     #[error("the program was not started: {0}")]
     Start(String),
-    /// Time that stands still ends no program.
+    /// In stepped time nobody would move the clock, so the program would never end.
     #[error("expected a time that passes (auto, real or xN), found {0}")]
     Time(TimeMode),
 }
 
-/// What happens on the way.
+/// What a program does while it runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RunEvent<'a> {
-    /// PRINT.
+    /// PRINT sent bytes to a channel.
     Printed {
         /// `TP`, `COM1`, `IP1` or `IP2`.
         channel: &'static str,
-        /// The bytes.
+        /// The bytes as sent, with their CR.
         bytes: &'a [u8],
     },
     /// A statement begins.
     Statement {
-        /// Its line of the file.
+        /// Line of the file, from 1.
         line: u32,
         /// ID of its task, 1 for the main program.
         task: u16,
     },
 }
 
-/// How it ended.
+/// How a run ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum RunEnd {
     /// END of the main program.
     End,
     /// STOP, or another stop that no alarm caused.
     Stopped {
-        /// Where the program stands.
+        /// Line at which the program stopped.
         line: u32,
     },
     /// An INPUT waits and the records of its channel are used up.
     OutOfInput {
-        /// The channel.
+        /// `TP`, `COM1`, `IP1` or `IP2`.
         channel: &'static str,
-        /// The INPUT.
+        /// Line of the INPUT.
         line: u32,
     },
     /// An INPUT waits on a channel that was given no records at all.
     NoInput {
-        /// The channel.
+        /// `TP`, `COM1`, `IP1` or `IP2`.
         channel: &'static str,
-        /// The INPUT.
+        /// Line of the INPUT.
         line: u32,
     },
-    /// An alarm stopped it.
+    /// An alarm stopped the program.
     Alarm {
-        /// `2-046`.
+        /// Number of the alarm, for example `2-046`.
         number: String,
-        /// Its text.
+        /// Text of the alarm.
         text: String,
     },
     /// It waits for something that cannot happen any more.
     Blocked {
-        /// Where.
+        /// Line of the statement that waits.
         line: u32,
     },
     /// [`Job::max_time`] is over.
     TimeUp {
-        /// Where it stood.
+        /// Line at which the program was.
         line: u32,
     },
 }
 
-/// The end of a run.
+/// The result of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunReport {
-    /// How it ended.
+    /// How the run ended.
     pub end: RunEnd,
     /// Virtual time from start to end.
     pub duration: Duration,
-    /// Where the arm is.
+    /// Pose of the arm at the end.
     pub arm: Whereabouts,
     /// User outputs that are on.
     pub outputs: Vec<u16>,
-    /// Records that no INPUT wanted, by channel.
+    /// Number of records that no INPUT read, by channel.
     pub unused: BTreeMap<String, usize>,
     /// The lines executed, if they were to be recorded.
     pub executed: StatementCoverage,
 }
 
-/// Runs a program to its end and tells `listen` what happens, with the virtual time since the start.
+/// Runs a program to its end and reports to `listen` what it does, with the virtual time since the start.
 ///
 /// # Errors
 /// [`JobError`]: it did not start.
@@ -152,7 +153,7 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
         TimeMode::Stepped => return Err(RunError::Time(job.time)),
     };
     let mut config = job.config;
-    // There is no serial line here: a record is there as soon as it is wanted.
+    // There is no serial line here, so a record arrives without the delay of its baud rate.
     config.options.serial_pacing = false;
     let mut run = Runner {
         controller: Controller::new(config, Vec::new())?,
@@ -203,20 +204,20 @@ pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> R
 struct Runner {
     controller: Controller,
     records: BTreeMap<String, VecDeque<Vec<u8>>>,
-    /// Channels that were given records, be it none.
+    /// Channels for which `--input` was given, also with an empty file.
     channels_with_records: Vec<String>,
     alarm: Option<(String, String)>,
-    /// The last stop was at END.
+    /// The last stop was at END, which resets the program to its first step.
     at_first_step: bool,
     refusal: Option<String>,
     started_at: Time,
-    /// Statements are told.
+    /// Statements are reported.
     trace: bool,
     executed: StatementCoverage,
 }
 
 impl Runner {
-    /// Everything but the start: file, peers, lines, servo power.
+    /// Does everything before START: file, peers, input lines, servo power.
     fn prepare(
         &mut self,
         name: &str,
@@ -236,7 +237,7 @@ impl Runner {
         for panel in switches.chain([PanelAction::Servo(true)]) {
             self.feed(Time::ZERO, Input::Panel(panel), listen);
         }
-        // What happened up to here is no part of the run.
+        // Alarms and refusals of the preparation are not part of the run.
         (self.alarm, self.refusal) = (None, None);
         Ok(())
     }
@@ -289,7 +290,7 @@ impl Runner {
         }
     }
 
-    /// How it ended, once it has.
+    /// How the run ended; `None` while the program runs.
     fn end(&mut self) -> Option<RunEnd> {
         if self.controller.program_runs() {
             return None;
@@ -322,14 +323,14 @@ impl Runner {
         true
     }
 
-    /// Why nothing happens any more.
+    /// The end of a program that waits while no timer is pending.
     fn end_of_blocked(&self) -> RunEnd {
         let line = self.controller.line();
         let Some(channel) = self.controller.waits_for() else {
             return RunEnd::Blocked { line };
         };
         let channel = Port::from_channel(channel).map_or(PENDANT, Port::name);
-        if self.channels_with_records.iter().any(|given| given == channel) {
+        if self.channels_with_records.iter().any(|known| known == channel) {
             RunEnd::OutOfInput { channel, line }
         } else {
             RunEnd::NoInput { channel, line }

@@ -1,6 +1,9 @@
-//! The daemon around the pure controller: TCP links, clock, storage, configuration, command line, and
-//! [`embed`] for tests that want emulators in their own process. What bytes mean, what a command does and
-//! what SCOL is, is known elsewhere: in `ts3100-proto`, `ts3100-controller` and `scol-mini`.
+//! The product around the controller: TCP and serial ports, clock, storage, configuration, command line, HTTP
+//! control interface and reports.
+//!
+//! It does not decide what the robot does. Bytes are decoded in `ts3100-proto`, commands are executed in
+//! `ts3100-controller`, and SCOL is compiled and run in `scol-mini`. Start reading at [`driver`], which owns the
+//! controller; [`cli`] and [`control`] are the two ways users reach it, and [`embed`] is the third, for Rust tests.
 
 pub mod cli;
 pub mod client;

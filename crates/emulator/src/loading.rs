@@ -1,5 +1,8 @@
-//! What is on the RAM drive when the power comes on: the backing directory, the files given by `--load`,
-//! or the example program. Files of a PC become files of the drive here: their name and their line ends.
+//! Decides what is on the RAM drive when the power comes on: the files of the backing directory, those of `--load`,
+//! or the example program. It converts the name and the line ends of a PC file to those of the drive.
+//!
+//! Reading and writing the backing directory is [`crate::store`]'s job. Parameter files take effect only at
+//! power-on (PAR-FILE-03), so they are separated from the files that are put on the drive afterwards.
 
 use crate::config::Settings;
 use crate::driver::StartError;
@@ -25,52 +28,52 @@ pub enum LoadError {
     /// The file cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
     Read {
-        /// Which file.
+        /// The file on the PC.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         reason: io::Error,
     },
     /// Its name cannot be a name of the drive.
     #[error("{}: no name on the RAM drive: {reason}", path.display())]
     Name {
-        /// Which file.
+        /// The file on the PC.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Why the name is not valid on the drive.
         reason: String,
     },
-    /// The backing directory.
+    /// The backing directory cannot be opened or read.
     #[error(transparent)]
     Store(#[from] StoreError),
 }
 
-/// What was found and given.
+/// The files for the RAM drive, by when they get there.
 pub struct DriveFiles {
     /// The open backing directory, and the files in it.
     pub store: Option<(Store, StoredFiles)>,
-    /// Files that are there when the power comes on: what the directory has, and parameter files given,
+    /// Files present at power-on: those of the directory, and the parameter files of `--load`,
     /// since those act only then (PAR-FILE-03).
     pub at_power_on: StoredFiles,
-    /// Files to be put on the drive after it.
+    /// Files to put on the drive after power-on.
     pub after_power_on: StoredFiles,
-    /// The example program is among them.
+    /// The example program is on the drive.
     pub demo: bool,
 }
 
-/// A controller whose power has just come on, with its files.
+/// A controller after power-on, with its files.
 pub struct PoweredController {
-    /// It.
+    /// The controller, with the selected file if one is configured.
     pub controller: Controller,
-    /// The open backing directory; it has the files of the drive.
+    /// The backing directory, synchronised with the drive.
     pub backing: Option<Backing>,
-    /// All files given, those of the directory included.
+    /// All files put on the drive, including those of the directory.
     pub files: StoredFiles,
-    /// The example program is among them.
+    /// The example program is on the drive.
     pub demo: bool,
-    /// Its state is not that of a controller new from these files: a snapshot, or an error history, was there.
+    /// A snapshot or an error history was restored, so the files alone do not reproduce the state.
     pub restored: bool,
 }
 
-/// Powers a controller on, puts the files on its drive and selects one, as these settings say.
+/// Powers a controller on, puts the files on its drive and selects one, as configured.
 ///
 /// # Errors
 /// [`StartError::Load`], [`StartError::Store`] or [`StartError::Select`].
@@ -128,7 +131,7 @@ pub fn power_on(settings: &Settings) -> Result<PoweredController, StartError> {
     })
 }
 
-/// The directory, where these files were found, with the files of the drive.
+/// Brings the backing directory, which has the files `found`, in line with the drive.
 fn attach_backing(
     mut backing: Backing,
     found: &StoredFiles,
@@ -144,24 +147,24 @@ fn attach_backing(
     }
 }
 
-/// Collects the files for these settings.
+/// Collects the files for the drive. `--load` wins over the directory for parameter files.
 ///
 /// # Errors
 /// See [`LoadError`].
 pub fn load(settings: &Settings) -> Result<DriveFiles, LoadError> {
     let line_end = settings.controller.options.line_end;
-    let mut given = Vec::new();
+    let mut files = Vec::new();
     for path in &settings.load {
-        given.push((drive_name(path)?, drive_content(&read(path)?, line_end)));
+        files.push((drive_name(path)?, drive_content(&read(path)?, line_end)));
     }
-    given.extend(settings.files.iter().cloned());
+    files.extend(settings.files.iter().cloned());
     let store = settings.drive.as_deref().map(Store::open).transpose()?;
     let mut present = store.as_ref().map(|(_, found)| found.clone()).unwrap_or_default();
-    let demo = settings.drive.is_none() && given.is_empty();
+    let demo = settings.drive.is_none() && files.is_empty();
     if demo {
-        given.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
+        files.push((DEMO_NAME.to_owned(), drive_content(DEMO.as_bytes(), line_end)));
     }
-    let (parameters, put): (StoredFiles, StoredFiles) = given
+    let (parameters, put): (StoredFiles, StoredFiles) = files
         .into_iter()
         .partition(|(name, _)| FileName::parse(name).is_ok_and(|name| name.is_parameter()));
     for (name, content) in parameters {
@@ -177,18 +180,18 @@ pub fn load(settings: &Settings) -> Result<DriveFiles, LoadError> {
 }
 
 fn read(path: &Path) -> Result<Vec<u8>, LoadError> {
-    // Line ends may shrink, but a file this much too large is a mistake.
+    // CRLF becomes one byte on the drive, so a PC file may be up to twice the limit.
     files::read(path, 2 * limits::MAX_FILE as u64).map_err(|reason| LoadError::Read {
         path: path.to_path_buf(),
         reason,
     })
 }
 
-/// The name on the drive of a file of the PC: its stem in upper case (`pick.scol` is PICK); a parameter
-/// file keeps its ending (`user.par` is USER.PAR).
+/// The drive name of a PC file: its stem in upper case (`pick.scol` is PICK); a parameter
+/// file keeps its extension (`user.par` is USER.PAR).
 ///
 /// # Errors
-/// [`LoadError::Name`] when that is no name of the drive.
+/// [`LoadError::Name`] when the result is not valid on the drive.
 pub fn drive_name(path: &Path) -> Result<String, LoadError> {
     let name_error = |reason: String| LoadError::Name {
         path: path.to_path_buf(),
@@ -209,8 +212,8 @@ pub fn drive_name(path: &Path) -> Result<String, LoadError> {
     Ok(name.as_str().to_owned())
 }
 
-/// A text of the PC as the drive holds it: line ends CRLF and LF become the drive's, as the vendor's
-/// library does (hosts.md 1.7), and an EOF at the end, which the library leaves in what it uploads, goes.
+/// Converts the content of a PC file to the drive's line ends, as the vendor's library does (hosts.md 1.7). An EOF at
+/// the end is removed; the library leaves one in the files it uploads.
 #[must_use]
 pub fn drive_content(text: &[u8], line_end: LineEnd) -> Vec<u8> {
     let text = text.strip_suffix(&[ts3100_proto::text::EOF]).unwrap_or(text);

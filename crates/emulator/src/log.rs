@@ -1,6 +1,9 @@
-//! The log on stderr: every event of the controller as one readable line, control codes by name, or as one
-//! JSON object. `<` came in from the host, `>` went out to it. What is worth an event is the
-//! controller's decision.
+//! The log on stderr: one line for each event of the controller, as text with control codes by name or as one JSON
+//! object. `<` marks what a host sent, `>` what the controller sent.
+//!
+//! This module decides the wording and the level of a line, and joins a finding with the refusal it explains. Which
+//! events exist is decided by the controller. How lines reach stderr is in [`writer`]; how repeated lines are
+//! folded is in [`fold`].
 
 mod fold;
 mod writer;
@@ -30,8 +33,8 @@ pub fn start(verbose: u8, format: LogFormat) {
     );
 }
 
-/// The same for an emulator beside a command, whose output is the one people read: `verbose` 0 shows warnings and
-/// errors only, each further one a step more.
+/// Starts logging for `exec`, where people read the output of the command: `verbose` 0 shows only warnings and errors,
+/// each further step shows as much as one step less of [`start`].
 pub fn start_quiet(verbose: u8, format: LogFormat) {
     match verbose.checked_sub(1) {
         None => start_at(LevelFilter::WARN, format),
@@ -45,11 +48,11 @@ fn start_at(level: LevelFilter, format: LogFormat) {
         .with_writer(writer::LogWriter::start(format))
         .with_target(false)
         .with_ansi(false);
-    // Fails when the process has a logger already, which is then the one to use.
+    // Fails when the process has a logger already; that one is used then.
     let _ = match format {
         LogFormat::Json => builder.json().flatten_event(true).try_init(),
         LogFormat::Text => {
-            // The fields repeat the message for machines; people read the message.
+            // The fields repeat the message for programs, so the text form omits them.
             let message_only = debug_fn(|writer, field, value| match field.name() {
                 "message" => write!(writer, "{value:?}"),
                 _ => Ok(()),
@@ -61,7 +64,7 @@ fn start_at(level: LevelFilter, format: LogFormat) {
 
 pub(crate) use writer::{flush, print_line};
 
-/// Bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
+/// Formats bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
 #[derive(Debug, Clone, Copy)]
 pub struct Escaped<'a>(pub &'a [u8]);
 
@@ -79,7 +82,7 @@ impl fmt::Display for Escaped<'_> {
     }
 }
 
-/// A text as it stands on the wire, without a checksum.
+/// A text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum.
 #[must_use]
 pub fn escaped_text(framing: Framing, data: &[u8]) -> String {
     match framing {
@@ -88,16 +91,17 @@ pub fn escaped_text(framing: Framing, data: &[u8]) -> String {
     }
 }
 
-/// Writes the events of one controller.
+/// Logs the events of one controller.
 #[derive(Debug, Default)]
 pub struct EventLog {
-    /// Rules whose finding has been shown, by port: a host that breaks a rule breaks it in every text.
+    /// Rules already logged in full, by port. A host that breaks a rule usually does so in every text, so later findings
+    /// are logged at level debug.
     reported: BTreeSet<(Option<&'static str>, &'static str)>,
-    /// The last finding: if the next event says that the text is refused, both are one line.
+    /// The last finding, held back: if the next event refuses the same text, both become one line.
     pending: Option<PendingFinding>,
 }
 
-/// A finding that is not written yet.
+/// A finding that is not logged yet.
 #[derive(Debug)]
 struct PendingFinding {
     t: String,
@@ -107,12 +111,12 @@ struct PendingFinding {
 }
 
 impl EventLog {
-    /// Another host is on this port: what it does wrong is told again.
+    /// Logs findings of this port in full again, because another host has connected.
     pub fn new_peer(&mut self, port: Port) {
         self.reported.retain(|(shown, _)| *shown != Some(port.name()));
     }
 
-    /// One line for one event; `now` is virtual time and stands in JSON as `t`, in seconds.
+    /// Logs one event. `now` is virtual time; JSON lines have it as `t` in seconds.
     pub fn write(&mut self, now: Time, event: &Event) {
         let t = now.to_string();
         match event {
@@ -137,7 +141,7 @@ impl EventLog {
                 self.flush();
                 self.log_refusal(&t, port, (command, reason), about.as_ref());
             }
-            // Comes between the two.
+            // Comes between a finding and the refusal it explains, so the finding stays held back.
             answered @ Event::Answered { .. } => log_event(&t, answered),
             other => {
                 self.flush();
@@ -146,14 +150,14 @@ impl EventLog {
         }
     }
 
-    /// Nothing follows at once: a finding that is held back is told.
+    /// Logs a finding that is held back; called when no further event follows at once.
     pub fn flush(&mut self) {
         if let Some(held) = self.pending.take() {
             self.log_finding(&held.t, held.rule, held.port, &held.message);
         }
     }
 
-    /// A text that was answered NG, and the finding about it: the rule is explained once a host.
+    /// Logs a text that was answered NG, with the finding about it. The rule is explained once for each host.
     fn log_refusal(
         &mut self,
         t: &str,
@@ -227,7 +231,7 @@ impl EventLog {
     }
 }
 
-/// One line for an event that needs no other.
+/// Logs an event that does not depend on others.
 fn log_event(t: &str, event: &Event) {
     match event {
         Event::TextIn { port, framing, data } => {
@@ -254,7 +258,7 @@ fn log_event(t: &str, event: &Event) {
             message,
             fired,
         } => log_fault(t, (*id, kind), port.map(Port::name), message, *fired),
-        // These are `EventLog`'s.
+        // Logged by `EventLog::write`, which joins the two.
         Event::Finding { .. } | Event::Refused { .. } => {}
         Event::Answered { .. } => log_answered(t, event),
         Event::Alarm { number, text } => {
@@ -333,7 +337,7 @@ mod tests {
         assert_eq!(log.reported, BTreeSet::from([(Some("IP0"), "no-cr")]));
     }
 
-    /// The lines of a few events.
+    /// The JSON lines logged for these events.
     fn lines(events: &[Event]) -> Vec<String> {
         #[derive(Clone, Default)]
         struct SharedBuffer(std::sync::Arc<std::sync::Mutex<Vec<u8>>>);
@@ -380,7 +384,7 @@ mod tests {
             verdict: Verdict::Refused,
         };
         let bad = finding("unknown-command", Port::Ip0, "two letters expected");
-        let told = lines(&[
+        let logged = lines(&[
             finding("no-cr", Port::Host, "no CR"),
             bad.clone(),
             answered,
@@ -389,8 +393,8 @@ mod tests {
             refused,
             bad,
         ]);
-        assert_eq!(told.len(), 3, "{told:#?}");
-        let read = |at: usize| serde_json::from_str::<serde_json::Value>(&told[at]).unwrap();
+        assert_eq!(logged.len(), 3, "{logged:#?}");
+        let read = |at: usize| serde_json::from_str::<serde_json::Value>(&logged[at]).unwrap();
         assert_eq!(read(0)["event"], "finding");
         for (at, level) in [(1, "WARN"), (2, "INFO")] {
             let line = read(at);

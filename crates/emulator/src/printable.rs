@@ -1,17 +1,19 @@
-//! Text of others (names of files, programs, what hosts send, headers, whole lines of a file that is no TOML) as it is
-//! put before people: in the log, in messages, in refusals, in metrics. Control characters would be obeyed by a terminal
-//! and could pass for a line of ours, and a line may be as long as its author pleases.
+//! Makes text from outside safe to print: file names, program lines, bytes from hosts, HTTP headers, lines of a
+//! file that is not TOML. Such text appears in log lines, error messages, HTTP problems and metric labels.
+//!
+//! A terminal would obey its control characters, a line feed could fake a log line, and a line can be arbitrarily
+//! long. So control characters are spelled out (`<1B>`, `<CR>`) and long messages are cut.
 
 use std::fmt::{self, Display, Write as _};
 
-/// Longest line of a message in characters: three of them, as the TOML parser shows a mistake, are less than 2 kB.
+/// Longest line of a message in characters. The TOML parser shows an error in three lines, which stay below 2 kB.
 const MAX_LINE: usize = 480;
 /// Most lines of a message.
 const MAX_LINES: usize = 1_000;
 
-/// Whether a character does something other than to be seen.
+/// Whether a character does something other than being printed.
 fn needs_escape(letter: char) -> bool {
-    // Directions of writing can turn what is read around; two separators break lines.
+    // Bidirectional controls can reorder what is read; U+2028 and U+2029 break lines.
     letter.is_control() || matches!(letter, '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
 }
 
@@ -27,7 +29,7 @@ fn push_escaped(to: &mut String, letter: char) {
     };
 }
 
-/// On one line, as the log shows bytes: `<CR>`, `<1B>`.
+/// The text on one line, with control characters as in the log: `<CR>`, `<1B>`.
 pub(crate) fn escape_line(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
@@ -36,7 +38,7 @@ pub(crate) fn escape_line(text: &str) -> String {
         })
 }
 
-/// The same with its lines and tabs kept.
+/// As [`escape_line`], but line feeds and tabs stay.
 pub(crate) fn escape_lines(text: &str) -> String {
     text.chars()
         .fold(String::with_capacity(text.len()), |mut to, letter| {
@@ -48,7 +50,7 @@ pub(crate) fn escape_lines(text: &str) -> String {
         })
 }
 
-/// A message with its lines kept, none longer than a person reads.
+/// A message for people: lines stay, control characters are spelled out, long lines and long messages are cut.
 pub(crate) fn printable(message: impl Display) -> String {
     let text = message.to_string();
     let mut lines: Vec<String> = Vec::new();

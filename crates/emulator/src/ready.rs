@@ -1,5 +1,8 @@
-//! What `serve` says once every port accepts: one line of JSON on stdout for programs, or a short text on
+//! What `serve` prints once every port accepts connections: one line of JSON on stdout for programs, or a banner on
 //! stderr for people.
+//!
+//! The keys of the JSON line are a public format: keys may be added, none may change. The ports themselves are
+//! opened by [`crate::driver`].
 
 use crate::config::Settings;
 use crate::serial::SerialEndpoint;
@@ -9,7 +12,7 @@ use std::fmt::Write as _;
 use std::net::SocketAddr;
 use ts3100_controller::port::Port;
 
-/// The line on stdout. Keys may be added; none changes.
+/// The ready line on stdout. Keys may be added; none may change.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Ready {
     event: &'static str,
@@ -23,8 +26,8 @@ pub struct Ready {
     vary: Option<u64>,
 }
 
-/// Where a program finds the serial lines: a path, or an address as pyserial takes it (`rfc2217://`, `socket://`). A
-/// port without a line has no key.
+/// The serial lines: a path, or an address in the form of pyserial (`rfc2217://`, `socket://`). A port without a line has
+/// no key.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 struct ReadySerial {
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,7 +56,7 @@ struct ReadyPorts {
 }
 
 impl Ready {
-    /// Of the ports in use and the serial lines.
+    /// A ready line with these TCP ports, serial lines and control address.
     #[must_use]
     pub fn new(
         ports: &BTreeMap<Port, u16>,
@@ -80,13 +83,13 @@ impl Ready {
         }
     }
 
-    /// With the seed of the legal variation.
+    /// Adds the seed of the legal variation.
     #[must_use]
     pub fn with_variation(self, vary: Option<u64>) -> Ready {
         Ready { vary, ..self }
     }
 
-    /// The line, without its end.
+    /// The line as JSON, without a line feed.
     ///
     /// # Errors
     /// None that this value can cause; serde's signature.
@@ -95,13 +98,13 @@ impl Ready {
     }
 }
 
-/// Where the control interface is, as a browser wants it.
+/// The URL of the control interface.
 #[must_use]
 pub fn url(address: SocketAddr) -> String {
     format!("http://{address}")
 }
 
-/// What a person who has just started `serve` wants to know.
+/// The banner for people: ports, selected file, and commands to try.
 #[must_use]
 pub fn banner(
     settings: &Settings,

@@ -1,4 +1,7 @@
-//! `ts3100 check`: the diagnostics of SCOL files, rendered by the compiler.
+//! `ts3100 check`: prints the diagnostics of SCOL files, as text, JSON or SARIF.
+//!
+//! The compiler in `scol-mini` finds and words the diagnostics. Here files are read and the exit code is chosen.
+//! The JSON and SARIF documents are built in [`super::check_report`].
 
 use super::check_report;
 use crate::config::model::ModelChoice;

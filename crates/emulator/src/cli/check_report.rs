@@ -1,5 +1,7 @@
-//! The remarks of `ts3100 check` as documents: plain JSON, and SARIF 2.1.0 (OASIS). What is remarked is the
-//! compiler's matter.
+//! The diagnostics of `ts3100 check` as documents: plain JSON, and SARIF 2.1.0 (OASIS).
+//!
+//! Positions are converted from the compiler's bytes to the characters that editors and code hosts count. Which
+//! diagnostics exist is decided in `scol-mini`; the text form is in [`super::check`].
 
 use super::check::CheckedFile;
 use scol_mini::{Diagnostic, Severity};

@@ -1,4 +1,7 @@
-//! `ts3100 coverage merge`: the coverage reports of several runs as one.
+//! `ts3100 coverage merge`: adds up the coverage reports of several runs.
+//!
+//! The report and its formats are in [`crate::reports`]; here files are read and written and the exit code is
+//! chosen.
 
 use crate::printable::printable;
 use crate::reports::{CoverageReport, Reports, coverage_text};

@@ -1,5 +1,8 @@
-//! `ts3100 exec [serve options] -- COMMAND...`: an emulator for the time of one command. How the emulator is
-//! configured and served is `serve`'s.
+//! `ts3100 exec [serve options] -- COMMAND...`: runs a command with an emulator that lives as long as the command.
+//!
+//! It takes the flags of `serve` and shares its reports ([`super::serve`]). Here the command is started with the
+//! addresses in its environment, signals are forwarded to it, and its exit code is combined with the result of the
+//! reports. [`super::guard`] ends the command when exec itself is killed.
 
 use super::guard::Guard;
 use super::junit_stub;

@@ -1,5 +1,7 @@
-//! `ts3100 faults list`: the kinds of faults and the legal variations; `ts3100 faults check`: whether specifications
-//! and files say what they mean.
+//! `ts3100 faults list` and `ts3100 faults check`: lists the kinds of faults and checks fault specifications.
+//!
+//! The kinds and their parameters are in the controller's `faults` module; reading fault files is
+//! [`crate::faults`].
 
 use crate::faults;
 use crate::printable::printable;

@@ -1,4 +1,6 @@
-//! `ts3100 fmt`: lays SCOL files out anew. The layout is `scol-mini`'s; here files are read and written.
+//! `ts3100 fmt`: formats SCOL files in place, or stdin to stdout.
+//!
+//! The formatter is `scol-mini`'s. Here files are read and replaced, and the exit code is chosen.
 
 use super::check::read_source;
 use crate::files;

@@ -1,6 +1,7 @@
-//! Ends the command of `ts3100 exec` when exec is ended without a chance to do it itself (SIGKILL, a machine short of
-//! memory). It is a process of its own, `ts3100 __guard`, at the reading end of a pipe whose other end exec alone
-//! holds: when that closes, exec is gone.
+//! Ends the command of `ts3100 exec` when exec is killed before it can do so itself (SIGKILL, out of memory).
+//!
+//! The guard is a process of its own, `ts3100 __guard`. It reads a pipe whose writing end only exec holds. When the
+//! pipe closes, exec is gone and the guard kills the command with all its descendants.
 
 use std::io::{self, BufRead as _, Read as _, Write as _};
 use std::process::{Child, ChildStdin, Command, ExitCode, Stdio};

@@ -1,5 +1,8 @@
-//! The JUnit report of a run that could not start: CI takes a file that is missing, empty or broken for no report at
-//! all. The report of a run that ended is the scenario's.
+//! The JUnit report of a run that could not start. Without it CI would find a missing or empty file and show no
+//! error at all.
+//!
+//! The report of a run that did start is written by [`crate::scenario`]. The path is found even on a command line
+//! that clap rejects, by looking for `--junit` directly.
 
 use crate::files;
 use crate::reports::escape;

@@ -1,5 +1,7 @@
-//! The command line `ts3100 serve | exec | host | check | fmt | run | faults | tap | diff | coverage | ctl |
-//! completions`: reads it, runs one of them, says the exit code.
+//! The command line of `ts3100`: one file or folder for each subcommand.
+//!
+//! Each subcommand parses its flags, calls the library and maps the result to an exit code. Logic that does not
+//! depend on the command line belongs in the library modules, not here. `serve` is the best place to start.
 
 mod check;
 mod check_report;

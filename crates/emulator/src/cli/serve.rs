@@ -1,4 +1,8 @@
-//! `ts3100 serve`: from the configuration to a running driver, its ready line and its end by a signal.
+//! `ts3100 serve`: reads the configuration, opens the ports, prints the ready line, serves until a signal, and
+//! writes the reports.
+//!
+//! The order matters: report files are created before the ports open, so that a path that cannot be written is an
+//! error at the start. The loop that serves hosts is [`crate::driver`]; the ready line is [`crate::ready`].
 
 use super::junit_stub;
 use crate::config::{self, ServeArgs, Settings, option_keys};

@@ -1,4 +1,6 @@
-//! `ts3100 tap`: reads the command line and runs a [`Tap`] until a signal.
+//! `ts3100 tap`: turns the flags into routes and runs a [`Tap`] until a signal.
+//!
+//! The relay between hosts and the real controller, and the recording, are in [`crate::tap`].
 
 use super::serve::stop_signal;
 use crate::config::args::{LogFormat, PortSource};
@@ -134,33 +136,33 @@ fn real_address(text: &str) -> anyhow::Result<SocketAddr> {
 fn settings(args: &TapArgs) -> anyhow::Result<TapSettings> {
     let real = real_address(&args.real)?;
     let mut routes: Vec<Route> = Vec::new();
-    for wanted in &args.channels {
+    for channel in &args.channels {
         let own = match args.ports {
             PortSource::Auto => 0,
-            PortSource::Parameter => (FIRST_PORT + wanted.offset)
+            PortSource::Parameter => (FIRST_PORT + channel.offset)
                 .checked_add(args.port_offset)
                 .ok_or_else(|| anyhow!("--port-offset {}: the ports exceed 65535", args.port_offset))?,
         };
-        if routes.iter().any(|route| route.port == wanted.port) {
-            return Err(anyhow!("--channels: {} is given twice", wanted.port));
+        if routes.iter().any(|route| route.port == channel.port) {
+            return Err(anyhow!("--channels: {} is given twice", channel.port));
         }
         let route = Route {
-            port: wanted.port,
+            port: channel.port,
             listen: SocketAddr::new(args.listen, own),
-            controller: match wanted.real_port {
+            controller: match channel.real_port {
                 Some(port) => SocketAddr::new(real.ip(), port),
                 None => SocketAddr::new(
                     real.ip(),
-                    real.port()
-                        .checked_add(wanted.offset)
-                        .ok_or_else(|| anyhow!("{}: the port of {} exceeds 65535", args.real, wanted.port))?,
+                    real.port().checked_add(channel.offset).ok_or_else(|| {
+                        anyhow!("{}: the port of {} exceeds 65535", args.real, channel.port)
+                    })?,
                 ),
             },
         };
         if own != 0 && route.listen == route.controller {
             return Err(anyhow!(
                 "{}: the tap would dial itself at {}; give --port-offset or --listen",
-                wanted.port,
+                channel.port,
                 route.controller
             ));
         }

@@ -1,6 +1,8 @@
-//! The definition of the `serve` flags, which is also the definition of the environment variables and of
-//! the keys of the TOML file (see [`super::read`]). Every field is optional here: which layer wins and
-//! what the default is, is decided after all layers are read.
+//! The flags of `serve`. The same definition reads the environment variables and the keys of the TOML file (see
+//! [`super::read`]), so each setting has one name and one set of values.
+//!
+//! Every field is optional: which layer wins is decided by `with_fallback`, and defaults are applied afterwards in
+//! [`super::Settings::from_args`]. The doc comments are the help texts.
 
 use super::model::ModelChoice;
 use super::report_args::ReportArgs;

@@ -1,5 +1,8 @@
-//! Reading the layers: environment variables and the keys of the TOML file are turned into flags and read
-//! by the definition of the flags. What the keys mean is not known here.
+//! Reads the layers of the configuration: environment variables and TOML keys are turned into flags, which clap
+//! then parses.
+//!
+//! What a key means is defined in [`super::args`]. This module only knows which keys are lists and which are paths
+//! relative to the file.
 
 use super::ServeArgs;
 use super::model::ModelChoice;

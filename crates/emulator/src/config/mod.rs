@@ -1,6 +1,8 @@
-//! How a `serve` is configured: flags over environment (`TS3100_*`) over TOML file over defaults. All three
-//! are read by the one definition of the flags in [`args`], so a key has the same name, values and error
-//! message everywhere. What the values do is the business of [`crate::embed`] and the controller.
+//! The configuration of `serve`: flags over environment variables (`TS3100_*`) over a TOML file over defaults.
+//!
+//! All three are read through the definition of the flags in [`args`], so a key has the same name, values and error
+//! message everywhere. The result is [`Settings`], which [`crate::driver`] opens. [`crate::embed`] builds the same
+//! settings without a command line.
 
 pub mod args;
 mod layers;
@@ -229,7 +231,7 @@ fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeAr
 
 /// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
 fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
-    let mut given: Vec<String> = controller_flags(args)
+    let mut conflicting: Vec<String> = controller_flags(args)
         .iter()
         .filter_map(|flag| Some(format!("--{}", flag.split_once('=')?.0)))
         .filter(|flag| flag != "--set")
@@ -241,16 +243,16 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
         ("--servo-on", args.servo_on == Some(true)),
         ("--set", controller.options != preset.options),
     ];
-    given.extend(
+    conflicting.extend(
         others
             .iter()
             .filter(|(_, is)| *is)
             .map(|(flag, _)| (*flag).to_owned()),
     );
-    if given.is_empty() {
+    if conflicting.is_empty() {
         return Ok(());
     }
-    Err(ConfigError::Restore(given.join(", ")))
+    Err(ConfigError::Restore(conflicting.join(", ")))
 }
 
 /// The control interface: on unless it is said to be off.
@@ -259,7 +261,7 @@ fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSett
     let mut address = free.address;
     match (args.control, ports) {
         (Some(ControlChoice::Off), _) => return Ok(None),
-        (Some(ControlChoice::Address(given)), _) => address = given,
+        (Some(ControlChoice::Address(chosen)), _) => address = chosen,
         (None, Ports::Auto) => {}
         (None, Ports::Offset(offset)) => {
             let port = DEFAULT_PORT

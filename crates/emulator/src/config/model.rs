@@ -1,8 +1,8 @@
-//! Arm models as TOML files: those shipped with the emulator, by name, and users' own, by path. What makes the
-//! numbers an arm is known to the controller's `ArmModel::check`; here it is only read.
+//! Reads arm models from TOML: the ones shipped with the emulator, by name, and a user's own, by path. Whether the
+//! numbers describe an arm is checked by the controller's `ArmModel::check`.
 //!
-//! Each table has a `source`: where its numbers come from. A number that nobody can vouch for has no place in a
-//! model, so a file without one is refused.
+//! Each table has a `source` that says where its numbers come from. A file without one is refused, because a model
+//! with unfounded numbers would look like evidence.
 
 use super::layers::{self, ConfigError};
 use serde::Deserialize;
@@ -77,10 +77,10 @@ impl ModelChoice {
     /// The file cannot be read, is no TOML, or is no arm.
     pub fn read(&self) -> Result<ArmModel, ConfigError> {
         let (path, text) = match self {
-            ModelChoice::Shipped(wanted) => {
-                let found = SHIPPED.iter().find(|(name, _)| name == wanted);
+            ModelChoice::Shipped(shipped) => {
+                let found = SHIPPED.iter().find(|(name, _)| name == shipped);
                 (
-                    PathBuf::from(format!("{wanted}.toml")),
+                    PathBuf::from(format!("{shipped}.toml")),
                     found.map_or("", |(_, text)| text).to_owned(),
                 )
             }
@@ -213,10 +213,10 @@ impl ModelFile {
                 })
             }
         };
-        let given = self.ready.joints.len();
-        if given != self.axis.len() || given > AXES {
+        let joints = self.ready.joints.len();
+        if joints != self.axis.len() || joints > AXES {
             return Err(format!(
-                "ready: joints: expected one for each of the {} axes, found {given}",
+                "ready: joints: expected one for each of the {} axes, found {joints}",
                 self.axis.len()
             ));
         }

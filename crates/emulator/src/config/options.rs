@@ -1,5 +1,8 @@
-//! The named options of decision D0 as words: one row per option says its key, its values and where it
-//! goes. Presets are the dialect's, effects are the controller's and the links'.
+//! The named options (decision D0) by their keys: one row gives the key, the accepted values and the field that is
+//! set.
+//!
+//! The presets belong to the dialect. The effects are in the controller and, for the links, in [`crate::tcp`] and
+//! [`crate::store`].
 
 use crate::store::backing::WhenFull;
 use scol_mini::IntDivision;

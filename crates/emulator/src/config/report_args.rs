@@ -1,4 +1,6 @@
-//! The flags of `serve` that ask for reports of a run, and for an exit code that depends on them.
+//! The flags of `serve` that ask for reports at the end of a run and for an exit code that depends on them.
+//!
+//! The reports are written by [`crate::reports`]. The doc comments are the help texts.
 
 use crate::reports::{Deny, FindingsFormat, Reports};
 use clap::Args;

@@ -1,4 +1,6 @@
-//! `--vary`: a seed, one that is drawn, or none. What varies is the controller's business.
+//! The value of `--vary`: a seed, a randomly drawn seed, or off.
+//!
+//! What varies with the seed is decided by the controller's `variation` module.
 
 use std::fmt;
 use std::hash::{BuildHasher, RandomState};

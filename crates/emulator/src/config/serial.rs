@@ -1,5 +1,7 @@
-//! Where the serial ports HOST and COM1 are to be found: the flags of both ports brought together, one way for
-//! each port. How each way works is [`crate::line`]'s.
+//! Where the serial ports HOST and COM1 are reached. The flags of both ports are merged, and two ways to one port
+//! are refused.
+//!
+//! Each way (pseudo terminal, device, RFC 2217, TCP) is implemented in [`crate::serial`].
 
 use super::ConfigError;
 use super::args::ServeArgs;
@@ -64,7 +66,7 @@ pub(super) fn serial_ends(
     for (port, link) in LINKS {
         let (device, rfc2217, tcp) = flags(port);
         let directory = args.serial_dir.as_ref();
-        let wanted = [
+        let candidates = [
             (
                 "--serial-dir".to_owned(),
                 directory.map(|directory| SerialEndpoint::Pty(directory.join(link))),
@@ -79,11 +81,13 @@ pub(super) fn serial_ends(
                 tcp.map(|at| SerialEndpoint::Tcp(at.with_default_address(listen))),
             ),
         ];
-        let mut wanted = wanted.into_iter().filter_map(|(flag, end)| Some((flag, end?)));
-        let Some((first, end)) = wanted.next() else {
+        let mut candidates = candidates
+            .into_iter()
+            .filter_map(|(flag, end)| Some((flag, end?)));
+        let Some((first, end)) = candidates.next() else {
             continue;
         };
-        if let Some((second, _)) = wanted.next() {
+        if let Some((second, _)) = candidates.next() {
             return Err(ConfigError::SerialTwice { port, first, second });
         }
         ends.insert(port, end);

@@ -1,4 +1,4 @@
-//! Tests of the configuration: which layer wins, what is refused and in which words.
+//! Tests of the configuration: which layer wins, what is refused, and the messages that say so.
 
 use super::args::{Key, PortSource};
 use super::*;

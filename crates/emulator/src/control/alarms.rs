@@ -1,4 +1,6 @@
-//! `/alarms`: active ones, the history, the table with cause and remedy; raise and reset.
+//! `/alarms`: active alarms, the error history, the alarm table with causes and remedies; raise and reset.
+//!
+//! The table and the effects of an alarm are in the controller's `alarm` module.
 
 use super::body::{JsonBody, NoBody, PathParam};
 use super::handle::DriverHandle;

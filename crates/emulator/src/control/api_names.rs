@@ -1,4 +1,7 @@
-//! The words of the documents for what the controller names by types, in both directions.
+//! Names of the control interface for enumerations of the controller: key positions, control right, ports,
+//! execution status. Each type converts in both directions.
+//!
+//! They are separate from the controller's types because their spelling is a public format.
 
 use serde::{Deserialize, Serialize};
 use ts3100_controller::input;

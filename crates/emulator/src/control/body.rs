@@ -1,5 +1,7 @@
-//! How a call is read: its path, its query and its body, each with errors that say where. Everything is bounded in
-//! size and time.
+//! Extractors for the path, the query and the JSON body of a call. Each reports errors as a [`Problem`] that names
+//! the place. Bodies are limited in size and in time.
+//!
+//! What a value means is checked by the resource that receives it.
 
 use super::problem::Problem;
 use axum::RequestPartsExt as _;

@@ -1,4 +1,6 @@
-//! `/channels`: the six communication ports: peers and buffers; inject bytes, drop a peer.
+//! `/channels`: the six communication ports with their peers and buffers; inject bytes, drop a peer.
+//!
+//! The sockets are in [`crate::tcp`] and [`crate::serial`]; the buffers are the controller's.
 
 use super::api_names::PortName;
 use super::body::{JsonBody, NoBody, PathParam, parse_hex};

@@ -1,5 +1,7 @@
-//! `/clock`: how time passes; moving it by hand, by an amount or until something happens; waiting for something
-//! without moving it.
+//! `/clock` and `/wait`: how time passes, moving it by an amount or until a condition holds, and waiting without
+//! moving it.
+//!
+//! The clock is [`crate::clock`]; conditions are evaluated by the driver (`driver::wait`).
 
 use super::api_names::{PortName, StatusName};
 use super::body::{JsonBody, Seconds, object_only, whole_number};

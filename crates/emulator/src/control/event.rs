@@ -1,5 +1,7 @@
-//! One thing that happened, as a line of JSON: what came in, what went out, what the controller told of. The same
-//! documents serve the stream of events and whoever writes them to a file.
+//! One event as a JSON document: what a host sent, what the controller sent, and what the controller reported.
+//!
+//! The same document is used by the stream `/events`, by `/findings` and by the journal. The events come from the
+//! controller's `output` module.
 
 use crate::log::Escaped;
 use serde::Serialize;
@@ -12,6 +14,7 @@ use utoipa::ToSchema;
 
 /// One thing that happened. Which of the other keys there are depends on `event`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, ToSchema)]
+#[schema(as = Happening)]
 pub struct ApiEvent {
     /// Its number: 1, 2, 3 and so on since the emulator was started.
     pub seq: u64,
@@ -89,7 +92,7 @@ pub struct ApiEvent {
     pub file: Option<String>,
 }
 
-/// The word for what became of a command.
+/// The value of `outcome` in events and metrics.
 #[must_use]
 pub fn verdict_name(verdict: Verdict) -> &'static str {
     match verdict {
@@ -117,7 +120,7 @@ pub fn seconds(time: Time) -> f64 {
 }
 
 impl ApiEvent {
-    /// Something of this kind; its number is given when it is written down.
+    /// An event of this kind; the journal assigns `seq` when it stores the event.
     #[must_use]
     pub fn new(now: Time, event: &'static str) -> ApiEvent {
         ApiEvent {
@@ -136,7 +139,7 @@ impl ApiEvent {
         }
     }
 
-    /// What an input is; a look at the clock is nothing.
+    /// The event for an input of the controller; `None` for panel actions, which are reported by their effects, and ticks.
     #[must_use]
     pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
         let new = |event| ApiEvent::new(now, event);
@@ -161,7 +164,7 @@ impl ApiEvent {
         }
     }
 
-    /// What an output is.
+    /// The event for an output of the controller.
     #[must_use]
     pub fn from_output(now: Time, output: &Output) -> ApiEvent {
         let new = |event| ApiEvent::new(now, event);
@@ -180,7 +183,7 @@ impl ApiEvent {
                 file: Some(name.clone()),
                 ..new("erased")
             },
-            // Told when it has happened.
+            // Replaced by `stored` or `erased` once the write has been done.
             Output::Persist { .. } => new("keep"),
             Output::PowerCycled => new("power-on"),
             Output::Disconnect { port, .. } => ApiEvent {
@@ -204,7 +207,7 @@ impl ApiEvent {
         }
     }
 
-    /// A finding with what its rule says of it.
+    /// A finding with severity, source and remedy of its rule.
     fn from_finding(event: &Event) -> Option<ApiEvent> {
         let Event::Finding {
             rule,
@@ -229,7 +232,7 @@ impl ApiEvent {
         Some(finding.with_bytes(bytes))
     }
 
-    /// A fault that was armed, or has bitten.
+    /// A fault that was armed or has fired.
     fn from_fault(now: Time, event: &Event) -> Option<ApiEvent> {
         let Event::Fault {
             id,

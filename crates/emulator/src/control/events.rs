@@ -1,5 +1,7 @@
-//! `/events`: what happens, as it happens, as Server-Sent Events. A reader that is slow is told what it missed; it
-//! never makes the emulator wait.
+//! `/events`: the stream of events, as Server-Sent Events.
+//!
+//! A slow reader is told how many events it missed; it never makes the emulator wait. The events are kept in
+//! [`super::journal`] and described in [`super::event`].
 
 use super::body::QueryParams;
 use super::event::ApiEvent;

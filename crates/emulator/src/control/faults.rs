@@ -1,4 +1,6 @@
-//! `/faults`: what is broken on purpose: list with what became of each, arm, disarm, clear, and the kinds there are.
+//! `/faults`: list the faults with their counters; arm, disarm and clear them; list the kinds.
+//!
+//! Kinds, parameters and their validation are in the controller's `faults` module.
 
 use super::body::{JsonBody, NoBody, PathParam, object_only, optional_whole_number, whole_number};
 use super::event::seconds;
@@ -350,10 +352,10 @@ async fn get_fault_kinds() -> Json<Vec<FaultKindInfo>> {
 }
 
 async fn fault_status(handle: &DriverHandle, number: String) -> Result<Json<FaultStatus>, Problem> {
-    let wanted = number.parse::<u32>().ok();
+    let id = number.parse::<u32>().ok();
     let look = move |view: &View<'_>| {
         let mut reports = view.controller.faults().reports();
-        let found = reports.find(|report| Some(report.fault.id) == wanted);
+        let found = reports.find(|report| Some(report.fault.id) == id);
         found.map(FaultStatus::new)
     };
     let found = handle.query(look).await?;

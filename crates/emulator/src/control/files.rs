@@ -1,4 +1,6 @@
-//! `/files`: the RAM drive: list, get, put, delete, select.
+//! `/files`: the RAM drive: list, read, write, erase and select files.
+//!
+//! A file is written as by a download, all or nothing; the rules are in the controller's `drive` module.
 
 use super::body::{JsonBody, NoBody, PathParam};
 use super::channels::ByteContent;
@@ -80,16 +82,16 @@ pub fn add(table: RouteTable) -> RouteTable {
 }
 
 async fn file_content(handle: &DriverHandle, name: String) -> Result<Json<FileContent>, Problem> {
-    let wanted = name.to_ascii_uppercase();
+    let drive_name = name.to_ascii_uppercase();
     let look = move |view: &View<'_>| {
-        let content = view.controller.drive().get(&wanted)?.to_vec();
+        let content = view.controller.drive().get(&drive_name)?.to_vec();
         let size = content.len();
         let (text, hex) = match String::from_utf8(content) {
             Ok(text) => (Some(text), None),
             Err(error) => (None, Some(hex(error.as_bytes()))),
         };
         Some(FileContent {
-            name: wanted,
+            name: drive_name,
             size,
             text,
             hex,

@@ -1,5 +1,7 @@
-//! Who may call: the token, and the headers by which a browser tells that a web page is behind a request. No page
-//! of another origin may drive or read a robot, wherever its name resolves to.
+//! Decides which requests are served: checks the token and the headers that reveal a web page behind a request. No
+//! page of another origin may read or drive a robot, whatever address its name resolves to.
+//!
+//! The settings it enforces are validated in [`super::settings`].
 
 use super::listener::ConnectionInfo;
 use super::problem::Problem;

@@ -1,4 +1,6 @@
-//! What a call of the control interface has in hand: the way to the driver, and the journal.
+//! What every call of the control interface uses: the queue to the driver and the journal.
+//!
+//! Each method sends one request and waits for its answer. The requests are carried out in [`crate::driver`].
 
 use super::journal::Journal;
 use super::problem::Problem;

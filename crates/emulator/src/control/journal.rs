@@ -1,5 +1,7 @@
-//! What has happened, for those who look later: the last events by number, all findings, and the counters. The
-//! handle writes, the calls of the control interface read.
+//! Keeps what happened for later readers: the last events by number, the findings, the counters and the transcript.
+//!
+//! The driver writes, the calls of the control interface read. Everything is bounded; the oldest entries are
+//! dropped first.
 
 use super::event::ApiEvent;
 use super::metrics::Metrics;

@@ -1,4 +1,6 @@
 //! `/inputs` and `/outputs`: the digital lines: read, drive, set, force, release, pulse.
+//!
+//! Line numbers and forcing are the controller's `signals` module.
 
 use super::body::{JsonBody, NoBody, PathParam, Seconds};
 use super::handle::DriverHandle;

@@ -1,5 +1,7 @@
-//! The listening socket of the control interface: connections are bounded in number and in the time they may do
-//! nothing. What is said on them is not known here.
+//! The listening socket of the control interface. It limits the number of connections and the time a connection may
+//! be idle, so that forgotten clients cannot exhaust the interface.
+//!
+//! HTTP itself is axum's; access is decided in [`super::guard`].
 
 use axum::extract::connect_info::Connected;
 use axum::serve::{IncomingStream, Listener};

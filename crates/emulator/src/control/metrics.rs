@@ -1,4 +1,7 @@
-//! Counters of what happened, and their text form for Prometheus. Gauges are taken from the controller when asked.
+//! Counts events and formats counters and gauges for Prometheus.
+//!
+//! Counters are kept here and updated by [`super::journal`]. Gauges are taken from the controller at each request,
+//! in [`super::service`].
 
 use super::event::verdict_name;
 use crate::printable::escape_line;

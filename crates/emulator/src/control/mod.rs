@@ -1,5 +1,9 @@
-//! The control interface: everything a real controller denies a test, over HTTP. One file a resource; each adds its
-//! calls to the `table`. What a call does goes through the driver's queue: nothing here owns or changes a controller.
+//! The HTTP control interface: tests read and change everything about the robot that a real controller does not let
+//! them reach.
+//!
+//! Each resource has a file that adds its routes to the [`route_table`]. A call becomes a request in the driver's
+//! queue and waits for the result; nothing here owns or changes a controller. Requests pass [`guard`] first. Start
+//! with [`panel`], the simplest resource.
 
 mod alarms;
 mod api_names;

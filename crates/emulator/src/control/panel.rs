@@ -1,4 +1,6 @@
-//! `/key-switch`, `/control-right` and the switches and buttons of the panel: what an operator's hand does.
+//! `/key-switch`, `/control-right`, `/servo` and the other switches and buttons of the operating panel.
+//!
+//! Each call sends one panel action to the controller, which decides whether it is allowed.
 
 use super::api_names::{KeyPosition, RightHolder, StatusName};
 use super::body::{JsonBody, NoBody};

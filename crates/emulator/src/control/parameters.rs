@@ -1,5 +1,6 @@
-//! `/parameters`: what USER.PAR and ETHERNET.PAR said when the power last came on. Changing them is changing the
-//! files of the RAM drive.
+//! `/parameters`: the values of USER.PAR and ETHERNET.PAR that were read when the power last came on.
+//!
+//! To change them, write the files to the RAM drive and cycle the power, as on the real controller.
 
 use super::handle::DriverHandle;
 use super::problem::Problem;

@@ -1,4 +1,6 @@
-//! `/pendant`: what the teach pendant shows, and figures typed at it.
+//! `/pendant`: the display of the teach pendant, and keys typed on it.
+//!
+//! The pages are made by the controller.
 
 use super::body::JsonBody;
 use super::handle::DriverHandle;

@@ -1,4 +1,6 @@
-//! `/power` and `/reset`: off, on, cycle; everything as at the start.
+//! `/power` and `/reset`: power off, on and cycle; reset to the state at the start.
+//!
+//! Power is an action of the controller. A reset is done by the driver, which also closes the connections.
 
 use super::body::NoBody;
 use super::handle::DriverHandle;

@@ -1,5 +1,6 @@
-//! What is answered when a call has no effect: a status, and words in JSON that say what was expected, what was
-//! found, and where.
+//! The JSON body of every error response: the sentence, and what was expected, what was found, and where.
+//!
+//! Refusals of the controller are converted here. Responses with an effect are made by the resources.
 
 use crate::printable::printable;
 use axum::Json;

@@ -1,5 +1,7 @@
-//! The table of all calls. A resource adds its handlers; where each is served, by which method, and what stands of
-//! it in the OpenAPI document, all comes from the one description at the handler.
+//! The table of all routes. A resource adds its handlers; the router and the OpenAPI document are both made from
+//! the `#[utoipa::path]` at each handler, so they cannot disagree.
+//!
+//! The error responses that all calls share are added here.
 
 use super::handle::DriverHandle;
 use super::problem::Problem;

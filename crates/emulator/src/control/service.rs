@@ -1,4 +1,6 @@
-//! `/health`, `/version`, `/metrics`, `/findings`: for those who look after the emulator and its hosts.
+//! `/health`, `/version`, `/metrics` and `/findings`: for monitoring the emulator and the hosts that use it.
+//!
+//! Counters come from [`super::metrics`], findings from [`super::journal`].
 
 use super::event::{ApiEvent, seconds};
 use super::handle::DriverHandle;

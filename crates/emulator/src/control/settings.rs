@@ -1,5 +1,7 @@
-//! Where the control interface listens and who may call it. That nobody listens beyond the loopback without a token
-//! is decided here.
+//! Address, token and host names of the control interface, and their validation: beyond the loopback it needs a
+//! token.
+//!
+//! The settings are enforced for each request in [`super::guard`].
 
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};

@@ -1,5 +1,7 @@
-//! `/snapshots`: states of the whole controller, kept under names and put back; `/snapshot`: the present one as a file
-//! has it.
+//! `/snapshots`: named states of the whole controller; `/snapshot`: the present state in the file format of a
+//! snapshot.
+//!
+//! Snapshots are taken and restored by the driver; the format is [`crate::snapshot`].
 
 use super::body::{NoBody, PathParam, SnapshotText};
 use super::event::seconds;

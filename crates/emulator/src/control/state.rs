@@ -1,4 +1,6 @@
-//! `/state`: everything at one moment in one document.
+//! `/state`: everything about the controller at one moment, in one document.
+//!
+//! It is put together from the documents of the other resources; values are read from the controller's queries.
 
 use super::alarms::ActiveAlarm;
 use super::api_names::{KeyPosition, PortName, RightHolder, StatusName};

@@ -1,4 +1,6 @@
-//! `/transcript`: what went over the ports and what was done at the controller, as `--transcript` writes it to files.
+//! `/transcript`: the traffic of all ports and the actions at the controller, in the formats of `--transcript`.
+//!
+//! Recording and formats are in [`crate::transcript`].
 
 use super::body::QueryParams;
 use super::handle::DriverHandle;
@@ -68,10 +70,10 @@ pub fn add(table: RouteTable) -> RouteTable {
     (String = "text/plain"), (String = "application/x-ndjson"), (Vec<u8> = "application/octet-stream")))))]
 async fn get_transcript(
     State(handle): State<DriverHandle>,
-    QueryParams(wanted): QueryParams<TranscriptQuery>,
+    QueryParams(query): QueryParams<TranscriptQuery>,
 ) -> Result<impl IntoResponse, Problem> {
     // A look, so that what came before has been served.
     handle.query(|_| ()).await?;
-    let (format, media_type) = wanted.format.format();
+    let (format, media_type) = query.format.format();
     Ok(([(CONTENT_TYPE, media_type)], handle.journal.transcript(format)))
 }

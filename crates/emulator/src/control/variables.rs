@@ -1,4 +1,6 @@
-//! `/variables` and `/positions`: GLOBAL and DATA of the selected file: read, set, teach.
+//! `/variables` and `/positions`: GLOBAL and DATA variables of the selected file: read, set, teach.
+//!
+//! Values are checked and stored by the controller as for the command MW.
 
 use super::body::{JsonBody, PathParam};
 use super::handle::DriverHandle;

@@ -1,4 +1,5 @@
-//! Tests of what is read and replaced, and of what is neither.
+//! Tests of [`super`]: which files are read and replaced, which are refused, and that a failed write leaves the old
+//! file.
 
 use super::*;
 use crate::testing::TempDir;

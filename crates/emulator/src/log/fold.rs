@@ -1,25 +1,28 @@
-//! Folds a storm of log lines: of lines from the same place of the program about the same port, the first few in a
-//! window of time are written, of the others only the last, with how many they were.
+//! Folds floods of similar log lines. Lines are similar when the same statement of the program logs them about the
+//! same port. In each window of time the first few are written; of the rest only the last one is, with the number
+//! of lines it stands for.
+//!
+//! The writer thread in [`super::writer`] is the only user and owns the clock.
 
 use crate::config::args::LogFormat;
 use std::time::{Duration, Instant};
 use tracing::callsite::Identifier;
 
-/// Lines of one kind that are written in a window before they are folded: a person reads no more.
+/// Lines with the same key that are written in a window before the rest is folded. Nobody reads more a second.
 const BURST: u32 = 20;
-/// Length of a window.
+/// Length of a window of folding.
 const WINDOW: Duration = Duration::from_secs(1);
-/// Kinds that are told apart; lines of further ones are not folded meanwhile.
+/// Keys that are tracked at once, which bounds the memory. Lines with further keys are not folded.
 const MAX_KEYS: usize = 64;
 
-/// What lines are counted by: where in the program they come from, and the port they are about or their first word.
+/// The key that similar lines share: the log statement they come from, and the port they are about (or their first word).
 pub(super) type LineKey = (Identifier, String);
 
-/// The kind of a line.
+/// The key of a formatted line.
 pub(super) fn line_key(from: Identifier, line: &[u8], format: LogFormat) -> LineKey {
     let line = String::from_utf8_lossy(line);
     let about = match format {
-        // Behind the time and the level.
+        // After the time and the level.
         LogFormat::Text => line.split_whitespace().nth(2),
         LogFormat::Json => {
             let port = line.split_once(r#""port":""#).map(|(_, rest)| rest);
@@ -31,15 +34,15 @@ pub(super) fn line_key(from: Identifier, line: &[u8], format: LogFormat) -> Line
 
 struct Fold {
     key: LineKey,
-    /// End of its window.
+    /// End of the current window.
     window_end: Instant,
-    /// Lines that may still be written before then.
+    /// Lines that may still be written in this window.
     burst_left: u32,
     folded: u64,
     last: Vec<u8>,
 }
 
-/// The kinds of the lines of the last window.
+/// The lines of the current windows, by key.
 pub(super) struct LineFolder {
     format: LogFormat,
     folds: Vec<Fold>,
@@ -51,7 +54,7 @@ impl LineFolder {
         LineFolder { format, folds }
     }
 
-    /// The line, if it is to be written.
+    /// Returns the line if it is to be written now, or counts it as folded.
     pub(super) fn admit(&mut self, now: Instant, kind: LineKey, line: Vec<u8>) -> Option<Vec<u8>> {
         let Some(fold) = self.folds.iter_mut().find(|fold| fold.key == kind) else {
             if self.folds.len() < MAX_KEYS {
@@ -74,29 +77,29 @@ impl LineFolder {
         None
     }
 
-    /// When [`Folds::told`] may have something.
+    /// When [`Folds::told`] may have a line.
     pub(super) fn next_window_end(&self) -> Option<Instant> {
         self.folds.iter().map(|fold| fold.window_end).min()
     }
 
-    /// The lines that stand for those folded in the windows that are over by `now`.
+    /// The summaries of the windows that are over at `now`.
     pub(super) fn due_summaries(&mut self, now: Instant) -> Vec<Vec<u8>> {
         let format = self.format;
-        let mut told = Vec::new();
+        let mut summaries = Vec::new();
         self.folds.retain_mut(|fold| {
             if fold.window_end > now {
                 return true;
             }
-            // A storm that goes on has a line for each window, until one was without.
+            // A flood that goes on gets one line a window, until a window had nothing to fold.
             let goes_on = fold.folded > 0;
-            told.extend(fold.take_summary(format));
+            summaries.extend(fold.take_summary(format));
             (fold.window_end, fold.burst_left) = (now + WINDOW, 0);
             goes_on
         });
-        told
+        summaries
     }
 
-    /// All that is left to be told.
+    /// The summaries of all windows, over or not.
     pub(super) fn final_summaries(&mut self) -> Vec<Vec<u8>> {
         let format = self.format;
         self.folds
@@ -133,7 +136,7 @@ mod tests {
     use tracing::Callsite as _;
 
     fn key_of(line: &str, format: LogFormat) -> LineKey {
-        // Any place of the program will do.
+        // The call site does not matter here.
         let from = tracing::callsite!(name: "test", kind: tracing::metadata::Kind::EVENT, fields: message);
         line_key(from.metadata().callsite(), line.as_bytes(), format)
     }
@@ -164,9 +167,9 @@ mod tests {
         assert!(folds.admit(start, kind, Vec::new()).is_some(), "another port");
         assert_eq!(texts(folds.due_summaries(start)), Vec::<String>::new());
         assert_eq!(folds.next_window_end(), Some(start + WINDOW));
-        let told = texts(folds.due_summaries(start + WINDOW));
+        let summaries = texts(folds.due_summaries(start + WINDOW));
         assert_eq!(
-            told,
+            summaries,
             [format!("{} ... repeated 980 times\n", line(999).trim_end())]
         );
         assert!(!take(&mut folds, start + WINDOW, 7), "it goes on");
@@ -185,10 +188,13 @@ mod tests {
                 folds.admit(now, key_of(&line, LogFormat::Json), line.into_bytes());
             }
         }
-        let told = texts(folds.due_summaries(now + WINDOW));
-        assert_eq!(told.len(), MAX_KEYS);
-        assert_eq!(told[0], "{\"message\":\"m\",\"port\":\"P0\",\"repeated\":1}\n");
-        let read: serde_json::Value = serde_json::from_str(&told[1]).unwrap();
+        let summaries = texts(folds.due_summaries(now + WINDOW));
+        assert_eq!(summaries.len(), MAX_KEYS);
+        assert_eq!(
+            summaries[0],
+            "{\"message\":\"m\",\"port\":\"P0\",\"repeated\":1}\n"
+        );
+        let read: serde_json::Value = serde_json::from_str(&summaries[1]).unwrap();
         assert_eq!(read["repeated"], 1);
     }
 }

@@ -1,7 +1,8 @@
-//! The way of log lines to stderr: through a bounded queue and a thread of its own, so that a pipe that nobody reads, a
-//! full disk or a closed terminal neither stops nor ends the emulator. Lines for which there is no room are dropped,
-//! counted, and told of as soon as there is room again; a storm of lines is folded by [`super::fold`]. What a line says
-//! is `log`'s.
+//! Writes log lines to stderr from a thread of its own, through a bounded queue. A pipe that nobody reads, a full
+//! disk or a closed terminal can therefore neither block nor end the emulator.
+//!
+//! Lines that do not fit into the queue are dropped and counted, and the count is logged as soon as stderr takes
+//! lines again. Repeated lines are folded by [`super::fold`]. The content of the lines is decided in [`super`].
 
 use super::fold::{LineFolder, LineKey, line_key};
 use crate::config::args::LogFormat;
@@ -15,29 +16,30 @@ use tracing::callsite::Identifier;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
-/// Lines that may wait to be written.
+/// Lines that may wait to be written; more are dropped.
 const QUEUE_LENGTH: usize = 4_096;
-/// Longest wait at the end for lines that are not written yet, and the pause between two looks for room.
+/// Longest wait in [`flush`] for lines that are not written yet.
 const FLUSH_TIMEOUT: Duration = Duration::from_millis(250);
+/// Pause between two attempts to put the flush mark into a full queue.
 const FLUSH_RETRY: Duration = Duration::from_millis(1);
 
-/// The one queue of the process.
+/// The queue of the process: tracing has one global subscriber, too.
 static QUEUED: OnceLock<SyncSender<Entry>> = OnceLock::new();
-/// Lines lost since that was last told.
+/// Lines lost since the last notice about lost lines.
 static DROPPED: AtomicU64 = AtomicU64::new(0);
 
 enum Entry {
-    /// A line; its kind, if it may be folded.
+    /// A line, and its key if it may be folded.
     Line(Vec<u8>, Option<LineKey>),
-    /// Everything before it is written: tell so.
+    /// Reports when all lines before it are written.
     Flush(SyncSender<()>),
 }
 
-/// Where log lines are written to; never waits, never fails.
+/// The writer given to tracing. It never waits and never fails.
 #[derive(Debug, Clone)]
 pub(super) struct LogWriter {
     format: LogFormat,
-    /// Where the line comes from, if it may be folded.
+    /// The call site of the line, if lines from there may be folded.
     callsite: Option<Identifier>,
 }
 
@@ -59,8 +61,8 @@ impl LogWriter {
 }
 
 impl LogWriter {
-    /// The line without control characters of others. Further lines of a message are indented, so that none can be
-    /// taken for a line of the log; JSON has none.
+    /// The line with control characters spelled out. Further lines of a message are indented, so that none looks like a
+    /// log line of its own; in JSON line feeds are escaped already.
     fn escaped(&self, line: &[u8]) -> Vec<u8> {
         let text = String::from_utf8_lossy(line);
         let message = text.strip_suffix('\n').unwrap_or(&text);
@@ -79,7 +81,7 @@ impl<'a> MakeWriter<'a> for LogWriter {
         self.clone()
     }
 
-    /// Whoever asks for every text and byte gets every one.
+    /// Levels debug and trace are never folded: who asks for every text and byte gets all of them.
     fn make_writer_for(&'a self, meta: &Metadata<'_>) -> LogWriter {
         LogWriter {
             callsite: (*meta.level() <= Level::INFO).then(|| meta.callsite()),
@@ -114,12 +116,12 @@ fn enqueue(line: Vec<u8>, kind: Option<LineKey>) {
 fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
     let mut folds = LineFolder::new(format);
     loop {
-        let patience = folds
+        let timeout = folds
             .next_window_end()
             .map(|at| at.saturating_duration_since(Instant::now()));
-        let entry = match patience {
+        let entry = match timeout {
             None => entries.recv().map_err(RecvTimeoutError::from),
-            Some(patience) => entries.recv_timeout(patience),
+            Some(timeout) => entries.recv_timeout(timeout),
         };
         let (line, done) = match entry {
             Ok(Entry::Line(line, None)) => (Some(line), None),
@@ -128,18 +130,18 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
             Err(RecvTimeoutError::Timeout) => (None, None),
             Err(RecvTimeoutError::Disconnected) => return,
         };
-        // What it stands for came before the line.
-        for told in folds.due_summaries(Instant::now()) {
-            write(&told, format);
+        // A summary stands for lines that came before this one.
+        for summary in folds.due_summaries(Instant::now()) {
+            write(&summary, format);
         }
         if let Some(line) = line {
             write(&line, format);
         }
         if let Some(done) = done {
-            for told in folds.final_summaries() {
-                write(&told, format);
+            for summary in folds.final_summaries() {
+                write(&summary, format);
             }
-            // Fails only when nobody waits for it any more.
+            // Fails only when the waiting side has given up.
             let _ = done.send(());
         }
     }
@@ -148,11 +150,11 @@ fn write_all(entries: &Receiver<Entry>, format: LogFormat) {
 fn write(line: &[u8], format: LogFormat) {
     let mut stderr = io::stderr();
     let dropped = DROPPED.swap(0, Ordering::Relaxed);
-    let told = dropped == 0
+    let noticed = dropped == 0
         || stderr
             .write_all(dropped_notice(dropped, format).as_bytes())
             .is_ok();
-    let lost = u64::from(stderr.write_all(line).is_err()) + if told { 0 } else { dropped };
+    let lost = u64::from(stderr.write_all(line).is_err()) + if noticed { 0 } else { dropped };
     DROPPED.fetch_add(lost, Ordering::Relaxed);
 }
 
@@ -165,7 +167,7 @@ fn dropped_notice(dropped: u64, format: LogFormat) -> String {
     }
 }
 
-/// Waits until the lines so far are written, or for a moment at most.
+/// Waits until all lines so far are written, at most [`FLUSH_TIMEOUT`].
 pub(crate) fn flush() {
     let Some(queue) = QUEUED.get() else { return };
     let until = Instant::now() + FLUSH_TIMEOUT;
@@ -185,7 +187,7 @@ pub(crate) fn flush() {
     let _ = written.recv_timeout(until.saturating_duration_since(Instant::now()));
 }
 
-/// A line of the program itself, after the log lines before it. A stderr that takes nothing is not an error.
+/// Prints a message with the prefix `ts3100: ` to stderr, after the log lines before it. Errors of stderr are ignored.
 pub(crate) fn print_line(line: &str) {
     let line = format!("ts3100: {}\n", printable(line)).into_bytes();
     if QUEUED.get().is_some() {

@@ -219,11 +219,11 @@ fn a_command_and_what_it_has_started_end_when_exec_is_killed() {
     assert!(line.trim().parse::<u32>().is_ok(), "it runs: {line}");
     child.kill().unwrap();
     child.wait().unwrap();
-    let (told, ended) = std::sync::mpsc::channel();
+    let (sender, ended) = std::sync::mpsc::channel();
     std::thread::spawn(move || {
         let mut rest = String::new();
         stdout.read_to_string(&mut rest).unwrap();
-        told.send(rest).unwrap();
+        sender.send(rest).unwrap();
     });
     // Reached only when something is left behind.
     let rest = ended.recv_timeout(std::time::Duration::from_secs(20));

@@ -50,11 +50,14 @@ fn a_dialogue_runs_from_records() {
         stdout(&output),
         "REQ\nDONE           1\nREQ\nDONE           2\nREQ\n"
     );
-    let said = stderr(&output);
-    assert!(said.contains(" s: ended\n"), "{said}");
-    assert!(said.contains("position X 400.000 Y 0.000 Z 200.000"), "{said}");
-    assert!(said.contains("outputs on: 5\n"), "{said}");
-    assert!(said.contains("IP1: 1 records unused"), "{said}");
+    let printed = stderr(&output);
+    assert!(printed.contains(" s: ended\n"), "{printed}");
+    assert!(
+        printed.contains("position X 400.000 Y 0.000 Z 200.000"),
+        "{printed}"
+    );
+    assert!(printed.contains("outputs on: 5\n"), "{printed}");
+    assert!(printed.contains("IP1: 1 records unused"), "{printed}");
 
     let found = json(&run(&["run", &file, "--input", &records, "--json"]));
     assert_eq!(found["ending"], "end");
@@ -110,12 +113,12 @@ fn a_trace_names_the_task_of_each_statement() {
         found
     };
     assert_eq!((tasks(3), tasks(6)), (vec![Value::from(1)], vec![Value::from(2)]));
-    let said = stderr(&run(&["run", &file, "--trace"]));
-    assert!(said.contains(" s task 2       6 | DELAY 0.5\n"), "{said}");
+    let printed = stderr(&run(&["run", &file, "--trace"]));
+    assert!(printed.contains(" s task 2       6 | DELAY 0.5\n"), "{printed}");
     // A program without tasks needs no column for them.
     let alone = directory.file("alone.scol", "PROGRAM M\nDELAY 1\nEND\n");
-    let said = stderr(&run(&["run", &alone, "--trace"]));
-    assert!(said.contains(" s     2 | DELAY 1\n"), "{said}");
+    let printed = stderr(&run(&["run", &alone, "--trace"]));
+    assert!(printed.contains(" s     2 | DELAY 1\n"), "{printed}");
 }
 
 #[test]
@@ -220,8 +223,8 @@ fn points_come_from_a_table_for_check_and_run() {
         let output = run(&[verb, &file, scara[0], scara[1], "--points", &points]);
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         if verb == "run" {
-            let said = stderr(&output);
-            assert!(said.contains(", configuration LEFTY\n"), "{said}");
+            let printed = stderr(&output);
+            assert!(printed.contains(", configuration LEFTY\n"), "{printed}");
             let found = json(&run(&[
                 "run", &file, scara[0], scara[1], "--points", &points, "--json",
             ]));
@@ -229,18 +232,18 @@ fn points_come_from_a_table_for_check_and_run() {
         }
         let output = run(&[verb, &file, scara[0], scara[1]]);
         assert_ne!(output.status.code(), Some(0), "{verb}");
-        let said = stdout(&output) + &stderr(&output);
+        let printed = stdout(&output) + &stderr(&output);
         assert!(
-            said.contains("no value for T1: add DATA, or give --points"),
-            "{said}"
+            printed.contains("no value for T1: add DATA, or give --points"),
+            "{printed}"
         );
         let bad = directory.file("bad.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,1oo,20,30,0,LEFTY\n");
         let output = run(&[verb, &file, scara[0], scara[1], "--points", &bad]);
         assert_eq!(output.status.code(), Some(2), "{verb}");
-        let said = stderr(&output);
+        let printed = stderr(&output);
         assert!(
-            said.contains("bad.csv:2:8: expected a number, found `1oo`"),
-            "{said}"
+            printed.contains("bad.csv:2:8: expected a number, found `1oo`"),
+            "{printed}"
         );
         let output = run(&[verb, &file, "--points", &points]);
         assert_eq!(output.status.code(), Some(2), "the table is not one of six axes");

@@ -155,11 +155,14 @@ fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
     let output = run(&["diff", &doctored]);
     assert_eq!(output.status.code(), Some(1));
     let line = 1 + text.lines().position(|line| line.contains("OVRD")).unwrap();
-    let said = stdout(&output);
-    assert!(said.starts_with(&format!("{doctored}:{line}: IP0 at ")), "{said}");
+    let printed = stdout(&output);
     assert!(
-        said.contains("SU OVRD [su.ovrd], bytes 40-47: recorded `OVRD:90%`, emulator `OVRD:100%`"),
-        "{said}"
+        printed.starts_with(&format!("{doctored}:{line}: IP0 at ")),
+        "{printed}"
+    );
+    assert!(
+        printed.contains("SU OVRD [su.ovrd], bytes 40-47: recorded `OVRD:90%`, emulator `OVRD:100%`"),
+        "{printed}"
     );
     assert_eq!(
         run(&["diff", &doctored, "--ignore", "su.ovrd"]).status.code(),
@@ -255,10 +258,11 @@ fn what_a_tap_records_is_played_to_the_emulator() {
     // Without the file the emulator refuses, and says why.
     let output = run(&["diff", &names[0]]);
     assert_eq!(output.status.code(), Some(1));
-    let said = stdout(&output);
+    let printed = stdout(&output);
     assert!(
-        said.contains("after `SL,PICK`: 1 part differs") && said.contains("the emulator says: SL refused: "),
-        "{said}"
+        printed.contains("after `SL,PICK`: 1 part differs")
+            && printed.contains("the emulator says: SL refused: "),
+        "{printed}"
     );
 }
 
@@ -285,8 +289,8 @@ fn a_tap_without_a_file_writes_to_stdout_until_a_signal() {
     let mut log = BufReader::new(child.stderr.take().unwrap());
     let mut line = String::new();
     log.read_line(&mut line).unwrap();
-    let said: serde_json::Value = serde_json::from_str(&line).unwrap();
-    let message = said["message"].as_str().unwrap();
+    let printed: serde_json::Value = serde_json::from_str(&line).unwrap();
+    let message = printed["message"].as_str().unwrap();
     let own = message.strip_prefix("IP0: ").unwrap().split(' ').next().unwrap();
     let mut host = TcpStream::connect(own).unwrap();
     exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");

@@ -64,10 +64,10 @@ fn addresses_that_were_left_open_are_told() {
 fn two_ways_to_one_port_are_an_error() {
     let refused = run(&["serve", "--host-tcp", "0", "--host-rfc2217", "0"]);
     assert_eq!(refused.status.code(), Some(2));
-    let said = stderr(&refused);
+    let printed = stderr(&refused);
     assert!(
-        said.contains("HOST can be reached in one way only: choose --host-rfc2217 or --host-tcp"),
-        "{said}"
+        printed.contains("HOST can be reached in one way only: choose --host-rfc2217 or --host-tcp"),
+        "{printed}"
     );
     let refused = run(&["serve", "--com1-rfc2217", "somewhere"]);
     assert!(

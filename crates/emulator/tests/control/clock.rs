@@ -148,8 +148,8 @@ fn what_was_sent_before_time_moves_is_heard_before() {
         host.0.write_all(b"\x02OK\r\x03").unwrap();
         let lines = robot.call_text("GET", "/transcript?format=jsonl", "").1;
         let hosts = |line: &&str| line.contains("\"from-host\"") && line.contains("SU<CR>");
-        let asked = lines.lines().rfind(hosts).unwrap();
-        let asked: serde_json::Value = serde_json::from_str(asked).unwrap();
-        assert_eq!(asked["t_us"], (second - 1) * 1_000_000, "{asked}");
+        let received = lines.lines().rfind(hosts).unwrap();
+        let received: serde_json::Value = serde_json::from_str(received).unwrap();
+        assert_eq!(received["t_us"], (second - 1) * 1_000_000, "{received}");
     }
 }

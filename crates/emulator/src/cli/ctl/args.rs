@@ -1,4 +1,6 @@
-//! What can be said to `ts3100 ctl`. Which call it becomes is `call`'s.
+//! The arguments of `ts3100 ctl`, as clap reads them. The doc comments are the help texts.
+//!
+//! Each command becomes one HTTP call in [`super::call`].
 
 use crate::transcript::TranscriptFile;
 use clap::{Args, Subcommand, ValueEnum};

@@ -1,4 +1,7 @@
-//! From the words of a command line to one call of the control interface.
+//! Maps each command of `ts3100 ctl` to one HTTP call: method, path and JSON body.
+//!
+//! It only checks what the server could not report well, such as unreadable files. Validation of values is left to
+//! the control interface. Sending the call is in [`super`].
 
 use super::args::{
     AlarmsCommand, BatteryState, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand,

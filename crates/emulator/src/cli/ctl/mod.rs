@@ -1,5 +1,7 @@
-//! `ts3100 ctl`: the control interface from a command line: one command, one call. What there is to say is in `args`,
-//! which call that is in `call`, how an answer looks in `show`.
+//! `ts3100 ctl`: the control interface on the command line. One command makes one HTTP call.
+//!
+//! The arguments are in [`args`], their mapping to calls in [`call`], the formatting of responses in [`show`]. Here
+//! the call is sent with [`crate::client`] and its result becomes an exit code.
 
 mod args;
 mod call;

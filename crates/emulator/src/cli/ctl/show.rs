@@ -1,4 +1,6 @@
-//! How answers of the control interface look to people.
+//! Formats responses of the control interface for people: indented names and values, and one line for each event.
+//!
+//! With `--json` the documents are printed as they came and nothing here is used.
 
 use serde_json::{Map, Value};
 

@@ -1,5 +1,7 @@
-//! `ts3100 diff`: reads the command line and the recording, and makes the controller of both; the comparing is
-//! [`crate::diff`]'s, the showing `show`'s.
+//! `ts3100 diff`: plays a recording to the emulator and lists the differences.
+//!
+//! Here the flags are merged with those the recording names, which configures the controller. The comparison is
+//! [`crate::diff`], its output is [`show`], and the search for better options is [`suggest`].
 
 mod show;
 mod suggest;
@@ -170,12 +172,12 @@ fn compare(args: &DiffArgs) -> anyhow::Result<bool> {
 }
 
 /// The flags given, over those of a configuration file, over those of the recording.
-fn settings(given: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
+fn settings(flags: &RobotArgs, header: &Header) -> anyhow::Result<Settings> {
     let words = header.flags.iter().map(|flag| format!("--{flag}"));
     let recorded = RecordedFlags::try_parse_from(words)
         .map_err(|error| anyhow!("a flag of the recording: {}", error.to_string().trim_end()))?;
-    let (given, _) = config::read(given.clone().into(), &Environment::new())?;
-    let merged = given.with_fallback(recorded.args.into());
+    let (flags, _) = config::read(flags.clone().into(), &Environment::new())?;
+    let merged = flags.with_fallback(recorded.args.into());
     let mut settings = Settings::from_args(&merged)?;
     // Two replays of one recording are the same: the date is the recording's, not today's.
     let fresh = ts3100_controller::Config::new(ts3100_controller::Dialect::default());

@@ -1,4 +1,6 @@
-//! What `ts3100 diff` prints: each difference with its place, for people or as JSON.
+//! The output of `ts3100 diff`: each difference with its place in the recording, as text or JSON.
+//!
+//! The differences themselves are found in [`crate::diff`].
 
 use super::suggest::Suggestion;
 use crate::diff::{Difference, DifferenceKind, PartDifference, Report};
@@ -102,12 +104,12 @@ fn describe(difference: &Difference) -> String {
     let Difference {
         at, line, question, ..
     } = difference;
-    let asked = if question.is_empty() {
+    let after_question = if question.is_empty() {
         String::new()
     } else {
         format!(", {}", quoted(question))
     };
-    let place = format!("{line} at {at} s{asked}");
+    let place = format!("{line} at {at} s{after_question}");
     match &difference.kind {
         DifferenceKind::Bytes { parts, reason, .. } => {
             let count = if parts.len() == 1 {

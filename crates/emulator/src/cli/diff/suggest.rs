@@ -1,5 +1,7 @@
-//! Which named option brings the emulator closer to the controller that was recorded: each one that has words for its
-//! values is tried with each of them. What an option does is the controller's matter.
+//! Finds named options that bring the emulator closer to the recorded controller. Every option with a list of
+//! values is tried with each of them, and those that leave fewer differences are suggested.
+//!
+//! What an option does is up to the controller; the list of options is in [`crate::config`].
 
 use crate::config::{Settings, option_keys, set_option};
 use crate::diff::{DifferenceKind, Report, Tolerance, diff};

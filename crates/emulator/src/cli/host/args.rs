@@ -1,5 +1,8 @@
-//! The words of `ts3100 host`: commands and their operands as typed by a person, turned into a message that
-//! proto parses. So the operands are held to the same grammar as on the wire.
+//! The arguments of `ts3100 host`. A command and its operands are turned into a protocol message, which
+//! `ts3100-proto` parses again, so operands obey the same grammar as on the wire.
+//!
+//! The doc comments are the help texts. Commands beyond the manual are in [`super::extensions`]; the exchange
+//! itself is in [`super::session`].
 
 use super::extensions::Extension;
 use super::session::HostError;

@@ -1,5 +1,7 @@
-//! The words of `ts3100 host` for the commands that real hosts send beyond the manual. A controller in the
-//! manual's dialect answers them with NG.
+//! The arguments of `ts3100 host` for commands that real hosts send but the manual does not have. A controller in
+//! the manual's dialect answers them with NG.
+//!
+//! Their operands and answers are defined in `ts3100-proto`.
 
 use super::args::{Decoder, ExchangeKind};
 use clap::{Subcommand, ValueEnum};

@@ -1,6 +1,7 @@
-//! `ts3100 host ADDR <command>`: one command of the simple protocol, its answer decoded. Which bytes are
-//! sent is proto's knowledge; this module turns words of the command line into commands and chooses what is
-//! shown.
+//! `ts3100 host ADDR COMMAND`: sends one command of the simple protocol and shows the decoded answer.
+//!
+//! The bytes are `ts3100-proto`'s. The arguments are in [`args`], the connection in [`session`], file transfer in
+//! [`transfer`], the output in [`render`].
 
 mod args;
 mod extensions;

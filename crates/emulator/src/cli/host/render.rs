@@ -1,5 +1,7 @@
-//! Decoded answers as one JSON value each, and that value as a table for people. The values are proto's;
-//! only the names of fields and the layout of the table are made here.
+//! Turns decoded answers into JSON values, and JSON values into tables for people.
+//!
+//! Decoding is done by `ts3100-proto`; only field names and layout are chosen here. The field names are a public
+//! format of `ts3100 host --json`.
 
 use super::args::Decoder;
 use serde_json::{Map, Value, json};

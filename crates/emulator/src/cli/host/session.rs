@@ -1,6 +1,8 @@
-//! One connection of the small host client: sends commands, reads texts, acknowledges files after the
-//! advised pause, and tells an unsolicited SP from an answer. Plain blocking sockets: a host does one
-//! thing at a time.
+//! One connection of `ts3100 host`: sends commands, reads texts (framed messages), acknowledges files after the
+//! advised pause, and separates an unsolicited SP from an answer.
+//!
+//! Plain blocking sockets are enough, because a host does one thing at a time. Framing and file transfer come from
+//! `ts3100-proto`. SF and IO contain arbitrary bytes and are read by length, everything else up to ETX.
 
 use super::Answer;
 use crate::loading::LoadError;

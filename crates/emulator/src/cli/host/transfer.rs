@@ -1,4 +1,6 @@
-//! DL and UL of the small host client: files between the PC and the RAM drive.
+//! DL and UL of `ts3100 host`: copies files between the PC and the RAM drive.
+//!
+//! The exchange of each text is [`super::session`]'s; names and line ends are converted by [`crate::loading`].
 
 use super::Answer;
 use super::session::{HostError, Session};

@@ -1,4 +1,7 @@
-//! The type of a variable as a person writes it for `mr` and `mw`: the manual's code, or its word.
+//! The variable type as typed for `mr` and `mw`: a code of the manual, or its name.
+//!
+//! The codes are `ts3100-proto`'s [`VariableKind`]; here a name is turned into the code of a plain variable or of
+//! an array element.
 
 use std::str::FromStr;
 use ts3100_proto::command::VariableKind;

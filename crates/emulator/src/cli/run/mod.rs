@@ -1,5 +1,7 @@
-//! `ts3100 run`: a program from a shell, without sockets. Reads the command line and the files; the running is
-//! [`crate::headless`]'s, the showing `show`'s.
+//! `ts3100 run`: runs a SCOL program without sockets.
+//!
+//! Here the flags and files are read and the exit code is chosen. The run is [`crate::headless`]; its output is
+//! [`show`].
 
 mod show;
 

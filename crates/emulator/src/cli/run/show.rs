@@ -1,5 +1,7 @@
-//! What a run looks like: PRINT in lines on stdout, statements and the end on stderr, or all of it in one JSON
-//! document.
+//! The output of `ts3100 run`: PRINT as lines on stdout, statements and the end on stderr; or everything in one
+//! JSON document.
+//!
+//! The names in the JSON document are a public format. The run itself is [`crate::headless`].
 
 use crate::headless::{RunEnd, RunEvent, RunReport};
 use serde_json::{Map, Value, json};

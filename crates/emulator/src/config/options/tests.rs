@@ -1,5 +1,5 @@
-//! Tests of the named options: every reading has its key, every key does what it says and nothing else, and
-//! what the documents name exists.
+//! Tests of the named options: every reading has a key, every key sets its field and no other, and every option
+//! that the documents name exists.
 
 use super::*;
 use crate::config::layers::known_keys;
