@@ -100,10 +100,10 @@ impl Client {
         }
     }
 
-    /// Sends a request; `body` is JSON. The path must be percent-encoded; see [`encoded`].
+    /// Sends a request; `body` is JSON. The path must be percent-encoded; see [`percent_encoded`].
     ///
     /// # Errors
-    /// [`ClientError::Unreachable`], [`ClientError::Answer`].
+    /// [`ClientError::Unreachable`], [`ClientError::InvalidResponse`].
     pub fn send(&self, method: &str, path: &str, body: Option<&str>) -> Result<Response, ClientError> {
         let unreachable = |reason| ClientError::Unreachable {
             authority: self.authority.clone(),

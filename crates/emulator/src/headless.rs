@@ -117,7 +117,7 @@ pub enum RunEnd {
         /// Line of the statement that waits.
         line: u32,
     },
-    /// [`Job::max_time`] is over.
+    /// [`RunRequest::max_time`] is over.
     TimeUp {
         /// Line at which the program was.
         line: u32,
@@ -144,7 +144,7 @@ pub struct RunReport {
 /// Runs a program to its end and reports to `listen` what it does, with the virtual time since the start.
 ///
 /// # Errors
-/// [`JobError`]: it did not start.
+/// [`RunError`]: it did not start.
 pub fn run(job: RunRequest, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) -> Result<RunReport, RunError> {
     let scale = match job.time {
         TimeMode::Auto => None,

@@ -2,8 +2,8 @@
 //! object. `<` marks what a host sent, `>` what the controller sent.
 //!
 //! This module decides the wording and the level of a line, and joins a finding with the refusal it explains. Which
-//! events exist is decided by the controller. How lines reach stderr is in [`writer`]; how repeated lines are
-//! folded is in [`fold`].
+//! events exist is decided by the controller. How lines reach stderr is in `log::writer`; how repeated lines are
+//! folded is in `log::fold`.
 
 mod fold;
 mod writer;

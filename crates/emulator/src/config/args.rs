@@ -159,8 +159,8 @@ pub struct ServeArgs {
 }
 
 impl ServeArgs {
-    /// These arguments, and where they are silent those of a layer below. Named options of the layer below
-    /// come first, so that a later one of the same name wins.
+    /// These arguments; those not given are taken from the layer below. Named options and faults of the layer below come
+    /// first, so that a later option of the same name wins.
     #[must_use]
     pub fn with_fallback(self, below: ServeArgs) -> ServeArgs {
         ServeArgs {

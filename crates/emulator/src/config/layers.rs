@@ -16,16 +16,16 @@ use std::io;
 use std::path::{Path, PathBuf};
 use toml::Value;
 
-/// Beginning of every environment variable.
+/// Prefix of the environment variables that set flags.
 const PREFIX: &str = "TS3100_";
-/// Variables that other subcommands read.
+/// Variables with the prefix that other subcommands read; they cause no warning.
 const OTHER_VARIABLES: [&str; 1] = [crate::control::URL_VARIABLE];
 /// Largest configuration file in bytes.
 const MAX_FILE: u64 = 1024 * 1024;
-/// Deepest nesting of tables under `[options]`: `text.stx` is two.
+/// Deepest nesting of tables under `[options]`; `text.stx` needs two levels.
 const MAX_DEPTH: usize = 4;
 
-/// The environment variables of the process, or a test's.
+/// Environment variables by name: those of the process, or those of a test.
 pub type Environment = BTreeMap<OsString, OsString>;
 
 /// Why the configuration cannot be used.
@@ -34,33 +34,33 @@ pub enum ConfigError {
     /// The file cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
     File {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         reason: io::Error,
     },
-    /// The file is no TOML.
+    /// The file is not TOML.
     #[error("{}: {reason}", path.display())]
     Toml {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the TOML parser said, with line and column.
+        /// The message of the TOML parser, with line and column.
         reason: String,
     },
-    /// A key nobody knows.
+    /// A key that is not a flag of `serve`.
     #[error("{origin}: unknown key `{key}`; known are {known}")]
     UnknownKey {
-        /// File or environment.
+        /// The file or variable with the key.
         origin: String,
-        /// The key.
+        /// The key as written.
         key: String,
-        /// All that are known.
+        /// The known keys, separated by commas.
         known: String,
     },
-    /// A value a flag refuses.
+    /// A value that the flag does not accept.
     #[error("{origin}: {reason}")]
     Value {
-        /// File or variable.
+        /// The file or variable with the value.
         origin: String,
         /// What was expected and found.
         reason: String,
@@ -68,65 +68,65 @@ pub enum ConfigError {
     /// `--set` without `=`.
     #[error("expected KEY=VALUE after --set, found `{0}`")]
     Pair(String),
-    /// A named option.
+    /// A named option is unknown or its value does not fit.
     #[error(transparent)]
     Option(#[from] OptionError),
-    /// The permission file.
+    /// The permission tables are not valid.
     #[error("{}: {reason}", path.display())]
     Permissions {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// What is wrong, and in which line.
         reason: String,
     },
-    /// The model file.
+    /// The arm model is not valid.
     #[error("{}: {reason}", path.display())]
     Model {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// What is wrong, and in which table.
         reason: String,
     },
-    /// The table of points.
+    /// The table of points is not valid.
     #[error("{}:{reason}", path.display())]
     Points {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
         /// Line, column, what was expected and found.
         reason: scol_mini::PointsError,
     },
-    /// The control interface.
+    /// The settings of the control interface are not valid.
     #[error(transparent)]
     Control(#[from] ControlError),
     /// Two ways to one serial port.
     #[error("{port} can be reached in one way only: choose {first} or {second}")]
     SerialTwice {
-        /// The port.
+        /// HOST or COM1.
         port: ts3100_controller::Port,
-        /// One flag.
+        /// The first flag given for the port.
         first: String,
-        /// The other.
+        /// The second flag given for the port.
         second: String,
     },
-    /// A fault on the command line.
+    /// A fault on the command line is not valid.
     #[error("--fault: {0}")]
     Fault(ts3100_controller::faults::FaultError),
-    /// Two faults of one number from the start.
+    /// Two faults have the same number.
     #[error("faults: expected a number of its own for each, found id={0} twice")]
     FaultTwice(u32),
-    /// A file of faults.
+    /// A file of faults is not valid.
     #[error(transparent)]
     FaultFile(#[from] crate::faults::FaultFileError),
-    /// Flags that would make a controller beside the one of a snapshot.
+    /// `--restore` together with flags that configure the controller.
     #[error("--restore brings the whole controller: expected nothing beside it that makes one, found {0}")]
     Restore(String),
-    /// The file of the scenario.
+    /// The scenario is not valid.
     #[error(transparent)]
     Scenario(#[from] crate::scenario::ScenarioError),
-    /// Results of nothing.
+    /// `--junit` without a scenario.
     #[error("--junit writes the results of a scenario: expected --scenario FILE too, found none")]
     JunitAlone,
-    /// GEN-05.
+    /// Key position INTERNAL on a controller that does not have it (GEN-05).
     #[error("the {0} has no key position INTERNAL (GEN-05): choose --key teaching or --key ext")]
     NoInternal(&'static str),
 }
@@ -137,9 +137,8 @@ impl From<ts3100_controller::faults::FaultError> for ConfigError {
     }
 }
 
-/// Lays the given flags over the environment, that over the TOML file the two name. The second value is
-/// the variables that begin with `TS3100_` and mean nothing here: worth a warning, but a variable of
-/// somebody else's may begin so too.
+/// Merges flags over environment over the TOML file that either of them names. The second value lists unknown variables
+/// with the prefix `TS3100_`. They deserve a warning only, because another program may use the prefix too.
 ///
 /// # Errors
 /// See [`ConfigError`].
@@ -228,7 +227,7 @@ fn read_file(path: &Path) -> Result<ServeArgs, ConfigError> {
     Ok(merged)
 }
 
-/// Paths in the file are seen from the file.
+/// Makes a path in the TOML file relative to the directory of that file.
 fn resolve_path(file: &Path, flag: &str, value: String) -> OsString {
     match (flag, file.parent()) {
         (
@@ -288,7 +287,7 @@ fn flatten(
     }
 }
 
-/// Reads one key by the definition of the flags.
+/// Parses the values of one key as the flag of that name.
 fn read_key(origin: &str, key: &str, values: &[OsString]) -> Result<ServeArgs, ConfigError> {
     let wrong = |reason: String| ConfigError::Value {
         origin: origin.to_owned(),
@@ -331,7 +330,7 @@ pub(super) fn known_keys() -> Vec<String> {
         .collect()
 }
 
-/// The part of clap's message that says what is wrong; usage hints of a command line do not fit a file.
+/// The part of clap's message that names the error. Its usage hints are about a command line, not a file.
 fn first_paragraph(message: &str) -> String {
     let paragraphs: Vec<&str> = message
         .lines()
@@ -346,10 +345,10 @@ fn first_paragraph(message: &str) -> String {
         .join(" ")
 }
 
-/// The points of a table for this arm.
+/// Reads a CSV table of taught points for this arm.
 ///
 /// # Errors
-/// The file cannot be read, or is no such table: file, line, column, what was expected and found.
+/// The file cannot be read or is not such a table, with line and column.
 pub fn read_points(path: &Path, arm: scol_mini::Arm) -> Result<Vec<scol_mini::TaughtPoint>, ConfigError> {
     let text = read_text(path)?;
     scol_mini::parse_points(&text, arm).map_err(|reason| ConfigError::Points {
@@ -358,7 +357,7 @@ pub fn read_points(path: &Path, arm: scol_mini::Arm) -> Result<Vec<scol_mini::Ta
     })
 }
 
-/// A small text file.
+/// Reads a text file of at most [`MAX_FILE`] bytes.
 pub(super) fn read_text(path: &Path) -> Result<String, ConfigError> {
     files::read_text(path, MAX_FILE).map_err(|reason| ConfigError::File {
         path: path.to_path_buf(),

@@ -39,28 +39,28 @@ use ts3100_proto::permission::PermissionTable;
 pub enum Ports {
     /// The channel's own port of ETHERNET.PAR plus this many.
     Offset(u16),
-    /// Free ones, chosen by the system.
+    /// Free ports, chosen by the system.
     Auto,
 }
 
-/// Everything a running emulator is made of.
+/// The complete configuration of an emulator, ready to be opened.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Address the servers listen on.
     pub listen: IpAddr,
-    /// Their ports.
+    /// TCP ports of the servers.
     pub ports: Ports,
-    /// How the serial ports HOST and COM1 are reached; one that is not here has no line to the outside.
+    /// How the serial ports HOST and COM1 are reached; a port without an entry is not reachable.
     pub serial: BTreeMap<Port, SerialEndpoint>,
-    /// The controller.
+    /// Options, arm model, key switch and permissions of the controller.
     pub controller: Config,
-    /// The links.
+    /// Options of the TCP links and of the backing directory.
     pub links: LinkOptions,
     /// How time passes.
     pub time: TimeMode,
-    /// What becomes of time in which the emulator was stopped.
+    /// Whether wall-clock time during a stop of the process (SIGSTOP) is skipped or caught up with.
     pub time_gap: TimeGap,
-    /// Backing directory of the RAM drive; memory only without.
+    /// Backing directory of the RAM drive; `None` keeps the drive in memory only.
     pub drive: Option<PathBuf>,
     /// Files of the PC to put on the drive at the start.
     pub load: Vec<PathBuf>,
@@ -72,21 +72,21 @@ pub struct Settings {
     pub servo_on: bool,
     /// Faults that are armed from the start.
     pub faults: Vec<Fault>,
-    /// Where the report of the faults at the end goes.
+    /// Files for the report of the faults at the end.
     pub report: Vec<PathBuf>,
-    /// Snapshot to begin with, in place of a controller whose power has just come on.
+    /// Snapshot to start from instead of a fresh power-on.
     pub restore: Option<PathBuf>,
-    /// What is to happen while it runs, and what the hosts are expected to do.
+    /// Scenario: actions during the run, and what the hosts are expected to do.
     pub scenario: Option<Scenario>,
     /// The control interface, if there is one.
     pub control: Option<ControlSettings>,
-    /// Where transcripts go.
+    /// Files for transcripts.
     pub transcripts: Vec<TranscriptFile>,
     /// Flags that made [`Settings::controller`], as `key=value`, for the header of a transcript.
     pub flags: Vec<String>,
-    /// Lines of the user files executed are recorded, which makes programs slower.
+    /// Record the executed lines of user files; programs run slower.
     pub record_lines: bool,
-    /// What is reported at the end.
+    /// Reports to write at the end.
     pub reports: Reports,
 }
 
@@ -119,7 +119,7 @@ impl Settings {
         }
     }
 
-    /// What the merged arguments say.
+    /// Builds the settings from the merged arguments.
     ///
     /// # Errors
     /// A value that no single flag can refuse by itself: a named option, the permission file, the model file, the points,
@@ -156,7 +156,7 @@ impl Settings {
         controller.fault_seed = args.fault_seed.unwrap_or(0);
         controller.vary = args.vary.and_then(Seed::number);
         let time = args.time.unwrap_or_default();
-        // A run whose time does not follow the wall repeats byte for byte, its dates included.
+        // Only real time starts at today's date: other runs must repeat byte for byte, dates included.
         if matches!(time, TimeMode::Real | TimeMode::Scaled(_)) {
             controller.calendar = clock::system_calendar();
         }
@@ -199,7 +199,7 @@ impl Settings {
     }
 }
 
-/// The faults of the file, and those of the command line behind them.
+/// The faults of the file, followed by those of the command line.
 fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     let mut faults = match &args.faults {
         Some(path) => crate::faults::read(path)?,
@@ -208,7 +208,7 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     for spec in &args.fault {
         faults.push(spec.parse()?);
     }
-    // While it runs a fault of the same number is replaced on purpose; here one would be lost without a word.
+    // While it runs a fault of the same number is replaced intentionally; here one would be lost silently.
     for (index, fault) in faults.iter().enumerate() {
         let before = faults.get(..index).unwrap_or_default();
         if fault.id != 0 && before.iter().any(|other| other.id == fault.id) {
@@ -218,7 +218,7 @@ fn initial_faults(args: &ServeArgs) -> Result<Vec<Fault>, ConfigError> {
     Ok(faults)
 }
 
-/// The arguments, and where they are silent the beginning of the scenario.
+/// Fills in files, selection and snapshot from the start section of the scenario.
 fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeArgs {
     let mut args = args.clone();
     if let Some(Scenario { start, .. }) = scenario {
@@ -229,7 +229,8 @@ fn with_scenario_start(args: &ServeArgs, scenario: Option<&Scenario>) -> ServeAr
     args
 }
 
-/// A snapshot brings everything that makes the controller: flags that would make it too are refused, not ignored.
+/// Refuses flags that configure the controller beside a snapshot, which contains the whole controller. Ignoring them
+/// would hide a mistake.
 fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result<(), ConfigError> {
     let mut conflicting: Vec<String> = controller_flags(args)
         .iter()
@@ -255,7 +256,7 @@ fn refuse_flags_beside_snapshot(args: &ServeArgs, controller: &Config) -> Result
     Err(ConfigError::Restore(conflicting.join(", ")))
 }
 
-/// The control interface: on unless it is said to be off.
+/// The settings of the control interface; it is on by default.
 fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSettings>, ConfigError> {
     let free = ControlSettings::free();
     let mut address = free.address;
@@ -286,7 +287,7 @@ fn control_settings(args: &ServeArgs, ports: Ports) -> Result<Option<ControlSett
     Ok(Some(settings.validate()?))
 }
 
-/// The flags that make the controller, as `key=value`.
+/// The flags that configure the controller, as `key=value`.
 fn controller_flags(args: &ServeArgs) -> Vec<String> {
     fn word(value: Option<impl clap::ValueEnum>) -> Option<String> {
         Some(value?.to_possible_value()?.get_name().to_owned())

@@ -26,15 +26,15 @@ const SHIPPED: [(&str, &str); 3] = [
         include_str!("../../../../fixtures/models/tsl3000-thl400-4.toml"),
     ),
 ];
-/// Fewest letters that can name a source.
+/// Fewest characters of a `source`.
 const MIN_SOURCE: usize = 3;
 
-/// Which model is meant: one of those shipped, or a file.
+/// The value of `--model`: a shipped model or a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ModelChoice {
-    /// Shipped, by its name.
+    /// The name of a shipped model.
     Shipped(&'static str),
-    /// A TOML file.
+    /// The path of a TOML file.
     File(PathBuf),
 }
 
@@ -50,7 +50,7 @@ impl fmt::Display for ModelChoice {
 impl FromStr for ModelChoice {
     type Err = String;
 
-    /// A name of a shipped model, case ignored, or the path of a file, which ends in `.toml`.
+    /// The name of a shipped model (case is ignored), or a path that ends in `.toml`.
     fn from_str(text: &str) -> Result<ModelChoice, String> {
         if let Some((name, _)) = SHIPPED.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {
             return Ok(ModelChoice::Shipped(name));
@@ -74,7 +74,7 @@ impl ModelChoice {
     /// Reads the model.
     ///
     /// # Errors
-    /// The file cannot be read, is no TOML, or is no arm.
+    /// The file cannot be read, is not TOML, or does not describe an arm.
     pub fn read(&self) -> Result<ArmModel, ConfigError> {
         let (path, text) = match self {
             ModelChoice::Shipped(shipped) => {
@@ -90,7 +90,7 @@ impl ModelChoice {
     }
 }
 
-/// The text of a model file as a model.
+/// Parses the text of a model file.
 fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
     let wrong = |reason: String| ConfigError::Model {
         path: path.to_path_buf(),
@@ -243,7 +243,7 @@ impl ModelFile {
     }
 }
 
-/// The table of the lengths, whose keys depend on the kind of arm.
+/// Reads the table `geometry`, whose keys depend on the kind of arm.
 fn geometry<T: serde::de::DeserializeOwned>(table: toml::Table) -> Result<T, String> {
     table
         .try_into()

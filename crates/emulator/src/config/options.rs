@@ -20,10 +20,10 @@ use ts3100_proto::text::{Checksum, StxRule};
 /// What happens to a second connection to a channel (`channel.second`, decision D3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SecondConnection {
-    /// It is accepted and closed at once; the first is untouched (ETH-06).
+    /// The second is accepted and closed at once; the first is untouched (ETH-06).
     #[default]
     Refuse,
-    /// It takes the place of the first.
+    /// The second replaces the first, which is closed.
     Replace,
 }
 
@@ -54,31 +54,31 @@ pub enum OptionError {
     /// No option has this name.
     #[error("unknown option `{key}`; known are {known}")]
     Unknown {
-        /// The name.
+        /// The key as given.
         key: String,
-        /// All names.
+        /// The known keys, separated by commas.
         known: String,
     },
     /// The value does not fit.
     #[error("option {key}: expected {expected}, found `{found}`")]
     Value {
-        /// The option.
+        /// The key of the option.
         key: &'static str,
-        /// What it takes.
+        /// The values it accepts.
         expected: String,
-        /// What was given.
+        /// The value as given.
         found: String,
     },
 }
 
-/// Largest RAM drive: of as many files as it takes, each as large as it may be.
+/// Largest RAM drive in bytes: the largest number of files, each of the largest size.
 const MAX_CAPACITY: usize = limits::MAX_FILES * limits::MAX_FILE;
-/// Shortest pause between two attempts to dial: without one they would be all the emulator does.
+/// Shortest pause between two attempts to dial, so that dialling does not use up the CPU.
 const SHORTEST_REDIAL: Duration = Duration::from_millis(10);
 
 type Setter = fn(&mut Options, &mut LinkOptions, &str) -> Option<()>;
 
-/// Key, values it takes, how it is set. `None` from the last: the value does not fit.
+/// Key, accepted values, and setter. A setter returns `None` if the value does not fit.
 const TABLE: &[(&str, &str, Setter)] = &[
     ("channel.no_peer", "alarm or silent", |o, _, v| {
         assign(
@@ -279,7 +279,7 @@ const TABLE: &[(&str, &str, Setter)] = &[
     }),
 ];
 
-/// The keys of all named options with the values they take, in alphabetical order.
+/// The keys of all named options with the values they accept, in alphabetical order.
 #[must_use]
 pub fn option_keys() -> Vec<(&'static str, &'static str)> {
     TABLE.iter().map(|(key, values, _)| (*key, *values)).collect()
@@ -288,7 +288,7 @@ pub fn option_keys() -> Vec<(&'static str, &'static str)> {
 /// Sets one named option.
 ///
 /// # Errors
-/// An unknown key, or a value the option does not take.
+/// An unknown key, or a value the option does not accept.
 pub fn set_option(
     options: &mut Options,
     links: &mut LinkOptions,
@@ -314,7 +314,7 @@ fn assign<T>(place: &mut T, value: Option<T>) -> Option<()> {
     Some(())
 }
 
-/// `_` in a word is as good as `-`: keys have the one, words the other.
+/// The meaning of a word. `_` counts as `-`, because keys are written with one and values with the other.
 fn choice<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
     let value = value.replace('_', "-");
     words
@@ -323,7 +323,7 @@ fn choice<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
         .map(|(_, meaning)| *meaning)
 }
 
-/// `200ms`, `2s`, `0.5s`; at most an hour.
+/// Parses `200ms`, `2s` or `0.5s`; at most an hour.
 fn parse_duration(text: &str) -> Option<Duration> {
     const HOUR: Duration = Duration::from_secs(3_600);
     let (number, unit) = match text.strip_suffix("ms") {

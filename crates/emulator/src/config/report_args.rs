@@ -31,7 +31,7 @@ pub struct ReportArgs {
 }
 
 impl ReportArgs {
-    /// These arguments, and where they are silent those of a layer below.
+    /// These arguments; those not given are taken from the layer below.
     #[must_use]
     pub fn with_fallback(self, below: ReportArgs) -> ReportArgs {
         ReportArgs {
@@ -44,7 +44,7 @@ impl ReportArgs {
         }
     }
 
-    /// The reports they ask for.
+    /// The reports these arguments ask for.
     #[must_use]
     pub fn reports(&self) -> Reports {
         let format = |path: &PathBuf| {
@@ -69,10 +69,10 @@ fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
     if above.is_empty() { below } else { above }
 }
 
-/// A number of percent.
+/// Parses a percentage, 0 to 100.
 ///
 /// # Errors
-/// What was expected and found.
+/// Not a number, or out of range.
 pub fn parse_percent(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok();
     number

@@ -6,22 +6,22 @@ use std::fmt;
 use std::hash::{BuildHasher, RandomState};
 use std::str::FromStr;
 
-/// Largest seed that is drawn: short enough to be typed again.
+/// Largest drawn seed; six digits are easily typed again.
 const LARGEST_DRAWN: u64 = 999_999;
 
-/// What was asked for.
+/// The value of `--vary`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seed {
     /// Nothing varies.
     Off,
-    /// This one.
+    /// The seed given.
     Number(u64),
-    /// One that was drawn when the word was read.
+    /// A seed drawn at random when the flag was parsed.
     Drawn(u64),
 }
 
 impl Seed {
-    /// The seed, if something varies.
+    /// The seed; `None` if nothing varies.
     #[must_use]
     pub fn number(self) -> Option<u64> {
         match self {
@@ -37,7 +37,7 @@ impl FromStr for Seed {
     fn from_str(text: &str) -> Result<Seed, String> {
         match text {
             "off" => Ok(Seed::Off),
-            // The system's own randomness, by way of the keys of a hash.
+            // The random keys of std's hasher are the only randomness without another dependency.
             "random" => Ok(Seed::Drawn(
                 RandomState::new().hash_one(text) % (LARGEST_DRAWN + 1),
             )),

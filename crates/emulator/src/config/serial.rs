@@ -11,19 +11,19 @@ use std::net::{IpAddr, SocketAddr};
 use std::str::FromStr;
 use ts3100_controller::Port;
 
-/// Names of the links in the directory of `--serial-dir`.
+/// Names of the symbolic links in the directory of `--serial-dir`.
 const LINKS: [(Port, &str); 2] = [(Port::Host, "host"), (Port::Com1, "com1")];
 
 /// `ADDRESS:PORT`, or a port alone on the address of `--listen`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ListenAt {
-    /// Both.
+    /// Address and port.
     Address(SocketAddr),
-    /// The port; 0 for a free one.
+    /// The port on the address of `--listen`; 0 for a free one.
     Port(u16),
 }
 
-/// Why a word is no such thing.
+/// The text is neither ADDRESS:PORT nor a port.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected ADDRESS:PORT (for example 0.0.0.0:2217) or a port (2217, :2217; 0 for a free one), found `{0}`"
@@ -53,7 +53,7 @@ impl ListenAt {
     }
 }
 
-/// The ends of the serial lines that the flags ask for.
+/// The endpoint of each serial port for which a flag is given.
 pub(super) fn serial_ends(
     args: &ServeArgs,
     listen: IpAddr,

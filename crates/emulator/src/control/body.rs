@@ -14,28 +14,28 @@ use serde::{Deserialize, Deserializer};
 use std::time::Duration;
 use tokio::time::timeout;
 
-/// Largest body in bytes: a file of the RAM drive in hexadecimal digits, and something around it.
+/// Largest body in bytes. It fits the largest file of the RAM drive in hexadecimal digits.
 pub const MAX_BODY: usize = 256 * 1024;
-/// Largest snapshot that is taken, in bytes: a full RAM drive of control codes, and everything else beside it.
+/// Largest snapshot in bytes. It fits a full RAM drive whose control codes are all escaped.
 pub const MAX_SNAPSHOT: usize = 16 * 1024 * 1024;
-/// Longest time a body may take to come.
+/// Longest time in which a body must arrive.
 const BODY_TIMEOUT: Duration = Duration::from_secs(10);
-/// Longest duration a call may name, in seconds: more than three years.
+/// Longest duration in a call, in seconds; more than three years.
 pub const MAX_SECONDS: f64 = 1e8;
 
-/// A body of JSON.
+/// Extracts a JSON object from the body.
 pub struct JsonBody<T>(pub T);
 
-/// The text of a snapshot.
+/// Extracts the text of a snapshot from the body.
 pub struct SnapshotText(pub String);
 
-/// No body, or `{}`.
+/// Requires that the body is empty or `{}`.
 pub struct NoBody;
 
-/// What stands in the path.
+/// Extracts the parameters of the path.
 pub struct PathParam<T>(pub T);
 
-/// What stands behind the question mark.
+/// Extracts the query of the URL.
 pub struct QueryParams<T>(pub T);
 
 async fn read(request: Request, most: usize) -> Result<Bytes, Problem> {
@@ -63,7 +63,7 @@ impl<S: Send + Sync, T: DeserializeOwned> FromRequest<S> for JsonBody<T> {
 
     async fn from_request(request: Request, _: &S) -> Result<JsonBody<T>, Problem> {
         let bytes = read(request, MAX_BODY).await?;
-        // What stands for fields by their order would be read too.
+        // serde would read a struct from an array, too; the OpenAPI document allows only objects.
         if matches!(
             bytes.trim_ascii_start().first(),
             Some(b'[' | b'"' | b'0'..=b'9' | b'-' | b't' | b'f' | b'n')
@@ -183,7 +183,7 @@ impl TryFrom<f64> for Seconds {
     }
 }
 
-/// A whole number, which JSON may write as 80 or as 80.0.
+/// Converts a JSON number to a whole one. JSON does not distinguish 80 and 80.0.
 pub fn whole_number(number: f64) -> Option<u32> {
     #[expect(
         clippy::cast_possible_truncation,
@@ -195,10 +195,10 @@ pub fn whole_number(number: f64) -> Option<u32> {
     fits.then(|| cast(number))
 }
 
-/// The same for a number that may be left out.
+/// Deserializes an optional whole number.
 ///
 /// # Errors
-/// Any other number.
+/// A number that is not whole or out of range.
 pub fn optional_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u32>, D::Error> {
     let number = Option::<f64>::deserialize(deserializer)?;
     let wrong = |number| D::Error::custom(format!("a whole number expected, {number} found"));
@@ -207,19 +207,19 @@ pub fn optional_whole_number<'de, D: Deserializer<'de>>(deserializer: D) -> Resu
         .transpose()
 }
 
-/// Fields by their names: a list of values in their order is not read.
+/// Deserializes an object only; serde would read a struct from an array, too.
 ///
 /// # Errors
-/// Anything else.
+/// Not an object, or not the fields of `T`.
 pub fn object_only<'de, D: Deserializer<'de>, T: DeserializeOwned>(deserializer: D) -> Result<T, D::Error> {
     let fields = serde_json::Map::<String, serde_json::Value>::deserialize(deserializer)?;
     T::deserialize(serde_json::Value::Object(fields)).map_err(D::Error::custom)
 }
 
-/// Two hexadecimal digits a byte, blanks between them allowed.
+/// Parses hexadecimal digits, two for each byte; blanks are ignored.
 ///
 /// # Errors
-/// Anything else.
+/// Another character, or an odd number of digits.
 pub fn parse_hex(text: &str) -> Result<Vec<u8>, Problem> {
     let wrong = |found: String| {
         let expected = "an even number of hexadecimal digits";

@@ -17,14 +17,14 @@ use axum::response::{IntoResponse, Response};
 use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 
-/// Names by which every machine reaches itself.
+/// Host names of the loopback, always accepted.
 const OWN_NAMES: [&str; 3] = ["localhost", "127.0.0.1", "[::1]"];
-/// Tells of a page of another site although the request has no `Origin`: an image, a form, a script.
+/// Reveals a page of another site even without `Origin`: browsers omit that for images, forms and scripts.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 /// The page for people asks for the token itself and shows nothing without it.
 const OPEN_PATHS: [&str; 1] = ["/"];
 
-/// What a request has to show.
+/// What a request must present to be served.
 #[derive(Debug, Clone, Default)]
 pub struct Guard {
     /// The bearer token, if one is needed.

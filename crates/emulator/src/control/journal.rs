@@ -13,16 +13,16 @@ use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::time::Time;
 
-/// Events that are kept; of more, the oldest are forgotten.
+/// Most events kept; the oldest are dropped first.
 pub const KEPT_EVENTS: usize = 4_096;
-/// Findings that are kept; of more, the oldest are forgotten.
+/// Most findings kept; the oldest are dropped first.
 pub const KEPT_FINDINGS: usize = 1_024;
 
 #[derive(Default)]
 struct JournalState {
     events: VecDeque<Arc<ApiEvent>>,
     findings: VecDeque<Arc<ApiEvent>>,
-    /// How many events there have been.
+    /// Number of events since the start, including dropped ones.
     count: u64,
     metrics: Metrics,
 }
@@ -34,14 +34,14 @@ pub struct Journal {
     transcript: Arc<TranscriptBuffer>,
 }
 
-/// Events from a number on.
+/// Events starting at a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EventBatch {
-    /// In order, at most as many as asked for.
+    /// The events in order.
     pub events: Vec<Arc<ApiEvent>>,
-    /// How many between the number asked for and the first one were forgotten.
+    /// Number of requested events that are no longer kept.
     pub missed: u64,
-    /// The number behind the last one.
+    /// The number to ask for next.
     pub next: u64,
 }
 
@@ -52,7 +52,7 @@ impl Default for Journal {
 }
 
 impl Journal {
-    /// Beside this transcript, which the driver writes.
+    /// A journal that also serves this transcript, which the driver writes.
     #[must_use]
     pub fn with_transcript(kept: Arc<TranscriptBuffer>) -> Journal {
         Journal {
@@ -62,18 +62,18 @@ impl Journal {
         }
     }
 
-    /// The transcript in this form.
+    /// The kept transcript in this format.
     #[must_use]
     pub fn transcript(&self, format: Format) -> Vec<u8> {
         self.transcript.to_bytes(format)
     }
 
-    /// The pages are whole between any two statements, so a panic elsewhere does not matter.
+    /// The state is consistent between any two statements, so a poisoned lock can be used.
     fn lock(&self) -> MutexGuard<'_, JournalState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Something is about to happen to the controller.
+    /// Records an input before the controller handles it.
     pub fn input(&self, now: Time, input: &Input) {
         self.lock().metrics.count_input(input);
         if let Some(event) = ApiEvent::from_input(now, input) {
@@ -81,43 +81,43 @@ impl Journal {
         }
     }
 
-    /// The controller put something out.
+    /// Records an output of the controller.
     pub fn output(&self, now: Time, output: &Output) {
         self.lock().metrics.count_output(output);
         self.push(ApiEvent::from_output(now, output));
     }
 
-    /// Everything is as at the start: findings begin anew; events and counters go on.
+    /// Records a reset: findings are cleared; events and counters go on.
     pub fn reset(&self) {
         self.lock().findings.clear();
         self.push(ApiEvent::new(Time::ZERO, "reset"));
     }
 
-    /// A snapshot was restored: the time is that of it.
+    /// Records that a snapshot was restored; `now` is its virtual time.
     pub fn restored(&self, now: Time) {
         self.push(ApiEvent::new(now, "restored"));
     }
 
     fn push(&self, mut event: ApiEvent) {
-        let mut pages = self.lock();
-        pages.count += 1;
-        event.seq = pages.count;
+        let mut state = self.lock();
+        state.count += 1;
+        event.seq = state.count;
         let event = Arc::new(event);
         if event.event == "finding" {
-            push_bounded(&mut pages.findings, KEPT_FINDINGS, &event);
+            push_bounded(&mut state.findings, KEPT_FINDINGS, &event);
         }
-        push_bounded(&mut pages.events, KEPT_EVENTS, &event);
-        self.changed.send_replace(pages.count);
+        push_bounded(&mut state.events, KEPT_EVENTS, &event);
+        self.changed.send_replace(state.count);
     }
 
     /// At most `most` events with numbers from `from` on.
     #[must_use]
     pub fn events_from(&self, from: u64, most: usize) -> EventBatch {
-        let pages = self.lock();
-        let first = pages.events.front().map_or(pages.count + 1, |event| event.seq);
+        let state = self.lock();
+        let first = state.events.front().map_or(state.count + 1, |event| event.seq);
         let begin = from.max(1).max(first);
         let skipped = usize::try_from(begin - first).unwrap_or(usize::MAX);
-        let events: Vec<_> = pages.events.iter().skip(skipped).take(most).cloned().collect();
+        let events: Vec<_> = state.events.iter().skip(skipped).take(most).cloned().collect();
         let next = events.last().map_or(begin, |last| last.seq + 1);
         EventBatch {
             events,
@@ -132,7 +132,7 @@ impl Journal {
         self.lock().count + 1
     }
 
-    /// Changes with every event.
+    /// A receiver that changes with every event.
     #[must_use]
     pub fn watch(&self) -> watch::Receiver<u64> {
         self.changed.subscribe()
@@ -161,11 +161,11 @@ impl Journal {
     }
 }
 
-fn push_bounded(pages: &mut VecDeque<Arc<ApiEvent>>, most: usize, event: &Arc<ApiEvent>) {
-    if pages.len() >= most {
-        pages.pop_front();
+fn push_bounded(entries: &mut VecDeque<Arc<ApiEvent>>, most: usize, event: &Arc<ApiEvent>) {
+    if entries.len() >= most {
+        entries.pop_front();
     }
-    pages.push_back(Arc::clone(event));
+    entries.push_back(Arc::clone(event));
 }
 
 #[cfg(test)]

@@ -18,24 +18,24 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::time::{Instant, Sleep};
 
-/// Connections at a time; further ones wait in the system's queue.
+/// Most connections at a time; further ones wait in the backlog of the socket.
 pub const MAX_CONNECTIONS: usize = 64;
-/// Longest time from the end of an answer, or from the accept, to the end of the next request's head; and longest
-/// time a peer may leave an answer unread.
+/// Longest time from the accept or the end of a response to the end of the next request's head. Also the longest time a
+/// peer may leave a response unread.
 pub const IDLE_TIMEOUT: Duration = Duration::from_secs(30);
-/// Pause behind an accept that failed, for want of file descriptors for example.
+/// Pause after a failed accept, for example without free file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(50);
 
-/// Accepts no more than [`MAX_CONNECTIONS`].
+/// A listener that serves at most [`MAX_CONNECTIONS`] at a time.
 pub struct BoundedListener {
     listener: TcpListener,
-    /// Accepted, not yet served.
+    /// The connection accepted by `after_first_connection`, until axum takes it.
     first: Option<(TcpStream, SocketAddr)>,
     slots: Arc<Semaphore>,
 }
 
 impl BoundedListener {
-    /// Around a bound socket, as soon as somebody has called there.
+    /// Waits for the first connection to a bound socket.
     pub async fn after_first_connection(listener: TcpListener) -> BoundedListener {
         let first = accept_retrying(&listener).await;
         BoundedListener {
@@ -79,14 +79,14 @@ impl Listener for BoundedListener {
     }
 }
 
-/// One connection.
+/// A connection that closes itself when it is idle for [`IDLE_TIMEOUT`].
 pub struct HttpConnection {
     stream: TcpStream,
     _slot: OwnedSemaphorePermit,
     active_requests: Arc<AtomicUsize>,
-    /// Runs while nothing is being answered.
+    /// Runs while no request is being served.
     idle: Pin<Box<Sleep>>,
-    /// Something was being answered when the peer was last listened to.
+    /// A request was being served at the last poll, so the idle time starts anew.
     was_busy: bool,
     /// Runs while the peer does not read.
     stalled: Option<Pin<Box<Sleep>>>,
@@ -94,7 +94,7 @@ pub struct HttpConnection {
 
 impl HttpConnection {
     fn new(stream: TcpStream, place: OwnedSemaphorePermit) -> HttpConnection {
-        // A short answer is one segment; a failure means only that it leaves a little later.
+        // Without Nagle a short response leaves at once; a failure only delays it.
         let _ = stream.set_nodelay(true);
         HttpConnection {
             stream,
@@ -163,16 +163,16 @@ impl AsyncWrite for HttpConnection {
     }
 }
 
-/// What a request knows of its connection.
+/// What a request knows about its connection.
 #[derive(Debug, Clone)]
 pub struct ConnectionInfo {
-    /// The address the peer has dialled.
+    /// The local address that the peer dialled.
     pub reached_at: Option<SocketAddr>,
     active_requests: Arc<AtomicUsize>,
 }
 
 impl ConnectionInfo {
-    /// A request is being answered until the value returned is dropped.
+    /// Marks the connection as busy until the returned guard is dropped.
     pub fn begin_request(&self) -> RequestGuard {
         self.active_requests.fetch_add(1, Ordering::Relaxed);
         RequestGuard(Arc::clone(&self.active_requests))
@@ -189,7 +189,7 @@ impl Connected<IncomingStream<'_, BoundedListener>> for ConnectionInfo {
     }
 }
 
-/// Keeps a connection from counting as idle.
+/// Keeps a connection from counting as idle while a request is served.
 #[derive(Debug)]
 pub struct RequestGuard(Arc<AtomicUsize>);
 

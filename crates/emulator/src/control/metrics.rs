@@ -10,9 +10,10 @@ use std::fmt::Write as _;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
 
-/// Different values one label may take before the rest is counted together: commands are what hosts make up.
+/// Most series of one family; the rest is counted as [`OTHER`]. Hosts can send arbitrary commands, so labels must be
+/// bounded.
 const MAX_SERIES: usize = 256;
-/// What stands for everything beyond.
+/// Label value for everything beyond [`MAX_SERIES`].
 const OTHER: &str = "other";
 
 /// A family of counters: name, help, names of its labels.
@@ -79,7 +80,7 @@ const FAMILIES: [&CounterFamily; 9] = [
     &FAULTS,
 ];
 
-/// The counters.
+/// Counters of everything that happened since the start.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
     counters: BTreeMap<&'static str, BTreeMap<Vec<String>, u64>>,
@@ -88,11 +89,11 @@ pub struct Metrics {
 /// A value that goes up and down.
 #[derive(Debug, Clone)]
 pub struct Gauge {
-    /// Its name.
+    /// Name of the metric.
     pub name: &'static str,
-    /// What it is.
+    /// Help text of the metric.
     pub help: &'static str,
-    /// Its value now.
+    /// Present value.
     pub value: f64,
 }
 
@@ -108,7 +109,7 @@ impl Metrics {
         *series.entry(key).or_default() += by as u64;
     }
 
-    /// Something is about to happen to the controller.
+    /// Counts an input of the controller.
     pub fn count_input(&mut self, input: &Input) {
         match input {
             Input::Received { port, bytes } => self.count(&BYTES, &[port.name(), "in"], bytes.len()),
@@ -117,7 +118,7 @@ impl Metrics {
         }
     }
 
-    /// The controller put something out.
+    /// Counts an output of the controller.
     pub fn count_output(&mut self, output: &Output) {
         match output {
             Output::Send { port, bytes } => self.count(&BYTES, &[port.name(), "out"], bytes.len()),
@@ -152,7 +153,7 @@ impl Metrics {
         }
     }
 
-    /// In the text format of Prometheus, version 0.0.4.
+    /// Formats counters and gauges in the text format of Prometheus, version 0.0.4.
     #[must_use]
     pub fn to_prometheus(&self, gauges: &[Gauge]) -> String {
         let mut text = String::new();

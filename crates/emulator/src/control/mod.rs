@@ -1,9 +1,9 @@
 //! The HTTP control interface: tests read and change everything about the robot that a real controller does not let
 //! them reach.
 //!
-//! Each resource has a file that adds its routes to the [`route_table`]. A call becomes a request in the driver's
-//! queue and waits for the result; nothing here owns or changes a controller. Requests pass [`guard`] first. Start
-//! with [`panel`], the simplest resource.
+//! Each resource has a file that adds its routes to the `route_table`. A call becomes a request in the driver's
+//! queue and waits for the result; nothing here owns or changes a controller. Requests pass `guard` first. Start
+//! with `panel`, the simplest resource.
 
 mod alarms;
 mod api_names;

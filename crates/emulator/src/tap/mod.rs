@@ -232,10 +232,10 @@ impl TapLog {
     fn record(&self, what: RecordKind) {
         match &what {
             RecordKind::FromHost { line, bytes } => {
-                debug!(event = "tap", %line, "{line} < {}", Escaped(bytes))
+                debug!(event = "tap", %line, "{line} < {}", Escaped(bytes));
             }
             RecordKind::FromRobot { line, bytes } => {
-                debug!(event = "tap", %line, "{line} > {}", Escaped(bytes))
+                debug!(event = "tap", %line, "{line} > {}", Escaped(bytes));
             }
             RecordKind::Connected { .. }
             | RecordKind::Ended { .. }
