@@ -1,6 +1,7 @@
-//! What virtual time means in seconds of a wall clock: the four modes of decision D12. The one place of
-//! the workspace that asks the operating system what time it is for the controller; what happens at a
-//! moment is the controller's business.
+//! Virtual time and its relation to the wall clock: the four time modes of decision D12 (`--time`).
+//!
+//! This is the only place that reads the system clock for the controller; the controller itself sees only the times it is
+//! given. Start with [`TimeMode`], then [`Clock::wake`], by which the driver decides how long to sleep.
 
 use core::fmt;
 use core::str::FromStr;
@@ -8,17 +9,16 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use ts3100_controller::time::Time;
 use ts3100_proto::calendar::CalendarTime;
 
-/// How long nothing may have come from a host or gone to one before [`TimeMode::Auto`] jumps: long enough for
-/// an answer that is already on the loopback to be read first. From then on it jumps from deadline to
-/// deadline until something comes or goes again.
+/// How long connections must be quiet before [`TimeMode::Auto`] jumps: long enough to read an answer that is
+/// already on the loopback. It then jumps from deadline to deadline until a byte is sent or received.
 pub const AUTO_GRACE: Duration = Duration::from_millis(1);
-/// Longest wall-clock time for which what is due is worked off before hosts, requests and signals get their turn.
+/// Longest wall-clock time spent on overdue work before hosts, requests and signals get a turn.
 pub const CATCH_UP_SLICE: Duration = Duration::from_millis(3);
-/// Virtual time that has to be missing before it is worth a word: a busy machine may hold anybody up for a moment.
+/// Lag of virtual time from which a warning is logged; a busy machine causes short delays.
 const NOTICEABLE_LAG: Duration = Duration::from_secs(1);
-/// How often the driver looks at the wall clock if [`TimeGap::Skip`] is asked for.
+/// How often the driver checks for gaps with [`TimeGap::Skip`].
 pub const GAP_CHECK_INTERVAL: Duration = Duration::from_millis(100);
-/// Shortest time without a look that counts as not served: a busy machine may hold anybody up for less.
+/// Shortest time between two checks that counts as a gap; a busy machine causes shorter ones.
 const MIN_GAP: Duration = Duration::from_millis(500);
 /// Largest factor of [`TimeMode::Scaled`].
 pub const MAX_SCALE: f64 = 100_000.0;
@@ -31,7 +31,7 @@ pub enum TimeMode {
     Real,
     /// This many times as fast (below 1: slower); greater than 0, at most [`MAX_SCALE`].
     Scaled(f64),
-    /// It stands still.
+    /// Time stands still; it moves only on request.
     Stepped,
     /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise; while nobody
     /// is there for whom the wall counts, it does nothing but jump.
@@ -48,7 +48,7 @@ pub enum TimeGap {
     Skip,
 }
 
-/// Why a word is no time mode.
+/// A word that is not a time mode.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "expected `real`, `xN` (for example `x10` or `x0.5`, at most x100000), `stepped` or `auto`, found `{0}`"
@@ -84,34 +84,34 @@ impl fmt::Display for TimeMode {
     }
 }
 
-/// When the driver has to look at its controller again if nothing comes in.
+/// When the driver must wake if no input arrives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wake {
-    /// Only when something comes in.
+    /// Only on input.
     Never,
-    /// After this much real time.
+    /// After this much wall-clock time.
     After(Duration),
-    /// After this much real time without input, by [`Clock::jump`]; zero is as soon as it is known that no
-    /// input waits.
+    /// After this much wall-clock time without input; the driver then calls [`Clock::jump`]. Zero: as soon as
+    /// no input is waiting.
     JumpAfter(Duration),
 }
 
-/// Virtual time beside the wall clock.
+/// Virtual time, derived from the wall clock by the time mode.
 #[derive(Debug, Clone)]
 pub struct Clock {
     mode: TimeMode,
     origin: Instant,
     base: Time,
-    /// When something last came from a host or went to one.
+    /// When a byte was last received from a host or sent to one.
     last_activity: Instant,
-    /// Nobody is there for whom the wall counts.
+    /// No peer is connected and nobody waits for a length of time.
     idle: bool,
-    /// How much less has passed than the mode asks for, because the machine could not keep up.
+    /// How far virtual time lags because the machine could not keep up.
     lag: Duration,
     gap: TimeGap,
-    /// When the driver last looked.
+    /// Wall-clock time of the last gap check.
     last_check: Instant,
-    /// How much wall-clock time was skipped.
+    /// Wall-clock time that was skipped.
     skipped: Duration,
 }
 
@@ -133,20 +133,20 @@ impl Clock {
         }
     }
 
-    /// The same, with this for time that was not served.
+    /// Sets how gaps are treated, in which the process was stopped.
     #[must_use]
     pub fn with_gap(self, gap: TimeGap) -> Clock {
         Clock { gap, ..self }
     }
 
-    /// How often [`Clock::skip_gap`] is wanted, if at all.
+    /// Interval for [`Clock::skip_gap`]; `None` if gaps are not skipped.
     #[must_use]
     pub fn gap_check_interval(&self) -> Option<Duration> {
         (self.gap == TimeGap::Skip).then_some(GAP_CHECK_INTERVAL)
     }
 
-    /// The driver looks at the clock, before anything else. Returns the wall-clock time for which it could not, if that is
-    /// skipped.
+    /// Checks for a gap since the last call. Returns the wall-clock time that was skipped. Call it first after
+    /// each wake.
     pub fn skip_gap(&mut self) -> Option<Duration> {
         self.skip_gap_at(Instant::now())
     }
@@ -167,14 +167,14 @@ impl Clock {
         Some(missed)
     }
 
-    /// How much wall-clock time was skipped since the clock was started.
+    /// Wall-clock time that was skipped since the clock was started.
     #[must_use]
     pub fn skipped(&self) -> Duration {
         self.skipped
     }
 
-    /// Whether nobody is there for whom the wall counts: no peer, none who waits for a length of time. Then
-    /// [`TimeMode::Auto`] stands between two jumps, so that what nobody disturbs is the same each time.
+    /// Sets whether nobody depends on wall-clock time: no peer is connected and no wait is pending.
+    /// [`TimeMode::Auto`] then stands still between two jumps, so that an undisturbed run is reproducible.
     pub fn set_idle(&mut self, idle: bool) {
         if self.idle != idle {
             let wall = Instant::now();
@@ -184,13 +184,13 @@ impl Clock {
         }
     }
 
-    /// How time passes.
+    /// Current time mode.
     #[must_use]
     pub fn mode(&self) -> TimeMode {
         self.mode
     }
 
-    /// Time passes in this way from now on, without a jump.
+    /// Changes the time mode; virtual time continues without a jump.
     pub fn set_mode(&mut self, mode: TimeMode) {
         let wall = Instant::now();
         self.base = self.at(wall);
@@ -199,8 +199,8 @@ impl Clock {
         self.mode = mode;
     }
 
-    /// What was due could be done up to `reached` only: virtual time goes on from there. Returns whether as much is
-    /// missing now, for the first time since the clock was started, as is worth a word.
+    /// Continues virtual time from `reached`, because work that was due later could not be done in time.
+    /// Returns `true` once, when the total lag becomes noticeable (1 s).
     pub fn note_lag(&mut self, reached: Time) -> bool {
         let before = self.lag;
         let wall = Instant::now();
@@ -209,7 +209,7 @@ impl Clock {
         before < NOTICEABLE_LAG && self.lag >= NOTICEABLE_LAG
     }
 
-    /// How much less virtual time has passed since the clock was started than its mode asked for.
+    /// Total lag of virtual time since the clock was started.
     #[must_use]
     pub fn lag(&self) -> Duration {
         self.lag
@@ -222,7 +222,7 @@ impl Clock {
         self.idle = idle;
     }
 
-    /// How long a moment is away on the wall, unless time stands still.
+    /// Wall-clock time until `moment`; `None` if time stands still.
     #[must_use]
     pub fn wall_time_until(&self, moment: Time) -> Option<Duration> {
         let left = moment.since(self.now());
@@ -233,12 +233,13 @@ impl Clock {
         }
     }
 
-    /// Something came from a host or went to one: it may answer.
+    /// Notes that a byte was sent or received; `auto` waits [`AUTO_GRACE`] from now.
     pub fn note_activity(&mut self) {
         self.last_activity = Instant::now();
     }
 
-    /// Whether a host that waits 50 ms has waited at least 50 ms of virtual time: its pace can be judged.
+    /// Whether virtual time runs at least as fast as the host's clock, so that findings about the host's timing
+    /// are valid.
     #[must_use]
     pub fn keeps_pace(&self) -> bool {
         match self.mode {
@@ -248,19 +249,19 @@ impl Clock {
         }
     }
 
-    /// Virtual time now.
+    /// Current virtual time.
     #[must_use]
     pub fn now(&self) -> Time {
         self.at(Instant::now())
     }
 
-    /// When to wake for `deadline`, if nothing comes in before.
+    /// When to wake for `deadline` if no input arrives before.
     #[must_use]
     pub fn wake(&self, deadline: Option<Time>, host_is_silent: bool) -> Wake {
         self.wake_at(Instant::now(), deadline, host_is_silent)
     }
 
-    /// Moves virtual time to `deadline` if that lies ahead; what [`Wake::JumpAfter`] asks for.
+    /// Moves virtual time forward to `deadline`, after [`Wake::JumpAfter`]; never backward.
     pub fn jump(&mut self, deadline: Time) {
         let wall = Instant::now();
         if deadline > self.at(wall) {
@@ -269,7 +270,7 @@ impl Clock {
         }
     }
 
-    /// Virtual time is this from now on.
+    /// Sets virtual time, forward or backward.
     pub fn set(&mut self, now: Time) {
         self.base = now;
         self.origin = Instant::now();
@@ -303,7 +304,7 @@ impl Clock {
     }
 }
 
-/// Rounded down, so that virtual time never runs ahead of the wall.
+/// Rounded down, so that virtual time never runs ahead of the wall clock.
 fn whole_micros(duration: Duration) -> Duration {
     Duration::from_micros(u64::try_from(duration.as_micros()).unwrap_or(u64::MAX))
 }
@@ -312,7 +313,7 @@ fn scaled(duration: Duration, factor: f64) -> Duration {
     Duration::try_from_secs_f64(duration.as_secs_f64() * factor).unwrap_or(Duration::MAX)
 }
 
-/// The date and time of the wall clock in UTC; the year 2069 at most, what two digits can tell.
+/// Date and time of the system clock in UTC, at most the year 2069: the controller stores two digits.
 #[must_use]
 pub fn system_calendar() -> CalendarTime {
     let epoch = CalendarTime {

@@ -1,5 +1,11 @@
-//! The one owner of the controller and its one loop: a link message, a panel action, a deadline or the end.
-//! One input, all its outputs, the next input. Nothing here knows what bytes or states mean.
+//! The driver owns the controller and runs its loop: it takes one input (bytes, an action, a deadline), hands it to
+//! the controller, carries out every output, and only then takes the next input.
+//!
+//! The driver does not know what bytes or states mean; that is `ts3100-controller`. Sockets are in [`crate::tcp`],
+//! serial lines in [`crate::serial`], time in [`crate::clock`], files in [`crate::store`].
+//!
+//! Start with [`Driver::run`] and `run_loop`, then `Driver::step`, which handles one input. `control` serves the
+//! requests of the control interface, `snapshots` replaces the running controller.
 
 use crate::clock::{CATCH_UP_SLICE, Clock};
 use crate::config::Settings;
@@ -41,16 +47,16 @@ pub mod wait;
 use request::{PendingWait, Request};
 use run_loop::SourceRotation;
 
-/// Requests that may wait for the driver; then those who ask wait.
+/// Requests that may be queued for the driver; further senders wait.
 pub const REQUEST_QUEUE: usize = 64;
 
 /// Why the emulator cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// A file or the backing directory.
+    /// A file or the backing directory cannot be loaded.
     #[error(transparent)]
     Load(#[from] LoadError),
-    /// A file the controller does not take.
+    /// The controller rejected a file.
     #[error("{name} cannot be stored on the RAM drive: {reason}")]
     Store {
         /// Its name on the drive.
@@ -58,7 +64,7 @@ pub enum StartError {
         /// Why.
         reason: String,
     },
-    /// The file to be selected.
+    /// The requested file cannot be selected.
     #[error("{name} cannot be selected: {reason}")]
     Select {
         /// Its name on the drive.
@@ -66,37 +72,37 @@ pub enum StartError {
         /// Why, with the diagnostics of the compiler.
         reason: String,
     },
-    /// A port.
+    /// A TCP port cannot be opened.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// The control interface.
+    /// The control interface cannot listen.
     #[error("the control interface cannot listen on {address}: {reason}")]
     Control {
         /// Where.
         address: std::net::SocketAddr,
-        /// What the system said.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// A serial line.
+    /// A serial line cannot be opened.
     #[error(transparent)]
     Serial(#[from] SerialError),
-    /// A transcript.
+    /// A transcript cannot be created.
     #[error(transparent)]
     Transcript(#[from] RecorderError),
-    /// The snapshot to begin with.
+    /// The initial snapshot cannot be read.
     #[error(transparent)]
     Snapshot(#[from] snapshot::FileError),
-    /// The runtime or the thread of an embedded emulator.
+    /// A runtime, thread or self-check failed.
     #[error("the operating system refuses a {what}: {reason}")]
     System {
-        /// What was asked for.
+        /// The resource that was requested.
         what: &'static str,
-        /// What it said.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
 }
 
-/// A controller with its links, clock and store.
+/// A controller with its channels, serial lines, clock and backing directory.
 pub struct Driver {
     controller: Controller,
     clock: Clock,
@@ -118,23 +124,23 @@ pub struct Driver {
     ports: BTreeMap<Port, u16>,
     has_demo: bool,
     servo_on: bool,
-    /// Faults that are armed from the start.
+    /// Faults that are armed at the start and after a reset.
     faults: Vec<Fault>,
-    /// The controller as it was before the first input, for a reset.
+    /// Copy of the controller before the first input; a reset returns to it.
     initial_controller: Controller,
-    /// It was not new from its files: a snapshot's, or one with an error history.
+    /// The controller started from a snapshot or with an error history, so a transcript needs its full state.
     restored: bool,
     waits: Vec<PendingWait>,
-    /// Why the action that was just fed had no effect.
+    /// Error of the action that was handled last, if it had no effect.
     last_error: Option<ActionError>,
 }
 
 impl Driver {
-    /// Powers the controller on and opens its ports. The sender takes requests; when all senders are
-    /// dropped, [`Driver::run`] goes on without them.
+    /// Powers the controller on and opens its ports. Send requests through the returned sender; [`Driver::run`]
+    /// continues after all senders are dropped.
     ///
     /// # Errors
-    /// See [`StartError`]; nothing is left open.
+    /// See [`StartError`]; no port stays open.
     pub async fn open(settings: &Settings) -> Result<(Driver, mpsc::Sender<Request>), StartError> {
         let powered = loading::power_on(settings)?;
         let transcript = TranscriptSink::create(settings, &powered)?;
@@ -171,7 +177,7 @@ impl Driver {
         };
         driver.run_record.add_files(&driver.controller);
         driver.controller.trace(settings.record_lines);
-        // A snapshot may be one of a controller that is off.
+        // A snapshot can hold a controller that is powered off; it has no open ports.
         if driver.controller.state().powered {
             driver.ports = driver.channels.open(driver.controller.network())?;
         }
@@ -180,43 +186,44 @@ impl Driver {
         Ok((driver, sender))
     }
 
-    /// The port each server channel accepts on.
+    /// TCP port of each server channel.
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
     }
 
-    /// The record of this run.
+    /// Findings, coverage and executed lines of this run; clones share the data.
     #[must_use]
     pub fn run_record(&self) -> RunRecord {
         self.run_record.clone()
     }
 
-    /// Where the serial lines are.
+    /// Endpoint (path or address) of each open serial line.
     #[must_use]
     pub fn serial_endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
         self.serial_lines.endpoints()
     }
 
-    /// Whether the example program is on the drive.
+    /// Whether the example program was stored on the RAM drive.
     #[must_use]
     pub fn has_demo(&self) -> bool {
         self.has_demo
     }
 
-    /// Where snapshots are asked for.
+    /// Handle that sends snapshot requests to this driver.
     #[must_use]
     pub fn snapshot_handle(&self) -> SnapshotHandle {
         self.snapshot_handle.clone()
     }
 
-    /// From now on this scenario is played.
+    /// Starts a scenario; it sees every input and output from now on.
     pub fn set_scenario(&mut self, scenario: Play) {
         scenario.start(&self.controller);
         self.scenario = Some(scenario);
     }
 
-    /// Opens the control interface, if the settings ask for one; says where it is. It answers while the driver runs.
+    /// Opens the control interface if the settings configure one, and returns its address. Requests are
+    /// answered while [`Driver::run`] runs.
     ///
     /// # Errors
     /// [`StartError::Control`].
@@ -239,16 +246,16 @@ impl Driver {
         Ok(Some(address))
     }
 
-    /// From now on what has been done is told to `feeder`.
+    /// Sends every output that was carried out to `feeder`.
     pub fn set_observer(&mut self, feeder: WatchSender) {
         self.observer = Some(feeder);
     }
 
-    /// Serves until `stop` is ready, then says what became of the faults and closes every port. The controller as it
-    /// was then.
+    /// Runs until `stop` completes, logs the outcome of every fault, closes all ports and returns the final
+    /// controller.
     pub async fn run(mut self, stop: impl Future<Output = ()>) -> Controller {
         self.serve(stop).await;
-        // What is due by now has happened in the state that is told.
+        // Handle what is already due, so that the returned state and the report agree.
         self.feed(Input::Tick).await;
         faults::log_summary(self.controller.faults());
         self.channels.close().await;
@@ -256,32 +263,32 @@ impl Driver {
         self.controller
     }
 
-    /// One input and everything that follows from it.
+    /// Handles an input of the host and every input that results from it.
     async fn feed(&mut self, input: Input) {
         self.feed_from(input, Side::Host).await;
     }
 
-    /// As [`Driver::feed`]; who has caused it stands in transcripts.
+    /// Like [`Driver::feed`]; transcripts record `by` as the side that caused the input.
     async fn feed_from(&mut self, input: Input, mut by: Side) {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
             let now = self.catch_up(now, by, &mut inputs).await;
             self.step(now, input, by, &mut inputs).await;
-            // What follows from the first input is the controller's own doing.
+            // The controller causes whatever results from the first input.
             by = Side::Robot;
             if inputs.is_empty() {
                 self.catch_up(now, by, &mut inputs).await;
             }
         }
-        // Not before: room for bytes that still wait here would be given away twice.
+        // Grant read credit last: inputs that are still queued here would otherwise be counted as free room.
         self.serial_lines.grant_read_credit(&self.controller);
         self.transcript.flush();
         self.end_waits();
         self.update_idle();
     }
 
-    /// Tells the clock whether anybody is there for whom the wall counts.
+    /// Tells the clock whether wall-clock time matters to anybody: a connected peer or a pending wait.
     fn update_idle(&mut self) {
         let has_peer = |port: &Port| self.controller.peer(*port).is_some();
         let idle =
@@ -289,14 +296,15 @@ impl Driver {
         self.clock.set_idle(idle);
     }
 
-    /// When something happens by itself.
+    /// Earliest time at which the controller or the scenario has something due.
     fn deadline(&self) -> Option<Time> {
         let scenario = self.scenario.as_ref().and_then(Play::deadline);
         self.controller.poll_deadline().into_iter().chain(scenario).min()
     }
 
-    /// However late the wall is: what was due before is done, and recorded with the time at which it was due. What takes
-    /// longer than [`CATCH_UP_SLICE`] is left: virtual time lags, and whoever waits gets a turn. Returns the moment it is now.
+    /// Handles everything that was due before `now`, each item at the time it was due, however late the driver
+    /// is. After [`CATCH_UP_SLICE`] of work it stops, so that hosts and requests get a turn; virtual time then
+    /// lags. Returns the virtual time that was reached.
     async fn catch_up(&mut self, now: Time, by: Side, inputs: &mut VecDeque<Input>) -> Time {
         let begun = Instant::now();
         loop {
@@ -322,7 +330,7 @@ impl Driver {
         }
     }
 
-    /// One input at its time, and what the controller puts out.
+    /// Handles one input at time `at` and carries out the outputs.
     async fn step(&mut self, at: Time, input: Input, by: Side, inputs: &mut VecDeque<Input>) {
         if let Input::Connected { port, .. } = &input {
             self.log.new_peer(*port);
@@ -349,7 +357,7 @@ impl Driver {
             }
             self.run_record.observe(at, &output);
             self.observe(&output);
-            // They are told for the record of lines alone, and there are very many.
+            // Statement events are frequent and serve only line coverage and waits for a statement.
             if matches!(output, Output::Event(Event::Statement { .. })) && !self.waits_for_statement() {
                 continue;
             }
@@ -368,7 +376,8 @@ impl Driver {
         }
     }
 
-    /// Whether the output is a finding about the host's pace, and virtual time is not the host's time.
+    /// Whether the output is a finding about the host's timing while virtual time runs slower than the host's
+    /// clock.
     fn is_irrelevant_pace_finding(&self, output: &Output) -> bool {
         let Output::Event(Event::Finding { rule, .. }) = output else {
             return false;
@@ -376,7 +385,7 @@ impl Driver {
         !self.clock.keeps_pace() && Rule::by_id(rule).is_some_and(|rule| rule.timed)
     }
 
-    /// Closes every port and opens those that the controller now has.
+    /// Closes every channel and opens those of the current network parameters.
     async fn reopen_channels(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), ChannelError> {
         let gone = self.channels.close().await;
         inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
@@ -397,7 +406,7 @@ impl Driver {
                     inputs.extend(self.channels.send(port, bytes).await);
                 }
             }
-            // A change is kept before it happens.
+            // `step` has persisted the change already, before the controller applied it.
             Output::Persist { .. } => {}
             Output::Stored { .. } | Output::Erased { .. } => self.retry_unsaved_files(),
             Output::PowerOff => {
@@ -421,7 +430,7 @@ impl Driver {
             Output::Stall { port } => self.channels.stall(port),
             Output::Pendant(text) => info!(event = "pendant", text, "teach pendant: {text}"),
             Output::Event(event) => {
-                // Before an answer that tells of it leaves.
+                // Save the error history before an answer that reports the alarm is sent.
                 if let Event::Alarm { .. } = &event {
                     self.save_history();
                 }

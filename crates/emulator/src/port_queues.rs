@@ -1,26 +1,28 @@
-//! What the tasks of the ports tell the driver: a queue for each port, and the ports take turns. A host that sends without
-//! pause keeps only itself waiting: its queue is short, and at its turn no more than a portion is served.
+//! A message queue for each port, polled in rotation. A host that sends without pause delays only itself: its queue is
+//! short, and each turn serves at most one portion of its bytes.
+//!
+//! [`crate::tcp`] and [`crate::serial`] each own one set of queues; their tasks send, the driver polls.
 
 use std::task::{Context, Poll};
 use tokio::sync::mpsc;
 use ts3100_controller::port::Port;
 use ts3100_proto::text::ETX;
 
-/// Messages of one port that may wait for the driver; then its task waits, and so does the host.
+/// Queued messages of one port; further sends make its task, and so the host, wait.
 const QUEUE_LENGTH: usize = 4;
-/// Texts of a portion: no host that waits for its answers sends as many at once, and they take well under a
-/// millisecond.
+/// Texts in a portion. A host that waits for its answers never sends as many at once, and they take well under
+/// a millisecond.
 const PORTION_TEXTS: usize = 8;
-/// Bytes of a portion on a channel without texts, four times what its buffer holds.
+/// Bytes in a portion on a channel without texts: four times its receive buffer.
 const PORTION_BYTES: usize = 1_024;
 
-/// Something that may be more than is served at one turn.
+/// A message that can be split into portions.
 pub(crate) trait SplitPortion: Sized {
     /// Keeps the first portion of itself and returns the rest.
     fn split_portion(&mut self, port: Port) -> Option<Self>;
 }
 
-/// Cuts bytes of a host behind the first portion and returns the rest.
+/// Truncates `bytes` to the first portion and returns the rest.
 pub(crate) fn split_bytes(port: Port, bytes: &mut Vec<u8>) -> Option<Vec<u8>> {
     let end = if port.protocol().is_some() {
         let mut ends = bytes.iter().enumerate().filter(|(_, byte)| **byte == ETX);
@@ -34,7 +36,7 @@ pub(crate) fn split_bytes(port: Port, bytes: &mut Vec<u8>) -> Option<Vec<u8>> {
 struct Queue<M> {
     sender: mpsc::Sender<M>,
     receiver: mpsc::Receiver<M>,
-    /// What is left of a message that was more than a portion.
+    /// Rest of a message that was larger than a portion.
     rest: Option<M>,
 }
 
@@ -49,10 +51,10 @@ impl<M> Default for Queue<M> {
     }
 }
 
-/// The queues of all ports.
+/// One queue for each port.
 pub(crate) struct PortQueues<M> {
     queues: [(Port, Queue<M>); Port::ALL.len()],
-    /// Place of the port whose turn is next.
+    /// Index of the port that is polled first.
     next: usize,
 }
 
@@ -66,17 +68,17 @@ impl<M> Default for PortQueues<M> {
 }
 
 impl<M: SplitPortion> PortQueues<M> {
-    /// Where the tasks of a port send to.
+    /// Sender for the tasks of a port.
     pub(crate) fn sender(&self, port: Port) -> mpsc::Sender<M> {
         let queues = self.queues.iter();
         let found = queues
             .filter(|(of, _)| *of == port)
             .map(|(_, queue)| queue.sender.clone());
-        // Each port has a queue; a sender that leads nowhere stands for one that has not.
+        // Every port has a queue; the disconnected sender is never used.
         found.last().unwrap_or_else(|| mpsc::channel(1).0)
     }
 
-    /// The next portion: the ports that have one take turns. Ready when there is one.
+    /// Returns the next portion, taking the ports in rotation.
     pub(crate) fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<M> {
         let first = self.next;
         let (before, from) = self.queues.split_at_mut(first);
@@ -85,7 +87,7 @@ impl<M: SplitPortion> PortQueues<M> {
                 Some(rest) => Poll::Ready(Some(rest)),
                 None => queue.receiver.poll_recv(context),
             };
-            // It does not end: a sender is kept beside the receiver.
+            // The queue never ends, because it keeps a sender of its own.
             if let Poll::Ready(Some(mut message)) = message {
                 queue.rest = message.split_portion(*port);
                 self.next = (first + place + 1) % Port::ALL.len();

@@ -1,29 +1,31 @@
-//! Waiting for sockets. The system may call one ready for ever that takes and gives nothing (a peer that has closed it
-//! while it is full, for one): who waits in a loop would then keep every other task from its turn. Here each wait is
-//! counted, and after some of them the others have theirs, whatever the system says.
+//! Readiness of TCP sockets, with the task budget of the runtime applied.
+//!
+//! The system can report a socket as ready for ever although it accepts no data, for example a full socket whose peer has
+//! closed. A loop around such a socket would starve all other tasks. Every wait here consumes task budget, so that the
+//! task yields from time to time.
 
 use std::io;
 use tokio::io::{Interest, Ready};
 use tokio::net::TcpStream;
 use tokio::task::coop::consume_budget;
 
-/// Waits until one of these may be done. Cancel safe.
+/// Waits for one of the given operations. Cancel safe.
 pub(crate) async fn ready(stream: &TcpStream, interest: Interest) -> io::Result<Ready> {
     consume_budget().await;
     stream.ready(interest).await
 }
 
-/// Waits until something may be read. Cancel safe.
+/// Waits until the socket is readable. Cancel safe.
 pub(crate) async fn readable(stream: &TcpStream) -> io::Result<()> {
     ready(stream, Interest::READABLE).await.map(drop)
 }
 
-/// Waits until something may be written. Cancel safe.
+/// Waits until the socket is writable. Cancel safe.
 pub(crate) async fn writable(stream: &TcpStream) -> io::Result<()> {
     ready(stream, Interest::WRITABLE).await.map(drop)
 }
 
-/// Writes everything.
+/// Writes all bytes.
 pub(crate) async fn write_all(stream: &TcpStream, mut bytes: &[u8]) -> io::Result<()> {
     while !bytes.is_empty() {
         writable(stream).await?;

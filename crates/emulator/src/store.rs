@@ -1,7 +1,8 @@
-//! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill
-//! of the daemon. A file is written beside its place, synced and renamed, so it is there whole or not at
-//! all. The error history is kept beside them. What may be in a file is the controller's business; what follows from
-//! a change that cannot be kept is [`backing`]'s.
+//! The backing directory of the RAM drive (`--drive DIR`, decision D13): files survive a restart or a kill of the daemon.
+//!
+//! A file is written under a temporary name, synced and renamed, so that it exists whole or not at all. `history` keeps
+//! the error history in the same directory. What a file may contain is decided by the controller; what happens when a
+//! write fails is decided in [`backing`].
 
 pub mod backing;
 mod history;
@@ -20,20 +21,20 @@ use ts3100_proto::name::FileName;
 /// lock does not, whatever the end was.
 const LOCK: &str = ".ts3100.lock";
 
-/// What can go wrong with the backing directory.
+/// An error of the backing directory.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
-    /// The operating system refused something.
+    /// An error of the operating system.
     #[error("cannot {action} {}: {reason}", path.display())]
     Io {
-        /// What was tried.
+        /// The operation that failed.
         action: &'static str,
-        /// On which path.
+        /// The path concerned.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         reason: io::Error,
     },
-    /// The directory is not the one that was opened.
+    /// The directory was removed or replaced after it was opened.
     #[error(
         "the directory {} was removed or replaced while ts3100 ran; put it back, or start ts3100 again",
         path.display()
@@ -51,12 +52,12 @@ pub enum StoreError {
         /// The directory.
         path: PathBuf,
     },
-    /// A file that can be no file of the RAM drive.
+    /// A file that cannot be stored on the RAM drive.
     #[error("{} cannot be a file of the RAM drive: {reason}", path.display())]
     NotADriveFile {
         /// The file.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         reason: String,
     },
 }
@@ -78,19 +79,19 @@ fn io_error(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Stor
     move |reason| StoreError::Io { action, path, reason }
 }
 
-/// An open backing directory, for nobody else until it is dropped.
+/// An open backing directory, locked until it is dropped.
 #[derive(Debug)]
 pub struct Store {
     directory: PathBuf,
-    /// The directory itself, whatever becomes of its name. Only on Unix it can be opened.
+    /// The directory itself, to notice that its name now refers to another one. Unix only.
     handle: Option<File>,
     /// Holds the lock until it is closed.
     _lock: File,
     /// Name on the drive to name in the directory: a file put there by hand may be in lower case.
     files: BTreeMap<String, OsString>,
-    /// The error history as it was kept last.
+    /// The error history as it was saved last.
     history: VecDeque<Alarm>,
-    /// What was found in the directory and is of no use.
+    /// Warnings about entries that were skipped.
     warnings: Vec<String>,
 }
 
@@ -131,7 +132,7 @@ impl Store {
         Ok((store, found))
     }
 
-    /// What was found in the directory and is of no use, in words.
+    /// Warnings about entries that were skipped when the directory was opened.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
@@ -193,10 +194,10 @@ impl Store {
         Ok(Some((name, content)))
     }
 
-    /// Keeps a file, durably, before it returns: under its upper-case name, in place of what was there.
+    /// Writes a file durably under its upper-case name; replaces the previous content.
     ///
     /// # Errors
-    /// The system's; what was there before is then still there.
+    /// The operating system failed; the previous content is unchanged.
     pub fn put(&mut self, name: &str, content: &[u8]) -> Result<(), StoreError> {
         let place = self.path_of(name)?;
         let unfinished = self.write_temporary(name, content)?;
@@ -215,7 +216,7 @@ impl Store {
         self.sync()
     }
 
-    /// Puts a file of the store itself in place of the one before.
+    /// Atomically replaces a file of the store itself.
     fn replace(&self, name: &str, content: &[u8]) -> Result<(), StoreError> {
         let unfinished = self.write_temporary(name, content)?;
         let place = self.directory.join(name);
@@ -223,7 +224,7 @@ impl Store {
         self.sync()
     }
 
-    /// Writes what is to take the place of a file; where it is until then.
+    /// Writes the new content under a temporary name and returns its path.
     fn write_temporary(&self, name: &str, content: &[u8]) -> Result<PathBuf, StoreError> {
         self.check_directory()?;
         let place = self.directory.join(name);
@@ -253,7 +254,7 @@ impl Store {
         self.sync()
     }
 
-    /// What is written to another directory of the same name is lost with this one.
+    /// Fails if the directory was replaced: writes would go to a directory that the next start does not read.
     fn check_directory(&self) -> Result<(), StoreError> {
         #[cfg(unix)]
         if let Some(opened) = &self.handle {
@@ -269,7 +270,8 @@ impl Store {
         Ok(())
     }
 
-    /// The path of a name the controller gave: only a normal name of the drive leads to a path.
+    /// Path of a file of the RAM drive. Only a normalized name is accepted, so that no name leads out of the
+    /// directory.
     fn path_of(&self, name: &str) -> Result<PathBuf, StoreError> {
         let path = self.directory.join(name);
         match FileName::parse(name) {
@@ -293,7 +295,7 @@ impl Store {
     }
 }
 
-/// Takes the directory, which is free again when the file returned is closed.
+/// Locks the directory until the returned file is closed.
 fn lock(directory: &Path) -> Result<File, StoreError> {
     let path = directory.join(LOCK);
     let mut options = File::options();

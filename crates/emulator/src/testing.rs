@@ -1,4 +1,5 @@
-//! What several unit tests of this crate need: a directory that goes away with its value.
+//! Helpers for the unit tests of this crate: a temporary directory that is removed on drop, and [`eventually`] for
+//! conditions outside the controller.
 
 pub mod eventually;
 
@@ -9,7 +10,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 pub struct TempDir(PathBuf);
 
 impl TempDir {
-    /// A new empty directory; `what` stands in its name.
+    /// Creates an empty directory whose name contains `what`.
     pub fn new(what: &str) -> TempDir {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -18,7 +19,7 @@ impl TempDir {
         TempDir(path)
     }
 
-    /// Where it is.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.0
     }

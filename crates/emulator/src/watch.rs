@@ -1,18 +1,19 @@
-//! What a controller puts out, for a test in the same process that waits for something to happen instead of
-//! sleeping. The driver feeds it behind each action; what is worth waiting for is the test's business.
+//! A queue of the outputs of an embedded emulator, so that a test in the same process waits for an output instead of
+//! sleeping. The driver sends every output that it has carried out; the test decides which one it waits for. See
+//! [`crate::embed`] for the public API.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 use ts3100_controller::output::Output;
 
-/// Outputs that are kept for a [`Watch`]; of more, the oldest are forgotten.
+/// Outputs that a [`Watch`] holds; the oldest are dropped when there are more.
 pub const MAX_OUTPUTS: usize = 4_096;
 
-/// Why a wait ended without what was waited for.
+/// Why a wait failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum WaitError {
-    /// It did not happen in time.
+    /// No matching output within the limit.
     #[error("nothing that was waited for happened within {0:?}")]
     Late(Duration),
     /// The emulator has ended.
@@ -33,21 +34,21 @@ struct Shared {
 }
 
 impl Shared {
-    /// The state is whole between any two statements, so a panic elsewhere does not matter.
+    /// A panic in another thread cannot leave the state inconsistent, so a poisoned lock is usable.
     fn state(&self) -> MutexGuard<'_, WatchState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// The reading end.
+/// The receiving end.
 #[derive(Debug)]
 pub struct Watch(Arc<Shared>);
 
-/// The driver's end; the emulator has ended when it is dropped.
+/// The sending end, held by the driver; dropping it tells the receiver that the emulator has ended.
 #[derive(Debug)]
 pub struct WatchSender(Arc<Shared>);
 
-/// Two ends of one watch.
+/// Creates the two ends of a watch.
 #[must_use]
 pub fn channel() -> (WatchSender, Watch) {
     let shared = Arc::new(Shared::default());
@@ -55,7 +56,7 @@ pub fn channel() -> (WatchSender, Watch) {
 }
 
 impl WatchSender {
-    /// Something has been done.
+    /// Appends an output and wakes the receiver.
     pub fn send(&self, output: Output) {
         let mut state = self.0.state();
         if state.outputs.len() >= MAX_OUTPUTS {
@@ -74,8 +75,8 @@ impl Drop for WatchSender {
 }
 
 impl Watch {
-    /// The first of the outputs not yet looked at of which `found` makes something; that one and those
-    /// before it are looked at then.
+    /// Waits until `found` returns a value for an output and returns that value. This output and all before it
+    /// are consumed.
     ///
     /// # Errors
     /// See [`WaitError`].

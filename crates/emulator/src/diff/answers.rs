@@ -1,5 +1,5 @@
-//! What can be compared one by one: the texts of a protocol port, the records of a channel. Recordings have bytes as
-//! they were cut on the wire, and a controller sends them as it likes; both are cut anew here, by the same rules.
+//! Splits the bytes of a recording into the units that are compared: texts on a protocol port, records on a channel. Both
+//! the recording and the emulator's output are split by the same rules, because the wire may cut bytes anywhere.
 
 use crate::transcript::{EndReason, PeerId, RecordKind, Recording, Side};
 use std::collections::{BTreeMap, BTreeSet};

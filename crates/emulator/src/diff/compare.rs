@@ -1,4 +1,5 @@
-//! One answer beside another: which parts differ, what they say, which of them do not count.
+//! Compares two answers: which parts differ, their values, and which of them are excluded by `--ignore` or within the
+//! tolerance. Which answers belong together is decided in `matching`.
 
 use super::Tolerance;
 use std::ops::Range;

@@ -1,4 +1,4 @@
-//! What is not compared (`--ignore`): groups with a name for what must differ between two controllers, and keys of
+//! What is not compared (`--ignore`): named groups for values that always differ between two controllers, and keys of
 //! single parts.
 
 use std::str::FromStr;

@@ -1,9 +1,8 @@
-//! The recording and the emulator side by side: each answer recorded finds the emulator's, or does not.
+//! Pairs each recorded answer with the emulated one, or reports that there is none.
 //!
-//! The host's waits are kept relative to what came before them: a host that sends 50 ms behind an answer does so
-//! behind the emulator's answer, however long that took. So delays do not add up, and causes stay before effects. An
-//! answer that is earlier than the recorded one by no more than a wire takes counts as in time: what comes behind it has
-//! its recorded moment.
+//! The host's waits are relative to what came before: a host that sends 50 ms after an answer does so after the emulator's
+//! answer, however long that took. So delays do not add up, and causes stay before effects. An answer that is earlier than
+//! recorded by no more than the delay of a wire counts as in time; what follows keeps its recorded time.
 
 use super::answers::{Answer, Event, RecordedEvent};
 use super::compare::{compare, parse_reply};

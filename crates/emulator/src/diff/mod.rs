@@ -1,6 +1,8 @@
-//! The host's side of a recording played to a controller of our own, in virtual time, and every difference between
-//! the answers recorded and its own: in bytes, told by field and item, and in time. Cutting lines into answers is
-//! `unit`'s, playing `player`'s, comparing one answer `compare`'s; here both meet.
+//! Replays the host's side of a recording against an emulated controller in virtual time and reports every difference of
+//! its answers: in bytes, named by field, and in time.
+//!
+//! `answers` splits a recording into answers, `player` runs the controller, `compare` compares two answers, and `matching`
+//! pairs recorded with emulated answers. The command `ts3100 diff` prints the [`Report`].
 
 mod answers;
 mod compare;
@@ -19,19 +21,19 @@ use player::Player;
 use std::time::Duration;
 use ts3100_controller::Time;
 
-/// Most differences that are kept; the others are counted.
+/// Most differences in a report; further ones are only counted.
 pub const MAX_DIFFERENCES: usize = 10_000;
 
 /// What counts as a difference.
 #[derive(Debug, Clone)]
 pub struct Tolerance {
-    /// Answers that come at most this much earlier or later are in time.
+    /// Largest time difference that is not reported.
     pub time: Duration,
-    /// Coordinates of SF that differ by at most this are the same.
+    /// Largest difference between coordinates that is not reported.
     pub value: f64,
-    /// How long behind its time an answer is waited for before it counts as missing.
+    /// How long after its recorded time an answer may come before it counts as missing.
     pub answer_timeout: Duration,
-    /// What is not compared.
+    /// Parts of answers that are not compared.
     pub ignore: Ignore,
 }
 
@@ -103,31 +105,31 @@ pub struct Difference {
     pub line: PeerId,
     /// The host's text before it, as far as it is worth showing; empty if there was none.
     pub question: String,
-    /// How it differs.
+    /// Kind of the difference.
     pub kind: DifferenceKind,
 }
 
-/// What came out.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Report {
     /// The differences, in the order of the recording.
     pub differences: Vec<Difference>,
-    /// Further differences that were not kept.
+    /// Number of further differences.
     pub more: usize,
-    /// Answers of the recording.
+    /// Number of recorded answers.
     pub answers: usize,
-    /// Inputs of the host and the panel that were played.
+    /// Number of replayed inputs of hosts and panel.
     pub inputs: usize,
-    /// Answers that are the same when the emulator is asked a little earlier or later, within the tolerance of time.
+    /// Number of answers that match only if the question is shifted in time, within the tolerance.
     pub shifted: usize,
-    /// Parts of answers that differ and were asked not to count.
+    /// Number of differing parts that `--ignore` excludes.
     pub ignored: usize,
 }
 
-/// Plays a recording to a controller of these settings.
+/// Replays a recording against a controller with these settings.
 ///
 /// # Errors
-/// A controller that cannot be made of these settings.
+/// The controller cannot be created from these settings.
 pub fn diff(recording: &Recording, settings: &Settings, tolerance: &Tolerance) -> Result<Report, StartError> {
     let player = Player::power_on(settings, recording)?;
     let events = answers::events(recording, settings.controller.options.text);

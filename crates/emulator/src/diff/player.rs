@@ -1,5 +1,5 @@
-//! A controller in virtual time with the lines of a recording: what the links and the driver of an emulator do, without
-//! sockets (decision D3: one peer a channel). It keeps what the controller sends until somebody compares it.
+//! A controller in virtual time with the connections of a recording: what the driver and its channels do, without sockets
+//! (decision D3: one peer per channel). It keeps what the controller sends until `matching` compares it.
 
 use super::answers::{Answer, AnswerSplitter};
 use crate::config::{SecondConnection, Settings};

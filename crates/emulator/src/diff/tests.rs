@@ -1,5 +1,4 @@
-//! Tests of the comparison: a recording of our own is the same, a doctored one differs in what was doctored, and the
-//! host's waits follow the answers.
+//! Tests of replaying recordings: equal, different, missing and surplus answers, in bytes and in time.
 
 mod lines;
 

@@ -1,5 +1,7 @@
-//! How the driver serves requests: actions, looks, waits, time that is moved by hand. What may be asked, and how it is
-//! written, is `control`'s.
+//! Requests to the driver: actions, queries, waits, and control of time.
+//!
+//! The control interface (`crate::control`) decides what a client may ask and how it is written; here a request becomes
+//! an input of the controller or a change of a connection, between two inputs. Snapshot requests are in `snapshots`.
 
 use super::Driver;
 use super::request::{LinkAction, PendingWait, Request, View, WaitResult};
@@ -16,13 +18,13 @@ use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
 impl Driver {
-    /// Does what was asked.
+    /// Carries out one request and replies to the caller.
     pub(super) async fn serve_request(&mut self, request: Request) {
         match request {
             Request::Panel { panel, done } => {
                 self.clock.note_activity();
                 self.feed(Input::Panel(panel)).await;
-                // Fails only when nobody waits for it.
+                // Fails only when the caller no longer waits.
                 let _ = done.send(());
             }
             Request::Action { action, done } => {
@@ -42,7 +44,7 @@ impl Driver {
             }
             Request::Snapshot(request) => self.serve_snapshot_request(request).await,
             Request::Query(query) => {
-                // What is due by now has happened when it is looked at.
+                // Handle what is already due first, so that the query sees the present state.
                 self.feed(Input::Tick).await;
                 query(&View {
                     controller: &self.controller,
@@ -112,7 +114,7 @@ impl Driver {
         }
     }
 
-    /// A power that is off and a peer that is wanted and not there refuse.
+    /// Fails if the power is off, or if `expected` is set and no peer is connected.
     fn require_peer(&self, port: Port, expected: bool) -> Result<(), ActionError> {
         let refused = |expected: &str, found: &str| ActionError {
             kind: ActionErrorKind::Conflict,
@@ -129,10 +131,10 @@ impl Driver {
         Ok(())
     }
 
-    /// Everything as at the start, with the connections closed and time at its beginning.
+    /// Restores the state at the start: connections closed, time at its initial value.
     ///
     /// # Errors
-    /// Why the backing directory has not all files of the start; the rest is done.
+    /// Why the backing directory lacks some of the initial files; everything else is reset.
     async fn reset(&mut self) -> Result<(), String> {
         for port in self.channels.close().await {
             self.transcript
@@ -179,7 +181,7 @@ impl Driver {
         files_result
     }
 
-    /// The first input, behind the power coming on.
+    /// Feeds the first inputs after power-on: the initial faults and the servo power.
     pub(super) async fn start(&mut self) {
         for fault in self.faults.clone() {
             let request = FaultAction::Arm(Box::new(fault));
@@ -192,7 +194,7 @@ impl Driver {
         }
     }
 
-    /// Opens the channels as the parameters ask; when that fails none is open.
+    /// Opens the channels of the network parameters; if one fails, none is open.
     pub(super) fn open_channels(&mut self) {
         match self.channels.open(self.controller.network()) {
             Ok(ports) => self.ports = ports,
@@ -203,19 +205,19 @@ impl Driver {
         }
     }
 
-    /// Whether somebody waits for a single statement.
+    /// Whether a pending wait needs statement events.
     pub(super) fn waits_for_statement(&self) -> bool {
         self.waits.iter().any(PendingWait::needs_statements)
     }
 
-    /// What the waits see of an output.
+    /// Passes an output to every pending wait.
     pub(super) fn observe(&mut self, output: &Output) {
         for pending in &mut self.waits {
             pending.wait.observe(output);
         }
     }
 
-    /// Answers the waits that are over, and forgets those nobody waits for any more.
+    /// Answers the waits that have ended and drops those whose caller is gone.
     pub(super) fn end_waits(&mut self) {
         let now = self.controller.now();
         let mut index = 0;
@@ -238,7 +240,7 @@ impl Driver {
         self.controller.trace(traces);
     }
 
-    /// When the loop has to look again if nothing comes in, and to which moment time then jumps.
+    /// When the loop must wake if no input arrives, and the deadline to which virtual time then jumps.
     pub(super) fn next_wake(&self) -> (Wake, Option<Time>) {
         let deadline = self.deadline();
         let advancing = self.waits.iter().filter(|pending| pending.wait.advance);
@@ -248,7 +250,7 @@ impl Driver {
         }
         let wake = self.clock.wake(deadline, self.controller.host_is_silent());
         let limit = self.waits.iter().map(|pending| pending.limit).min();
-        // The end of a wait is no reason to jump.
+        // The end of a wait alone does not let `auto` jump: the caller asked for a length of time.
         let left = limit.and_then(|limit| self.clock.wall_time_until(limit));
         let wake = match (wake, left) {
             (wake, None) => wake,

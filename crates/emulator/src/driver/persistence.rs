@@ -1,12 +1,13 @@
-//! The backing directory and the running controller: a change is kept before it happens, what took place otherwise is
-//! followed. What became of it is `store::backing`'s to say.
+//! Keeps the backing directory (`--drive`) in step with the running controller: a change is persisted before the
+//! controller applies it. [`crate::store::backing`] decides what happens when the directory rejects a write, and
+//! [`crate::store`] writes the files.
 
 use super::Driver;
 use crate::transcript::LinkRecord;
 use ts3100_controller::{Controller, Input, Time};
 
 impl Driver {
-    /// The controller asks for a change to be kept; it goes on with the answer, at the same moment.
+    /// Persists a change and feeds the result back to the controller at the same virtual time.
     pub(super) fn persist(&mut self, at: Time, name: &str, content: Option<&[u8]>) {
         let answer = match &mut self.backing {
             Some(backing) => backing.persist(at, name, content),
@@ -20,17 +21,17 @@ impl Driver {
         self.controller.handle(at, Input::Persisted(answer));
     }
 
-    /// A change was kept: what was not may now be.
+    /// Retries the files that could not be saved earlier; called after a change succeeded.
     pub(super) fn retry_unsaved_files(&mut self) {
         if let Some(backing) = &mut self.backing {
             backing.retry_unsaved(&self.controller);
         }
     }
 
-    /// The backing directory gets the files of `next` in place of those of the present controller.
+    /// Replaces the files of the backing directory by those of `next`.
     ///
     /// # Errors
-    /// Why it does not have them all.
+    /// Why some of the files were not saved.
     pub(super) fn replace_files(&mut self, next: &Controller) -> Result<(), String> {
         let Some(backing) = &mut self.backing else {
             return Ok(());
@@ -39,7 +40,7 @@ impl Driver {
         files_result.map_err(|reason| reason.to_string())
     }
 
-    /// The backing directory has the error history as it now is.
+    /// Saves the error history to the backing directory.
     pub(super) fn save_history(&mut self) {
         if let Some(backing) = &mut self.backing {
             backing.save_history(&self.controller);

@@ -1,5 +1,7 @@
-//! What others ask of the driver: to do something, to look, to wait. The driver is the one owner of the controller; all
-//! of these are done between two inputs, at the present virtual time.
+//! Requests that other tasks and threads send to the driver: perform an action, query the state, wait.
+//!
+//! The driver owns the controller alone, so everything else asks through a [`Request`]. Requests are served between two
+//! inputs, at the current virtual time, by `driver::control`.
 
 use super::wait::{Wait, WaitCondition};
 use crate::clock::Clock;
@@ -16,96 +18,96 @@ use ts3100_controller::input::PanelAction;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
-/// Something asked of the driver.
+/// A request to the driver.
 pub enum Request {
-    /// Something done at the panel.
+    /// An action at the operator panel.
     Panel {
-        /// What.
+        /// Action at the panel.
         panel: PanelAction,
-        /// Told when it is done, with all that follows from it at once.
+        /// Notified after the action and its immediate effects.
         done: std::sync::mpsc::Sender<()>,
     },
-    /// Something done to the controller.
+    /// An action on the controller.
     Action {
-        /// What.
+        /// The action.
         action: Action,
-        /// Told when it is done, with all that follows from it at once, or refused.
+        /// Receives the result after the action and its immediate effects.
         done: oneshot::Sender<Result<(), ActionError>>,
     },
-    /// The same, for one who waits in a thread of its own.
+    /// Like [`Request::Action`], for callers that block a thread instead of awaiting.
     ActionBlocking {
-        /// What.
+        /// The action.
         action: Action,
-        /// As of [`Request::Action`].
+        /// Receives the result, as in [`Request::Action`].
         done: std::sync::mpsc::Sender<Result<(), ActionError>>,
     },
-    /// Something done at the edge.
+    /// An action on connections or time, outside of the controller.
     LinkAction {
-        /// What.
+        /// The action.
         action: LinkAction,
-        /// As of [`Request::Action`].
+        /// Receives the result, as in [`Request::Action`].
         done: oneshot::Sender<Result<(), ActionError>>,
     },
-    /// Something done with snapshots.
+    /// Save, restore or list snapshots.
     Snapshot(SnapshotRequest),
-    /// A look at everything.
+    /// A read-only query; the function runs in the driver.
     Query(Box<dyn FnOnce(&View<'_>) + Send>),
-    /// A wait for something to happen.
+    /// Wait until a condition is met.
     Wait {
-        /// For what, and whether time is to be moved for it.
+        /// Condition, timeout, and whether time advances for it.
         wait: Wait,
-        /// Told when it has happened or its time is over; dropped by one who waits no longer.
+        /// Receives the result; drop the receiver to cancel the wait.
         done: oneshot::Sender<WaitResult>,
     },
 }
 
-/// Something done not to the controller but around it.
+/// An action around the controller: on a connection, on time, or a reset.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkAction {
-    /// Bytes as if they had come from the peer of a port.
+    /// Handles bytes as if the peer of a port had sent them.
     Inject {
-        /// The port.
+        /// Port that receives them.
         port: Port,
-        /// The bytes.
+        /// Raw bytes, with framing.
         bytes: Vec<u8>,
     },
-    /// The connection of a port is closed.
+    /// Closes the connection of a port.
     Drop {
-        /// The port.
+        /// Ethernet channel.
         port: Port,
     },
-    /// Time passes in this way from now on.
+    /// Changes the time mode.
     TimeMode(TimeMode),
-    /// Everything is as when the emulator started, time included; connections are closed.
+    /// Restores the state at the start, including time, and closes all connections.
     Reset,
 }
 
-/// What can be looked at.
+/// What a query can read.
 pub struct View<'a> {
-    /// The controller.
+    /// Current state of the controller.
     pub controller: &'a Controller,
-    /// Virtual time beside the wall clock.
+    /// Virtual time and its relation to the wall clock.
     pub clock: &'a Clock,
-    /// The TCP port each server channel accepts on.
+    /// TCP port of each server channel.
     pub ports: &'a BTreeMap<Port, u16>,
-    /// Where the serial lines are.
+    /// Endpoint (path or address) of each open serial line.
     pub serial: &'a BTreeMap<Port, SerialEndpoint>,
-    /// How it is with the backing directory, if there is one.
+    /// State of the backing directory; `None` without `--drive`.
     pub backing: Option<&'a backing::BackingStatus>,
 }
 
-/// How a wait ended.
+/// Result of a wait.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WaitResult {
-    /// It happened; otherwise its time is over.
+    /// `true` if the condition was met, `false` after the timeout.
     pub reached: bool,
-    /// The virtual time then.
+    /// Virtual time at the end of the wait.
     pub at: Time,
-    /// The virtual time that passed meanwhile.
+    /// Virtual time that passed during the wait.
     pub passed: Duration,
 }
 
-/// A wait that is under way.
+/// A wait that has not ended.
 pub(super) struct PendingWait {
     pub wait: Wait,
     pub since: Time,
@@ -114,7 +116,7 @@ pub(super) struct PendingWait {
 }
 
 impl PendingWait {
-    /// Whether only this could tell of single statements.
+    /// Whether the wait needs statement events, which are off by default.
     pub fn needs_statements(&self) -> bool {
         matches!(self.wait.condition, WaitCondition::Statement(_))
     }

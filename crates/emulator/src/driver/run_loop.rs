@@ -1,4 +1,8 @@
-//! The loop of the driver: what has come, one thing at a time, from each source in turn; and time, when nothing has come.
+//! The loop of the driver: it takes work from four sources in rotation (requests, snapshot requests, TCP channels, serial
+//! lines) and lets time pass when there is none.
+//!
+//! What the work means is handled elsewhere: requests in `control` and `snapshots`, inputs in `Driver::feed`. When to wake
+//! is decided by [`crate::clock::Clock`].
 
 use super::Driver;
 use super::request::Request;
@@ -15,35 +19,35 @@ use tokio::task::yield_now;
 use tracing::warn;
 use ts3100_controller::input::Input;
 
-/// Turns the other tasks get before time jumps: the runtime looks at its sockets in each, a link task reads
-/// in the next, and its message is there in the one behind.
+/// Yields before virtual time jumps. The runtime polls its sockets in the first, a connection task reads in the
+/// second, and its message is queued in the third.
 const YIELDS_BEFORE_JUMP: u32 = 3;
-/// Turns that the links get before a request is served, so that what has come to the sockets before it is read.
+/// Yields before a request is served, so that bytes that reached a socket before the request are read first.
 const YIELDS_BEFORE_REQUEST: u32 = 3;
-/// Most portions that are served before a request, in each of these turns.
+/// Most portions of bytes that are handled in each of these yields.
 const MAX_DRAINED_PORTIONS: u32 = 64;
-/// Longest time for which more than one portion of a port is served then.
+/// Time after which no second portion of the same port is handled before a request.
 const DRAIN_TIME: Duration = Duration::from_micros(100);
-/// Longest time for which the driver works without giving the tasks of the ports and of the control interface a turn.
+/// Longest time the driver works without yielding to the tasks of the ports and of the control interface.
 const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
 
-/// Something to be done.
+/// One unit of work.
 enum Work {
     Request(Request),
     Snapshot(SnapshotRequest),
     Channel(ChannelMessage),
     Serial(SerialMessage),
-    /// Something is due.
+    /// The wake time has come.
     Tick,
-    /// The clock wants to be looked at.
+    /// The clock checks whether the process was stopped.
     ClockCheck,
 }
 
-/// Whose turn it is, and since when others have had none.
+/// Which source is polled next, and when the driver last yielded.
 pub(super) struct SourceRotation {
     next: usize,
     last_yield: Instant,
-    /// Nothing was to be done at the last look.
+    /// No source had work at the last poll.
     idle: bool,
 }
 
@@ -59,7 +63,7 @@ impl Default for SourceRotation {
 
 type Source = fn(&mut Driver, &mut Context<'_>) -> Poll<Option<Work>>;
 
-/// Where work comes from. Those who ask may end; the links and lines never do.
+/// Sources of work. The request queues can end; channels and serial lines never do.
 const SOURCES: [Source; 4] = [
     |driver, context| {
         driver
@@ -88,13 +92,13 @@ const SOURCES: [Source; 4] = [
 ];
 
 impl Driver {
-    /// Serves until `stop` is ready.
+    /// Runs the loop until `stop` completes.
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
         let mut stop = pin!(stop);
         loop {
             let (wake, deadline) = self.next_wake();
             let beats = self.clock.gap_check_interval();
-            // In this order: `auto` may jump only when nothing else is there to be done.
+            // The order matters: `auto` may jump only when there is no other work.
             let work = tokio::select! {
                 biased;
                 () = &mut stop => break,
@@ -162,9 +166,9 @@ impl Driver {
         }
     }
 
-    /// What hosts have sent is served before what somebody asks for at the side: a test that sends a command and then
-    /// moves the clock means them in this order, though they come by two connections. Each port that has something is
-    /// heard in each turn; a host that never ends is left where others wait for it.
+    /// Handles what hosts have sent before a request is served. A test that sends a command and then moves the
+    /// clock expects this order, although the two arrive on different connections. Each port with data is
+    /// served in each round; a host that sends without pause does not delay the request further.
     async fn drain_links(&mut self) {
         let mut context = Context::from_waker(Waker::noop());
         for _ in 0..YIELDS_BEFORE_REQUEST {
@@ -205,7 +209,7 @@ async fn clock_check(beats: Option<Duration>) {
 async fn sleep(wake: Wake) {
     match wake {
         Wake::Never => std::future::pending().await,
-        // Something is due already, but the links get their turn.
+        // Something is due already, but the connection tasks get one turn.
         Wake::After(duration) if duration.is_zero() => yield_now().await,
         Wake::JumpAfter(duration) if duration.is_zero() => {
             for _ in 0..YIELDS_BEFORE_JUMP {

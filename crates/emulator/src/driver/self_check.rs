@@ -1,6 +1,6 @@
-//! Whether a host that dials now is answered: asked over the wire, by SU, before anybody else may, of the same controller
-//! with nothing broken on purpose. It leaves nothing behind: afterwards the controller is the one it was, and no record
-//! knows of it.
+//! Self-check at the start: sends SU to IP0 over a real connection and waits for the answer, before the emulator reports
+//! that it is ready. Faults are disarmed for the check. Afterwards the controller is restored, and no transcript, journal
+//! or report contains the exchange. `crate::ready` decides when to run it.
 
 use super::{Driver, StartError};
 use crate::socket;
@@ -11,12 +11,13 @@ use tokio::net::TcpStream;
 use ts3100_controller::port::Port;
 use ts3100_proto::text::{Checksum, ETX, Framing, encode_text};
 
-/// Longest wait for the answer.
+/// Timeout of the whole exchange.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(10);
-/// Longest answer that is read.
+/// Most bytes that are read; the answer to SU is shorter.
 const MAX_ANSWER: usize = 1_024;
 
-/// An address that leads to a server which listens there: the loopback for one that listens everywhere.
+/// An address to connect to a server that listens on `listen`: the loopback address if it listens on all
+/// interfaces.
 #[must_use]
 pub fn connectable(listen: IpAddr) -> IpAddr {
     match listen {
@@ -27,10 +28,10 @@ pub fn connectable(listen: IpAddr) -> IpAddr {
 }
 
 impl Driver {
-    /// Serves until SU has been answered on IP0; nothing to do where IP0 is no server.
+    /// Runs the loop until SU is answered on IP0. Does nothing if IP0 is not a server channel.
     ///
     /// # Errors
-    /// It was not, or the ports cannot be opened again behind it.
+    /// SU was not answered, or the ports could not be opened again afterwards.
     pub async fn self_check(&mut self, listen: IpAddr) -> Result<(), StartError> {
         let Some(number) = self.ports.get(&Port::Ip0) else {
             return Ok(());

@@ -1,5 +1,5 @@
-//! Another state put in the place of the running controller: clock, links and backing directory follow it. What a
-//! snapshot is and where it is kept is `snapshot`'s.
+//! Snapshot requests, and replacing the running controller by another state: clock, channels, backing directory,
+//! transcript and pending waits follow. The format and the named snapshots are in [`crate::snapshot`].
 
 use super::Driver;
 use super::request::WaitResult;
@@ -12,10 +12,10 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{Controller, Input};
 
 impl Driver {
-    /// Does what was asked at the desk.
+    /// Carries out one snapshot request and replies to the caller.
     pub(super) async fn serve_snapshot_request(&mut self, order: SnapshotRequest) {
         let SnapshotRequest { task, done } = order;
-        // What is due by now has happened in what is kept or told.
+        // Handle what is already due, so that the saved state is the present one.
         self.feed(Input::Tick).await;
         let result = match task {
             SnapshotTask::Save(name) => {
@@ -46,12 +46,13 @@ impl Driver {
             },
             SnapshotTask::Get => Ok(SnapshotReply::State(Box::new(self.controller.clone()))),
         };
-        // Fails only when nobody waits for it.
+        // Fails only when the caller no longer waits.
         let _ = done.send(result);
     }
 
-    /// The controller goes on as this one: the time is its time, the peers that are connected stay and are new to it,
-    /// the backing directory has its files, and if its channels are others, the ports are opened anew.
+    /// Continues with `next`: its time becomes the current time, its files replace those of the backing
+    /// directory, and connected peers stay and are new to it. Ports are reopened only if its network parameters
+    /// or its power state differ.
     pub(super) async fn replace_controller(
         &mut self,
         mut next: Controller,
@@ -71,7 +72,7 @@ impl Driver {
         if let Some(scenario) = &self.scenario {
             scenario.controller_replaced(before, &self.controller);
         }
-        // Who waits, waits on another time than this.
+        // Pending waits refer to the time of the old controller.
         for pending in std::mem::take(&mut self.waits) {
             let at = self.controller.now();
             let (reached, passed) = (false, Duration::ZERO);
@@ -93,12 +94,13 @@ impl Driver {
             journal.restored(self.clock.now());
         }
         info!(event = "restored", t = %self.clock.now(), "snapshot restored");
-        // What the change of peers has brought about leaves now.
+        // Send what the change of peers has caused.
         self.feed(Input::Tick).await;
         opened.and(files_result.map_err(SnapshotRequestError::Drive))
     }
 
-    /// What a fault has made half-open would stay so: the state that knows when it ends is the one that goes.
+    /// Resets connections that a fault has stalled: the state that knows when the fault ends is about to be
+    /// replaced.
     async fn reset_stalled_peers(&mut self) {
         let deaf =
             |port: &Port| self.controller.faults().is_stalled(*port) && port.ethernet_index().is_some();

@@ -1,4 +1,4 @@
-//! Tests of the loop: when it lets time jump.
+//! Tests of the loop: when automatic time may jump, and in which order work is served.
 
 use super::*;
 use crate::clock::{TimeMode, Wake};

@@ -1,5 +1,8 @@
-//! What a caller may wait for. A condition looks at the controller as it stands after an input, and at what it has
-//! put out since the wait began, so that nothing that comes and goes in between is missed.
+//! Conditions that a caller can wait for (`/wait`, `/clock/advance-until`).
+//!
+//! A condition is tested against the controller after each input and against every output since the wait began, so a
+//! state that comes and goes between two inputs is not missed. The driver keeps the pending waits and answers them
+//! (`driver::control`); the control interface parses them.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -9,55 +12,55 @@ use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_proto::status::ExecutionStatus;
 
-/// Bytes of what was printed that are kept for [`Condition::Printed`].
+/// Number of printed bytes that are searched for the text of [`WaitCondition::Printed`].
 pub const PRINT_WINDOW: usize = 4_096;
 
-/// Something that may happen.
+/// What a caller waits for.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WaitCondition {
-    /// Nothing: only time passes.
+    /// Never true; the wait ends after its timeout.
     Never,
-    /// The execution status is this.
+    /// The execution status has this value.
     Status(ExecutionStatus),
-    /// A line shows this state.
+    /// A digital line has this state.
     Signal {
-        /// Input or output.
+        /// Whether it is an input or an output.
         kind: IoKind,
-        /// Its number.
+        /// Line number.
         line: u16,
-        /// The state.
+        /// Expected state.
         on: bool,
     },
-    /// The statement in this line of the selected file has begun since.
+    /// The statement in this line (from 1) of the selected file started since the wait began.
     Statement(u32),
-    /// This text was printed since, on a channel or, without one, on the teach pendant.
+    /// A program printed this text since the wait began.
     Printed {
-        /// Where.
+        /// Channel; `None` is the teach pendant.
         port: Option<Port>,
-        /// The bytes.
+        /// Bytes to look for, anywhere in the printed data.
         text: Vec<u8>,
     },
-    /// This alarm, or without a number any, is active or was raised since.
+    /// This alarm (or any alarm, for `None`) is active or was raised since the wait began.
     Alarm(Option<String>),
-    /// Nothing runs, nothing moves, no exchange is open.
+    /// No program runs, nothing moves and no exchange is open.
     Idle,
 }
 
-/// A condition, what has been seen of it, and for how long it is looked for.
+/// A condition with its timeout and what has been observed so far.
 #[derive(Debug, Clone)]
 pub struct Wait {
-    /// What is looked for.
+    /// Condition that ends the wait.
     pub condition: WaitCondition,
-    /// For so much virtual time.
+    /// Longest wait, in virtual time.
     pub timeout: Duration,
-    /// Time jumps from deadline to deadline until then, whatever the mode.
+    /// Whether virtual time jumps from deadline to deadline during the wait, in every time mode.
     pub advance: bool,
     occurred: bool,
     printed: VecDeque<u8>,
 }
 
 impl Wait {
-    /// Nothing has been seen yet.
+    /// A wait that starts now.
     #[must_use]
     pub fn new(condition: WaitCondition, within: Duration, advance: bool) -> Wait {
         Wait {
@@ -69,7 +72,7 @@ impl Wait {
         }
     }
 
-    /// Something was put out.
+    /// Takes an output of the controller into account.
     pub fn observe(&mut self, output: &Output) {
         match (&self.condition, output) {
             (WaitCondition::Status(expected), Output::Event(Event::Status { status, .. })) => {
@@ -108,7 +111,7 @@ impl Wait {
         self.printed.drain(..surplus);
     }
 
-    /// Whether it has happened, or holds now.
+    /// Whether the condition occurred since the wait began or is true now.
     #[must_use]
     pub fn is_met(&self, controller: &Controller) -> bool {
         self.occurred
@@ -132,7 +135,7 @@ impl Wait {
     }
 }
 
-/// The manual's words for an execution status, as events tell it.
+/// The text that events use for an execution status.
 #[must_use]
 pub fn status_description(status: ExecutionStatus) -> &'static str {
     match status {

@@ -1,4 +1,4 @@
-//! Files of faults: TOML, a table `[[fault]]` each, with the keys of a specification.
+//! Fault files: TOML with one table `[[fault]]` for each fault and the keys of a fault specification.
 
 use crate::files;
 use std::io;

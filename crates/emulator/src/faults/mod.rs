@@ -1,5 +1,5 @@
-//! Faults at the edge: read from the command line and from files, listed for people and programs, and reported at
-//! the end. What a fault does is the controller's business.
+//! Faults outside of the controller: reading them from the command line and from files, listing the kinds, and reporting
+//! the outcome at the end. What a fault does is decided by `ts3100-controller`.
 
 mod file;
 mod report;

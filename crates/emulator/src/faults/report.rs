@@ -1,5 +1,5 @@
-//! What became of the faults of a run: told in the log, and written as JSON or JUnit XML. Besides the controller's count
-//! it holds what each bite was, in words, so that the report says why a host saw what it saw.
+//! The outcome of the faults of a run: logged at the end, and written as JSON or JUnit XML. In addition to the counts of
+//! the controller it holds what each application of a fault did, so that the report explains what a host saw.
 
 use super::fault_json;
 use crate::control::event::seconds;
@@ -15,23 +15,23 @@ use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 
-/// A bite of a fault.
+/// One application of a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct AppliedFault {
-    /// When, in virtual time.
+    /// Virtual time.
     pub at: Time,
-    /// Where.
+    /// Port concerned, if any.
     pub port: Option<Port>,
-    /// What happened.
+    /// Description of the effect.
     pub message: String,
 }
 
-/// What faults have done, by their numbers; of each the first [`FAULT_MOMENTS`] bites.
+/// Applications of faults by fault number; of each fault the first [`MAX_FAULT_TIMES`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct FaultLog(BTreeMap<u32, Vec<AppliedFault>>);
 
 impl FaultLog {
-    /// Takes note of what the controller says of a fault.
+    /// Records an event of the controller about a fault.
     pub fn observe(&mut self, at: Time, event: &Event) {
         let Event::Fault {
             id,
@@ -43,7 +43,7 @@ impl FaultLog {
         else {
             return;
         };
-        // Armed anew it is another one.
+        // A fault that is armed again is a new one.
         if !fired {
             self.0.remove(id);
             return;
@@ -64,7 +64,7 @@ impl FaultLog {
     }
 }
 
-/// What a fault waits for, in words.
+/// Describes what triggers a fault.
 fn trigger_description(fault: &Fault) -> String {
     let points: Vec<&str> = fault
         .kind
@@ -114,7 +114,7 @@ fn document(faults: &Faults, log: &FaultLog) -> String {
     format!("{report:#}\n")
 }
 
-/// One test case a fault; one that never fired has failed, since the test that was to meet it has met nothing.
+/// One test case for each fault. A fault that never fired counts as failed: the host was not tested against it.
 fn junit(faults: &Faults, log: &FaultLog) -> String {
     let (all, never) = (faults.reports().count(), faults.never_fired().count());
     let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
@@ -163,7 +163,7 @@ fn junit(faults: &Faults, log: &FaultLog) -> String {
     xml
 }
 
-/// Makes the files, so that one that cannot be written is known before the run.
+/// Creates the files, so that errors show before the run.
 ///
 /// # Errors
 /// The first that cannot be written.
@@ -191,7 +191,7 @@ fn is_xml(path: &Path) -> bool {
         .is_some_and(|ending| ending.eq_ignore_ascii_case("xml"))
 }
 
-/// The end of a run: each fault has its line in the log, one that never fired as a warning.
+/// Logs the outcome of each fault at the end of a run; one that never fired is a warning.
 pub fn log_summary(faults: &Faults) {
     for report in faults.reports() {
         let (id, kind, fired) = (report.fault.id, report.fault.kind.name, report.fired);

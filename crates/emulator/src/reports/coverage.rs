@@ -1,5 +1,5 @@
-//! Coverage of the permission tables as one JSON document, and several of them made one. The words are those of
-//! the tables, so that documents of other versions and configurations can be merged.
+//! Coverage of the permission tables as one JSON document, and merging several of them. The document uses the words of the
+//! tables, so that documents of other versions and configurations can be merged.
 
 use crate::files;
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! Coverage of the permission tables as one page that needs nothing else: a table a port, commands by modes.
+//! Coverage of the permission tables as one self-contained HTML page: a table for each port, commands by modes.
 
 use super::coverage::{CellReport, CoverageReport};
 use std::fmt::Write as _;

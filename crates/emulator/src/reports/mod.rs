@@ -1,6 +1,6 @@
-//! What a run leaves behind for the author of a host program: findings, coverage of the permission tables, lines
-//! of the user files executed. It is recorded from what the controller puts out, so the daemon, an embedded
-//! emulator and a run without sockets give the same. The formats are one file each.
+//! Reports for the author of a host program: findings, coverage of the permission tables, and executed lines of user files.
+//! They are recorded from the outputs of the controller, so the daemon, an embedded emulator and a run without sockets
+//! give the same. Each format has its own file; `settings` says which reports are written.
 
 pub mod coverage;
 pub mod findings;
@@ -31,17 +31,17 @@ struct RunData {
     fault_log: FaultLog,
 }
 
-/// The record of one emulator; clones are the same record.
+/// Data for the reports of one emulator; clones share it.
 #[derive(Debug, Clone, Default)]
 pub struct RunRecord(Arc<Mutex<RunData>>);
 
 impl RunRecord {
-    /// The record is whole between any two statements, so a panic elsewhere does not matter.
+    /// A panic in another thread cannot leave the data inconsistent, so a poisoned lock is usable.
     fn data(&self) -> MutexGuard<'_, RunData> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The files that are on the RAM drive from the beginning.
+    /// Registers the files that are on the RAM drive at the start.
     pub fn add_files(&self, controller: &Controller) {
         let mut record = self.data();
         for (name, content) in controller.files() {
@@ -49,7 +49,7 @@ impl RunRecord {
         }
     }
 
-    /// Takes note of what a controller has put out, and when.
+    /// Records an output of the controller.
     pub fn observe(&self, at: Time, output: &Output) {
         let mut record = self.data();
         if let Output::Event(event) = output {
@@ -60,31 +60,31 @@ impl RunRecord {
         record.executed.record(output);
     }
 
-    /// What the hosts did that they had better not, so far.
+    /// Findings so far.
     #[must_use]
     pub fn findings(&self) -> Findings {
         self.data().findings.clone()
     }
 
-    /// Which cells of the permission tables the hosts have reached so far.
+    /// Coverage of the permission tables so far.
     #[must_use]
     pub fn coverage(&self, config: &Config) -> CoverageReport {
         CoverageReport::new(&self.data().coverage, config)
     }
 
-    /// Which lines of the user files were executed so far.
+    /// Executed lines of the user files so far.
     #[must_use]
     pub fn executed(&self) -> StatementCoverage {
         self.data().executed.clone()
     }
 
-    /// What the faults have done so far, in words.
+    /// Applications of faults so far.
     #[must_use]
     pub fn fault_log(&self) -> FaultLog {
         self.data().fault_log.clone()
     }
 
-    /// Forgets everything, for between two tests.
+    /// Clears the data, for use between two tests.
     pub fn clear(&self) {
         let mut record = self.data();
         record.findings.clear();

@@ -1,4 +1,4 @@
-//! Findings as SARIF 2.1.0, which code-scanning viewers read: every rule with its help, each kept break a result.
+//! Findings as SARIF 2.1.0 for code-scanning viewers: every rule with its help, and each recorded finding as a result.
 
 use super::findings::FindingView;
 use super::findings::FindingsView;

@@ -1,4 +1,5 @@
-//! Which reports are written at the end of a run, and what they make of its exit code.
+//! Which reports are written at the end of a run, and how they determine its exit code. The contents are in `findings`,
+//! `coverage`, `lcov` and the formats beside them.
 
 use super::{CoverageReport, FindingsView, RunRecord, html, junit, lcov, sarif};
 use crate::files;
@@ -80,7 +81,7 @@ pub enum FindingsFormat {
 }
 
 impl FindingsFormat {
-    /// The form that the ending of a file name asks for; JSON for one that asks for none.
+    /// The format for a file extension; JSON by default.
     #[must_use]
     pub fn from_path(path: &Path) -> FindingsFormat {
         match extension(path).as_str() {
@@ -91,7 +92,7 @@ impl FindingsFormat {
     }
 }
 
-/// The ending of a file name in lower case.
+/// The extension of a file name in lower case.
 fn extension(path: &Path) -> String {
     let ending = path
         .extension()
@@ -124,12 +125,12 @@ pub struct ReportError {
     pub reason: io::Error,
 }
 
-/// What a run comes to.
+/// Result of the reports of a run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ReportOutcome {
     /// Denied rules that were broken, and how often.
     pub denied: Vec<(&'static Rule, u64)>,
-    /// Numbers of the faults that never fired, if that is denied.
+    /// Numbers of the faults that never fired, if `--deny` includes them.
     pub never_fired: Vec<u32>,
     /// Coverage reached and asked for in percent, if it is below that.
     pub below_coverage: Option<(f64, f64)>,
@@ -150,7 +151,7 @@ impl ReportOutcome {
 }
 
 impl Reports {
-    /// Makes every file, so that one that cannot be written is known before the run.
+    /// Creates every file, so that errors show before the run.
     ///
     /// # Errors
     /// The first that cannot be written.
@@ -215,7 +216,7 @@ impl Reports {
     }
 }
 
-/// A coverage report in the form that the ending of its file asks for.
+/// A coverage report in the format for the extension of its file.
 #[must_use]
 pub fn coverage_text(report: &CoverageReport, path: &Path) -> String {
     match extension(path).as_str() {

@@ -1,5 +1,5 @@
-//! The words of a scenario: what may happen (conditions) and what can be done (actions). The actions at the panel are
-//! those of a transcript.
+//! The conditions and actions of a scenario: their text forms, and when a condition occurs. Actions on the controller have
+//! the text form of transcripts ([`crate::transcript::action`]).
 
 use crate::transcript::{action, notation, panel};
 use std::fmt;

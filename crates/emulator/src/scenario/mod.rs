@@ -1,6 +1,8 @@
-//! Scenarios: a file that says what happens to the robot while a host is tested, when or on which occasion, and what
-//! the host is expected to do. `read` reads the file, `words` its conditions and actions, `play` carries it out,
-//! `results` tells what came of it. Every key and word is in docs/SCENARIOS.md.
+//! Scenarios: a file that describes what happens to the robot during a test of a host, when or after which event, and what
+//! the host is expected to do.
+//!
+//! `read` reads the file, `condition` has its conditions and actions, `play` runs it, `results` reports the outcome. Every
+//! key and word is described in docs/SCENARIOS.md.
 
 mod condition;
 mod play;

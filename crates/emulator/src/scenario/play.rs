@@ -1,6 +1,7 @@
-//! A scenario being played: what has happened since it began, what is to be done next, what of the expectations has
-//! come. It sees what the driver sees; time is the controller's, so the same run gives the same results. When the
-//! controller becomes another one (a snapshot, a reset), its time jumps and the scenario's goes on.
+//! Runs a scenario: which conditions have occurred, which actions are due, and the verdicts of the expectations.
+//!
+//! It observes every input and output of the driver. Time is virtual, so the same run gives the same results. When a
+//! snapshot or a reset replaces the controller, the controller's time jumps while the scenario's time continues.
 
 use super::condition::{ScenarioAction, ScenarioCondition};
 use super::results::{EntryResult as Entry, ScenarioOutcome, Verdict};
@@ -13,13 +14,13 @@ use ts3100_controller::input::Input;
 use ts3100_controller::output::Output;
 use ts3100_controller::{Controller, Time};
 
-/// Most steps that wait for their time: a condition that comes all the time, with a long `after`.
+/// Most scheduled actions: a bound for a frequent condition with a long `after`.
 const MAX_SCHEDULED: usize = 10_000;
 
-/// Most actions at one moment: steps that bring each other about would never end it.
+/// Most actions at one virtual time: steps that trigger each other would never end.
 const MAX_ACTIONS_AT_TIME: u32 = 1_000;
 
-/// What has become of a step.
+/// Progress of a step.
 #[derive(Debug)]
 struct StepState {
     step: Step,
@@ -27,11 +28,11 @@ struct StepState {
     runs: u32,
 }
 
-/// A condition being watched.
+/// A condition and its last state.
 #[derive(Debug)]
 struct ConditionState {
     condition: ScenarioCondition,
-    /// Whether a state held when it was last looked at.
+    /// Whether the state was true at the last observation.
     was_true: bool,
 }
 
@@ -43,7 +44,7 @@ impl ConditionState {
         }
     }
 
-    /// Whether it has come; what is a state comes when it begins to hold.
+    /// Whether the condition occurs now. A state occurs when it becomes true.
     fn occurs(&mut self, observation: &Observation<'_>) -> bool {
         match observation {
             Observation::Input(input) => self.condition.matches_input(input),
@@ -60,25 +61,25 @@ impl ConditionState {
     }
 }
 
-/// What there is to look at.
+/// What a condition is tested against.
 enum Observation<'a> {
     Input(&'a Input),
     Output(&'a Output),
     Settled(&'a Controller),
 }
 
-/// An expectation being watched.
+/// Progress of an expectation.
 #[derive(Debug)]
 struct ExpectationState {
     expectation: Expectation,
     what: ConditionState,
     after: Option<ConditionState>,
     until: Option<ConditionState>,
-    /// Since when it counts.
+    /// Time from which it counts.
     since: Option<Time>,
     occurrences: u32,
     verdict: Option<Verdict>,
-    /// When the verdict fell.
+    /// Time of the verdict.
     verdict_time: Option<Time>,
 }
 
@@ -89,11 +90,11 @@ struct PlayState {
     start_actions: Vec<ScenarioAction>,
     steps: Vec<StepState>,
     expectations: Vec<ExpectationState>,
-    /// What is to be done, and when, in order.
+    /// Scheduled actions with their times, in order.
     scheduled: VecDeque<(Time, ScenarioAction)>,
-    /// Actions at the last moment that had one.
+    /// Time of the last action, and the number of actions at that time.
     actions_at_time: (Time, u32),
-    /// When there were too many.
+    /// Time at which there were too many actions.
     runaway: Option<Time>,
     /// How many microseconds the scenario's time is ahead of the controller's. All times here are the scenario's.
     time_offset: i64,
@@ -104,7 +105,7 @@ struct PlayState {
 pub struct Play(Arc<Mutex<PlayState>>);
 
 impl Play {
-    /// Nothing has happened yet.
+    /// A scenario that has not started.
     #[must_use]
     pub fn new(scenario: Scenario) -> Play {
         let steps = scenario.steps.into_iter().map(|step| {
@@ -149,12 +150,12 @@ impl Play {
         })))
     }
 
-    /// The state is whole between any two statements, so a panic elsewhere does not matter.
+    /// A panic in another thread cannot leave the state inconsistent, so a poisoned lock is usable.
     fn state(&self) -> MutexGuard<'_, PlayState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// It begins with this controller.
+    /// Starts the scenario with this controller.
     pub(crate) fn start(&self, controller: &Controller) {
         let state = &mut *self.state();
         let now = controller.now();
@@ -181,7 +182,8 @@ impl Play {
         }
     }
 
-    /// The controller, whose time was `before`, is this one from now on. What already holds in it has not come.
+    /// Another controller replaces the one whose time was `before`. States that are already true in it do not
+    /// occur.
     pub(crate) fn controller_replaced(&self, before: Time, controller: &Controller) {
         let state = &mut *self.state();
         let jump = i128::from(before.as_micros()) - i128::from(controller.now().as_micros());
@@ -231,12 +233,12 @@ impl Play {
         self.state().observe(at, &Observation::Output(output));
     }
 
-    /// The controller has nothing more to do at this moment.
+    /// The controller has handled its input completely.
     pub(crate) fn settled(&self, at: Time, controller: &Controller) {
         self.state().observe(at, &Observation::Settled(controller));
     }
 
-    /// What came of it, if it ends now.
+    /// The outcome if the scenario ends now.
     #[must_use]
     pub fn outcome(&self, now: Time) -> ScenarioOutcome {
         let state = self.state();
@@ -318,12 +320,12 @@ impl PlayState {
         steps.chain(expected)
     }
 
-    /// A time of the controller as one of the scenario.
+    /// Converts a time of the controller to scenario time.
     fn scenario_time(&self, theirs: Time) -> Time {
         Time::from_micros(theirs.as_micros().saturating_add_signed(self.time_offset))
     }
 
-    /// A time of the scenario as one of the controller.
+    /// Converts a scenario time to a time of the controller.
     fn controller_time(&self, ours: Time) -> Time {
         Time::from_micros(
             ours.as_micros()
@@ -331,7 +333,7 @@ impl PlayState {
         )
     }
 
-    /// In the order of their times; of the same time in the order of the file.
+    /// Sorts by time; at the same time the order of the file is kept.
     fn sort(&mut self) {
         self.scheduled.make_contiguous().sort_by_key(|(due, _)| *due);
     }
@@ -376,7 +378,7 @@ impl ExpectationState {
             return;
         }
         let Some(since) = self.since else {
-            // What begins it is not what it is about, even if it is the same.
+            // The event that starts the expectation does not count for it, even if the condition is the same.
             self.since = begins.then_some(at);
             return;
         };
@@ -407,7 +409,7 @@ impl ExpectationState {
         self.verdict_time = Some(at);
     }
 
-    /// The verdict when nothing more happens.
+    /// The verdict if nothing else happens.
     fn verdict_at_end(&self, begun: Time, now: Time) -> Verdict {
         let ExpectationKind::Occurs { times, within } = &self.expectation.kind else {
             return Verdict::Held;

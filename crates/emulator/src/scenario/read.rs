@@ -1,5 +1,5 @@
-//! Reading a scenario file: TOML, every key known, every message with the line it is about. What conditions and
-//! actions say is `words`'s.
+//! Reads a scenario file (TOML): unknown keys are errors, and every message names the line. Conditions and actions are read
+//! by `condition`.
 
 use super::condition::{ScenarioAction, ScenarioCondition};
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};

@@ -1,5 +1,5 @@
-//! What came of a scenario, for people and as JUnit XML: one test case for each expectation, and one for each step that
-//! waited for a condition.
+//! The outcome of a scenario, for people and as JUnit XML: one test case for each expectation and for each step with a
+//! condition.
 
 use crate::reports::escape;
 use std::fmt::Write as _;

@@ -1,5 +1,7 @@
-//! A real serial port, opened as [U06] says: the wire does the physics. The port is read and written by threads of
-//! its own, since not every system lets it be waited for; when it is unplugged it is looked for again.
+//! A real serial port, opened with the robot's settings ([U06]); timing and settings are those of the real wire.
+//!
+//! Threads read and write the port, because not every system can wait for it asynchronously. A port that disappears (an
+//! unplugged adapter) is reopened as soon as it is back.
 
 use super::parmrk::{CharacterRun, MarkDecoder};
 use super::task::{DriverGone, READ_BUFFER, SerialTask, TaskCommand};

@@ -1,7 +1,9 @@
-//! The serial lines HOST and COM1 as the outside sees them: a pseudo terminal, a real port, a TCP port, with or
-//! without RFC 2217. Each is a task that carries bytes and tells the driver what it sees; how long characters take
-//! and what other settings make of them is the controller's. The driver owns [`SerialLines`] and is the only one that
-//! changes it.
+//! The serial ports HOST and COM1 seen from outside: a pseudo terminal, a real port, or a TCP port with or without
+//! RFC 2217. Each open line is a task that carries bytes and reports events; how long characters take and what wrong
+//! settings do to them is decided by the controller.
+//!
+//! The driver owns [`SerialLines`] and is the only one that changes it. `task` has what every line task shares; `pty`,
+//! `device` and `tcp` are the three kinds.
 
 mod device;
 mod parmrk;
@@ -27,10 +29,10 @@ use tracing::{info, warn};
 use ts3100_controller::{Controller, HostEnd, Input, Port};
 use ts3100_proto::parameter::SerialSettings;
 
-/// Portions that may wait for a line task; a task that is slower than that loses bytes, as a host's port does.
+/// Queued commands of a line task; a slower task loses bytes, as a real port does.
 const COMMAND_QUEUE: usize = 256;
 
-/// How a serial port of the robot is reached.
+/// How hosts reach a serial port of the robot.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum SerialEndpoint {
     /// A pseudo terminal under this name, a symbolic link (`--serial-dir`). Unix only.
@@ -56,47 +58,47 @@ impl fmt::Display for SerialEndpoint {
 /// Why a serial line cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum SerialError {
-    /// The directory of the links is somebody else's.
+    /// Another emulator uses the directory of the links.
     #[error(
         "{} holds the serial lines of another running ts3100; end that one, or give each its own --serial-dir",
         path.display()
     )]
     InUse {
-        /// The directory.
+        /// Path of the directory.
         path: PathBuf,
     },
-    /// Something stands where a link is to be.
+    /// The path of a link is a file or directory.
     #[error("{port}: {} is no symbolic link; remove it, or choose another --serial-dir", path.display())]
     Occupied {
-        /// The port.
+        /// Port of the line.
         port: Port,
-        /// What stands there.
+        /// Path of that file.
         path: PathBuf,
     },
-    /// The system.
+    /// An error of the operating system.
     #[error("{port}: cannot {action} {place}: {reason}")]
     Io {
-        /// The port.
+        /// Port of the line.
         port: Port,
-        /// What was tried.
+        /// The operation that failed.
         action: &'static str,
-        /// On what.
+        /// The path or address.
         place: String,
-        /// What the system said.
+        /// Error of the operating system.
         reason: io::Error,
     },
-    /// A pseudo terminal on a system that has none.
+    /// This system has no pseudo terminals.
     #[error(
         "{port}: pseudo terminals need a Unix system; use --{}-rfc2217 or a pair of virtual COM ports",
         port.name().to_ascii_lowercase()
     )]
     NoPty {
-        /// The port.
+        /// Port of the line.
         port: Port,
     },
 }
 
-/// What a line task tells the driver.
+/// A message of a line task to the driver.
 #[derive(Debug)]
 pub struct SerialMessage {
     port: Port,
@@ -104,25 +106,25 @@ pub struct SerialMessage {
     event: SerialEvent,
 }
 
-/// What it has seen.
+/// An event on a line.
 #[derive(Debug)]
 enum SerialEvent {
-    /// A host is there.
+    /// A host has opened the line.
     Opened { peer: String },
-    /// How its port is set.
+    /// Settings of the host's port.
     Settings(HostEnd),
-    /// Bytes came in.
+    /// Bytes of the host.
     Received(Vec<u8>),
-    /// Characters that were no characters, as read.
+    /// Characters with a parity or framing error, as read.
     Faults(Vec<u8>),
-    /// What is not on the line yet is to be forgotten.
+    /// The host discards bytes that are not yet on the line.
     Purged,
-    /// The host is gone.
+    /// The host has closed the line.
     Closed,
 }
 
 impl SerialMessage {
-    /// The port it is about.
+    /// Port that the message concerns.
     #[must_use]
     pub fn port(&self) -> Port {
         self.port
@@ -143,18 +145,18 @@ struct OpenSerialLine {
     id: u64,
     task: JoinHandle<()>,
     commands: mpsc::Sender<TaskCommand>,
-    /// Bytes the task may still read.
+    /// Read credit of the task, in bytes.
     credit: Arc<Semaphore>,
-    /// Bytes it was allowed to read and has not delivered.
+    /// Credit that was granted and is not used yet, in bytes.
     outstanding: usize,
     peer: Option<String>,
     host: HostEnd,
-    /// Bytes were lost because the task was too slow, and that was said.
+    /// Bytes were lost because the task was too slow, and this was logged.
     overrun: bool,
     endpoint: SerialEndpoint,
 }
 
-/// Both lines.
+/// Both serial lines.
 pub struct SerialLines {
     endpoints: BTreeMap<Port, SerialEndpoint>,
     options: LinkOptions,
@@ -166,7 +168,7 @@ pub struct SerialLines {
 }
 
 impl SerialLines {
-    /// None open yet.
+    /// No line is open yet.
     #[must_use]
     pub fn new(ends: BTreeMap<Port, SerialEndpoint>, options: LinkOptions) -> SerialLines {
         SerialLines {
@@ -183,7 +185,7 @@ impl SerialLines {
     /// Opens every line with the robot's settings.
     ///
     /// # Errors
-    /// The first that cannot be had; those before it are closed when this value is dropped.
+    /// The first line that cannot be opened; those before it are closed when this value is dropped.
     pub fn open(&mut self, robot: &Controller) -> Result<(), SerialError> {
         for (port, requested) in self.endpoints.clone() {
             let Some(line) = robot.serial_line(port) else {
@@ -229,7 +231,7 @@ impl SerialLines {
     pub async fn close(&mut self) {
         for line in std::mem::take(&mut self.open).into_values() {
             line.task.abort();
-            // Links and ports are free only when the task is gone.
+            // Links and ports are free only after the task has ended.
             let _ = line.task.await;
         }
         #[cfg(unix)]
@@ -238,7 +240,7 @@ impl SerialLines {
         }
     }
 
-    /// Where each line is: the links, devices and addresses in use.
+    /// Endpoint of each open line: link, device or address.
     #[must_use]
     pub fn endpoints(&self) -> BTreeMap<Port, SerialEndpoint> {
         let places = self.open.iter();
@@ -247,12 +249,12 @@ impl SerialLines {
             .collect()
     }
 
-    /// The next message of a line task; the lines take turns. Ready when there is one.
+    /// Returns the next message of a line task, taking the lines in rotation.
     pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<SerialMessage> {
         self.messages.poll_next(context)
     }
 
-    /// Takes note of a message and says what it means for the controller.
+    /// Handles a message and returns the resulting input of the controller.
     pub fn handle_message(&mut self, message: SerialMessage) -> Option<Input> {
         let SerialMessage { port, id, event } = message;
         let line = self.open.get_mut(&port).filter(|line| line.id == id)?;
@@ -282,7 +284,7 @@ impl SerialLines {
         })
     }
 
-    /// Lets the tasks read what the controller has room for.
+    /// Grants the tasks as much read credit as the controller has room.
     pub fn grant_read_credit(&mut self, robot: &Controller) {
         for (port, line) in &mut self.open {
             let room = robot.line_room(*port).unwrap_or(0);
@@ -292,13 +294,13 @@ impl SerialLines {
         }
     }
 
-    /// Whether the port has a serial line that is open here.
+    /// Whether the port has an open serial line.
     #[must_use]
     pub fn has(&self, port: Port) -> bool {
         self.open.contains_key(&port)
     }
 
-    /// Hands bytes off the line to the host.
+    /// Sends bytes that came off the line to the host.
     pub fn send(&mut self, port: Port, bytes: Vec<u8>) {
         let Some(line) = self.open.get_mut(&port) else {
             return;
@@ -312,12 +314,12 @@ impl SerialLines {
         }
     }
 
-    /// The power came on again: \[U06\] may say something else, and the controller has forgotten its peers.
+    /// Handles power-on: \[U06\] may have changed, and the controller has to learn its peers again.
     pub fn power_cycled(&mut self, robot: &Controller) -> Vec<Input> {
         let mut inputs = Vec::new();
         for (&port, line) in &mut self.open {
             if let Some(settings) = robot.serial_line(port) {
-                // Fails only when the task has ended, or is so far behind that it loses bytes as well.
+                // Fails only if the task has ended or is so slow that it loses bytes too.
                 let _ = line.commands.try_send(TaskCommand::Settings(settings));
             }
             if let Some(peer) = line.peer.clone() {

@@ -1,5 +1,5 @@
-//! Characters with a parity or framing error, as a terminal driver marks them (PARMRK): `FF 00` and the character as
-//! read; a good `FF` stands twice. What becomes of them is the controller's.
+//! Decodes characters with a parity or framing error as a terminal driver marks them (PARMRK): `FF 00` and the character;
+//! a good `FF` is doubled. What the errors cause is decided by the controller.
 
 /// What stands in what a port delivers, in its order.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,5 +1,5 @@
-//! What a line task has of the driver: where to tell, what it is told, how much it may read; and what it still has
-//! to write.
+//! What every serial line task has: the channels to and from the driver, the read credit, and the buffer of unwritten
+//! bytes. The kinds of lines are in `pty`, `device` and `tcp`.
 
 use super::{SerialEvent, SerialMessage, SerialSettings};
 use crate::log::Escaped;
@@ -9,21 +9,21 @@ use tokio::sync::{Semaphore, mpsc};
 use tracing::{debug, trace};
 use ts3100_controller::{HostEnd, HostSettings, Port};
 
-/// Bytes read at once.
+/// Bytes per read.
 pub(super) const READ_BUFFER: usize = 1_024;
-/// Bytes that may wait for a host that does not read; of more, the newest are lost.
+/// Bytes buffered for a host that does not read; further bytes are lost.
 const WRITE_BUFFER: usize = 16 * 1_024;
 
-/// What the driver tells a line task.
+/// A command of the driver to a line task.
 #[derive(Debug)]
 pub(super) enum TaskCommand {
-    /// Bytes off the line, for the host.
+    /// Send these bytes to the host.
     Send(Vec<u8>),
-    /// The robot's settings are these from now on.
+    /// The robot now uses these settings.
     Settings(SerialSettings),
 }
 
-/// The driver's end of a line task.
+/// The state that a line task shares with the driver.
 pub(super) struct SerialTask {
     pub(super) port: Port,
     pub(super) id: u64,
@@ -33,24 +33,24 @@ pub(super) struct SerialTask {
     pub(super) settings: SerialSettings,
 }
 
-/// The driver is gone, and nobody wants to know any more.
+/// The driver has ended, so the task ends too.
 pub(super) struct DriverGone;
 
 impl SerialTask {
-    /// Tells the driver.
+    /// Sends an event to the driver.
     pub(super) async fn send_event(&self, event: SerialEvent) -> Result<(), DriverGone> {
         let (port, id) = (self.port, self.id);
         let message = SerialMessage { port, id, event };
         self.driver.send(message).await.map_err(|_| DriverGone)
     }
 
-    /// Tells it how the host's port is set.
+    /// Reports the settings of the host's port.
     pub(super) async fn send_host_settings(&self, settings: HostSettings) -> Result<(), DriverGone> {
         self.send_event(SerialEvent::Settings(HostEnd::Modelled(settings)))
             .await
     }
 
-    /// Tells it of bytes of the host; of those it was allowed, the rest may be read later.
+    /// Delivers received bytes and consumes that much read credit.
     pub(super) async fn send_received(&self, bytes: Vec<u8>) -> Result<(), DriverGone> {
         if bytes.is_empty() {
             return Ok(());
@@ -60,23 +60,23 @@ impl SerialTask {
         self.send_event(SerialEvent::Received(bytes)).await
     }
 
-    /// Waits until bytes may be read; returns how many. Cancel safe.
+    /// Waits for read credit; returns how many bytes may be read. Cancel safe.
     pub(super) async fn readable_bytes(credit: &Semaphore) -> usize {
-        // Never closed, so an error cannot be.
+        // The semaphore is never closed, so this cannot fail.
         let permit = credit.acquire().await;
         drop(permit);
         credit.available_permits().min(READ_BUFFER)
     }
 }
 
-/// Bytes for the host.
+/// Bytes that wait to be written to the host.
 #[derive(Default)]
 pub(super) struct WriteBuffer {
     bytes: VecDeque<u8>,
 }
 
 impl WriteBuffer {
-    /// Puts bytes in, as many as there is room for.
+    /// Appends bytes up to the limit; drops the rest.
     pub(super) fn push(&mut self, port: Port, bytes: &[u8]) {
         let room = WRITE_BUFFER.saturating_sub(self.bytes.len());
         if bytes.len() > room {
@@ -93,7 +93,7 @@ impl WriteBuffer {
         self.bytes.is_empty()
     }
 
-    /// Whether so much waits that nothing more is to be asked for.
+    /// Whether the buffer is full, so that nothing more should be read.
     pub(super) fn is_full(&self) -> bool {
         self.bytes.len() >= WRITE_BUFFER
     }
@@ -103,18 +103,18 @@ impl WriteBuffer {
         self.bytes.make_contiguous()
     }
 
-    /// So many have been written.
+    /// Removes `count` bytes that were written.
     pub(super) fn consume(&mut self, port: Port, count: usize) {
         let bytes: Vec<u8> = self.bytes.drain(..count.min(self.bytes.len())).collect();
         log_bytes(port, '>', &bytes);
     }
 
-    /// All bytes, to be put elsewhere.
+    /// Takes all bytes.
     pub(super) fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.bytes).into()
     }
 
-    /// Puts bytes in that were counted before.
+    /// Appends bytes without a limit; the caller has applied it before.
     pub(super) fn append(&mut self, bytes: &[u8]) {
         self.bytes.extend(bytes);
     }
@@ -124,7 +124,7 @@ impl WriteBuffer {
     }
 }
 
-/// On a channel without texts the bytes are all there is to show.
+/// On a channel without texts nothing else is logged, so log at a higher level.
 fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
     let text = Escaped(bytes);
     if port.protocol().is_some() {

@@ -1,5 +1,5 @@
-//! A serial line behind a TCP port, one client at a time: bytes as they are, of whose settings nothing is known, or
-//! an access server of RFC 2217, whose client says how its port is set.
+//! A serial line as a TCP port with one client at a time: raw bytes, for which no settings are known, or an RFC 2217 access
+//! server, whose client reports its settings. The RFC 2217 protocol itself is in `rfc2217`.
 
 use super::rfc2217::{Event, Server};
 use super::task::{DriverGone, SerialTask, TaskCommand, WriteBuffer};

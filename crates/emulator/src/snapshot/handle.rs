@@ -1,81 +1,81 @@
-//! Where one who is not the driver asks for snapshots: the embedding API, the control interface. The driver does what is
-//! asked between two inputs.
+//! [`SnapshotHandle`] sends snapshot requests to the driver, for callers outside of it: the embedding API and the control
+//! interface. The driver serves a request between two inputs (`driver::snapshots`).
 
 use super::{FileError, NamedError, ParseError};
 use tokio::sync::{mpsc, oneshot};
 use ts3100_controller::Controller;
 
-/// Orders that may wait for the driver.
+/// Requests that may be queued; more fail with [`SnapshotRequestError::Busy`].
 pub const REQUEST_QUEUE: usize = 16;
 
-/// Why a snapshot was not taken or restored.
+/// Why a snapshot request failed.
 #[derive(Debug, thiserror::Error)]
 pub enum SnapshotRequestError {
-    /// The snapshot is in its place, but the backing directory has not all of its files.
+    /// The snapshot is restored, but the backing directory lacks some of its files.
     #[error("the snapshot is restored, but its files are not all kept: {0}")]
     Drive(String),
-    /// Its name.
+    /// The name is invalid, unknown, or one too many.
     #[error(transparent)]
     Named(#[from] NamedError),
-    /// Its text.
+    /// The text is not a valid snapshot.
     #[error(transparent)]
     Parse(#[from] ParseError),
-    /// Its file.
+    /// The file cannot be read or written.
     #[error(transparent)]
     File(#[from] FileError),
-    /// The ports it asks for cannot be opened.
+    /// The snapshot is restored, but its ports cannot be opened.
     #[error("the snapshot is restored, but no port is open: {0}")]
     Channels(String),
-    /// The emulator takes no more orders.
+    /// The queue is full, or the emulator has ended.
     #[error("the emulator takes no more orders: too many are waiting, or it has ended")]
     Busy,
 }
 
-/// What is to be done.
+/// An operation on snapshots.
 #[derive(Debug)]
 pub enum SnapshotTask {
-    /// The present state is kept under this name.
+    /// Save the current state under this name.
     Save(String),
-    /// The state of this name becomes the present one.
+    /// Restore the snapshot with this name.
     Restore(String),
-    /// This one does.
+    /// Replace the current state by this one.
     Replace(Box<Controller>),
-    /// The state of this name is forgotten.
+    /// Remove the snapshot with this name.
     Remove(String),
-    /// The names are told.
+    /// List the named snapshots.
     List,
-    /// The present state is told.
+    /// Return the current state.
     Get,
-    /// The state of this name is told.
+    /// Return the snapshot with this name.
     GetNamed(String),
 }
 
-/// What came of it.
+/// Reply to a request.
 #[derive(Debug)]
 pub enum SnapshotReply {
-    /// Nothing to tell.
+    /// Done; no data.
     Done,
     /// The names, each with the virtual time of its snapshot in microseconds.
     Names(Vec<(String, u64)>),
-    /// The state that was asked for.
+    /// The requested state.
     State(Box<Controller>),
 }
 
-/// A task, and who waits for it.
+/// An operation and the channel for its reply.
 #[derive(Debug)]
 pub struct SnapshotRequest {
-    /// What.
+    /// The operation.
     pub task: SnapshotTask,
-    /// Told what came of it.
+    /// Receives the reply.
     pub done: oneshot::Sender<Result<SnapshotReply, SnapshotRequestError>>,
 }
 
-/// The desk; clones are the same.
+/// Sends requests to the driver; clones share the queue.
 #[derive(Debug, Clone)]
 pub struct SnapshotHandle(mpsc::Sender<SnapshotRequest>);
 
 impl SnapshotHandle {
-    /// A desk and the driver's side of it.
+    /// Creates a handle and the driver's end of its queue.
     #[must_use]
     pub fn channel() -> (SnapshotHandle, mpsc::Receiver<SnapshotRequest>) {
         let (sender, receiver) = mpsc::channel(REQUEST_QUEUE);
@@ -93,7 +93,7 @@ impl SnapshotHandle {
         Ok(is_done)
     }
 
-    /// Has something done and waits for it, in a task of a runtime.
+    /// Sends a request and awaits the reply.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
@@ -101,7 +101,7 @@ impl SnapshotHandle {
         self.send(task)?.await.map_err(|_| SnapshotRequestError::Busy)?
     }
 
-    /// Has something done and waits for it, in a thread outside of every runtime.
+    /// Sends a request and blocks until the reply; not for use inside a runtime.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].

@@ -1,6 +1,7 @@
-//! Snapshots of a controller outside of it: as files that people can read, and under names in memory, where one is
-//! restored as fast as a value is copied. What is in them is the controller's matter; putting one in the place of the
-//! running controller is the driver's (`driver::snapshots`).
+//! Snapshots as JSON files, and named snapshots in memory that restore as fast as a copy.
+//!
+//! The content of a snapshot is defined and validated by `ts3100-controller`. Replacing the running controller is done by
+//! the driver (`driver::snapshots`); callers reach it through [`handle`].
 
 pub mod handle;
 
@@ -10,20 +11,20 @@ use std::io;
 use std::path::{Path, PathBuf};
 use ts3100_controller::{Controller, Snapshot, SnapshotError, SnapshotHeader};
 
-/// Largest snapshot that is read, in bytes: a full RAM drive and everything else several times over.
+/// Largest snapshot file in bytes: several times a full RAM drive.
 pub const MAX_BYTES: u64 = 64 * 1024 * 1024;
-/// Most snapshots that are kept under names.
+/// Most named snapshots.
 pub const MAX_NAMED: usize = 64;
-/// Longest name of one.
+/// Longest name, in bytes.
 pub const MAX_NAME: usize = 64;
 
-/// Why text is no snapshot.
+/// A text that is not a valid snapshot.
 #[derive(Debug, thiserror::Error)]
 pub enum ParseError {
-    /// It is no JSON, or not of the form of a snapshot; the words name line and column.
+    /// Not JSON, or not the JSON of a snapshot; the message names line and column.
     #[error("no snapshot: {0}")]
     Json(serde_json::Error),
-    /// It is one of another version, or no run leads to it.
+    /// Another version, or a state that cannot occur.
     #[error(transparent)]
     Snapshot(#[from] SnapshotError),
 }
@@ -34,57 +35,57 @@ impl From<serde_json::Error> for ParseError {
     }
 }
 
-/// Why a file of a snapshot cannot be used.
+/// A snapshot file that cannot be read or written.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
-    /// The system's.
+    /// An error of the operating system.
     #[error("cannot {what} the snapshot {}: {reason}", path.display())]
     Io {
-        /// read or write.
+        /// `read` or `write`.
         what: &'static str,
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         reason: io::Error,
     },
-    /// What is in it.
+    /// The content is not a valid snapshot.
     #[error("{}: {reason}", path.display())]
     Parse {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Reason, with line and column where known.
         reason: ParseError,
     },
 }
 
-/// The controller as text: JSON, one value a line.
+/// The snapshot of a controller as indented JSON.
 #[must_use]
 pub fn to_pretty_json(controller: &Controller) -> String {
-    // Fails only for maps with keys that are no text, and there is none.
+    // Serialization fails only for maps whose keys are not strings; a snapshot has none.
     let mut text = serde_json::to_string_pretty(&controller.snapshot()).unwrap_or_default();
     text.push('\n');
     text
 }
 
-/// The controller as JSON on one line.
+/// The snapshot of a controller as JSON on one line.
 #[must_use]
 pub fn to_json_line(controller: &Controller) -> String {
     // As above.
     serde_json::to_string(&controller.snapshot()).unwrap_or_default()
 }
 
-/// The controller of a text.
+/// Restores a controller from JSON.
 ///
 /// # Errors
 /// [`ParseError`].
 pub fn from_json(text: &str) -> Result<Controller, ParseError> {
-    // The head first: of another version every other field may differ.
+    // Check the version first: in another version every other field may differ.
     serde_json::from_str::<SnapshotHeader>(text)?.validate()?;
     let snapshot: Snapshot = serde_json::from_str(text)?;
     Ok(Controller::restore(snapshot)?)
 }
 
-/// Reads a file.
+/// Reads a snapshot file.
 ///
 /// # Errors
 /// [`FileError`].
@@ -101,7 +102,7 @@ pub fn read(path: &Path) -> Result<Controller, FileError> {
     })
 }
 
-/// Writes a file, whole or not at all.
+/// Writes a snapshot file atomically.
 ///
 /// # Errors
 /// [`FileError::Io`].
@@ -109,7 +110,7 @@ pub fn write(path: &Path, controller: &Controller) -> Result<(), FileError> {
     files::replace(path, to_pretty_json(controller).as_bytes()).map_err(unwritten(path))
 }
 
-/// Whether [`write()`] could write there.
+/// Checks that [`write()`] could write to `path`.
 ///
 /// # Errors
 /// [`FileError::Io`].
@@ -126,31 +127,31 @@ fn unwritten(path: &Path) -> impl FnOnce(io::Error) -> FileError {
     }
 }
 
-/// Why a snapshot was not kept or found under a name.
+/// Why a named snapshot could not be saved or found.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum NamedError {
-    /// No name.
+    /// Not a valid name.
     #[error("name of a snapshot: expected 1 to {MAX_NAME} letters, digits, `-`, `_` or `.`, found `{0}`")]
     Name(String),
-    /// None has this name.
+    /// No snapshot has this name.
     #[error("snapshot: expected {expected}, found `{found}`")]
     Unknown {
-        /// The names there are.
+        /// The existing names.
         expected: String,
-        /// The name given.
+        /// The unknown name.
         found: String,
     },
-    /// There are too many.
+    /// [`MAX_NAMED`] snapshots exist already.
     #[error("snapshots: at most {MAX_NAMED} expected, one more found; drop one first")]
     Full,
 }
 
-/// Snapshots under their names.
+/// Named snapshots in memory.
 #[derive(Debug, Clone, Default)]
 pub struct SnapshotStore(BTreeMap<String, Controller>);
 
 impl SnapshotStore {
-    /// Keeps one, in place of one of the same name.
+    /// Stores a snapshot; replaces one with the same name.
     ///
     /// # Errors
     /// [`NamedError::Name`] or [`NamedError::Full`].
@@ -166,7 +167,7 @@ impl SnapshotStore {
         Ok(())
     }
 
-    /// A copy of the one of this name.
+    /// Returns a copy of the snapshot with this name.
     ///
     /// # Errors
     /// [`NamedError::Unknown`].
@@ -174,7 +175,7 @@ impl SnapshotStore {
         self.0.get(name).cloned().ok_or_else(|| self.unknown(name))
     }
 
-    /// Forgets the one of this name.
+    /// Removes the snapshot with this name.
     ///
     /// # Errors
     /// [`NamedError::Unknown`].

@@ -1,45 +1,45 @@
-//! The backing directory beside the RAM drive it backs: a change is kept before it happens, or refused; what the
-//! directory lacks is remembered and made up for as soon as it takes files again. How a file is written is
-//! [`Store`]'s, when it is asked for the controller's.
+//! The policy of the backing directory: a change is persisted before the controller applies it, or rejected
+//! (`drive.when_full`). Files that could not be saved are remembered and retried after the next successful write.
+//! [`Store`] writes the files; the driver calls this module (`driver::persistence`).
 
 use super::{Store, StoreError};
 use std::collections::{BTreeMap, BTreeSet};
 use tracing::{error, info};
 use ts3100_controller::{Controller, Time};
 
-/// What happens to a change that the directory does not take (`drive.when_full`).
+/// What happens to a change that cannot be saved (`drive.when_full`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum WhenFull {
-    /// It is refused; the RAM drive stays as it was.
+    /// The change is rejected; the RAM drive is unchanged.
     #[default]
     Refuse,
-    /// It happens in memory and is gone after a restart.
+    /// The change is made in memory and is lost after a restart.
     Memory,
 }
 
-/// How it is with the directory.
+/// State of the backing directory.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct BackingStatus {
-    /// Changes that it did not take since the start.
+    /// Writes that failed since the start.
     pub failures: u64,
-    /// Why it did not take the last one; none if it did.
+    /// Error of the last write; `None` if it succeeded.
     pub error: Option<String>,
-    /// Files of the RAM drive, or erased there, that it does not have as they are: they are lost at a restart.
+    /// Names of files whose current content (or removal) is not saved and is lost at a restart.
     pub unsaved: BTreeSet<String>,
 }
 
-/// A directory, and what became of the changes.
+/// A store with its policy and status.
 #[derive(Debug)]
 pub struct Backing {
     store: Store,
     when_full: WhenFull,
     status: BackingStatus,
-    /// What the log has said about it.
+    /// The error that was logged last, to log each once.
     last_logged: Option<String>,
 }
 
 impl Backing {
-    /// Nothing has gone wrong yet.
+    /// Wraps a store; nothing is unsaved.
     #[must_use]
     pub fn new(store: Store, when_full: WhenFull) -> Backing {
         Backing {
@@ -50,16 +50,16 @@ impl Backing {
         }
     }
 
-    /// How it is.
+    /// Current status.
     #[must_use]
     pub fn status(&self) -> &BackingStatus {
         &self.status
     }
 
-    /// Keeps a change of a file that the controller is about to make; none: it is erased.
+    /// Saves a change of a file that the controller is about to make; `None` erases the file.
     ///
     /// # Errors
-    /// Why it is not kept, and therefore must not be made.
+    /// Why the change was not saved and must not be made.
     pub fn persist(&mut self, now: Time, name: &str, content: Option<&[u8]>) -> Result<(), String> {
         let Err(reason) = self.write(name, content) else {
             self.note_saved(name);
@@ -75,7 +75,7 @@ impl Backing {
         }
     }
 
-    /// Makes up for what the directory lacks of the files of `controller`, now that it takes files again.
+    /// Retries the unsaved files, now that the directory accepts writes again.
     pub fn retry_unsaved(&mut self, controller: &Controller) {
         while self.status.error.is_none()
             && let Some(name) = self.status.unsaved.pop_first()
@@ -87,10 +87,10 @@ impl Backing {
         }
     }
 
-    /// The directory gets the files of `next`, where it has those of `before`. What it does not take is remembered.
+    /// Replaces the files `before` by those of `next`. Files that cannot be saved are remembered.
     ///
     /// # Errors
-    /// Why it did not take the first of them.
+    /// Error of the first write that failed.
     pub fn replace_files<'a>(
         &mut self,
         before: impl Iterator<Item = (&'a str, &'a [u8])>,
@@ -108,7 +108,7 @@ impl Backing {
             .filter(|(name, content)| before.get(name) != Some(content));
         let changed = changed.map(|(name, content)| (name, Some(content)));
         let mut result = Ok(());
-        // The old files go last: what is not kept yet leaves them there.
+        // Remove old files last: if a write fails, they are still there.
         for (name, content) in changed.chain(gone.into_iter().map(|name| (name, None))) {
             if result.is_ok() {
                 result = self.write(name, content);
@@ -124,7 +124,7 @@ impl Backing {
         result
     }
 
-    /// Keeps the error history for the next start.
+    /// Saves the error history for the next start.
     pub fn save_history(&mut self, controller: &Controller) {
         if let Err(reason) = self.store.save_history(controller.alarms().history()) {
             self.note_failure(controller.now(), "the error history", &reason);

@@ -1,5 +1,5 @@
-//! The error history of the controller in the backing directory: for whoever uses `--drive` the end of the daemon is a
-//! power cycle, and EU answers the same after it. The file is hidden, so it is no file of the RAM drive.
+//! The error history of the controller as a hidden file in the backing directory: with `--drive` the end of the daemon is
+//! a power cycle, and EU answers the same after it. A hidden file is not a file of the RAM drive.
 
 use super::{Store, StoreError};
 use crate::files;
@@ -10,11 +10,11 @@ use std::path::Path;
 use ts3100_controller::alarm::Alarm;
 use ts3100_controller::limits::MAX_HISTORY;
 
-/// The file, beside those of the RAM drive.
+/// Name of the file in the backing directory.
 pub(super) const FILE: &str = ".ts3100.history";
-/// Version of its form.
+/// Version of the file format.
 const VERSION: u32 = 1;
-/// More bytes than the longest history has.
+/// Read limit in bytes, more than the longest history needs.
 const MAX_SIZE: u64 = 1024 * 1024;
 
 #[derive(Serialize)]
@@ -31,16 +31,16 @@ struct Reading {
 }
 
 impl Store {
-    /// The error history as it was kept last, newest first.
+    /// The error history as it was saved last, newest first.
     #[must_use]
     pub fn history(&self) -> &VecDeque<Alarm> {
         &self.history
     }
 
-    /// Keeps the error history, durably, if it has changed since it was kept last.
+    /// Saves the error history durably if it has changed since the last save.
     ///
     /// # Errors
-    /// The system's; it is tried again the next time.
+    /// The operating system failed; the next call tries again.
     pub fn save_history<'a>(
         &mut self,
         history: impl Iterator<Item = &'a Alarm> + Clone,
@@ -63,7 +63,7 @@ impl Store {
         Ok(())
     }
 
-    /// Reads what was kept; a file that is damaged counts as none and is named among the warnings.
+    /// Reads the saved history; a damaged file counts as missing and adds a warning.
     pub(super) fn read_history(&mut self) {
         let path = self.directory.join(FILE);
         match read(&path) {

@@ -1,6 +1,7 @@
-//! A tap: it listens where hosts expect the controller, dials the real one for each host that comes, and passes
-//! bytes both ways as they are while it writes them down with their times. It sends nothing of its own. Carrying one
-//! connection is `relay`'s, the forms of a transcript are [`crate::transcript`]'s.
+//! A tap between hosts and a real controller: it listens where hosts expect the controller, dials the real one for each
+//! host, and forwards bytes both ways unchanged while it records them with their times. It sends nothing of its own.
+//!
+//! `relay` carries one connection; the transcript formats are in [`crate::transcript`]. `ts3100 diff` replays the result.
 
 mod relay;
 
@@ -20,45 +21,45 @@ use tokio::net::{TcpListener, TcpStream};
 use tracing::{debug, info, warn};
 use ts3100_controller::{Port, Time};
 
-/// Hosts that may be carried at once on one channel; the controller has the last word on how many it serves.
+/// Most hosts at once on one channel; the controller may serve fewer.
 pub const MAX_HOSTS: usize = 16;
 /// Pause after an accept that failed, so that the log stays readable.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// A channel to be tapped.
+/// A channel to tap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Route {
-    /// Which.
+    /// Channel.
     pub port: Port,
-    /// Where hosts come; port 0 is a free one.
+    /// Address that hosts connect to; port 0 selects a free port.
     pub listen: SocketAddr,
-    /// The real controller.
+    /// Address of the real controller.
     pub controller: SocketAddr,
 }
 
-/// What a tap does.
+/// Settings of a tap.
 #[derive(Debug, Clone)]
 pub struct TapSettings {
-    /// The channels.
+    /// Channels to tap.
     pub routes: Vec<Route>,
-    /// Where the transcripts go; to stdout as text when there is none.
+    /// Transcript files; if empty, text on stdout.
     pub transcripts: Vec<TranscriptFile>,
-    /// Longest wait for a connection to the real controller.
+    /// Timeout of a connection to the real controller.
     pub connect_timeout: Duration,
 }
 
 /// Why a tap cannot start.
 #[derive(Debug, thiserror::Error)]
 pub enum TapError {
-    /// A port of its own.
+    /// A port cannot be opened.
     #[error(transparent)]
     Channel(#[from] ChannelError),
-    /// A transcript.
+    /// A transcript cannot be created.
     #[error(transparent)]
     Recorder(#[from] RecorderError),
 }
 
-/// A tap that listens.
+/// A tap with open ports.
 pub struct Tap {
     listeners: Vec<(Route, TcpListener)>,
     ports: BTreeMap<Port, u16>,
@@ -67,7 +68,7 @@ pub struct Tap {
 }
 
 impl Tap {
-    /// Binds all ports and begins the transcripts.
+    /// Binds all ports and creates the transcripts.
     ///
     /// # Errors
     /// See [`TapError`]; nothing is left open.
@@ -113,13 +114,13 @@ impl Tap {
         })
     }
 
-    /// The port each channel is tapped on.
+    /// TCP port of each tapped channel.
     #[must_use]
     pub fn ports(&self) -> &BTreeMap<Port, u16> {
         &self.ports
     }
 
-    /// Carries hosts until `stop` is ready; then every connection is closed.
+    /// Forwards until `stop` completes, then closes every connection.
     pub async fn run(self, stop: impl Future<Output = ()>) {
         let mut tasks = Vec::new();
         for (route, listener) in self.listeners {
@@ -137,7 +138,7 @@ async fn accept(route: Route, listener: TcpListener, log: TapLog, connect_timeou
     let port = route.port;
     let mut hosts = tokio::task::JoinSet::new();
     loop {
-        // Those that have ended are not kept.
+        // Remove finished tasks.
         while hosts.try_join_next().is_some() {}
         let (stream, peer) = match listener.accept().await {
             Ok(accepted) => accepted,
@@ -163,7 +164,7 @@ async fn accept(route: Route, listener: TcpListener, log: TapLog, connect_timeou
     }
 }
 
-/// One host from its coming to its end.
+/// Serves one host until its connection ends.
 async fn carry(
     route: Route,
     line: PeerId,
@@ -196,25 +197,25 @@ async fn carry(
     log.remove_peer(line);
 }
 
-/// The transcripts of a tap and who is there.
+/// The transcripts of a tap and its connected hosts, shared by all tasks.
 #[derive(Clone)]
 struct TapLog(Arc<Mutex<TapState>>);
 
 struct TapState {
     recorder: Recorder,
     started: Instant,
-    /// Time of the last record: times never run back.
+    /// Time of the last record; record times never decrease.
     last: Time,
     peers: BTreeSet<PeerId>,
 }
 
 impl TapLog {
-    /// The book is whole between any two statements, so a panic elsewhere does not matter.
+    /// A panic in another task cannot leave the state inconsistent, so a poisoned lock is usable.
     fn state(&self) -> MutexGuard<'_, TapState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The lowest number that no host of the channel has.
+    /// Registers a host under the lowest free number of the channel.
     fn add_peer(&self, port: Port) -> Option<PeerId> {
         let mut state = self.state();
         let line = (1..=MAX_PEERS)
@@ -228,7 +229,7 @@ impl TapLog {
         self.state().peers.remove(&line);
     }
 
-    /// Writes it down, in the file when this returns.
+    /// Writes a record; it is in the file when this returns.
     fn record(&self, what: RecordKind) {
         match &what {
             RecordKind::FromHost { line, bytes } => {

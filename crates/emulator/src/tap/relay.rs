@@ -1,5 +1,5 @@
-//! One connection of a tap: what one side sends goes to the other as it is, and so do its ends: a close of one half,
-//! a reset. Bytes are written down before they are passed on.
+//! One connection of a tap: forwards bytes, the close of one half, and resets in both directions. Bytes are recorded before
+//! they are forwarded.
 
 use super::TapLog;
 use crate::socket;

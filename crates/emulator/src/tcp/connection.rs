@@ -1,5 +1,5 @@
-//! One TCP connection: a reading and a writing task around one socket. Each text leaves in one write; the
-//! end is reported exactly once, whatever ended it.
+//! One TCP connection: a reading and a writing task that share a socket. Each text leaves in one write. The end is
+//! reported exactly once, whatever caused it. Which connection a channel serves is decided in [`super`].
 
 use super::ChannelMessage;
 use crate::log::Escaped;
@@ -20,29 +20,29 @@ use tokio::time::timeout;
 use tracing::{debug, trace};
 use ts3100_controller::port::Port;
 
-/// Writes that may wait for a peer that does not read: with texts of 255 bytes at most about 64 KiB on top
-/// of what the system buffers.
+/// Queued writes for a peer that does not read: with texts of 255 bytes about 64 KiB, in addition to the
+/// buffers of the system.
 pub(super) const WRITE_QUEUE: usize = 256;
-/// Turns the writing task gets to empty a full queue into the system's buffers.
+/// Yields in which the writing task can empty a full queue into the buffers of the system.
 const WRITE_YIELDS: u32 = 8;
-/// Bytes read at once.
+/// Bytes per read.
 const READ_BUFFER: usize = 4_096;
-/// How long a peer that has closed its sending half may take to read what was queued before.
+/// How long a peer that has closed its sending half may take to read the queued bytes.
 const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
-/// A silent peer is asked after this long whether it is still there, and again as often as
-/// [`KEEPALIVE_PROBES`] at [`KEEPALIVE_INTERVAL`] (decision D3).
+/// Idle time before the first TCP keepalive probe; [`KEEPALIVE_PROBES`] follow at [`KEEPALIVE_INTERVAL`]
+/// (decision D3).
 const KEEPALIVE_IDLE: Duration = Duration::from_secs(10);
-/// Pause between two such questions.
+/// Pause between two keepalive probes.
 #[cfg(unix)]
 const KEEPALIVE_INTERVAL: Duration = Duration::from_secs(5);
-/// Questions before the peer counts as gone.
+/// Unanswered probes after which the peer counts as disconnected.
 #[cfg(unix)]
 const KEEPALIVE_PROBES: u32 = 3;
-/// Longest time sent bytes may stay without the peer's acknowledgement: keepalive does not run meanwhile.
+/// Longest time without acknowledgement of sent bytes; keepalive does not run during that time.
 #[cfg(target_os = "linux")]
 const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// The write queue is full.
+/// The write queue of a connection is full.
 pub(super) struct Overflow;
 
 /// A connection with its two tasks.
@@ -53,14 +53,14 @@ pub(super) struct Connection {
     queue: mpsc::Sender<Vec<u8>>,
     reader: JoinHandle<()>,
     writer: JoinHandle<()>,
-    /// Nothing is written any more.
+    /// A fault has stalled the connection: nothing is read or written.
     stalled: bool,
     /// Dropped with the connection.
     _on_drop: Option<oneshot::Sender<()>>,
 }
 
 impl Connection {
-    /// Starts reading and writing.
+    /// Starts the reading and the writing task.
     pub(super) fn start(
         port: Port,
         id: u64,
@@ -93,15 +93,15 @@ impl Connection {
         self.peer
     }
 
-    /// Queues one write. A full queue is no proof of a peer that does not read, since the controller may
-    /// have much to say at once: the writing task gets its turn first.
+    /// Queues one write. A full queue does not prove that the peer does not read, because the controller may
+    /// send much at once: let the writing task run first.
     pub(super) async fn send(&self, mut bytes: Vec<u8>) -> Result<(), Overflow> {
         if self.stalled {
             return Ok(());
         }
         for _ in 0..=WRITE_YIELDS {
             match self.queue.try_send(bytes) {
-                // Closed: the writing task met an error, and the reading task is about to report the end.
+                // Closed: the writing task failed, and the reading task is about to report the end.
                 Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => return Ok(()),
                 Err(mpsc::error::TrySendError::Full(back)) => bytes = back,
             }
@@ -115,32 +115,32 @@ impl Connection {
         has_closed(&self.stream)
     }
 
-    /// Ends the connection at once; its tasks have nothing more to say.
+    /// Closes the connection at once, without a further message.
     pub(super) fn abort(self) {
         self.reader.abort();
         self.writer.abort();
         close(&self.stream, Shutdown::Both);
     }
 
-    /// Ends the connection by a reset: what is under way is lost.
+    /// Ends the connection by a TCP reset; unsent data is lost.
     pub(super) fn reset(self) {
         self.reader.abort();
         self.writer.abort();
-        // The reset leaves when the last of the three that hold the socket lets go of it, which is when the tasks
-        // are dropped.
+        // The reset is sent when the last of the three owners of the socket drops it, which is when the tasks
+        // end.
         if let Err(error) = SockRef::from(&*self.stream).set_linger(Some(Duration::ZERO)) {
             debug!("no reset, an orderly end: {error}");
         }
     }
 
-    /// Nothing is read or written any more; the connection stays open.
+    /// Stops reading and writing; the connection stays open.
     pub(super) fn stall(&mut self) {
         self.reader.abort();
         self.writer.abort();
         self.stalled = true;
     }
 
-    /// The peer has closed: what is queued is still sent, within limits.
+    /// The peer has closed its half: queued bytes are still sent, for at most [`FLUSH_TIMEOUT`].
     pub(super) fn finish(self) {
         let Connection {
             queue,
@@ -158,7 +158,7 @@ impl Connection {
     }
 }
 
-/// Sets what every connection has: no delay, and keepalive so that a vanished peer is found.
+/// Sets the socket options of every connection: no delay, and keepalive to detect a vanished peer.
 pub(crate) fn prepare(port: Port, stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let keepalive = TcpKeepalive::new().with_time(KEEPALIVE_IDLE);
@@ -188,13 +188,13 @@ pub(crate) fn has_closed(stream: &TcpStream) -> bool {
     }
 }
 
-/// Closes a connection nobody serves.
+/// Closes a connection that is not served.
 pub(super) fn refuse(stream: &TcpStream) {
     close(stream, Shutdown::Both);
 }
 
 fn close(stream: &TcpStream, how: Shutdown) {
-    // Fails when the peer was faster, which comes to the same.
+    // Fails if the peer closed first, which has the same effect.
     let _ = SockRef::from(stream).shutdown(how);
 }
 
@@ -225,7 +225,7 @@ async fn read(port: Port, id: u64, stream: Arc<TcpStream>, driver: mpsc::Sender<
             }
         }
     }
-    // Fails only when the driver is gone, and then nobody wants to know.
+    // Fails only when the driver has ended.
     let _ = driver.send(ChannelMessage::Ended { port, id }).await;
 }
 

@@ -1,4 +1,5 @@
-//! Client channels (ETH-04, ETH-05): dialled at power-on and again whenever there is no connection.
+//! Client channels (ETH-04, ETH-05): dialled at power-on, and again after each lost connection.
+//! [`super::Channels`] starts one dialling task for each client channel.
 
 use super::ChannelMessage;
 use super::connection::prepare;
@@ -10,10 +11,10 @@ use tokio::time::{sleep, timeout};
 use tracing::debug;
 use ts3100_controller::port::Port;
 
-/// Longest wait for a peer to answer one attempt.
+/// Timeout of one connection attempt.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Dials until the driver is gone, `pause` after each failure and each lost connection.
+/// Dials until the driver ends, with `pause` after each failure and each lost connection.
 pub(super) async fn dial(
     port: Port,
     peer: SocketAddr,
@@ -37,7 +38,7 @@ pub(super) async fn dial(
                 {
                     return;
                 }
-                // Ends, with an error that means just that, when the connection is dropped.
+                // Completes with an error when the connection is dropped.
                 let _ = lost.await;
             }
             Ok(Err(error)) => debug!(port = port.name(), "{port}: {peer} does not answer: {error}"),

@@ -1,4 +1,5 @@
-//! Server channels: binding, with errors that name the remedies, and accepting.
+//! Server channels: binds ports, with errors that name the remedies, and accepts connections. Which connection is served
+//! is decided in [`super::Channels`].
 
 use super::ChannelMessage;
 use super::connection::prepare;
@@ -10,27 +11,27 @@ use tokio::sync::mpsc;
 use tracing::warn;
 use ts3100_controller::port::Port;
 
-/// Connections the system may hold before they are accepted.
+/// Backlog of the listening sockets.
 const BACKLOG: u32 = 16;
-/// Pause after an accept that failed (out of file descriptors, say), so that the log stays readable.
+/// Pause after a failed accept (for example no file descriptors left), so that it does not flood the log.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
 /// Why a channel cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum ChannelError {
-    /// Somebody else has the port.
+    /// Another program uses the port.
     #[error(
         "{channel} cannot listen on {address}: the port is in use.\n\
          Remedies: `--port-offset 10000` (ports 11000-11003), `--ports auto` (free ports), \
          or end the program that has the port"
     )]
     InUse {
-        /// The channel.
+        /// Channel that cannot be opened.
         channel: Port,
-        /// Where it was to listen.
+        /// Address it should listen on.
         address: SocketAddr,
     },
-    /// A port below 1024 without the right to it.
+    /// The port is below 1024, and the process has no permission for it.
     #[error(
         "{channel} cannot listen on {address}: permission denied; ports below 1024 are reserved.\n\
          Remedies: `--port-offset 10000` (ports 11000-11003), `--ports auto` (free ports), \
@@ -38,41 +39,41 @@ pub enum ChannelError {
          or `sudo sysctl net.ipv4.ip_unprivileged_port_start=1000`"
     )]
     Denied {
-        /// The channel.
+        /// Channel that cannot be opened.
         channel: Port,
-        /// Where it was to listen.
+        /// Address it should listen on.
         address: SocketAddr,
     },
-    /// Anything else the system says, for example an address that is not this machine's.
+    /// Any other error, for example an address of another machine.
     #[error("{channel} cannot listen on {address}: {reason}")]
     Io {
-        /// The channel.
+        /// Channel that cannot be opened.
         channel: Port,
-        /// Where it was to listen.
+        /// Address it should listen on.
         address: SocketAddr,
-        /// What the system said.
+        /// Error of the operating system.
         reason: io::Error,
     },
-    /// Own port and offset exceed a port number.
+    /// Own port plus offset exceeds 65535.
     #[error("{channel}: port {own} of ETHERNET.PAR plus --port-offset {offset} exceeds 65535")]
     PortRange {
-        /// The channel.
+        /// Channel that cannot be opened.
         channel: Port,
         /// Its own port in ETHERNET.PAR.
         own: u16,
-        /// The offset.
+        /// Value of `--port-offset`.
         offset: u16,
     },
 }
 
-/// What a port is bound for.
+/// Purpose of binding a port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum BindPurpose {
-    /// To listen there, alone.
+    /// To listen.
     Listen,
-    /// To listen there beside the socket that keeps the port reserved.
+    /// To listen while another socket of this process reserves the port.
     ListenReserved,
-    /// To keep it.
+    /// To reserve the port without listening.
     Reserve,
 }
 
@@ -99,7 +100,7 @@ fn listening(address: SocketAddr, purpose: BindPurpose) -> io::Result<(TcpListen
     Ok((listener, actual))
 }
 
-/// A listening socket and its address; port 0 asks for a free one.
+/// Opens a listening socket and returns its address; port 0 selects a free port.
 pub(crate) fn open(address: SocketAddr) -> io::Result<(TcpListener, SocketAddr)> {
     listening(address, BindPurpose::Listen)
 }
@@ -115,7 +116,7 @@ pub(super) struct ReservedPort {
 }
 
 impl ReservedPort {
-    /// A free port at this address.
+    /// Reserves a free port at this address.
     pub(super) fn new(channel: Port, address: SocketAddr) -> Result<ReservedPort, ChannelError> {
         let socket = bound(address, BindPurpose::Reserve);
         let named = socket.and_then(|socket| Ok((socket.local_addr()?.port(), socket)));
@@ -124,7 +125,7 @@ impl ReservedPort {
         Ok(ReservedPort { socket, port })
     }
 
-    /// The listening socket of the channel.
+    /// Opens the listening socket on the reserved port.
     pub(super) fn listen(&self, channel: Port, mut address: SocketAddr) -> Result<TcpListener, ChannelError> {
         address.set_port(self.port);
         let purpose = match self.socket {
@@ -137,7 +138,7 @@ impl ReservedPort {
         }
     }
 
-    /// Its number.
+    /// Number of the reserved port.
     pub(super) fn port(&self) -> u16 {
         self.port
     }
@@ -157,13 +158,13 @@ impl ChannelError {
     }
 }
 
-/// The listening socket of a channel and the port it has.
+/// Opens the listening socket of a channel and returns its port number.
 pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u16), ChannelError> {
     let opened = open(address).map(|(listener, actual)| (listener, actual.port()));
     opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
-/// Accepts until the driver is gone; who may stay is the driver's decision.
+/// Accepts until the driver ends; the driver decides which connection is served.
 pub(super) async fn accept(port: Port, listener: TcpListener, driver: mpsc::Sender<ChannelMessage>) {
     loop {
         match listener.accept().await {

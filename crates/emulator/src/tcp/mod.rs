@@ -1,6 +1,8 @@
-//! The Ethernet channels as sockets: who is connected where, and bytes in both directions. Nothing here
-//! knows what the bytes mean. The driver owns [`Channels`] and is the only one that changes it; accepting,
-//! dialling, reading and writing are tasks that talk to it by [`ChannelMessage`]s.
+//! The Ethernet channels IP0 to IP3 as TCP sockets: who is connected to which channel, and bytes in both directions.
+//! Nothing here knows what the bytes mean.
+//!
+//! The driver owns [`Channels`] and is the only one that changes it. Accepting (`listen`), dialling (`dial`), reading and
+//! writing (`connection`) are tasks that send it [`ChannelMessage`]s. Start with [`Channels::handle_message`].
 
 mod connection;
 mod dial;
@@ -28,47 +30,47 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{ChannelConfig, NetworkConfig};
 use ts3100_proto::parameter::OpenMode;
 
-/// What a link task tells the driver.
+/// A message of a connection task to the driver.
 #[derive(Debug)]
 pub enum ChannelMessage {
-    /// A peer has connected, or was dialled.
+    /// A peer has connected or was dialled.
     Connected {
-        /// To which channel.
+        /// Channel it connected to.
         port: Port,
-        /// The connection.
+        /// The accepted or dialled connection.
         stream: TcpStream,
-        /// The peer's address.
+        /// Address of the peer.
         peer: SocketAddr,
-        /// Dropped with the connection: tells the dialling task to dial again.
+        /// Dropped with the connection, which tells the dialling task to dial again.
         on_drop: Option<oneshot::Sender<()>>,
     },
-    /// Bytes came in.
+    /// Bytes were received.
     Received {
-        /// On which channel.
+        /// Channel that received them.
         port: Port,
-        /// On which connection.
+        /// Number of the connection.
         id: u64,
-        /// The bytes.
+        /// The bytes as read from the socket.
         bytes: Vec<u8>,
     },
-    /// A newcomer has waited long enough for its predecessor to end.
+    /// A waiting connection has waited 50 ms for the previous one to end.
     Overdue {
-        /// On which channel.
+        /// Channel it waits for.
         port: Port,
-        /// The newcomer.
+        /// Address of the waiting peer.
         peer: SocketAddr,
     },
-    /// The peer is gone; the last message of a connection.
+    /// The peer has closed; the last message of a connection.
     Ended {
-        /// From which channel.
+        /// Channel it was connected to.
         port: Port,
-        /// Which connection.
+        /// Number of the connection.
         id: u64,
     },
 }
 
 impl ChannelMessage {
-    /// The port it is about.
+    /// Port that the message concerns.
     #[must_use]
     pub fn port(&self) -> Port {
         match self {
@@ -90,14 +92,14 @@ impl SplitPortion for ChannelMessage {
     }
 }
 
-/// How long a newcomer waits on a channel that has a peer before it is refused: the close of a host that is
-/// back at once may be on its way still, behind the new connection, when the machine is busy.
+/// How long a second connection waits before it is refused. A host that reconnects at once may be seen here
+/// before its close, when the machine is busy.
 pub(crate) const CLOSE_GRACE: Duration = Duration::from_millis(50);
 
-/// Newcomers that may wait so on one channel: a host that connects and closes several times in a row.
+/// Connections that may wait on one channel: a host that connects and closes several times in a row.
 const MAX_WAITING_CONNECTIONS: usize = 4;
 
-/// A connection that came while its predecessor was not read to its end.
+/// A connection that has no channel yet: stream, peer, and the sender to drop with it.
 type NewConnection = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 
 #[derive(Default)]
@@ -105,25 +107,26 @@ struct Channel {
     /// The accepting or dialling task.
     source: Option<JoinHandle<()>>,
     connection: Option<Connection>,
-    /// In the order in which they came.
+    /// In the order of their arrival.
     waiting: VecDeque<NewConnection>,
 }
 
-/// All Ethernet channels.
+/// All Ethernet channels and their connections.
 pub struct Channels {
     listen: IpAddr,
     ports: Ports,
     options: LinkOptions,
     channels: BTreeMap<Port, Channel>,
-    /// Own port of ETHERNET.PAR and the free port in its place, kept so that a power cycle gives the same again.
+    /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
+    /// gets the same port.
     reserved: BTreeMap<Port, (u16, ReservedPort)>,
     next_id: u64,
-    /// What the tasks say: when the peers are read no further, TCP tells them.
+    /// Messages of the tasks; when a queue is full, TCP flow control stops the peer.
     messages: PortQueues<ChannelMessage>,
 }
 
 impl Channels {
-    /// No channel open yet.
+    /// No channel is open yet.
     #[must_use]
     pub fn new(listen: IpAddr, ports: Ports, options: LinkOptions) -> Channels {
         let (channels, reserved) = (BTreeMap::new(), BTreeMap::new());
@@ -142,7 +145,7 @@ impl Channels {
     /// Returns the port in use of each server channel.
     ///
     /// # Errors
-    /// The first port that cannot be had; then none is open.
+    /// The first port that cannot be bound; then none is open.
     pub fn open(&mut self, plan: &NetworkConfig) -> Result<BTreeMap<Port, u16>, ChannelError> {
         let mut bound = Vec::new();
         for (port, channel) in planned(plan, OpenMode::Server) {
@@ -164,7 +167,7 @@ impl Channels {
         Ok(ports)
     }
 
-    /// Closes every channel and connection. Returns the channels that were connected.
+    /// Closes every channel and connection; returns the channels that were connected.
     pub async fn close(&mut self) -> Vec<Port> {
         let mut connected = Vec::new();
         for (port, channel) in std::mem::take(&mut self.channels) {
@@ -178,13 +181,13 @@ impl Channels {
                 connected.push(port);
             }
         }
-        // What the tasks of closed connections still had to say goes with the old queues.
+        // Messages of closed connections are dropped with the old queues.
         self.messages = PortQueues::default();
         connected
     }
 
-    /// Closes the connection of a port at once; the channel goes on accepting or dialling. Says what that means for
-    /// the controller, in order.
+    /// Closes the connection of a port at once; the channel continues to accept or dial. Returns the resulting
+    /// inputs of the controller.
     pub fn drop_peer(&mut self, port: Port) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
         let Some(connection) = channel.connection.take() else {
@@ -195,12 +198,12 @@ impl Channels {
         self.on_ended(port)
     }
 
-    /// The next message of a link task; the channels take turns. Ready when there is one.
+    /// Returns the next message of a connection task, taking the channels in rotation.
     pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<ChannelMessage> {
         self.messages.poll_next(context)
     }
 
-    /// Takes note of a message and says what it means for the controller, in order.
+    /// Handles a message and returns the resulting inputs of the controller.
     pub fn handle_message(&mut self, message: ChannelMessage) -> Vec<Input> {
         match message {
             ChannelMessage::Connected {
@@ -218,8 +221,8 @@ impl Channels {
         }
     }
 
-    /// Queues bytes for the peer of a port. Says what it means for the controller if the peer has left so much
-    /// unread that the connection had to be closed.
+    /// Queues bytes for the peer of a port. If the peer has left too much unread, the connection is closed and
+    /// the resulting inputs are returned.
     pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Vec<Input> {
         let Some(channel) = self.channels.get_mut(&port) else {
             return Vec::new();
@@ -243,7 +246,7 @@ impl Channels {
         vec![Input::Backlogged { port }, Input::Disconnected { port }]
     }
 
-    /// Ends the connection of a channel on purpose. Says what that means for the controller.
+    /// Ends the connection of a channel because of a fault. Returns the resulting inputs of the controller.
     pub fn disconnect(&mut self, port: Port, how: DisconnectMode) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
         let Some(connection) = channel.connection.take() else {
@@ -261,7 +264,7 @@ impl Channels {
         self.next_peer(port)
     }
 
-    /// From now on nothing is read from the connection of a channel and nothing written to it.
+    /// Stops reading and writing on the connection of a channel, which stays open (a half-open peer).
     pub fn stall(&mut self, port: Port) {
         let connection = self
             .channels
@@ -277,7 +280,7 @@ impl Channels {
         }
     }
 
-    /// The listening socket of a channel and the port it has.
+    /// Binds the listening socket of a channel; returns it with its port number.
     fn bind(&mut self, port: Port, own: u16) -> Result<(TcpListener, u16), ChannelError> {
         let free = SocketAddr::new(self.listen, 0);
         let Ports::Offset(offset) = self.ports else {
@@ -341,17 +344,17 @@ impl Channels {
         }
     }
 
-    /// Has a newcomer looked at again after its grace.
+    /// Schedules the check of a waiting connection after [`CLOSE_GRACE`].
     fn remind(&self, port: Port, peer: SocketAddr) {
         let sender = self.messages.sender(port);
         tokio::spawn(async move {
             tokio::time::sleep(CLOSE_GRACE).await;
-            // Fails only when the driver is gone, and then nobody waits.
+            // Fails only when the driver has ended.
             let _ = sender.send(ChannelMessage::Overdue { port, peer }).await;
         });
     }
 
-    /// A newcomer has waited: if its predecessor is still there and not about to end, it is refused.
+    /// Refuses a waiting connection if the previous one is still open and not about to close.
     fn on_overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
         let channel = self.channels.entry(port).or_default();
         let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
@@ -387,14 +390,14 @@ impl Channels {
         self.next_peer(port)
     }
 
-    /// The connection of a channel is over; who waits for it comes next.
+    /// The connection of a channel has ended; the first waiting connection takes its place.
     fn next_peer(&mut self, port: Port) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
         let waiting = channel.waiting.pop_front();
         let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
         let mut inputs = vec![Input::Disconnected { port }];
         inputs.extend(waiting.map(|incoming| self.connect(port, incoming)));
-        // The others have a new predecessor now, which may be there to stay.
+        // The others now wait for a new connection, which may stay.
         for peer in others {
             self.remind(port, peer);
         }

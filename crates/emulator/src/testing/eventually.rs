@@ -1,14 +1,14 @@
-//! Waiting for what tests outside the controller can only look for: a file, a terminal, a port. It is the one place of
-//! the tests that sleeps; whatever tells by itself is waited for by its event.
+//! Polling for things that send no event: a file, a terminal, a port. This is the only place in the tests that sleeps;
+//! for everything else wait for the event.
 
 use std::time::{Duration, Instant};
 
-/// Longest wait; reached only when a test fails.
+/// Timeout; reached only by failing tests.
 const LIMIT: Duration = Duration::from_secs(30);
-/// Between two looks.
+/// Pause between two polls.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// What `look` finds, as soon as it does; the test fails when that takes too long. `what` is awaited.
+/// Polls `look` until it returns a value; panics with `what` after the timeout.
 pub fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
     loop {

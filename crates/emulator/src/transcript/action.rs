@@ -1,5 +1,5 @@
-//! The words of a transcript for what was done to the controller by one who holds it, beyond the panel: behind `!` in
-//! a text, in `action` of a JSON line.
+//! The text form of actions on the controller other than at the panel: after `!` in a text transcript, in `deed` of a JSON
+//! line, and in scenarios. Actions at the panel are in [`panel`].
 
 use super::{notation, panel};
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! The transcript that is kept in memory while the control interface is open: the last records, so that a test asks for
-//! it while everything runs. Files of any length are `recorder`'s.
+//! The last records of a run in memory, while the control interface is open, so that a test can fetch the transcript of a
+//! running emulator. Files of unlimited length are written by `recorder`.
 
 use super::{Format, Header, LinkRecord, Record, RecordKind, json, pcapng, text};
 use std::collections::VecDeque;
@@ -8,21 +8,21 @@ use std::time::Duration;
 use ts3100_controller::{Controller, Time};
 use ts3100_proto::calendar::CalendarTime;
 
-/// Records that are kept; of more, the oldest are forgotten.
+/// Most records in the buffer; the oldest are discarded.
 pub const MAX_BUFFERED_RECORDS: usize = 16_384;
-/// Bytes of hosts and robot that are kept; of more, the oldest are forgotten.
+/// Most bytes in the buffer; the oldest records are discarded.
 pub const MAX_BUFFERED_BYTES: usize = 8 * 1024 * 1024;
 
-/// What one record takes besides its bytes, roughly.
+/// Estimated size of a record without its bytes.
 const RECORD_OVERHEAD: usize = 64;
-/// What a controller takes besides its files, roughly.
+/// Estimated size of a controller without its files.
 const CONTROLLER_OVERHEAD: usize = 16 * 1024;
 
-/// What is kept of one record.
+/// One record of the buffer.
 #[derive(Debug)]
 enum BufferedRecord {
     Record(Record),
-    /// A snapshot was restored, which is written down only when somebody asks.
+    /// A restored snapshot; it is serialized only when the transcript is fetched.
     Restored(Time, Box<Controller>),
 }
 
@@ -81,7 +81,7 @@ struct BufferState {
 pub struct TranscriptBuffer(Mutex<BufferState>);
 
 impl TranscriptBuffer {
-    /// Nothing has happened yet.
+    /// An empty buffer.
     #[must_use]
     pub fn new(header: Header) -> TranscriptBuffer {
         TranscriptBuffer(Mutex::new(BufferState {
@@ -90,17 +90,17 @@ impl TranscriptBuffer {
         }))
     }
 
-    /// The pages are whole between any two statements, so a panic elsewhere does not matter.
+    /// A panic in another thread cannot leave the state inconsistent, so a poisoned lock is usable.
     fn state(&self) -> MutexGuard<'_, BufferState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Takes a record.
+    /// Appends a record.
     pub fn push(&self, record: Record) {
         self.push_buffered(BufferedRecord::Record(record));
     }
 
-    /// The state of this controller takes the present one's place.
+    /// Appends a record that this controller replaces the current one.
     pub fn restored(&self, at: Time, controller: &Controller) {
         self.push_buffered(BufferedRecord::Restored(at, Box::new(controller.clone())));
     }
@@ -118,7 +118,7 @@ impl TranscriptBuffer {
         }
     }
 
-    /// Everything is as at the start, at this date and time.
+    /// Clears the buffer after a reset to the start.
     pub fn restart(&self, calendar: Option<CalendarTime>) {
         let pages = &mut *self.state();
         let header = Header {
@@ -131,7 +131,7 @@ impl TranscriptBuffer {
         };
     }
 
-    /// The transcript as a file has it. What is no longer kept is a remark in front of the first record.
+    /// The transcript in a file format. A remark in front says how many records were discarded.
     #[must_use]
     pub fn to_bytes(&self, format: Format) -> Vec<u8> {
         let pages = self.state();

@@ -1,5 +1,5 @@
-//! A transcript as JSON lines: one object for the start, then one for each record. `hex` holds the bytes, `text` is
-//! the same for people; times are `t_us`, microseconds since the start.
+//! Transcripts as JSON lines: one object for the start, then one for each record. `hex` holds the bytes, `text` the same in
+//! the notation of [`super::notation`]; `t_us` are microseconds since the start.
 
 use super::text::{format_date, parse_date, parse_hex};
 use super::{

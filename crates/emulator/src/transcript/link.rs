@@ -1,6 +1,7 @@
-//! What reaches the controller besides bytes, connections and actions: what the edge knows of a serial line, a second
-//! connection, a peer that does not read, and another state put in the controller's place. Here are the words for it:
-//! behind `!` in a text, in `edge` of a JSON line.
+//! Records of what reaches the controller besides bytes, connections and actions: the state of a serial line, a second
+//! connection, a peer that does not read, a restored snapshot, a reset.
+//!
+//! Also their text form: after `!` in a text transcript, in `edge` of a JSON line.
 
 use super::notation;
 use super::text::{format_date, parse_date};
@@ -9,26 +10,26 @@ use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::parameter::Parity;
 
-/// Something of the edge.
+/// A record about a connection or about the replaced state of the controller.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LinkRecord {
-    /// How the host has opened its end of a serial line.
+    /// Settings of the host's end of a serial line.
     Settings {
         /// The port.
         port: Port,
         /// What is known.
         host: HostEnd,
     },
-    /// The host has its port forget what is not on the line yet.
+    /// The host has purged bytes that are not yet on the line.
     Purged {
         /// The port.
         port: Port,
     },
-    /// Characters with a parity or framing error that the line itself brought.
+    /// Characters with a parity or framing error on the line.
     SerialErrors {
         /// The port.
         port: Port,
-        /// Them, as read.
+        /// The characters as read.
         bytes: Vec<u8>,
     },
     /// A second peer came to a port that has one.
@@ -37,34 +38,34 @@ pub enum LinkRecord {
         port: Port,
         /// Its address without the port number.
         peer: String,
-        /// It takes the place of the first.
+        /// Whether it replaces the first peer.
         replaces: bool,
     },
-    /// The peer leaves so much unread that the emulator ends its connection.
+    /// The emulator ends a connection because its peer has left too much unread.
     Backlogged {
         /// The port.
         port: Port,
     },
-    /// The change of a file that was asked for was not kept, and is refused.
+    /// A change of a file could not be saved and is rejected.
     NotPersisted {
         /// The file.
         name: String,
         /// Why.
         reason: String,
     },
-    /// The emulator ends a connection because somebody has asked it to.
+    /// The emulator ends a connection on request.
     Dropped {
         /// The port.
         port: Port,
     },
-    /// A snapshot takes the controller's place; times go on from `at`.
+    /// A snapshot replaces the controller; times continue from `at`.
     Restored {
         /// The time of the snapshot.
         at: Time,
-        /// It, as JSON on one line.
+        /// The snapshot as JSON on one line.
         snapshot: String,
     },
-    /// The controller is as at the start, and so is time.
+    /// The controller and its time are reset to the start.
     Reset {
         /// The date then, where it is the wall's.
         calendar: Option<CalendarTime>,
@@ -72,7 +73,7 @@ pub enum LinkRecord {
 }
 
 impl LinkRecord {
-    /// The snapshot of this controller takes the place of the present one.
+    /// A record that this controller replaces the current one.
     #[must_use]
     pub fn from_restored(controller: &Controller) -> LinkRecord {
         LinkRecord::Restored {
@@ -81,7 +82,7 @@ impl LinkRecord {
         }
     }
 
-    /// The time from which times go on behind it, if it moves them.
+    /// The time from which later records continue, if this record changes time.
     #[must_use]
     pub fn new_time(&self) -> Option<Time> {
         match self {
@@ -97,7 +98,7 @@ impl LinkRecord {
         }
     }
 
-    /// The controller's input, where it is one.
+    /// The input of the controller that this record stands for, if any.
     #[must_use]
     pub fn input(&self) -> Option<Input> {
         Some(match self {
@@ -125,7 +126,7 @@ impl LinkRecord {
     }
 }
 
-/// Its words.
+/// Text form of the record.
 #[must_use]
 pub fn write(link: &LinkRecord) -> String {
     match link {
@@ -175,7 +176,7 @@ fn host_settings_text(host: &HostEnd) -> String {
     }
 }
 
-/// Reads the words of something of the edge; `None` if they begin like nothing of it.
+/// Reads a record from its text form; `None` if the first word is not one of these records.
 ///
 /// # Errors
 /// What was expected and found.

@@ -1,6 +1,8 @@
-//! Transcripts: what went over each port and what was done at the panel, in order and with times, and the forms
-//! it is kept in: text to be read and replayed, JSON lines for programs, pcapng for Wireshark. Who was listening
-//! (the driver of a running emulator, a tap in front of a real controller) is not known here.
+//! Transcripts: what was sent over each port and done at the panel, in order and with times. Three formats: text to read
+//! and replay (`text`), JSON lines for programs (`json`), and pcapng for Wireshark (`pcapng`).
+//!
+//! Who records is not known here: the driver of a running emulator (`sink`) or a tap in front of a real controller
+//! ([`crate::tap`]). Start with [`RecordKind`]; [`Recording::read`] reads a file back.
 
 pub mod action;
 mod buffer;
@@ -27,13 +29,13 @@ use ts3100_proto::calendar::CalendarTime;
 
 /// Largest transcript that is read, in bytes.
 pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
-/// Most peers of one port that are told apart.
+/// Most peers of one port with numbers of their own.
 pub const MAX_PEERS: u16 = 999;
 
-/// A peer of a port: the first, or one that came while others were there.
+/// A peer of a port: the first, or one that connected while others were connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PeerId {
-    /// The port.
+    /// Port of the peer.
     pub port: Port,
     /// From 1, at most [`MAX_PEERS`].
     pub peer: u16,
@@ -49,7 +51,7 @@ impl PeerId {
     /// `IP0`, or `IP0#2` for the second of two that are there at once.
     ///
     /// # Errors
-    /// What is no port or no number of a peer.
+    /// The word is not a port, or the number of the peer is out of range.
     pub fn parse(word: &str) -> Result<PeerId, String> {
         let (name, peer) = match word.split_once('#') {
             Some((name, number)) => {
@@ -79,7 +81,7 @@ impl fmt::Display for PeerId {
     }
 }
 
-/// One of the two ends of a line.
+/// One of the two sides of a connection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// The host.
@@ -91,66 +93,66 @@ pub enum Side {
 /// How a connection ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EndReason {
-    /// By a close in order.
+    /// Orderly close.
     Closed,
-    /// By a reset.
+    /// TCP reset.
     Reset,
-    /// There was none: the controller could not be reached.
+    /// There was no connection: the controller could not be reached.
     Refused,
 }
 
-/// What happened.
+/// What a record describes.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RecordKind {
-    /// A peer came.
+    /// A peer connected.
     Connected {
-        /// Where.
+        /// Peer.
         line: PeerId,
-        /// Its address without the port number, which is another one each time.
+        /// Address without the port number, which differs each time.
         peer: String,
     },
-    /// Bytes of the host, as they were cut.
+    /// Bytes of the host, in the pieces in which they arrived.
     FromHost {
-        /// Where.
+        /// Peer.
         line: PeerId,
-        /// The bytes.
+        /// The bytes, with framing.
         bytes: Vec<u8>,
     },
-    /// Bytes of the controller, as they were cut.
+    /// Bytes of the controller, in the pieces in which they were sent.
     FromRobot {
-        /// Where.
+        /// Peer.
         line: PeerId,
-        /// The bytes.
+        /// The bytes, with framing.
         bytes: Vec<u8>,
     },
-    /// One of the two ended a connection, or its half of one.
+    /// One side closed the connection or its half of it.
     Ended {
-        /// Where.
+        /// Peer.
         line: PeerId,
-        /// Which of them.
+        /// Side that closed it.
         by: Side,
-        /// How.
+        /// How it ended.
         how: EndReason,
     },
-    /// Something was done at the controller itself, or to it.
+    /// An action at the panel or on the controller.
     Action(Action),
-    /// Something else that has reached it.
+    /// Another event on a connection or a change of the whole state.
     Link(LinkRecord),
-    /// Something worth knowing that nobody plays again: a fault has bitten. One line.
+    /// A remark of one line that is not replayed, for example an applied fault.
     Remark(String),
 }
 
-/// Something that happened, and when.
+/// One record of a transcript.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
     /// Since the start of the recording; virtual time where it is an emulator's. It goes on from another moment
-    /// behind what says so ([`LinkRecord::begins_at`]).
+    /// after a record that changes time ([`LinkRecord::new_time`]).
     pub at: Time,
-    /// What.
+    /// Content of the record.
     pub kind: RecordKind,
 }
 
-/// What there was before the first record.
+/// The state before the first record.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Header {
     /// `observed`, and by what.
@@ -161,49 +163,49 @@ pub struct Header {
     pub flags: Vec<String>,
     /// Files on the RAM drive.
     pub files: Vec<(String, Vec<u8>)>,
-    /// The file selected.
+    /// The selected file.
     pub select: Option<String>,
 }
 
-/// A transcript as read.
+/// A transcript that was read from a file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Recording {
-    /// What there was before.
+    /// The header.
     pub header: Header,
-    /// What happened, in order.
+    /// The records, in order.
     pub records: Vec<Record>,
-    /// For each record the line of the file it stands in.
+    /// Line number in the file of each record.
     pub lines: Vec<usize>,
 }
 
 /// A transcript that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The file.
+    /// The file cannot be read.
     #[error("cannot read {}: {reason}", path.display())]
     File {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the operating system.
         reason: std::io::Error,
     },
-    /// What stands in it.
+    /// A line is invalid.
     #[error("{}:{line}: {reason}", path.display())]
     Content {
-        /// Which file.
+        /// Path of the file.
         path: PathBuf,
-        /// Its line, from 1.
+        /// Line number, from 1.
         line: usize,
         /// What was expected and found.
         reason: String,
     },
-    /// A capture.
+    /// A pcapng capture, which cannot be replayed.
     #[error("{}: expected a transcript as text (.txt) or JSON lines (.jsonl), found a capture, which is for Wireshark: give \
              --transcript once more with such a name when recording", .0.display())]
     Capture(PathBuf),
 }
 
-/// The form of a transcript.
+/// Format of a transcript.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Text.
@@ -215,7 +217,7 @@ pub enum Format {
 }
 
 impl Format {
-    /// By the ending of a file's name; none is text.
+    /// The format for a file extension; text without one.
     #[must_use]
     pub fn from_path(path: &Path) -> Option<Format> {
         match path
@@ -233,16 +235,16 @@ impl Format {
     }
 }
 
-/// A file a transcript is to be written to.
+/// A target file for a transcript.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TranscriptFile {
-    /// Where.
+    /// Path of the file.
     pub path: PathBuf,
-    /// In which form.
+    /// Format of the file.
     pub format: Format,
 }
 
-/// A name whose ending is none of ours.
+/// A file name with an unknown extension.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected a name that ends in .txt, .jsonl or .pcapng, found `{0}`")]
 pub struct FormatError(String);
@@ -260,7 +262,7 @@ impl FromStr for TranscriptFile {
 }
 
 impl Recording {
-    /// Reads a transcript that was kept as text or JSON lines.
+    /// Reads a transcript in text or JSON lines format.
     ///
     /// # Errors
     /// See [`ReadError`].
@@ -285,7 +287,7 @@ impl Recording {
             })
     }
 
-    /// Itself, if every snapshot in it can be restored; otherwise the line of the first that cannot, and why.
+    /// Checks that every snapshot in the recording can be restored; otherwise returns the line and the reason.
     fn validated(self) -> Result<Recording, (usize, String)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
             if let RecordKind::Link(LinkRecord::Restored { snapshot, .. }) = &record.kind {
@@ -296,7 +298,7 @@ impl Recording {
     }
 }
 
-/// The address without the number of its port.
+/// The address without its port number.
 #[must_use]
 pub fn without_port(peer: &str) -> String {
     match peer.parse::<std::net::SocketAddr>() {

@@ -1,5 +1,5 @@
-//! Bytes as transcripts write them: printable ASCII stands for itself, control codes by name in angle
-//! brackets, any other byte in hexadecimal, `<*12>` for twelve bytes whatever they are.
+//! The byte notation of transcripts: printable ASCII as it is, control codes by name in angle brackets, other bytes in
+//! hexadecimal, and `<*12>` for twelve arbitrary bytes in an expectation.
 
 const CONTROL_CODES: [(&str, u8); 5] = [
     ("STX", 0x02),
@@ -9,10 +9,10 @@ const CONTROL_CODES: [(&str, u8); 5] = [
     ("EOF", 0x1A),
 ];
 
-/// A piece of an expectation.
+/// One byte of an expectation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ExpectedByte {
-    /// This byte.
+    /// Exactly this byte.
     Byte(u8),
     /// Any byte.
     Any,
@@ -57,7 +57,7 @@ pub fn read(text: &str) -> Result<Vec<ExpectedByte>, String> {
     Ok(pieces)
 }
 
-/// Reads the notation where every byte has to be given.
+/// Reads the notation of known bytes, without `<*n>`.
 ///
 /// # Errors
 /// As [`read`], and a `<*n>`.
@@ -69,7 +69,7 @@ pub fn read_bytes(text: &str) -> Result<Vec<u8>, String> {
     read(text)?.into_iter().map(plain).collect()
 }
 
-/// Whether the bytes are what was expected.
+/// Whether the bytes match the expectation.
 #[must_use]
 pub fn matches(pieces: &[ExpectedByte], bytes: &[u8]) -> bool {
     pieces.len() == bytes.len()

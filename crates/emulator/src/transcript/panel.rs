@@ -1,5 +1,5 @@
-//! The words of a transcript for what is done at the controller itself: behind `!` in a text, in `panel` of a
-//! JSON line.
+//! The text form of actions at the operator panel: after `!` in a text transcript, in `panel` of a JSON line. Other actions
+//! are in [`super::action`].
 
 use super::notation;
 use ts3100_controller::{ControlRight, KeySwitch, PanelAction};

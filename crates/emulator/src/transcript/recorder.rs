@@ -1,6 +1,5 @@
-//! Writing transcripts to files while something runs. Everything recorded has left the process when
-//! [`Recorder::flush`] returns, so a killed process leaves a whole transcript behind. A disk that fails ends the
-//! transcript, never what is recorded.
+//! Writes transcripts to files during a run. After [`Recorder::flush`] all records have left the process, so that a killed
+//! process leaves a complete transcript. An error of the disk ends the transcript, never the run.
 
 use super::{Format, Header, Record, TranscriptFile, json, pcapng, text};
 use crate::files;

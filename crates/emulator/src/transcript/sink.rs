@@ -1,5 +1,5 @@
-//! From the inputs and outputs of a controller to the records of a transcript: what the driver of an emulator writes
-//! down. No sockets here, so embedded, stepped and replayed controllers give the same.
+//! Turns inputs and outputs of a controller into records and passes them to the files and to the buffer in memory. It uses
+//! no sockets, so embedded, stepped and replayed controllers give the same transcript.
 
 use super::{
     EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recorder, RecorderError, Side,
@@ -15,20 +15,20 @@ use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::{Action, Controller, Event, Input, Output, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
 
-/// Turns inputs and outputs into what happened on the lines.
+/// Turns inputs and outputs into records.
 #[derive(Debug, Clone, Default)]
 pub struct Observer {
-    /// Ports with a peer: to others nothing is sent, whatever the controller puts out.
+    /// Ports with a peer; output to other ports is not recorded, because nobody receives it.
     connected: BTreeSet<Port>,
-    /// Connections that are being reset on purpose.
+    /// Connections that a fault is resetting.
     reset: BTreeSet<Port>,
 }
 
 impl Observer {
-    /// An input of the controller; `by` is who has caused it.
+    /// The record of an input; `by` is the side that caused it.
     pub fn input(&mut self, input: &Input, by: Side) -> Option<RecordKind> {
         match input {
-            // What was not kept is told by whoever was to keep it.
+            // The driver records a failed save itself.
             Input::Tick | Input::Persisted(_) => None,
             Input::SerialOpened { port, host } => Some(RecordKind::Link(LinkRecord::Settings {
                 port: *port,
@@ -72,7 +72,7 @@ impl Observer {
         }
     }
 
-    /// An output of the controller, if a peer sees it or it says why a peer sees what it sees.
+    /// The record of an output that a peer sees, or that explains what a peer sees (a fault).
     pub fn output(&mut self, output: &Output) -> Option<RecordKind> {
         match output {
             Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
@@ -101,7 +101,7 @@ impl Observer {
     }
 }
 
-/// The date and time of a header: that of a fresh controller is not said.
+/// The calendar for a header; `None` for the default of a new controller.
 fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
     Some(calendar).filter(|calendar| *calendar != Config::new(Dialect::default()).calendar)
 }
@@ -110,13 +110,13 @@ fn calendar_if_set(calendar: CalendarTime) -> Option<CalendarTime> {
 #[derive(Default)]
 pub struct TranscriptSink {
     recorder: Recorder,
-    /// What the control interface shows.
+    /// Buffer for the control interface.
     buffer: Option<Arc<TranscriptBuffer>>,
     observer: Observer,
 }
 
 impl TranscriptSink {
-    /// Begins the transcripts that the settings ask for.
+    /// Creates the transcripts of the settings.
     ///
     /// # Errors
     /// The first file that cannot be written.
@@ -144,7 +144,7 @@ impl TranscriptSink {
         Ok(sink)
     }
 
-    /// The state of this controller is about to take the present one's place.
+    /// Records that this controller replaces the current one.
     pub fn restored(&mut self, at: Time, controller: &Controller) {
         if self.recorder.is_on() {
             let what = RecordKind::Link(LinkRecord::from_restored(controller));
@@ -165,12 +165,12 @@ impl TranscriptSink {
         }
     }
 
-    /// The edge does something to the controller.
+    /// Records something about a connection.
     pub fn link(&mut self, at: Time, link: LinkRecord) {
         self.record(at, Some(RecordKind::Link(link)));
     }
 
-    /// The records that are kept in memory.
+    /// The buffer in memory.
     #[must_use]
     pub fn buffer(&self) -> Arc<TranscriptBuffer> {
         self.buffer.clone().unwrap_or_default()
@@ -180,7 +180,7 @@ impl TranscriptSink {
         self.recorder.is_on() || self.buffer.is_some()
     }
 
-    /// An input is about to be handled.
+    /// Records an input before it is handled.
     pub fn input(&mut self, at: Time, input: &Input, by: Side) {
         if self.is_on() {
             let what = self.observer.input(input, by);
@@ -188,7 +188,7 @@ impl TranscriptSink {
         }
     }
 
-    /// An output is about to be carried out.
+    /// Records an output before it is carried out.
     pub fn output(&mut self, at: Time, output: &Output) {
         if self.is_on() {
             let what = self.observer.output(output);
@@ -196,7 +196,7 @@ impl TranscriptSink {
         }
     }
 
-    /// All of it leaves the process.
+    /// Writes all records to the files.
     pub fn flush(&mut self) {
         self.recorder.flush();
     }

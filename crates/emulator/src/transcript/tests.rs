@@ -1,4 +1,4 @@
-//! Tests of the forms of a transcript: what is written is read back, what does not hold is refused.
+//! Tests of the transcript formats: what is written reads back, and invalid input is rejected with its line.
 
 use super::*;
 use ts3100_controller::{Input, Output, PanelAction};

@@ -302,7 +302,7 @@ pub fn format_date(at: CalendarTime) -> String {
     format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
 }
 
-/// Reads a date and time as [`date`] writes it.
+/// Reads a date and time as [`format_date`] writes it.
 ///
 /// # Errors
 /// Anything else.

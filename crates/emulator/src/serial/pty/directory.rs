@@ -1,5 +1,5 @@
-//! The names of pseudo terminals: a directory that belongs to one daemon at a time, and symbolic links that are
-//! replaced whole.
+//! Names of pseudo terminals: symbolic links that are replaced atomically, in a directory that is locked by one daemon at
+//! a time.
 
 use super::super::{SerialError, io_error};
 use std::collections::BTreeMap;

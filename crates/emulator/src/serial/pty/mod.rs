@@ -1,8 +1,8 @@
-//! A pseudo terminal under a stable name. It lives as long as the daemon, however often hosts open and close it;
-//! its settings are read back, as far as the system shows them, so that a host with wrong ones is found out.
+//! A pseudo terminal with a stable name. It lives as long as the daemon, however often hosts open and close it. Its
+//! settings are read back, as far as the system reports them, so that wrong settings of a host have their effect.
 //!
-//! Linux keeps of a pseudo terminal's settings the speed, the stop bits and which parity is meant (odd or not), but
-//! neither the character length nor whether there is a parity at all: those count as matching.
+//! Linux keeps of a pseudo terminal's settings the speed, the stop bits and whether the parity is odd, but neither the
+//! character length nor whether parity is enabled at all; those count as matching. `directory` manages the names.
 
 mod directory;
 
@@ -33,9 +33,9 @@ use tracing::{debug, warn};
 use ts3100_controller::{HostSettings, Port};
 use ts3100_proto::parameter::{Parity, SerialSettings};
 
-/// How often it is looked whether a host has opened the terminal: the system does not tell.
+/// Interval of polling whether a host has opened the terminal; the system sends no event.
 const OPEN_POLL_INTERVAL: Duration = Duration::from_millis(10);
-/// How often the settings of an open one are looked at, besides before every byte.
+/// Interval of reading the settings of an open terminal, in addition to before every read.
 const SETTINGS_POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A pseudo terminal and its name.
@@ -46,9 +46,9 @@ pub(super) struct Pty {
     slave: PathBuf,
     link: Link,
     robot_settings: SerialSettings,
-    /// The settings it was given by us.
+    /// Settings that this emulator has applied.
     initial_settings: Option<SerialSettings>,
-    /// A host has set it otherwise since: from then on its settings are the hosts' own.
+    /// A host has changed the settings since; they are never overwritten again.
     set_by_host: bool,
 }
 

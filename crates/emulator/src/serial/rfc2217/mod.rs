@@ -1,6 +1,5 @@
-//! An access server of RFC 2217 without sockets: bytes of the client in, bytes for the line and settings of the
-//! client's port out. The line behind it is the robot's; its modem signals are wired so that every client may
-//! send.
+//! An RFC 2217 access server without sockets: client bytes in, line bytes and settings out. The line is the robot's; its
+//! modem signals are wired so that a client may always send. `telnet` decodes the stream; `serial::tcp` owns the socket.
 
 mod telnet;
 

@@ -1,5 +1,5 @@
-//! Telnet as bytes (RFC 854): data, negotiations and subnegotiations cut out of a stream, however it is split, and
-//! put into one. Which options are wanted is [`super`]'s.
+//! The Telnet stream (RFC 854): splits it into data, negotiations and subnegotiations, independent of how the stream is
+//! cut, and encodes them. Which options are accepted is decided in [`super`].
 
 /// "Interpret as command": begins every command, and stands twice for itself.
 pub const IAC: u8 = 255;

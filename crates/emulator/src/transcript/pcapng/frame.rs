@@ -1,6 +1,5 @@
-//! Synthetic Ethernet, IPv4 and TCP around the bytes of a connection: sequence numbers and checksums as a real
-//! capture has them. The addresses are those set aside for documentation, the ports of the controller the
-//! manual's.
+//! Synthetic Ethernet, IPv4 and TCP around the bytes of a connection, with sequence numbers and checksums as in a real
+//! capture. The addresses are reserved for documentation; the controller's ports are those of the manual (ETH-05).
 
 use super::super::Side;
 use ts3100_controller::Port;

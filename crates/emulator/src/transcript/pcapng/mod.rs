@@ -1,6 +1,7 @@
-//! A transcript as pcapng, for Wireshark: the Ethernet channels as TCP over synthetic frames, so that Wireshark
-//! reassembles texts as it does those of a real capture; each serial port and the panel on an interface of its own.
-//! Blocks are written here, frames in `frame`. What the bytes mean is told by `packaging/wireshark/ts3100.lua`.
+//! Transcripts as pcapng for Wireshark: the Ethernet channels as TCP in synthetic frames, so that Wireshark reassembles
+//! texts as in a real capture; each serial port and the panel as an interface of its own.
+//!
+//! Blocks are written here, frames in `frame`. The dissector `packaging/wireshark/ts3100.lua` decodes the bytes.
 
 mod frame;
 #[cfg(test)]
