@@ -34,7 +34,7 @@ fn a_file_without_data_finds_the_taught_points() {
     assert_eq!(robot.alarms(), Vec::<String>::new());
     assert_eq!(robot.received(Port::Ip1), b"     250.000\r");
     robot.received(Port::Ip0);
-    let world = robot.controller.whereabouts().world;
+    let world = robot.controller.arm_pose().world_values();
     assert!(
         (world[1] + 150.0).abs() < 1e-6 && (world[2] - 15.0).abs() < 1e-6,
         "{world:?}"

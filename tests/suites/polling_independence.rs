@@ -126,7 +126,7 @@ fn seen(robot: &mut Robot, log: &mut String) {
         robot.now(),
         String::from_utf8_lossy(&printed),
         robot.controller.outputs_on(),
-        robot.controller.whereabouts(),
+        robot.controller.arm_pose(),
     );
 }
 

@@ -9,6 +9,7 @@ mod trajectory;
 use crate::model::{ArmModel, Joints};
 use crate::motion::{Gate, Motion, MotionError, NO_LOAD, Pose, Target, Transform, plan};
 use crate::time::Time;
+use alloc::vec::Vec;
 use scol_mini::{Conditions, Configuration, Frame, Path, Position, Trans};
 
 mod append;
@@ -45,38 +46,51 @@ struct ActiveMotion {
     /// The machine lock was on: time passes, the arm stays.
     locked: bool,
     /// The coordinate systems its WITH names, which hold as long as it does.
-    frames: Option<Systems>,
+    frames: Option<Frames>,
 }
 
-/// The coordinate systems in force, with their names.
+/// The three coordinate systems of a motion or of a program, with their names.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
     derive(serde::Serialize, serde::Deserialize),
     serde(deny_unknown_fields)
 )]
-pub struct Systems {
-    /// BASE.
+pub struct Frames {
+    /// BASE: where the robot stands in the world.
     pub base: Frame,
-    /// WORK.
+    /// WORK: the workpiece, in BASE.
     pub work: Frame,
-    /// TOOL.
+    /// TOOL: the tool point, as seen from the flange.
     pub tool: Frame,
 }
 
-impl Systems {
-    /// Those of the motion conditions.
+impl Frames {
+    /// The coordinate systems that the motion conditions set.
     #[must_use]
-    pub fn of(conditions: &Conditions) -> Systems {
-        Systems {
+    pub fn new(conditions: &Conditions) -> Frames {
+        Frames {
             base: conditions.base.clone(),
             work: conditions.work.clone(),
             tool: conditions.tool.clone(),
         }
     }
 
-    fn of_motion(motion: &scol_mini::Motion) -> Option<Systems> {
-        motion.own_frames.then(|| Systems::of(&motion.conditions))
+    /// Those of a motion whose WITH names one; `None` if the motion uses those set by the program.
+    fn of_motion(motion: &scol_mini::Motion) -> Option<Frames> {
+        motion.own_frames.then(|| Frames::new(&motion.conditions))
+    }
+
+    fn base(&self) -> Transform {
+        transform(&self.base.trans)
+    }
+
+    fn work(&self) -> Transform {
+        transform(&self.work.trans)
+    }
+
+    fn tool(&self) -> Transform {
+        transform(&self.tool.trans)
     }
 }
 
@@ -103,60 +117,49 @@ pub struct Arm {
     wear: Wear,
 }
 
-/// The frames a program has set.
+/// The posture of the arm at one moment, in joints and in coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frames {
-    base: Transform,
-    work: Transform,
-    tool: Transform,
-}
-
-impl Frames {
-    /// The frames of the motion conditions.
-    #[must_use]
-    pub fn of(conditions: &Conditions) -> Frames {
-        Trio::between(&conditions.base, &conditions.work, &conditions.tool).frames()
-    }
-}
-
-/// The coordinate systems in force as they are written: most statements never look at the arm, so the transforms are
-/// made when one does.
-#[derive(Debug, Clone)]
-pub struct Trio {
-    base: Trans,
-    work: Trans,
-    tool: Trans,
-}
-
-impl Trio {
-    fn between(base: &Frame, work: &Frame, tool: &Frame) -> Trio {
-        Trio {
-            base: base.trans.clone(),
-            work: work.trans.clone(),
-            tool: tool.trans.clone(),
-        }
-    }
-
-    /// As transforms.
-    #[must_use]
-    pub fn frames(&self) -> Frames {
-        Frames {
-            base: transform(&self.base),
-            work: transform(&self.work),
-            tool: transform(&self.tool),
-        }
-    }
-}
-
-/// A position as SF shows it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Shown {
-    /// Joint values.
-    pub joint: Joints,
+pub struct ArmPose {
+    /// Kind of arm, which decides the coordinates of a position.
+    pub kind: scol_mini::Arm,
+    /// Number of axes the model has.
+    pub axes: usize,
+    /// Joint values: degrees, mm for axis 3 of a SCARA arm.
+    pub joints: Joints,
     /// Tool point in world coordinates.
     pub world: Pose,
     /// Tool point in work coordinates.
     pub work: Pose,
+    /// Configuration digits (DATA-04).
+    pub configuration: [u8; 5],
+}
+
+impl ArmPose {
+    /// Values of the axes that the model has.
+    #[must_use]
+    pub fn joint_values(&self) -> Vec<f64> {
+        self.joints.iter().take(self.axes).copied().collect()
+    }
+
+    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
+    #[must_use]
+    pub fn world_values(&self) -> Vec<f64> {
+        self.values(&self.world)
+    }
+
+    /// The tool point in the work coordinate system, in the same order.
+    #[must_use]
+    pub fn work_values(&self) -> Vec<f64> {
+        self.values(&self.work)
+    }
+
+    fn values(&self, pose: &Pose) -> Vec<f64> {
+        let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
+        match self.kind {
+            scol_mini::Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
+            scol_mini::Arm::Scara => Vec::from([x, y, z, c, u]),
+        }
+    }
 }
 
 fn transform(trans: &Trans) -> Transform {
@@ -297,7 +300,7 @@ impl Arm {
             start,
             settings,
             locked,
-            frames: Systems::of_motion(motion),
+            frames: Frames::of_motion(motion),
         });
         Ok(())
     }
@@ -317,7 +320,7 @@ impl Arm {
         from: &Joints,
         pace: SpeedLimits,
     ) -> Result<(Motion, MotionSettings), MotionError> {
-        let frames = Frames::of(&motion.conditions);
+        let frames = Frames::new(&motion.conditions);
         let target = self.target(motion, &frames, from);
         let Conditions {
             speed, accel, decel, ..
@@ -335,14 +338,8 @@ impl Arm {
             load_part: NO_LOAD,
         }
         .with_load(load, self.model.max_payload);
-        let planned = plan(&self.model, from, &target, &frames.tool, &settings.limits(pace))?;
+        let planned = plan(&self.model, from, &target, &frames.tool(), &settings.limits(pace))?;
         Ok((planned, settings))
-    }
-
-    /// Configuration digits of the present posture.
-    #[must_use]
-    pub fn configuration(&self, now: Time) -> [u8; 5] {
-        self.model.forward(&self.joints(now)).1
     }
 
     fn target(&self, motion: &scol_mini::Motion, frames: &Frames, from: &Joints) -> Target {
@@ -391,13 +388,13 @@ impl Arm {
         let work = position
             .work
             .as_deref()
-            .map_or(frames.work, |frame| transform(&frame.trans));
-        let local = self.pose(position);
-        let placed = frames.base.compose(&work).compose(&local.transform());
+            .map_or_else(|| frames.work(), |frame| transform(&frame.trans));
+        let local = self.local_pose(position);
+        let placed = frames.base().compose(&work).compose(&local.transform());
         Pose::from_transform(&placed, local.uv)
     }
 
-    fn pose(&self, position: &Position) -> Pose {
+    fn local_pose(&self, position: &Position) -> Pose {
         let [x, y, z, fourth, fifth, sixth, u, v] = position.coords;
         match self.kind() {
             scol_mini::Arm::SixAxis => Pose {
@@ -413,53 +410,42 @@ impl Arm {
         }
     }
 
-    /// The coordinate systems in force: those of the motion under way where its WITH names one, else those set.
-    #[must_use]
-    pub fn systems(&self, conditions: &Conditions) -> Systems {
-        let own = self.active.as_ref().and_then(|active| active.frames.clone());
-        own.unwrap_or_else(|| Systems::of(conditions))
-    }
-
-    /// The same as transforms.
+    /// The coordinate systems in force: those of the motion under way if its WITH names one, else those set.
     #[must_use]
     pub fn frames(&self, conditions: &Conditions) -> Frames {
-        self.trio(conditions).frames()
+        let own = self.active.as_ref().and_then(|active| active.frames.clone());
+        own.unwrap_or_else(|| Frames::new(conditions))
     }
 
-    /// The same, not computed yet.
+    /// The posture at `now`, as SF and PR send it.
     #[must_use]
-    pub fn trio(&self, conditions: &Conditions) -> Trio {
-        match self.active.as_ref().and_then(|active| active.frames.as_ref()) {
-            Some(own) => Trio::between(&own.base, &own.work, &own.tool),
-            None => Trio::between(&conditions.base, &conditions.work, &conditions.tool),
-        }
-    }
-
-    /// The position at `now` as SF shows it.
-    #[must_use]
-    pub fn shown(&self, now: Time, conditions: &Conditions) -> Shown {
-        let joint = self.joints(now);
+    pub fn pose(&self, now: Time, conditions: &Conditions) -> ArmPose {
+        let joints = self.joints(now);
         let frames = self.frames(conditions);
-        let (flange, _) = self.model.forward(&joint);
-        let world = flange.transform().compose(&frames.tool);
+        let (flange, configuration) = self.model.forward(&joints);
+        let world = flange.transform().compose(&frames.tool());
+        // A position with a work coordinate of its own is shown in that one.
         let set = self
             .position_work
             .as_ref()
-            .map_or(frames.work, |frame| transform(&frame.trans));
-        let work = frames.base.compose(&set).inverse().compose(&world);
-        Shown {
-            joint,
+            .map_or_else(|| frames.work(), |frame| transform(&frame.trans));
+        let work = frames.base().compose(&set).inverse().compose(&world);
+        ArmPose {
+            kind: self.kind(),
+            axes: self.model.axes.len(),
+            joints,
             world: Pose::from_transform(&world, flange.uv),
             work: Pose::from_transform(&work, flange.uv),
+            configuration,
         }
     }
 
     /// Name of the work coordinate the position is shown in.
     #[must_use]
-    pub fn work_name<'a>(&'a self, systems: &'a Systems) -> &'a str {
+    pub fn work_name<'a>(&'a self, frames: &'a Frames) -> &'a str {
         self.position_work
             .as_ref()
-            .unwrap_or(&systems.work)
+            .unwrap_or(&frames.work)
             .name
             .as_deref()
             .unwrap_or_default()
@@ -474,9 +460,9 @@ impl Arm {
     /// The position of a posture in the frames given.
     fn position_of(&self, joints: &Joints, frames: &Frames) -> Position {
         let (flange, digits) = self.model.forward(joints);
-        let world = flange.transform().compose(&frames.tool);
+        let world = flange.transform().compose(&frames.tool());
         let local = Pose::from_transform(
-            &frames.base.compose(&frames.work).inverse().compose(&world),
+            &frames.base().compose(&frames.work()).inverse().compose(&world),
             flange.uv,
         );
         let ([x, y, z], [a, b, c], [u, v]) = (local.xyz, local.abc, local.uv);

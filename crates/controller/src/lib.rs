@@ -71,6 +71,7 @@ pub mod time;
 pub mod variation;
 
 pub use action::{Action, ActionError, ActionErrorKind, IoKind};
+pub use arm::ArmPose;
 pub use command_coverage::CommandCoverage;
 pub use controller::{Controller, SelectError};
 pub use drive::DriveError;
@@ -81,7 +82,6 @@ pub use options::{Config, ControllerType, Dialect, Options};
 pub use output::{Event, Output, Verdict};
 pub use parameters::ParameterError;
 pub use port::Port;
-pub use queries::Whereabouts;
 pub use serial_line::{HostEnd, HostSettings};
 #[cfg(feature = "serde")]
 pub use snapshot::{SNAPSHOT_FORMAT, SNAPSHOT_VERSION, Snapshot, SnapshotError, SnapshotHeader};

@@ -12,10 +12,10 @@ use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::position::CurrentPosition;
 
 use crate::alarm::Alarms;
+use crate::arm::ArmPose;
 use crate::drive::Drive;
 use crate::executor::{Task, TaskState};
 use crate::gripper::HANDS;
-use crate::motion::Pose;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::port::Port;
@@ -24,7 +24,7 @@ use crate::signals::Signals;
 use crate::state::PanelState;
 use alloc::string::String;
 use alloc::vec::Vec;
-use scol_mini::{Arm, Channel, Configuration, Position, ValueKind};
+use scol_mini::{Channel, Position, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
@@ -32,25 +32,6 @@ use ts3100_proto::status::ExecutionStatus;
 
 /// Elements of one array that are shown at most.
 pub const MAX_ELEMENTS: usize = 1_000;
-
-/// The arm at a moment.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ArmView {
-    /// Joint values: degrees, of the SCARA's third axis mm.
-    pub joints: Vec<f64>,
-    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
-    pub world: Vec<f64>,
-    /// The tool point in the work coordinate system, in the same order.
-    pub work: Vec<f64>,
-    /// Name of that coordinate system; empty when it has none.
-    pub work_name: String,
-    /// The configuration as a program writes it.
-    pub configuration: i64,
-    /// A motion is under way or held.
-    pub moving: bool,
-    /// Percentage of it completed; 100 when none is under way.
-    pub percent: f64,
-}
 
 /// A task at a moment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,17 +76,6 @@ pub struct VariableView {
 
 /// The highest number of an output.
 const LAST_OUTPUT: u16 = 264;
-
-/// Where the arm is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Whereabouts {
-    /// Joint values: degrees, of the SCARA's third axis mm.
-    pub joints: Vec<f64>,
-    /// The tool point in world: X Y Z A B C U V, of a SCARA X Y Z C T; mm and degrees.
-    pub world: Vec<f64>,
-    /// The digits of the configuration.
-    pub configuration: [u8; 5],
-}
 
 impl Controller {
     /// Modes, key, buttons, and how long everything runs.
@@ -209,26 +179,30 @@ impl Controller {
         })
     }
 
-    /// The arm now.
+    /// The posture of the arm now.
     #[must_use]
-    pub fn arm_view(&self) -> ArmView {
+    pub fn arm_pose(&self) -> ArmPose {
         let conditions = self.robot.executor.memory().conditions();
-        let shown = self.robot.arm.shown(self.robot.now, conditions);
-        let kind = self.robot.arm.kind();
-        let axes = match kind {
-            Arm::SixAxis => 6,
-            Arm::Scara => 4,
-        };
-        let digits = self.robot.arm.configuration(self.robot.now);
-        ArmView {
-            joints: shown.joint.iter().take(axes).copied().collect(),
-            world: listed(kind, &shown.world),
-            work: listed(kind, &shown.work),
-            work_name: String::from(self.robot.arm.work_name(&self.robot.arm.systems(conditions))),
-            configuration: Configuration { digits }.number_on(kind),
-            moving: self.robot.arm.is_moving(),
-            percent: self.robot.arm.percent(self.robot.now),
-        }
+        self.robot.arm.pose(self.robot.now, conditions)
+    }
+
+    /// Name of the work coordinate system in which the pose is given; empty if it has none.
+    #[must_use]
+    pub fn work_name(&self) -> String {
+        let frames = self.robot.arm.frames(self.robot.executor.memory().conditions());
+        String::from(self.robot.arm.work_name(&frames))
+    }
+
+    /// Whether a motion is under way or held.
+    #[must_use]
+    pub fn is_arm_moving(&self) -> bool {
+        self.robot.arm.is_moving()
+    }
+
+    /// Percentage of the motion completed; 100 if none is under way.
+    #[must_use]
+    pub fn motion_percent(&self) -> f64 {
+        self.robot.arm.percent(self.robot.now)
     }
 
     /// The present position in the frames that are set: what teaching writes down.
@@ -372,26 +346,6 @@ impl Controller {
         lines.filter(|line| self.robot.signals.output(*line)).collect()
     }
 
-    /// Where the arm is now.
-    #[must_use]
-    pub fn whereabouts(&self) -> Whereabouts {
-        let shown = self
-            .robot
-            .arm
-            .shown(self.robot.now, self.robot.executor.memory().conditions());
-        let ([x, y, z], [a, b, c], [u, v]) = (shown.world.xyz, shown.world.abc, shown.world.uv);
-        let axes = self.robot.arm.model().axes.len();
-        let world = match self.robot.arm.kind() {
-            Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
-            Arm::Scara => Vec::from([x, y, z, c, u]),
-        };
-        Whereabouts {
-            joints: shown.joint.iter().take(axes).copied().collect(),
-            world,
-            configuration: self.robot.arm.configuration(self.robot.now),
-        }
-    }
-
     /// Date and time now, as the error history writes it.
     #[must_use]
     pub fn calendar_now(&self) -> CalendarTime {
@@ -487,14 +441,6 @@ impl Controller {
         value: &str,
     ) -> Result<(), ParameterError> {
         self.robot.set_parameter(file, section, key, value)
-    }
-}
-
-fn listed(kind: Arm, pose: &Pose) -> Vec<f64> {
-    let ([x, y, z], [a, b, c], [u, v]) = (pose.xyz, pose.abc, pose.uv);
-    match kind {
-        Arm::SixAxis => Vec::from([x, y, z, a, b, c, u, v]),
-        Arm::Scara => Vec::from([x, y, z, c, u]),
     }
 }
 

@@ -130,7 +130,7 @@ impl Robot {
 
     /// The present position in the frames that are set: what teaching writes down.
     pub(crate) fn present_position(&self) -> Position {
-        let frames = Frames::of(self.executor.memory().conditions());
+        let frames = Frames::new(self.executor.memory().conditions());
         self.arm.here(self.now, &frames)
     }
 

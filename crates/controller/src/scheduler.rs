@@ -426,7 +426,7 @@ impl Robot {
         let view = ScolInputs {
             signals: &self.signals,
             arm: &self.arm,
-            frames: self.arm.trio(self.executor.memory().conditions()),
+            frames: self.arm.frames(self.executor.memory().conditions()),
             run_mode: self.state.run_mode,
             now: seen,
             timer: self.executor.timer.read(seen),

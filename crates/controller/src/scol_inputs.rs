@@ -2,7 +2,7 @@
 //!
 //! It implements the trait `Inputs` of scol-mini for one instant.
 
-use crate::arm::{Arm, Trio};
+use crate::arm::{Arm, Frames};
 use crate::signals::Signals;
 use crate::time::Time;
 use core::cell::Cell;
@@ -16,7 +16,7 @@ pub struct ScolInputs<'a> {
     /// The arm.
     pub arm: &'a Arm,
     /// Base, work and tool when the machine began to run.
-    pub frames: Trio,
+    pub frames: Frames,
     /// Operation mode.
     pub run_mode: RunMode,
     /// The instant.
@@ -57,7 +57,7 @@ impl Inputs for ScolInputs<'_> {
 
     fn here(&self) -> Position {
         self.looked_at_motion();
-        self.arm.here(self.now, &self.frames.frames())
+        self.arm.here(self.now, &self.frames)
     }
 
     fn timer(&self) -> f64 {
@@ -77,7 +77,7 @@ impl Inputs for ScolInputs<'_> {
 
     fn destination(&self) -> Position {
         self.looked_at_motion();
-        self.arm.destination(self.now, &self.frames.frames())
+        self.arm.destination(self.now, &self.frames)
     }
 
     /// Numbered as hosts know the modes (scol.md 4): 0 continuous, 1 cycle, 2 step, 3 segment.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::{
-    Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time, Whereabouts,
+    ArmPose, Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time,
 };
 
 /// Name of the teach pendant as a channel.
@@ -132,7 +132,7 @@ pub struct RunReport {
     /// Virtual time from start to end.
     pub duration: Duration,
     /// Pose of the arm at the end.
-    pub arm: Whereabouts,
+    pub arm: ArmPose,
     /// User outputs that are on.
     pub outputs: Vec<u16>,
     /// Number of records that no INPUT read, by channel.
@@ -342,7 +342,7 @@ impl Runner {
         RunReport {
             end: ending,
             duration: self.controller.now().since(self.started_at),
-            arm: self.controller.whereabouts(),
+            arm: self.controller.arm_pose(),
             outputs: self.controller.outputs_on(),
             unused: unused.filter(|(_, rest)| *rest > 0).collect(),
             executed: self.executed,

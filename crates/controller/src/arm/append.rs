@@ -2,7 +2,7 @@
 //!
 //! `Motion::blend` calculates how two motions overlap. When a program may read ahead is decided by the executor.
 
-use super::{ActiveMotion, Arm, Frames, SpeedLimits, Systems, destination};
+use super::{ActiveMotion, Arm, Frames, SpeedLimits, destination};
 use crate::motion::MotionError;
 use crate::time::Time;
 
@@ -26,7 +26,7 @@ impl Arm {
             return Ok(false);
         };
         let (planned, settings) = self.plan_motion(motion, &active.motion.end(), pace)?;
-        let tool = Frames::of(&motion.conditions).tool;
+        let tool = Frames::new(&motion.conditions).tool();
         let at = now.since(active.start);
         let Some(blended) = active.motion.blend(&self.model, at, &planned, pass, &tool) else {
             return Ok(false);
@@ -39,7 +39,7 @@ impl Arm {
             start,
             settings,
             locked: false,
-            frames: Systems::of_motion(motion),
+            frames: Frames::of_motion(motion),
         });
         Ok(true)
     }

@@ -92,7 +92,7 @@ impl Arm {
             load_part: NO_LOAD,
         };
         let limits = settings.limits(pace);
-        let frames = Frames::of(conditions);
+        let frames = Frames::new(conditions);
         let (start, from) = self.next_start(now);
         let way = guidance.step.unwrap_or(self.max_travel(guidance, &from));
         if way < MIN_TRAVEL {
@@ -152,10 +152,10 @@ impl Arm {
                 axis: index,
                 value: present + guidance.sign * way,
             };
-            return plan(&self.model, from, &target, &frames.tool, limits);
+            return plan(&self.model, from, &target, &frames.tool(), limits);
         }
         let (flange, digits) = self.model.forward(from);
-        let here = flange.transform().compose(&frames.tool);
+        let here = flange.transform().compose(&frames.tool());
         let mut step = [0.0; 6];
         *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
             axis: usize::from(guidance.axis),
@@ -164,7 +164,7 @@ impl Arm {
         let step = Transform::from_coords(step);
         let system = match guidance.frame {
             JogFrame::Tool => here,
-            JogFrame::Work => frames.base.compose(&frames.work),
+            JogFrame::Work => frames.base().compose(&frames.work()),
             JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
         };
         // Along the axes of the system, about the tool point.
@@ -182,7 +182,7 @@ impl Arm {
             &self.model,
             from,
             &Target::Line(Pose::from_transform(&there, flange.uv), digits),
-            &frames.tool,
+            &frames.tool(),
             limits,
         )
     }

@@ -104,18 +104,18 @@ impl Robot {
 
     /// PR: the position. The servo follows exactly, so command and feedback are the same.
     pub(super) fn op_position(&mut self, query: PositionQuery) -> Outcome {
-        let shown = self.arm.shown(self.now, self.executor.memory().conditions());
+        let pose = self.arm.pose(self.now, self.executor.memory().conditions());
         let config = Configuration {
-            digits: self.arm.configuration(self.now),
+            digits: pose.configuration,
         }
         .number_on(self.arm.kind());
         let (values, config) = match query {
-            PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (shown.joint.to_vec(), None),
+            PositionQuery::CommandJoint | PositionQuery::FeedbackJoint => (pose.joints.to_vec(), None),
             PositionQuery::CommandWorld | PositionQuery::FeedbackWorld => {
-                (self.coordinates(&shown.world), Some(config))
+                (self.coordinates(&pose.world), Some(config))
             }
             PositionQuery::CommandWork | PositionQuery::FeedbackWork => {
-                (self.coordinates(&shown.work), Some(config))
+                (self.coordinates(&pose.work), Some(config))
             }
         };
         Outcome::file(encode_position(&quiet(values), config))
@@ -135,12 +135,9 @@ impl Robot {
         let conditions = self.executor.memory().conditions();
         let (early, late) = (self.now, self.now + VELOCITY_SPAN);
         let seconds = late.since(early).as_secs_f64();
-        let (before, after) = (
-            self.arm.shown(early, conditions),
-            self.arm.shown(late, conditions),
-        );
+        let (before, after) = (self.arm.pose(early, conditions), self.arm.pose(late, conditions));
         let (before, after) = if which == 0 {
-            (before.joint.to_vec(), after.joint.to_vec())
+            (before.joints.to_vec(), after.joints.to_vec())
         } else {
             (self.coordinates(&before.world), self.coordinates(&after.world))
         };

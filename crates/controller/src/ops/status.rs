@@ -79,8 +79,8 @@ impl Robot {
     fn system_status(&self, asked: Option<&StatusBody>) -> SystemStatus {
         let body = self.status_body();
         let conditions = self.executor.memory().conditions();
-        let shown = self.arm.shown(self.now, conditions);
-        let systems = self.arm.systems(conditions);
+        let pose = self.arm.pose(self.now, conditions);
+        let frames = self.arm.frames(conditions);
         let (executed, execution_task) = self.executor.executed(self.arm.is_moving());
         let (analysed, analysis_task) = self.executor.analysed();
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
@@ -104,12 +104,12 @@ impl Robot {
             run_minutes: self.state.run_minutes(self.now),
             inputs: sf_words(lines.inputs),
             outputs: sf_words(lines.outputs),
-            joint: single(shown.joint),
-            world: self.listed(&shown.world),
-            work: self.listed(&shown.work),
-            work_name: self.arm.work_name(&systems).to_string(),
-            tool_name: systems.tool.name.unwrap_or_default(),
-            base_name: systems.base.name.unwrap_or_default(),
+            joint: single(pose.joints),
+            world: self.listed(&pose.world),
+            work: self.listed(&pose.work),
+            work_name: self.arm.work_name(&frames).to_string(),
+            tool_name: frames.tool.name.unwrap_or_default(),
+            base_name: frames.base.name.unwrap_or_default(),
         }
     }
 

@@ -279,16 +279,23 @@ fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
 }
 
 fn arm_pose(view: &View<'_>) -> ArmPose {
-    let arm = view.controller.arm_view();
+    let controller = view.controller;
+    let pose = controller.arm_pose();
+    let digits = pose.configuration;
+    // The document has the four axes every SCARA has; T is the fifth value of its position.
+    let axes = match pose.kind {
+        scol_mini::Arm::SixAxis => 6,
+        scol_mini::Arm::Scara => 4,
+    };
     ArmPose {
-        model: view.controller.config().model.name.clone(),
-        joints: arm.joints,
-        world: arm.world,
-        work: arm.work,
-        work_name: arm.work_name,
-        configuration: arm.configuration,
-        moving: arm.moving,
-        percent: arm.percent,
+        model: controller.config().model.name.clone(),
+        joints: pose.joint_values().into_iter().take(axes).collect(),
+        world: pose.world_values(),
+        work: pose.work_values(),
+        work_name: controller.work_name(),
+        configuration: scol_mini::Configuration { digits }.number_on(pose.kind),
+        moving: controller.is_arm_moving(),
+        percent: controller.motion_percent(),
         position_file: String::from_utf8_lossy(&view.controller.current_position().encode())
             .trim_end()
             .to_owned(),

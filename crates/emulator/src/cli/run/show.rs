@@ -146,13 +146,13 @@ impl RunPrinter {
         }
         let (_, words) = describe_end(&report.end);
         eprintln!("after {:.3} s: {words}", report.duration.as_secs_f64());
-        let names: &[&str] = match report.arm.world.len() {
+        let names: &[&str] = match report.arm.world_values().len() {
             SCARA_COORDINATES => &["X", "Y", "Z", "C", "T"],
             _ => &["X", "Y", "Z", "A", "B", "C", "U", "V"],
         };
         let world: Vec<String> = names
             .iter()
-            .zip(&report.arm.world)
+            .zip(&report.arm.world_values())
             .map(|(name, value)| format!("{name} {:.3}", rounded(*value)))
             .collect();
         eprintln!(
@@ -162,7 +162,7 @@ impl RunPrinter {
         );
         let joints: Vec<String> = report
             .arm
-            .joints
+            .joint_values()
             .iter()
             .map(|j| format!("{:.3}", rounded(*j)))
             .collect();
@@ -192,9 +192,9 @@ impl RunPrinter {
         }
         put("seconds", seconds(report.duration));
         let rounded = |values: &[f64]| values.iter().map(|v| rounded(*v)).collect::<Vec<f64>>();
-        put("position", json!(rounded(&report.arm.world)));
+        put("position", json!(rounded(&report.arm.world_values())));
         put("configuration", json!(configuration(report)));
-        put("joints", json!(rounded(&report.arm.joints)));
+        put("joints", json!(rounded(&report.arm.joint_values())));
         put("outputs", json!(report.outputs));
         put("unused", json!(report.unused));
         put("printed", json!(self.printed.entries));
@@ -219,7 +219,7 @@ fn rounded(value: f64) -> f64 {
 /// The configuration as a program writes it: a word on a SCARA, five digits on six axes.
 fn configuration(report: &RunReport) -> String {
     let digits = &report.arm.configuration;
-    match (report.arm.world.len(), digits.first()) {
+    match (report.arm.world_values().len(), digits.first()) {
         (SCARA_COORDINATES, Some(1)) => "LEFTY".to_owned(),
         (SCARA_COORDINATES, Some(2)) => "RIGHTY".to_owned(),
         (SCARA_COORDINATES, _) => "FREE".to_owned(),
