@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use scol_mini::{Arm, Compilation, IntDivision, LanguageOptions, TaughtPoint, compile_with_points};
 use ts3100_proto::calendar::CalendarTime;
-use ts3100_proto::command::{Command, SCARA_MANUAL};
+use ts3100_proto::command::{COMMANDS, Command, Source};
 use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::permission::PermissionTable;
 use ts3100_proto::status::su::SuLayout;
@@ -376,8 +376,11 @@ impl Config {
     /// The same of an extension by its row in the permission tables.
     #[must_use]
     pub fn serves_row(&self, row: &str) -> bool {
-        let printed = self.model.language() == scol_mini::Arm::Scara && SCARA_MANUAL.contains(&row);
-        self.options.extensions || printed
+        let mut printed = COMMANDS
+            .iter()
+            .filter(|known| known.source == Source::ScaraManual);
+        let is_scara = self.model.language() == scol_mini::Arm::Scara;
+        self.options.extensions || is_scara && printed.any(|known| known.name == row)
     }
 
     /// The same with this controller, and the options it presets.

@@ -1,10 +1,12 @@
 //! Which command is valid on which port in which mode: tables 5.3 and 5.4 of the manual, and the extensions in the
 //! same form.
 //!
-//! The rows are data (`data/permissions.txt`) and users may replace them. The controller decides when the robot counts
+//! The cells are in the rows of the commands; users may replace them by a file (`data/permissions.txt` has the form).
+//! The controller decides when the robot counts
 //! as stopped and how it refuses; the row of a command is
 //! [`Command::permission_row`](crate::command::Command::permission_row).
 
+use crate::command::{COMMANDS, count_permissions, permission_names};
 use crate::status::MasterMode;
 use alloc::collections::BTreeSet;
 use alloc::string::{String, ToString};
@@ -35,22 +37,20 @@ pub enum Permission {
     Invalid,
 }
 
-/// The rows of either table, in their order.
-pub const ROWS: [&str; 20] = [
-    "RN", "SP", "BR", "SO", "RS", "SL", "UL", "DL", "CA", "SU", "ER", "EU", "EC", "MW", "FD", "SF", "MR",
-    "IW", "VR", "DO",
-];
+/// The rows of tables 5.3 and 5.4, in the order of the manual.
+pub const ROWS: [&str; count_permissions(COMMANDS, false)] = permission_names(COMMANDS, false);
 
 /// The rows of the extensions (decision D4); `RS,ERR` is the reset of alarms. Snapshots store the cells in this order,
 /// so a new row goes to the end.
-pub const EXTENSION_ROWS: [&str; 16] = [
-    "SM", "AC", "AH", "IO", "PR", "VL", "HI", "HO", "WD", "ZS", "MD", "RT", "SC", "JG", "RS,ERR", "MN",
-];
+pub const EXTENSION_ROWS: [&str; count_permissions(COMMANDS, true)] = permission_names(COMMANDS, true);
+
+/// Cells of a row: one for each [`MasterMode`].
+pub const CELLS: usize = MasterMode::ALL.len();
 
 /// The columns by their names in the file, in the order of [`MasterMode::ALL`].
-const COLUMNS: [&str; 5] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
+const COLUMNS: [&str; CELLS] = ["TEACHING", "INTERNAL", "SIG", "RS-232C", "ETHER"];
 
-type Row = [Permission; COLUMNS.len()];
+type Row = [Permission; CELLS];
 type Rows<const N: usize> = [Row; N];
 
 /// The tables of either port, the manual's and that of the extensions.
@@ -69,11 +69,8 @@ pub struct PermissionTable {
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
-/// Rows added after the first release: in a table or snapshot without them they are valid everywhere.
-const OPTIONAL_ROWS: [&str; 1] = ["MN"];
-/// Number of rows that every snapshot has.
-#[cfg(feature = "serde")]
-const REQUIRED_EXTENSIONS: usize = EXTENSION_ROWS.len() - OPTIONAL_ROWS.len();
+/// Rows of extensions in the first release. Tables and snapshots may lack later ones, which are then valid everywhere.
+const REQUIRED_EXTENSIONS: usize = 15;
 
 #[cfg(feature = "serde")]
 fn deserialize_extensions<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
@@ -83,7 +80,7 @@ where
     use serde::de::{Deserialize, Error};
     let mut rows = alloc::vec::Vec::<Row>::deserialize(from)?;
     if rows.len() >= REQUIRED_EXTENSIONS && rows.len() < N {
-        rows.resize(N, [Permission::Valid; COLUMNS.len()]);
+        rows.resize(N, [Permission::Valid; CELLS]);
     }
     let found = rows.len();
     rows.try_into()
@@ -106,8 +103,25 @@ impl PermissionTable {
     /// The tables as the manual prints them, and those of decision D4 for the extensions.
     #[must_use]
     pub fn printed() -> PermissionTable {
-        PermissionTable::parse(include_str!("../data/permissions.txt"))
-            .expect("the printed tables are part of the crate and a test reads them")
+        let rows = COMMANDS.iter().filter_map(|row| Some((row, row.permission?)));
+        let mut table = PermissionTable {
+            host: [[Permission::Valid; CELLS]; _],
+            ip0: [[Permission::Valid; CELLS]; _],
+            host_extensions: [[Permission::Valid; CELLS]; _],
+            ip0_extensions: [[Permission::Valid; CELLS]; _],
+        };
+        for (row, permission) in rows {
+            let (host, ip0): (&mut [Row], &mut [Row]) = if row.is_extension() {
+                (&mut table.host_extensions, &mut table.ip0_extensions)
+            } else {
+                (&mut table.host, &mut table.ip0)
+            };
+            if let (Some(host), Some(ip0)) = (host.get_mut(permission.number), ip0.get_mut(permission.number))
+            {
+                (*host, *ip0) = (permission.host, permission.ip0);
+            }
+        }
+        table
     }
 
     /// Reads tables in the form of `data/permissions.txt`, in any order.
@@ -167,6 +181,14 @@ const IP0_EXTENSIONS: &str = "[IP0 extensions]";
 /// Expected at the start of a table.
 const HEADINGS: &str = "[HOST], [IP0], [HOST extensions] or [IP0 extensions]";
 
+/// Whether a table may lack this row.
+fn is_optional(row: &str) -> bool {
+    EXTENSION_ROWS
+        .iter()
+        .skip(REQUIRED_EXTENSIONS)
+        .any(|later| *later == row)
+}
+
 /// Reads the table under a heading, unless it was there before.
 fn fill_table<const N: usize>(
     target: &mut Option<Rows<N>>,
@@ -223,15 +245,11 @@ fn parse_table<const N: usize>(
         Some((number, line)) => return Err(error(number, &head(), line)),
         None => return Err(error(lines.number, &head(), "the end of the file")),
     }
-    let mut rows = [[Permission::Valid; COLUMNS.len()]; N];
+    let mut rows = [[Permission::Valid; CELLS]; N];
     let mut seen = BTreeSet::new();
     while seen.len() < N {
         let ends = lines.clone().next().is_none_or(|(_, line)| line.starts_with('['));
-        if ends
-            && names
-                .iter()
-                .all(|row| OPTIONAL_ROWS.contains(row) || seen.contains(row))
-        {
+        if ends && names.iter().all(|row| is_optional(row) || seen.contains(row)) {
             break;
         }
         let missing = || {
@@ -258,7 +276,7 @@ fn parse_table<const N: usize>(
 }
 
 fn parse_row<'a>(mut words: impl Iterator<Item = &'a str>) -> Option<Row> {
-    let mut cells = [Permission::Invalid; COLUMNS.len()];
+    let mut cells = [Permission::Invalid; CELLS];
     for cell in &mut cells {
         *cell = match words.next()? {
             "O" => Permission::Valid,
@@ -285,7 +303,6 @@ fn error(line: usize, expected: &str, found: &str) -> PermissionError {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{COMMANDS, Command, EXTENSIONS};
     use alloc::format;
     use alloc::vec::Vec;
 
@@ -342,20 +359,36 @@ mod tests {
     }
 
     #[test]
-    fn every_command_but_the_parts_of_an_exchange_has_a_row() {
-        let all = COMMANDS.iter().chain(EXTENSIONS);
-        for row in all.filter(|row| !matches!(row.letters, "FL" | "OK" | "NG")) {
-            let command = Command::parse(row.example.as_bytes()).unwrap();
-            let extension = EXTENSION_ROWS.contains(&command.permission_row());
-            assert_eq!(extension, command.is_extension(), "{}", row.form);
-            assert_ne!(
-                extension,
-                ROWS.contains(&command.permission_row()),
-                "{}",
-                row.form
-            );
+    fn the_file_prints_the_same_tables() {
+        let text = include_str!("../data/permissions.txt");
+        let file = PermissionTable::parse(text).unwrap();
+        for line in text.lines().filter(|line| !line.starts_with(['#', '[', 'C'])) {
+            let Some(row) = line.split_whitespace().next() else {
+                continue;
+            };
+            for port in ProtocolPort::ALL {
+                assert_eq!(
+                    cells(port, row),
+                    MasterMode::ALL.map(|mode| file.get(port, row, mode).unwrap()),
+                    "{row}"
+                );
+            }
         }
-        assert_eq!(EXTENSION_ROWS.len(), EXTENSIONS.len());
+    }
+
+    #[test]
+    fn the_rows_keep_their_order() {
+        // Snapshots and user files depend on it.
+        let manual = "RN SP BR SO RS SL UL DL CA SU ER EU EC MW FD SF MR IW VR DO";
+        assert_eq!(ROWS.join(" "), manual);
+        let extensions = "SM AC AH IO PR VL HI HO WD ZS MD RT SC JG RS,ERR MN";
+        assert!(EXTENSION_ROWS.join(" ").starts_with(extensions));
+        let without: Vec<&str> = COMMANDS
+            .iter()
+            .filter(|row| row.permission.is_none())
+            .map(|row| row.name)
+            .collect();
+        assert_eq!(without, ["FL", "OK", "NG"]);
     }
 
     // clause: PRM-LEG-05

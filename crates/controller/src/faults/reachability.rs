@@ -12,7 +12,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::calendar::CalendarTime;
-use ts3100_proto::command::Number;
+use ts3100_proto::command::{Answer, COMMANDS, Number};
 use ts3100_proto::name::MAX_FILE_NAME;
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::ac::{AlarmRecord, MAX_MESSAGE, encode_alarms};
@@ -107,9 +107,12 @@ fn max_texts(command: &str) -> u32 {
             let (axes, information) = ([[MAX_COUNTER; _]; _], [MAX_COUNTER; _]);
             texts(Maintenance { axes, information }.encode().len())
         }
-        // Their content always fits into one text.
-        "SU" | "VR" | "SM" | "IO" | "HI" | "PR" | "VL" => 1,
-        _ => 0,
+        // The content of the others always fits into one text.
+        letters => {
+            let rows = COMMANDS.iter();
+            let mut answers = rows.filter(|row| row.letters == letters).map(|row| row.answer);
+            u32::from(answers.any(|answer| answer != Answer::Acknowledge))
+        }
     }
 }
 

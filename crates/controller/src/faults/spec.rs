@@ -16,7 +16,6 @@ use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
 use ts3100_proto::command::COMMANDS;
-use ts3100_proto::command::EXTENSIONS;
 use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
 
 /// Longest specification in bytes.
@@ -430,9 +429,9 @@ impl Fault {
 }
 
 fn parse_command(kind: &'static FaultKind, value: &str) -> Result<String, FaultError> {
-    let rows = COMMANDS.iter().chain(EXTENSIONS);
+    // Parts of an exchange (FL, OK, NG) are no commands that a fault could wait for; they have no permissions either.
+    let rows = COMMANDS.iter().filter(|row| row.permission.is_some());
     let mut letters: Vec<&str> = rows.map(|row| row.letters).collect();
-    letters.retain(|letters| !matches!(*letters, "FL" | "OK" | "NG"));
     let found = letters.iter().find(|letters| letters.eq_ignore_ascii_case(value));
     found.map(ToString::to_string).ok_or_else(|| {
         letters.dedup();

@@ -18,7 +18,7 @@ use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 use core::time::Duration;
-use ts3100_proto::command::{Command, InternalCommand};
+use ts3100_proto::command::{Answer, Command, InternalCommand};
 use ts3100_proto::file::FileError;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
@@ -125,7 +125,7 @@ impl Robot {
             (&rules::BLANK_AT_END, message.last() == Some(&b' ')),
             (
                 &rules::COMMA_FOR_BLANK,
-                separates_by_blanks(letters) && outer_commas(message) > 1,
+                command.row().separates_by_blanks() && outer_commas(message) > 1,
             ),
             (
                 &rules::ODD_CHARACTER,
@@ -287,7 +287,11 @@ impl Endpoints {
             robot.report(&rules::EXTENSION_COMMAND, port, message, text);
         }
         let now = robot.now;
-        let Some(session) = self.sessions.get_mut(&port).filter(|_| is_status(letters)) else {
+        let Some(session) = self
+            .sessions
+            .get_mut(&port)
+            .filter(|_| command.row().answer == Answer::Status)
+        else {
             return;
         };
         let since = session
@@ -361,22 +365,6 @@ fn has_finding_since(robot: &Robot, outputs: usize) -> bool {
 fn begins_file(data: &[u8]) -> bool {
     data.get(..3)
         .is_some_and(|start| start.eq_ignore_ascii_case(b"FL,"))
-}
-
-/// Commands that read a status and change nothing.
-fn is_status(letters: &str) -> bool {
-    matches!(
-        letters,
-        "SU" | "SF" | "CA" | "EU" | "VR" | "MR" | "SM" | "AC" | "AH" | "IO" | "HI" | "PR" | "VL"
-    )
-}
-
-/// Commands that separate their operands by blanks after the first one (5.3.3).
-fn separates_by_blanks(letters: &str) -> bool {
-    matches!(
-        letters,
-        "IW" | "MW" | "MR" | "EC" | "WD" | "HI" | "HO" | "ZS" | "JG"
-    )
 }
 
 /// Commas outside the subscripts of an array element.

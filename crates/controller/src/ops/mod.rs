@@ -1,5 +1,7 @@
-//! What the host commands do. This file asks the permission tables and wires each command to its
-//! operation; each group has a file of its own.
+//! What the host commands do: one method for each row of the table of commands (`ts3100_proto::command`).
+//!
+//! The methods of a group of commands are in a file of their own. Whether a command is served and valid is decided by the
+//! caller of [`Robot::operate`].
 
 mod extended;
 mod files;
@@ -16,7 +18,15 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::session::Outcome;
 use crate::variation::Variation;
-use ts3100_proto::command::Command;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use ts3100_proto::command::{
+    Command, CommandHandler, CommandRow, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset,
+    VariableRead, VariableWrite, ZsFrame,
+};
+use ts3100_proto::name::{FileName, VariableName};
+use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::su::StatusBody;
 
 /// What a command finds at the port it came on.
@@ -32,45 +42,178 @@ pub(crate) struct CommandContext<'a> {
 }
 
 impl Robot {
+    /// Carries out a command that is served and valid.
     pub(crate) fn operate(&mut self, context: &mut CommandContext<'_>, command: Command) -> Outcome {
-        match command {
-            Command::Rn => self.op_start(),
-            Command::Sp => self.op_stop(),
-            Command::Br => self.op_servo_off(),
-            Command::So => self.op_servo_on(),
-            Command::Fd => self.op_feed_hold(),
-            Command::Ec(internal) => self.op_internal(internal),
-            Command::Do(statement) => self.op_direct(&statement),
-            Command::Iw(writes) => self.op_write_lines(&writes),
-            Command::Rs(reset) => self.op_reset(reset),
-            Command::Sl(name) => self.op_select(context.port, &name),
-            Command::Ul(name) => self.op_upload(&name),
-            Command::Dl(name) => self.op_download(context, name),
-            Command::Er(name) => self.op_erase(&name),
-            Command::Ca => self.op_directory(context),
-            Command::Su => self.op_status(context),
-            Command::Sf => self.op_system_status(context),
-            Command::Eu => self.op_error_history(context),
-            Command::Vr => self.op_version(),
-            Command::Mr(read) => self.op_read_variable(&read),
-            Command::Mw(write) => self.op_write_variable(&write, context.room),
-            Command::Fl(_) => Outcome::ng("FL came, but no DL is open"),
-            Command::Ok | Command::Ng => Outcome::ng("an answer is no command"),
-            Command::Wd { timeout_ms, level } => self.op_watchdog(timeout_ms, level),
-            Command::Md(mode) => self.op_guide(|guide| guide.mode = u16::from(mode)),
-            Command::Rt(rate) => self.op_guide(|guide| guide.rate = u16::from(rate)),
-            Command::Sc(system) => self.op_guide(|guide| guide.coordinate = u16::from(system)),
-            Command::Jg { axis, motion } => self.op_jog(context.port, axis, motion),
-            Command::Sm(_) => self.op_quick_status(),
-            Command::Ac => self.op_current_alarms(),
-            Command::Ah => self.op_alarm_history(),
-            Command::Mn => Outcome::file(self.maintenance().encode()),
-            Command::Io(_) => self.op_lines(),
-            Command::Hi { first, count } => self.op_read_inputs(first, count),
-            Command::Ho { first, count, value } => self.op_write_outputs(first, count, value),
-            Command::Pr(query) => self.op_position(query),
-            Command::Vl(which) => self.op_velocity(which),
-            Command::Zs { frame, name, values } => self.op_set_frame(frame, &name, &values),
-        }
+        Operations { robot: self, context }.dispatch(command)
+    }
+}
+
+/// Carries out the commands of one port: one method for each row of the table of commands.
+struct Operations<'a, 'c> {
+    robot: &'a mut Robot,
+    context: &'a mut CommandContext<'c>,
+}
+
+impl CommandHandler for Operations<'_, '_> {
+    type Outcome = Outcome;
+
+    fn unhandled(&mut self, row: &'static CommandRow) -> Outcome {
+        Outcome::Ng(format!("{} is not implemented", row.name))
+    }
+
+    fn rn(&mut self) -> Outcome {
+        self.robot.op_start()
+    }
+
+    fn sp(&mut self) -> Outcome {
+        self.robot.op_stop()
+    }
+
+    fn br(&mut self) -> Outcome {
+        self.robot.op_servo_off()
+    }
+
+    fn so(&mut self) -> Outcome {
+        self.robot.op_servo_on()
+    }
+
+    fn rs(&mut self, reset: Reset) -> Outcome {
+        self.robot.op_reset(reset)
+    }
+
+    fn sl(&mut self, name: FileName) -> Outcome {
+        self.robot.op_select(self.context.port, &name)
+    }
+
+    fn ul(&mut self, name: FileName) -> Outcome {
+        self.robot.op_upload(&name)
+    }
+
+    fn dl(&mut self, name: FileName) -> Outcome {
+        self.robot.op_download(self.context, name)
+    }
+
+    fn ca(&mut self) -> Outcome {
+        self.robot.op_directory(self.context)
+    }
+
+    fn su(&mut self) -> Outcome {
+        self.robot.op_status(self.context)
+    }
+
+    fn eu(&mut self) -> Outcome {
+        self.robot.op_error_history(self.context)
+    }
+
+    fn er(&mut self, name: FileName) -> Outcome {
+        self.robot.op_erase(&name)
+    }
+
+    fn fl(&mut self, _content: Vec<u8>) -> Outcome {
+        Outcome::ng("FL came, but no DL is open")
+    }
+
+    fn ok(&mut self) -> Outcome {
+        Outcome::ng("an answer is no command")
+    }
+
+    fn ng(&mut self) -> Outcome {
+        Outcome::ng("an answer is no command")
+    }
+
+    fn ec(&mut self, internal: InternalCommand) -> Outcome {
+        self.robot.op_internal(internal)
+    }
+
+    fn mw(&mut self, write: VariableWrite) -> Outcome {
+        self.robot.op_write_variable(&write, self.context.room)
+    }
+
+    fn fd(&mut self) -> Outcome {
+        self.robot.op_feed_hold()
+    }
+
+    fn sf(&mut self) -> Outcome {
+        self.robot.op_system_status(self.context)
+    }
+
+    fn mr(&mut self, read: VariableRead) -> Outcome {
+        self.robot.op_read_variable(&read)
+    }
+
+    fn iw(&mut self, lines: Vec<LineWrite>) -> Outcome {
+        self.robot.op_write_lines(&lines)
+    }
+
+    fn vr(&mut self) -> Outcome {
+        self.robot.op_version()
+    }
+
+    fn do_(&mut self, statement: String) -> Outcome {
+        self.robot.op_direct(&statement)
+    }
+
+    fn sm(&mut self, _number: u8) -> Outcome {
+        self.robot.op_quick_status()
+    }
+
+    fn wd(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
+        self.robot.op_watchdog(timeout_ms, level)
+    }
+
+    fn ac(&mut self) -> Outcome {
+        self.robot.op_current_alarms()
+    }
+
+    fn ah(&mut self) -> Outcome {
+        self.robot.op_alarm_history()
+    }
+
+    fn io(&mut self, _number: u8) -> Outcome {
+        self.robot.op_lines()
+    }
+
+    fn hi(&mut self, first: u16, count: u8) -> Outcome {
+        self.robot.op_read_inputs(first, count)
+    }
+
+    fn ho(&mut self, first: u16, count: u8, value: u32) -> Outcome {
+        self.robot.op_write_outputs(first, count, value)
+    }
+
+    fn pr(&mut self, query: PositionQuery) -> Outcome {
+        self.robot.op_position(query)
+    }
+
+    fn vl(&mut self, number: u8) -> Outcome {
+        self.robot.op_velocity(number)
+    }
+
+    fn zs(&mut self, frame: ZsFrame, name: VariableName, values: Vec<f64>) -> Outcome {
+        self.robot.op_set_frame(frame, &name, &values)
+    }
+
+    fn md(&mut self, number: u8) -> Outcome {
+        self.robot.op_guide(|guide| guide.mode = u16::from(number))
+    }
+
+    fn rt(&mut self, number: u8) -> Outcome {
+        self.robot.op_guide(|guide| guide.rate = u16::from(number))
+    }
+
+    fn sc(&mut self, number: u8) -> Outcome {
+        self.robot.op_guide(|guide| guide.coordinate = u16::from(number))
+    }
+
+    fn jg(&mut self, axis: u8, motion: JogDirection) -> Outcome {
+        self.robot.op_jog(self.context.port, axis, motion)
+    }
+
+    fn mn(&mut self) -> Outcome {
+        Outcome::file(self.robot.maintenance().encode())
+    }
+
+    fn rs_err(&mut self) -> Outcome {
+        self.robot.op_reset_alarms()
     }
 }

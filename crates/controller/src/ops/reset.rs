@@ -11,14 +11,26 @@ use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
 
+/// Why RS is refused (CMD-RS-02).
+const STOP_MODE_ONLY: &str = "RS is accepted only in stop mode";
+
 impl Robot {
     /// RS, in stop mode only (CMD-RS-01 to CMD-RS-10).
     pub(super) fn op_reset(&mut self, reset: Reset) -> Outcome {
         if self.executor.status() == ExecutionStatus::Running {
-            return Outcome::ng("RS is accepted only in stop mode");
+            return Outcome::ng(STOP_MODE_ONLY);
         }
         self.reset_program(reset)
             .map_or_else(Outcome::Ng, |()| Outcome::Ok)
+    }
+
+    /// RS,ERR, in stop mode only (decision D6).
+    pub(super) fn op_reset_alarms(&mut self) -> Outcome {
+        if self.executor.status() == ExecutionStatus::Running {
+            return Outcome::ng(STOP_MODE_ONLY);
+        }
+        self.reset_alarms();
+        Outcome::Ok
     }
 
     /// A reset, by RS or by a signal.
@@ -39,7 +51,6 @@ impl Robot {
                 self.stand_at(RunState::Reset);
             }
             Reset::Cycle => return self.cycle_reset(),
-            Reset::Alarm => self.reset_alarms(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
                 self.deselect();

@@ -11,7 +11,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+use ts3100_proto::command::COMMANDS;
 
 /// The content of a file.
 #[derive(Serialize, Deserialize)]
@@ -62,7 +62,7 @@ pub mod pairs {
 
 /// The letters of a command, none for no command.
 pub mod letters {
-    use super::{COMMANDS, Deserialize, Deserializer, EXTENSIONS, Serializer, String, format};
+    use super::{COMMANDS, Deserialize, Deserializer, Serializer, String, format};
     use serde::de::Error as _;
 
     pub fn serialize<S: Serializer>(letters: &&'static str, to: S) -> Result<S::Ok, S::Error> {
@@ -71,11 +71,7 @@ pub mod letters {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {
         let found = String::deserialize(from)?;
-        let mut known = COMMANDS
-            .iter()
-            .chain(EXTENSIONS)
-            .map(|row| row.letters)
-            .chain([""]);
+        let mut known = COMMANDS.iter().map(|row| row.letters).chain([""]);
         known
             .find(|letters| *letters == found)
             .ok_or_else(|| D::Error::custom(format!("expected the letters of a command, found `{found}`")))

@@ -2,7 +2,7 @@
 //! single parts.
 
 use std::str::FromStr;
-use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+use ts3100_proto::command::COMMANDS;
 
 /// Groups: name and keys. `*` stands for one word of a key; a key stands for all that begin with it.
 const GROUPS: [(&str, &[&str]); 4] = [
@@ -97,7 +97,7 @@ impl FromStr for Key {
             return Ok(Key::Patterns(keys.iter().map(ToString::to_string).collect()));
         }
         let first = word.split('.').next().unwrap_or_default();
-        let letters = COMMANDS.iter().chain(EXTENSIONS).map(|row| row.letters);
+        let letters = COMMANDS.iter().map(|row| row.letters);
         let mut known = letters
             .map(str::to_ascii_lowercase)
             .chain(OTHERS.map(str::to_owned));

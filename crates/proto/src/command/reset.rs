@@ -21,19 +21,16 @@ pub enum Reset {
     Signal,
     /// `SEL`: the selection of the execution file (CMD-RS-09).
     Select,
-    /// `ERR`: alarms (hosts 2, decision D6). An extension.
-    Alarm,
 }
 
 impl Reset {
-    /// All resets: those of Table 5.1 in its order, then the extension.
-    pub const ALL: [Reset; 6] = [
+    /// All resets, in the order of Table 5.1.
+    pub const ALL: [Reset; 5] = [
         Reset::Program,
         Reset::Step,
         Reset::Cycle,
         Reset::Signal,
         Reset::Select,
-        Reset::Alarm,
     ];
 
     /// The operand on the wire, for example `PRG`.
@@ -45,22 +42,27 @@ impl Reset {
             Reset::Cycle => "CYC",
             Reset::Signal => "SIG",
             Reset::Select => "SEL",
-            Reset::Alarm => "ERR",
         }
     }
 }
 
+/// The operand of the reset of alarms, which is a command of its own: it has its own row in the permission tables.
+pub(super) const RESET_OF_ALARMS: &str = "ERR";
+
+/// One word: a reset of the manual, or that of alarms.
 pub(super) fn rs(operands: Operands<'_>) -> Result<Command, CommandError> {
-    operands
-        .parse("PRG, STP, CYC, SIG, SEL or ERR", word)
-        .map(Command::Rs)
+    operands.parse("PRG, STP, CYC, SIG, SEL or ERR", word)
 }
 
-fn word(input: &str) -> ParseResult<'_, Reset> {
+fn word(input: &str) -> ParseResult<'_, Command> {
     let known = |word: &str| {
-        Reset::ALL
-            .into_iter()
+        if word.eq_ignore_ascii_case(RESET_OF_ALARMS) {
+            return Some(Command::RsErr);
+        }
+        let mut resets = Reset::ALL.into_iter();
+        resets
             .find(|reset| reset.as_str().eq_ignore_ascii_case(word))
+            .map(Command::Rs)
     };
     map_opt(alpha1, known).parse(input)
 }
@@ -88,16 +90,17 @@ mod tests {
 
     #[test]
     fn the_reset_of_alarms_is_the_only_extension() {
-        assert_eq!(Command::parse(b"RS,ERR"), Ok(Command::Rs(Reset::Alarm)));
-        assert_eq!(Command::Rs(Reset::Alarm).encode(), b"RS,ERR\r");
+        for message in ["RS,ERR", "rs, err ", "Rs,Err"] {
+            assert_eq!(Command::parse(message.as_bytes()), Ok(Command::RsErr));
+        }
+        assert_eq!(Command::RsErr.encode(), b"RS,ERR\r");
+        assert!(Command::RsErr.is_extension());
+        assert_eq!(Command::RsErr.letters(), "RS");
+        assert_eq!(Command::RsErr.permission_row(), "RS,ERR");
         for reset in Reset::ALL {
             let command = Command::Rs(reset);
-            assert_eq!(command.is_extension(), reset == Reset::Alarm);
-            assert_eq!(command.letters(), "RS");
-            assert_eq!(
-                command.permission_row(),
-                if reset == Reset::Alarm { "RS,ERR" } else { "RS" }
-            );
+            assert!(!command.is_extension());
+            assert_eq!((command.letters(), command.permission_row()), ("RS", "RS"));
         }
     }
 

@@ -1,218 +1,361 @@
-//! Table 5.1 as data: for reading messages, for documents, and for tests that walk every command.
+//! The table of commands: one row each, in the order of Table 5.1, then the extensions that real hosts send (hosts 2,
+//! decision D0).
+//!
+//! The row is the only place that states the facts of a command; `macros.rs` explains its form and derives the rest. The
+//! grammars and encoders of operands are in the files next to it, one for each group.
 
-use crate::command::operand::Operands;
-use crate::command::{Command, CommandError, files, internal, lines, reset, statement, variable};
+use super::macros::commands;
+use super::reset::RESET_OF_ALARMS;
+use super::row::valid;
+use super::{
+    Answer, CommandRow, Encoding, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset, Sender,
+    Source, VariableRead, VariableWrite, ZsFrame, decimal, files, frame, internal, jog, line_value, lines,
+    request, reset, statement, text, variable, watchdog,
+};
+use crate::name::{FileName, VariableName};
+use crate::status::AlarmLevel;
+use alloc::string::String;
+use alloc::vec::Vec;
 
-/// Who sends a command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sender {
-    /// The host alone.
-    Host,
-    /// Host and controller (Table 5.2; SP by CMD-SP-06).
-    Both,
+commands! {
+    /// Start automatic operation (CMD-RN-01).
+    Rn => rn {
+        letters: "RN", form: "RN", example: "RN",
+        help: "Run the selected file",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(0, "XXXSO", "XXXXS"),
+        parse: |operands| operands.none(Command::Rn), encode: Encoding::None,
+    }
+
+    /// Stop automatic operation (CMD-SP-01).
+    Sp => sp {
+        letters: "SP", form: "SP", example: "SP",
+        help: "Stop the program",
+        source: Manual, sender: Both, answer: Acknowledge, permission: valid(1, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Sp), encode: Encoding::None,
+    }
+
+    /// Servo power off (CMD-BR-01).
+    Br => br {
+        letters: "BR", form: "BR", example: "BR",
+        help: "Servo off",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(2, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Br), encode: Encoding::None,
+    }
+
+    /// Servo power on (CMD-SO-01).
+    So => so {
+        letters: "SO", form: "SO", example: "SO",
+        help: "Servo on",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(3, "XXXOX", "XXXXO"),
+        parse: |operands| operands.none(Command::So), encode: Encoding::None,
+    }
+
+    /// Reset (CMD-RS-01).
+    Rs(reset: Reset) => rs {
+        letters: "RS", form: "RS,<PRG|STP|CYC|SIG|SEL>", example: "RS,PRG",
+        help: "Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(4, "XXXOX", "XXXXO"),
+        parse: reset::rs, encode: text(reset.as_str()),
+    }
+
+    /// Select the execution file (CMD-SL-01).
+    Sl(name: FileName) => sl {
+        letters: "SL", form: "SL,<file name>", example: "SL,TEST",
+        help: "Select a file",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(5, "XXXOX", "XXXXO"),
+        parse: files::sl, encode: text(name.as_str()),
+    }
+
+    /// Upload a file from the RAM drive (CMD-UL-01).
+    Ul(name: FileName) => ul {
+        letters: "UL", form: "UL,<file name>", example: "UL,ETHERNET.PAR",
+        help: "Upload: the file goes to stdout or --output",
+        source: Manual, sender: Host, answer: File, permission: valid(6, "SSSSS", "SSSSS"),
+        parse: files::ul, encode: text(name.as_str()),
+    }
+
+    /// Download a file to the RAM drive (CMD-DL-01).
+    Dl(name: FileName) => dl {
+        letters: "DL", form: "DL,<file name>", example: "DL,TEST",
+        help: "Download a file; pick.scol becomes PICK unless a name is given",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(7, "SSSSS", "SSSSS"),
+        parse: files::dl, encode: text(name.as_str()),
+    }
+
+    /// Directory of the RAM drive (CMD-CA-01).
+    Ca => ca {
+        letters: "CA", form: "CA", example: "CA",
+        help: "Directory of the RAM drive",
+        source: Manual, sender: Host, answer: Status, permission: valid(8, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Ca), encode: Encoding::None,
+    }
+
+    /// Status (CMD-SU-01).
+    Su => su {
+        letters: "SU", form: "SU", example: "SU",
+        help: "Status: modes, file, override, execution",
+        source: Manual, sender: Host, answer: Status, permission: valid(9, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Su), encode: Encoding::None,
+    }
+
+    /// Error history (CMD-EU-01).
+    Eu => eu {
+        letters: "EU", form: "EU", example: "EU",
+        help: "Error history",
+        source: Manual, sender: Host, answer: Status, permission: valid(11, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Eu), encode: Encoding::None,
+    }
+
+    /// Erase a file (CMD-ER-01).
+    Er(name: FileName) => er {
+        letters: "ER", form: "ER,<file name>", example: "ER,TEST",
+        help: "Erase a file",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(10, "SSSSS", "SSSSS"),
+        parse: files::er, encode: text(name.as_str()),
+    }
+
+    /// A file or a part of one: everything after `FL,` (FL-01).
+    Fl(content: Vec<u8>) => fl {
+        letters: "FL", form: "FL,<contents><EOF>", example: "FL,END",
+        help: "Content of a file",
+        source: Manual, sender: Both, answer: Acknowledge, permission: None,
+        parse: files::fl, encode: Encoding::Content(content),
+    }
+
+    /// Affirmative answer (CMD-OK-01).
+    Ok => ok {
+        letters: "OK", form: "OK", example: "OK",
+        help: "Affirmative answer",
+        source: Manual, sender: Both, answer: Acknowledge, permission: None,
+        parse: |operands| operands.none(Command::Ok), encode: Encoding::None,
+    }
+
+    /// Negative answer (CMD-NG-01).
+    Ng => ng {
+        letters: "NG", form: "NG", example: "NG",
+        help: "Negative answer",
+        source: Manual, sender: Both, answer: Acknowledge, permission: None,
+        parse: |operands| operands.none(Command::Ng), encode: Encoding::None,
+    }
+
+    /// Internal command (CMD-EC-01).
+    Ec(internal: InternalCommand) => ec {
+        letters: "EC", form: "EC,MODE <mode>|OVRD <percent>|BREAK", example: "EC,OVRD 50",
+        help: "Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
+        parse: internal::ec, encode: text(internal::encode(*internal)),
+    }
+
+    /// Write a global variable (CMD-MW-01).
+    Mw(write: VariableWrite) => mw {
+        letters: "MW", form: "MW,<0|1> <name> <type> <value> ...", example: "MW,0 A1 4 1.500 -2.250 3.000 4.123 5.000 1",
+        help: "Write a global variable",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(13, "OOOOO", "OOOOO"),
+        parse: variable::mw, encode: text(variable::encode_write(write)),
+    }
+
+    /// Feed hold (CMD-FD-01).
+    Fd => fd {
+        letters: "FD", form: "FD", example: "FD",
+        help: "Feed hold: once holds, again releases",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(14, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Fd), encode: Encoding::None,
+    }
+
+    /// System total status (CMD-SU-01).
+    Sf => sf {
+        letters: "SF", form: "SF", example: "SF",
+        help: "System total status: alarms, lines, signals, positions",
+        source: Manual, sender: Host, answer: Status, permission: valid(15, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Sf), encode: Encoding::None,
+    }
+
+    /// Read a global variable (CMD-MR-01).
+    Mr(read: VariableRead) => mr {
+        letters: "MR", form: "MR,<name> <type>", example: "MR,TBL(1,3) 5",
+        help: "Read a global variable, for example COUNT, TABLE(2) or PLACED integer",
+        source: Manual, sender: Host, answer: Status, permission: valid(16, "OOOOO", "OOOOO"),
+        parse: variable::mr, encode: text(variable::encode_read(read)),
+    }
+
+    /// Force I/O lines (CMD-IW-01).
+    Iw(lines: Vec<LineWrite>) => iw {
+        letters: "IW", form: "IW,<line> <0|1> ...", example: "IW,3 1 4 0",
+        help: "Force output lines: LINE STATE [LINE STATE ...]",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(17, "XXXOX", "XXXXO"),
+        parse: lines::iw, encode: text(lines::encode(lines)),
+    }
+
+    /// Version (CMD-VR-01).
+    Vr => vr {
+        letters: "VR", form: "VR", example: "VR",
+        help: "Version",
+        source: Manual, sender: Host, answer: Status, permission: valid(18, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Vr), encode: Encoding::None,
+    }
+
+    /// Execute a statement (CMD-DO-01), kept as it came.
+    Do(statement: String) => do_ {
+        letters: "DO", form: "DO,<statement>", example: "DO,MOVE A1",
+        help: "Execute one statement, for example: do \"MOVE POINT(400,0,200) WITH SPEED=50\"",
+        source: Manual, sender: Host, answer: Acknowledge, permission: valid(19, "XXXOX", "XXXXO"),
+        parse: statement::statement, encode: text(statement.as_str()),
+    }
+
+    /// Extension: quick status; 1 is the only number known and read (hosts SM).
+    Sm(number: u8) => sm {
+        letters: "SM", form: "SM,1", example: "SM,1",
+        help: "quick status",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(0, "OOOOO", "OOOOO"),
+        parse: request::sm, encode: decimal(*number),
+    }
+
+    /// Extension: the host's watchdog. It is not running after a time of 0 (hosts 2).
+    Wd {
+        /// Longest silence of the host in milliseconds; 0 stops the watchdog.
+        timeout_ms: u32,
+        /// Level of the alarm that follows; `None` is written 0.
+        level: Option<AlarmLevel>,
+    } => wd {
+        letters: "WD", form: "WD,<milliseconds> <0|1|2|8>", example: "WD,700 2",
+        help: "watchdog; an alarm when no sm follows in time. 0 0 stops it",
+        source: ScaraManual, sender: Host, answer: Acknowledge, permission: valid(8, "XXXOX", "XXXXO"),
+        parse: watchdog::wd, encode: text(watchdog::encode(*timeout_ms, *level)),
+    }
+
+    /// Extension: current alarms (hosts 7.2).
+    Ac => ac {
+        letters: "AC", form: "AC", example: "AC",
+        help: "present alarms",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(1, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Ac), encode: Encoding::None,
+    }
+
+    /// Extension: alarm history (hosts 7.2).
+    Ah => ah {
+        letters: "AH", form: "AH", example: "AH",
+        help: "alarm history",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(2, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Ah), encode: Encoding::None,
+    }
+
+    /// Extension: input and output words; 1 is the only number known and read (hosts 2).
+    Io(number: u8) => io {
+        letters: "IO", form: "IO,1", example: "IO,1",
+        help: "input and output lines that are on",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(3, "OOOOO", "OOOOO"),
+        parse: request::io, encode: decimal(*number),
+    }
+
+    /// Extension: read successive input lines as one number, the first line in bit 0 (hosts 2).
+    Hi {
+        /// Number of the first line; the last is at most 65535.
+        first: u16,
+        /// How many, 1 to [`MAX_LINES_READ`].
+        count: u8,
+    } => hi {
+        letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
+        help: "successive input lines as one number",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(6, "OOOOO", "OOOOO"),
+        parse: line_value::hi, encode: text(line_value::encode_read(*first, *count)),
+    }
+
+    /// Extension: write successive output lines as one number, the first line in bit 0 (hosts 2).
+    Ho {
+        /// Number of the first line; the last is at most 65535.
+        first: u16,
+        /// How many, 1 to [`MAX_LINES_WRITTEN`].
+        count: u8,
+        /// Below two to the power of `count`.
+        value: u32,
+    } => ho {
+        letters: "HO", form: "HO,<first line> <count> <value>", example: "HO,1 8 165",
+        help: "set successive output lines from one number",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(7, "XXXOX", "XXXXO"),
+        parse: line_value::ho, encode: text(line_value::encode_write(*first, *count, *value)),
+    }
+
+    /// Extension: a present position (hosts 2).
+    Pr(query: PositionQuery) => pr {
+        letters: "PR", form: "PR,<0-5>", example: "PR,5",
+        help: "position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(4, "OOOOO", "OOOOO"),
+        parse: request::pr, encode: decimal(query.code()),
+    }
+
+    /// Extension: present speed, 0 of the joints, 1 in world coordinates (hosts 2).
+    Vl(number: u8) => vl {
+        letters: "VL", form: "VL,<0|1>", example: "VL,1",
+        help: "speed: 0 of the joints, 1 in world coordinates",
+        source: ScaraManual, sender: Host, answer: Status, permission: valid(5, "OOOOO", "OOOOO"),
+        parse: request::vl, encode: decimal(*number),
+    }
+
+    /// Extension: set a coordinate system (hosts 2).
+    Zs {
+        /// Which of them.
+        frame: ZsFrame,
+        /// Name of the global coordinate variable.
+        name: VariableName,
+        /// X Y Z C, or X Y Z A B C, in mm and degrees; finite. The arm decides which.
+        values: Vec<f64>,
+    } => zs {
+        letters: "ZS", form: "ZS,<1|2> <name> <value> ...", example: "ZS,1 WK1 1.000 2.000 3.000 4.000",
+        help: "set the work or the tool coordinate system",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(9, "XXXOX", "XXXXO"),
+        parse: frame::zs, encode: text(frame::encode(*frame, name, values)),
+    }
+
+    /// Extension: guide mode, 0 jog, 1 inching, 2 free (hosts 2).
+    Md(number: u8) => md {
+        letters: "MD", form: "MD,<0-2>", example: "MD,2",
+        help: "guide mode: jog, inching, free (0 to 2)",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(10, "XXXOX", "XXXXO"),
+        parse: request::md, encode: decimal(*number),
+    }
+
+    /// Extension: guide rate, 0 slow, 1 mid, 2 fast (hosts 2, SF).
+    Rt(number: u8) => rt {
+        letters: "RT", form: "RT,<0-2>", example: "RT,2",
+        help: "guide rate: slow, mid, fast (0 to 2)",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(11, "XXXOX", "XXXXO"),
+        parse: request::rt, encode: decimal(*number),
+    }
+
+    /// Extension: guide coordinate system, 0 joint, 1 tool, 2 work, 3 world (hosts 2).
+    Sc(number: u8) => sc {
+        letters: "SC", form: "SC,<0-3>", example: "SC,3",
+        help: "guide coordinate system: joint, tool, work, world (0 to 3)",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(12, "XXXOX", "XXXXO"),
+        parse: request::sc, encode: decimal(*number),
+    }
+
+    /// Extension: guide an axis (hosts 2).
+    Jg {
+        /// Axis, 1 to 8.
+        axis: u8,
+        /// Where to.
+        motion: JogDirection,
+    } => jg {
+        letters: "JG", form: "JG,<1-8> <+|-|!>", example: "JG,1 +",
+        help: "guide an axis up (+), down (-), or stop it (!)",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(13, "XXXOX", "XXXXO"),
+        parse: jog::jg, encode: text(jog::encode(*axis, *motion)),
+    }
+
+    /// Extension: maintenance information (S29).
+    Mn => mn {
+        letters: "MN", form: "MN", example: "MN",
+        help: "maintenance information, by the numbers of its items",
+        source: ScaraManual, sender: Host, answer: File, permission: valid(15, "OOOOO", "OOOOO"),
+        parse: |operands| operands.none(Command::Mn), encode: Encoding::None,
+    }
+
+    /// Extension: reset of alarms (hosts 2, decision D6).
+    RsErr => rs_err {
+        letters: "RS", name: "RS,ERR", form: "RS,ERR", example: "RS,ERR",
+        help: "reset of alarms",
+        source: Hosts, sender: Host, answer: Acknowledge, permission: valid(14, "SSSSS", "SSSSS"),
+        parse: reset::rs, encode: text(RESET_OF_ALARMS),
+    }
 }
-
-/// A row of Table 5.1.
-#[derive(Debug, Clone, Copy)]
-pub struct CommandRow {
-    /// The two letters.
-    pub letters: &'static str,
-    /// What it is for.
-    pub description: &'static str,
-    /// How it is written.
-    pub form: &'static str,
-    /// Who sends it.
-    pub sender: Sender,
-    /// A message of it in canonical form, without CR.
-    pub example: &'static str,
-    /// Its grammar.
-    pub(super) read: fn(Operands<'_>) -> Result<Command, CommandError>,
-}
-
-/// Table 5.1 in the order of the manual (CMD-LST-01).
-pub const COMMANDS: &[CommandRow] = &[
-    CommandRow {
-        letters: "RN",
-        description: "Start of automatic operation",
-        form: "RN",
-        sender: Sender::Host,
-        example: "RN",
-        read: |operands| operands.none(Command::Rn),
-    },
-    CommandRow {
-        letters: "SP",
-        description: "Stop; from the controller: the robot has stopped",
-        form: "SP",
-        sender: Sender::Both,
-        example: "SP",
-        read: |operands| operands.none(Command::Sp),
-    },
-    CommandRow {
-        letters: "BR",
-        description: "Servo power off",
-        form: "BR",
-        sender: Sender::Host,
-        example: "BR",
-        read: |operands| operands.none(Command::Br),
-    },
-    CommandRow {
-        letters: "SO",
-        description: "Servo power on",
-        form: "SO",
-        sender: Sender::Host,
-        example: "SO",
-        read: |operands| operands.none(Command::So),
-    },
-    CommandRow {
-        letters: "RS",
-        description: "Reset of program, step, cycle, output signals or selection",
-        form: "RS,<PRG|STP|CYC|SIG|SEL>",
-        sender: Sender::Host,
-        example: "RS,PRG",
-        read: reset::rs,
-    },
-    CommandRow {
-        letters: "SL",
-        description: "Program selection",
-        form: "SL,<file name>",
-        sender: Sender::Host,
-        example: "SL,TEST",
-        read: files::sl,
-    },
-    CommandRow {
-        letters: "UL",
-        description: "RAM file upload",
-        form: "UL,<file name>",
-        sender: Sender::Host,
-        example: "UL,ETHERNET.PAR",
-        read: files::ul,
-    },
-    CommandRow {
-        letters: "DL",
-        description: "RAM file download",
-        form: "DL,<file name>",
-        sender: Sender::Host,
-        example: "DL,TEST",
-        read: files::dl,
-    },
-    CommandRow {
-        letters: "CA",
-        description: "Directory request",
-        form: "CA",
-        sender: Sender::Host,
-        example: "CA",
-        read: |operands| operands.none(Command::Ca),
-    },
-    CommandRow {
-        letters: "SU",
-        description: "Status request",
-        form: "SU",
-        sender: Sender::Host,
-        example: "SU",
-        read: |operands| operands.none(Command::Su),
-    },
-    CommandRow {
-        letters: "EU",
-        description: "Error history upload",
-        form: "EU",
-        sender: Sender::Host,
-        example: "EU",
-        read: |operands| operands.none(Command::Eu),
-    },
-    CommandRow {
-        letters: "ER",
-        description: "File erase",
-        form: "ER,<file name>",
-        sender: Sender::Host,
-        example: "ER,TEST",
-        read: files::er,
-    },
-    CommandRow {
-        letters: "FL",
-        description: "File contents",
-        form: "FL,<contents><EOF>",
-        sender: Sender::Both,
-        example: "FL,END",
-        read: files::fl,
-    },
-    CommandRow {
-        letters: "OK",
-        description: "Acknowledge",
-        form: "OK",
-        sender: Sender::Both,
-        example: "OK",
-        read: |operands| operands.none(Command::Ok),
-    },
-    CommandRow {
-        letters: "NG",
-        description: "Non-acknowledge",
-        form: "NG",
-        sender: Sender::Both,
-        example: "NG",
-        read: |operands| operands.none(Command::Ng),
-    },
-    CommandRow {
-        letters: "EC",
-        description: "Internal command",
-        form: "EC,<MODE mode|OVRD percent|BREAK>",
-        sender: Sender::Host,
-        example: "EC,OVRD 50",
-        read: internal::ec,
-    },
-    CommandRow {
-        letters: "MW",
-        description: "Global variable write",
-        form: "MW,<0|1> <name> <type> <value> ...",
-        sender: Sender::Host,
-        example: "MW,0 A1 4 1.500 -2.250 3.000 4.123 5.000 1",
-        read: variable::mw,
-    },
-    CommandRow {
-        letters: "FD",
-        description: "Feed hold",
-        form: "FD",
-        sender: Sender::Host,
-        example: "FD",
-        read: |operands| operands.none(Command::Fd),
-    },
-    CommandRow {
-        letters: "SF",
-        description: "System total status request",
-        form: "SF",
-        sender: Sender::Host,
-        example: "SF",
-        read: |operands| operands.none(Command::Sf),
-    },
-    CommandRow {
-        letters: "MR",
-        description: "Global variable read",
-        form: "MR,<name> <type>",
-        sender: Sender::Host,
-        example: "MR,TBL(1,3) 5",
-        read: variable::mr,
-    },
-    CommandRow {
-        letters: "IW",
-        description: "I/O forced writing",
-        form: "IW,<line> <0|1> ...",
-        sender: Sender::Host,
-        example: "IW,3 1 4 0",
-        read: lines::iw,
-    },
-    CommandRow {
-        letters: "VR",
-        description: "Version request",
-        form: "VR",
-        sender: Sender::Host,
-        example: "VR",
-        read: |operands| operands.none(Command::Vr),
-    },
-    CommandRow {
-        letters: "DO",
-        description: "Execution of a statement",
-        form: "DO,<statement>",
-        sender: Sender::Host,
-        example: "DO,MOVE A1",
-        read: statement::statement,
-    },
-];

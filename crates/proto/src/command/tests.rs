@@ -6,9 +6,9 @@ use alloc::format;
 use alloc::string::ToString;
 use std::collections::BTreeSet;
 
-/// Every command, the manual's first.
-fn all() -> impl Iterator<Item = &'static CommandRow> {
-    COMMANDS.iter().chain(EXTENSIONS)
+fn rows(extensions: bool) -> Vec<&'static CommandRow> {
+    let rows = COMMANDS.iter();
+    rows.filter(|row| row.is_extension() == extensions).collect()
 }
 
 fn parsed(row: &CommandRow) -> Command {
@@ -18,35 +18,71 @@ fn parsed(row: &CommandRow) -> Command {
 // clause: CMD-LST-01
 #[test]
 fn the_table_has_the_23_commands_of_the_manual() {
-    let letters: Vec<&str> = COMMANDS.iter().map(|row| row.letters).collect();
+    let letters: Vec<&str> = rows(false).iter().map(|row| row.letters).collect();
     let manual = "RN SP BR SO RS SL UL DL CA SU EU ER FL OK NG EC MW FD SF MR IW VR DO";
     assert_eq!(letters.join(" "), manual);
     assert_eq!(letters.iter().collect::<BTreeSet<_>>().len(), 23);
+}
+
+#[test]
+fn every_row_states_its_facts() {
+    let names: BTreeSet<&str> = COMMANDS.iter().map(|row| row.name).collect();
+    assert_eq!(names.len(), COMMANDS.len(), "each name once");
     for row in COMMANDS {
-        assert!(row.form.starts_with(row.letters) && row.example.starts_with(row.letters));
-        assert!(!row.description.is_empty());
+        assert!(
+            row.form.starts_with(row.name) || row.name == row.letters && row.form.starts_with(row.letters)
+        );
+        assert!(row.example.starts_with(row.name) && row.name.starts_with(row.letters));
+        assert!(!row.help.is_empty() && row.letters.len() == 2);
+        let command = parsed(row);
+        assert_eq!(command.row().name, row.name, "the example is one of this row");
+        assert_eq!(command.permission_row(), row.name);
+        assert_eq!(command.is_extension(), row.is_extension());
     }
 }
 
 #[test]
-fn the_extensions_stand_apart() {
-    let letters: Vec<&str> = EXTENSIONS.iter().map(|row| row.letters).collect();
-    assert_eq!(
-        letters.join(" "),
-        "SM WD AC AH IO HI HO PR VL ZS MD RT SC JG MN RS"
-    );
-    let forms: Vec<&str> = EXTENSIONS.iter().map(|row| row.form).collect();
-    assert_eq!(forms.last(), Some(&"RS,ERR"));
-    for row in COMMANDS {
-        let command = parsed(row);
-        assert!(!command.is_extension(), "{}", row.letters);
-        assert_eq!(command.permission_row(), row.letters);
+fn the_extensions_follow_the_manual() {
+    let names: Vec<&str> = rows(true).iter().map(|row| row.name).collect();
+    let first = "SM WD AC AH IO HI HO PR VL ZS MD RT SC JG MN RS,ERR";
+    assert!(names.join(" ").starts_with(first));
+    assert!(rows(true).iter().all(|row| row.sender == Sender::Host));
+    let boundary = COMMANDS.iter().position(CommandRow::is_extension);
+    assert_eq!(boundary, Some(rows(false).len()));
+}
+
+#[test]
+fn operands_are_separated_by_blanks_where_the_form_has_them() {
+    let rows = COMMANDS.iter().filter(|row| row.separates_by_blanks());
+    let names: Vec<&str> = rows.map(|row| row.name).collect();
+    assert_eq!(names.join(" "), "EC MW MR IW WD HI HO ZS JG");
+}
+
+struct Echo;
+
+impl CommandHandler for Echo {
+    type Outcome = String;
+
+    fn unhandled(&mut self, row: &'static CommandRow) -> String {
+        row.name.to_string()
     }
-    for row in EXTENSIONS {
-        assert!(parsed(row).is_extension(), "{}", row.form);
-        assert!(row.form.starts_with(row.letters) && !row.description.is_empty());
-        assert_eq!(row.sender, Sender::Host);
+
+    fn ho(&mut self, first: u16, count: u8, value: u32) -> String {
+        format!("{first} {count} {value}")
     }
+}
+
+#[test]
+fn a_handler_takes_its_commands_and_no_others() {
+    for row in COMMANDS.iter().filter(|row| row.name != "HO") {
+        assert_eq!(Echo.dispatch(parsed(row)), row.name);
+    }
+    let command = Command::Ho {
+        first: 1,
+        count: 8,
+        value: 165,
+    };
+    assert_eq!(Echo.dispatch(command), "1 8 165");
 }
 
 // clause: CMD-LST-02 CMD-SP-06
@@ -63,7 +99,7 @@ fn the_controller_sends_four_of_them() {
 // clause: FRM-06 FRM-07 FRM-09 CMD-OK-01 CMD-NG-01
 #[test]
 fn every_example_is_read_and_written_back() {
-    for row in all() {
+    for row in COMMANDS.iter() {
         let command = parsed(row);
         assert_eq!(command.letters(), row.letters);
         let ending = if row.letters == "FL" { "" } else { "\r" };
@@ -76,7 +112,7 @@ fn every_example_is_read_and_written_back() {
 // clause: FRM-13
 #[test]
 fn case_does_not_matter() {
-    for row in all().filter(|row| !matches!(row.letters, "FL" | "DO")) {
+    for row in COMMANDS.iter().filter(|row| !matches!(row.letters, "FL" | "DO")) {
         let lower = row.example.to_ascii_lowercase();
         assert_eq!(Command::parse(lower.as_bytes()), Ok(parsed(row)), "{lower}");
     }
@@ -90,7 +126,10 @@ fn case_does_not_matter() {
 // clause: FRM-08
 #[test]
 fn blanks_after_the_comma_are_skipped() {
-    for row in all().filter(|row| row.letters != "FL" && row.example.contains(',')) {
+    for row in COMMANDS
+        .iter()
+        .filter(|row| row.letters != "FL" && row.example.contains(','))
+    {
         let (letters, operands) = row.example.split_once(',').unwrap();
         let message = format!("{letters},  {operands}");
         assert_eq!(Command::parse(message.as_bytes()), Ok(parsed(row)), "{message}");
@@ -102,7 +141,7 @@ fn blanks_after_the_comma_are_skipped() {
 fn blanks_at_the_end_are_skipped_whatever_the_command() {
     // The content of a file and a statement are kept as they came.
     let skips = |row: &&CommandRow| !matches!(row.letters, "FL" | "DO");
-    for row in all().filter(skips) {
+    for row in COMMANDS.iter().filter(skips) {
         for blanks in [" ", "  ", "     "] {
             let message = format!("{}{blanks}", row.example);
             assert_eq!(Command::parse(message.as_bytes()), Ok(parsed(row)), "{message:?}");
@@ -127,7 +166,7 @@ fn blanks_at_the_end_are_skipped_whatever_the_command() {
 // clause: FRM-18
 #[test]
 fn missing_and_surplus_operands_are_malformed() {
-    for row in all() {
+    for row in COMMANDS.iter() {
         let has_operand = row.example.contains(',');
         let bare = Command::parse(row.letters.as_bytes());
         assert_eq!(bare.is_err(), has_operand, "{}", row.letters);
@@ -186,7 +225,10 @@ fn other_letters_are_unknown() {
 // clause: FRM-12 FRM-11
 #[test]
 fn only_printable_ascii_stands_in_operands() {
-    for row in all().filter(|row| row.letters != "FL" && row.example.contains(',')) {
+    for row in COMMANDS
+        .iter()
+        .filter(|row| row.letters != "FL" && row.example.contains(','))
+    {
         for byte in (0..0x20).chain(0x7F..=0xFF) {
             for at in 3..=row.example.len() {
                 let (front, back) = row.example.as_bytes().split_at(at);
@@ -203,7 +245,7 @@ fn only_printable_ascii_stands_in_operands() {
 
 #[test]
 fn every_truncation_and_every_changed_byte_is_survived() {
-    for row in all() {
+    for row in COMMANDS.iter() {
         let example = row.example.as_bytes();
         for length in 0..example.len() {
             // What it reads as does not matter; that it does not panic and can be said again does.

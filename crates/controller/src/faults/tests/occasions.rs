@@ -8,7 +8,7 @@ use crate::options::SfTexts;
 use crate::{ControlRight, KeySwitch};
 use alloc::boxed::Box;
 use alloc::vec;
-use ts3100_proto::command::{COMMANDS, EXTENSIONS};
+use ts3100_proto::command::COMMANDS;
 
 /// Prints on each channel and reads from each.
 const PROGRAM: &[u8] = b"GLOBAL\nX = 1.0\nA = POINT(1,2,3,4,5,6)\nEND\nPROGRAM T\nPRINT COM1, 1, CR\n\
@@ -18,7 +18,7 @@ const BLOCKS: [Option<u32>; 5] = [None, Some(0), Some(1), Some(2), Some(3)];
 /// Every kind with every word of its parameters, every command and none, every port and none, and each number of
 /// a text, as they are written.
 fn specs() -> Vec<String> {
-    let rows = COMMANDS.iter().chain(EXTENSIONS).map(|row| row.letters);
+    let rows = COMMANDS.iter().map(|row| row.letters);
     let letters: BTreeSet<&str> = rows.filter(|row| !matches!(*row, "FL" | "OK" | "NG")).collect();
     let mut commands: Vec<String> = vec![String::new()];
     commands.extend(letters.into_iter().map(|letters| format!(",command={letters}")));
@@ -85,7 +85,7 @@ impl Day {
         for panel in [PanelAction::Key(KeySwitch::Ext), PanelAction::ControlRight(right)] {
             self.robot.feed(self.robot.now(), Input::Panel(panel));
         }
-        for row in COMMANDS.iter().chain(EXTENSIONS) {
+        for row in COMMANDS {
             if !matches!(row.letters, "FL" | "OK" | "NG" | "DL") {
                 self.ask(port, row.example);
             }
@@ -177,7 +177,7 @@ fn day(faults: Vec<Fault>) -> Vec<FaultReport> {
     let ng = parse("ng:times=0").unwrap();
     day.robot.endpoints.faults.reports.push(armed(ng));
     for port in [Port::Host, Port::Ip0] {
-        for row in COMMANDS.iter().chain(EXTENSIONS) {
+        for row in COMMANDS {
             day.ask(port, row.example);
         }
     }

@@ -1,0 +1,118 @@
+//! The macro `commands!`: one row a command in, all code that enumerates the commands out.
+//!
+//! From the rows of `table.rs` it derives [`Command`](super::Command) with its reader and writer,
+//! [`COMMANDS`](super::COMMANDS) for everybody who walks the rows, and
+//! [`CommandHandler`](super::CommandHandler) for those who carry commands out. A new command is one row there and one
+//! method in a handler.
+
+/// Derives the commands from their rows:
+///
+/// ```text
+/// /// Documentation of the variant.
+/// Variant(operand: Type) => handler_method {
+///     letters: "XX", [name: "XX,YY",] form: "XX,<operand>", example: "XX,1", help: "What it does",
+///     source: Manual, sender: Host, answer: Acknowledge, permission: valid(20, "OOOOO", "OOOOO"),
+///     parse: function, encode: expression with the operands,
+/// }
+/// ```
+macro_rules! commands {
+    (@name $letters:literal) => { $letters };
+    (@name $letters:literal $name:literal) => { $name };
+    ($(
+        $(#[$doc:meta])*
+        $variant:ident
+        $( ( $( $item:ident : $item_type:ty ),* ) )?
+        $( { $( $(#[$field_doc:meta])* $field:ident : $field_type:ty ),* $(,)? } )?
+        => $method:ident {
+            letters: $letters:literal, $( name: $name:literal, )?
+            form: $form:literal, example: $example:literal, help: $help:literal,
+            source: $source:ident, sender: $sender:ident, answer: $answer:ident, permission: $permission:expr,
+            parse: $parse:expr, encode: $encode:expr,
+        }
+    )*) => {
+        /// A command of the host.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Command {
+            $(
+                $(#[$doc])*
+                $variant $( ( $( $item_type ),* ) )? $( { $( $(#[$field_doc])* $field: $field_type ),* } )?,
+            )*
+        }
+
+        /// All commands: those of Table 5.1 in the order of the manual (CMD-LST-01), then the extensions (decision D0).
+        pub const COMMANDS: &[CommandRow] = &[$(
+            CommandRow {
+                letters: $letters,
+                name: commands!(@name $letters $( $name )?),
+                form: $form,
+                example: $example,
+                help: $help,
+                source: Source::$source,
+                sender: Sender::$sender,
+                answer: Answer::$answer,
+                permission: $permission,
+                parse: $parse,
+            },
+        )*];
+
+        /// The place of each variant in [`COMMANDS`].
+        enum Index {
+            $( $variant, )*
+        }
+
+        impl Command {
+            /// Its row in the table of commands.
+            #[must_use]
+            pub fn row(&self) -> &'static CommandRow {
+                match self {
+                    $( Command::$variant { .. } => const { &COMMANDS[Index::$variant as usize] }, )*
+                }
+            }
+
+            /// The operands in the form that the vendor's client library sends.
+            pub(super) fn operands(&self) -> Encoding<'_> {
+                match self {
+                    $(
+                        Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => $encode,
+                    )*
+                }
+            }
+        }
+
+        /// Carries commands out: one method for each, and [`CommandHandler::dispatch`], which calls the right one. A
+        /// handler implements the commands that it knows; the others end in [`CommandHandler::unhandled`].
+        pub trait CommandHandler {
+            /// The result of a command.
+            type Outcome;
+
+            /// The result of a command that has no method of its own.
+            fn unhandled(&mut self, row: &'static CommandRow) -> Self::Outcome;
+
+            $(
+                $(#[$doc])*
+                fn $method(
+                    &mut self
+                    $( $( , $item: $item_type )* )?
+                    $( $( , $field: $field_type )* )?
+                ) -> Self::Outcome {
+                    $( let _ = ( $( $item, )* ); )?
+                    $( let _ = ( $( $field, )* ); )?
+                    self.unhandled(const { &COMMANDS[Index::$variant as usize] })
+                }
+            )*
+
+            /// Calls the method of the command.
+            fn dispatch(&mut self, command: Command) -> Self::Outcome {
+                match command {
+                    $(
+                        Command::$variant $( ( $( $item ),* ) )? $( { $( $field ),* } )? => {
+                            self.$method( $( $( $item ),* )? $( $( $field ),* )? )
+                        }
+                    )*
+                }
+            }
+        }
+    };
+}
+
+pub(super) use commands;
