@@ -100,7 +100,7 @@ impl Endpoints {
         if self.faults.is_stalled(port) {
             return;
         }
-        let prey = FaultSite {
+        let site = FaultSite {
             point: InjectionPoint::Bytes,
             port,
             command: "",
@@ -108,7 +108,7 @@ impl Endpoints {
             bytes,
             data: &[],
         };
-        let came = match self.apply_fault(robot, &prey) {
+        let came = match self.apply_fault(robot, &site) {
             Effect::ReplaceInput(came) => Cow::Owned(came),
             _ => Cow::Borrowed(bytes),
         };
@@ -473,8 +473,8 @@ impl Endpoints {
             Outcome::Ok => self.send_text(robot, port, &Reply::Ok.encode()),
             Outcome::Ng(reason) => self.refuse_text(robot, port, letters, &reason),
             Outcome::File(mut sender) => {
-                if let (Some(vary), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
-                    sender.set_text_lengths(vary.cuts(length));
+                if let (Some(variation), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
+                    sender.set_text_lengths(variation.cuts(length));
                 }
                 let Some(text) = sender.next_text() else { return };
                 if let Some(session) = self.sessions.get_mut(&port) {
@@ -512,7 +512,7 @@ impl Endpoints {
         else {
             return Effect::Unchanged;
         };
-        let prey = FaultSite {
+        let site = FaultSite {
             point: InjectionPoint::Command,
             port,
             command: asked,
@@ -520,7 +520,7 @@ impl Endpoints {
             bytes: &[],
             data: &[],
         };
-        self.apply_fault(robot, &prey)
+        self.apply_fault(robot, &site)
     }
 
     /// NG: whatever exchange was open is over.

@@ -150,17 +150,17 @@ pub enum Event {
         /// What happened.
         message: String,
     },
-    /// A fault on purpose was armed, or has bitten.
+    /// A fault on purpose was armed, or has fired.
     Fault {
         /// Its number.
         id: u32,
         /// Its kind.
         kind: &'static str,
-        /// Where, if it has bitten.
+        /// Where, if it has fired.
         port: Option<Port>,
         /// What happened.
         message: String,
-        /// It has bitten.
+        /// It has fired.
         fired: bool,
     },
     /// An alarm was raised.

@@ -1,5 +1,5 @@
 //! Texts and bytes on their way out: in the form of the host's last text, as faults and variation make them leave. What is
-//! answered is decided in `talk` and `ops`; what leaves later waits in `outbox`.
+//! answered is decided in `exchange` and `ops`; what leaves later waits in `send_queue`.
 
 use crate::endpoint::Endpoints;
 use crate::faults::InjectionPoint;
@@ -52,7 +52,7 @@ impl Endpoints {
             framing,
             data: data.to_vec(),
         });
-        let prey = FaultSite {
+        let site = FaultSite {
             point: InjectionPoint::Reply,
             port,
             command,
@@ -60,7 +60,7 @@ impl Endpoints {
             bytes: &bytes,
             data,
         };
-        let sent = self.leave(robot, &prey, delay);
+        let sent = self.leave(robot, &site, delay);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
             session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
@@ -72,7 +72,7 @@ impl Endpoints {
 
     /// Bytes of PRINT leave.
     pub(crate) fn send_bytes(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
-        let prey = FaultSite {
+        let site = FaultSite {
             point: InjectionPoint::Print,
             port,
             command: "",
@@ -80,21 +80,21 @@ impl Endpoints {
             bytes,
             data: bytes,
         };
-        self.leave(robot, &prey, Duration::ZERO);
+        self.leave(robot, &site, Duration::ZERO);
     }
 
     /// Something leaves, as faults and variation make it. Returns when the last of it has left.
-    fn leave(&mut self, robot: &mut Robot, prey: &FaultSite<'_>, delay: Duration) -> Time {
-        let port = prey.port;
+    fn leave(&mut self, robot: &mut Robot, site: &FaultSite<'_>, delay: Duration) -> Time {
+        let port = site.port;
         if self.faults.is_stalled(port) {
             return robot.now;
         }
-        let parcels = match (self.apply_fault(robot, prey), &mut self.variation) {
+        let segments = match (self.apply_fault(robot, site), &mut self.variation) {
             (Effect::Lost, _) => return robot.now,
-            (Effect::ReplaceOutput(parcels), _) => parcels,
-            (_, Some(vary)) => vary.segments(delay, prey.bytes),
-            (_, None) => [Segment::bytes(prey.bytes.to_vec())].into(),
+            (Effect::ReplaceOutput(segments), _) => segments,
+            (_, Some(variation)) => variation.segments(delay, site.bytes),
+            (_, None) => [Segment::bytes(site.bytes.to_vec())].into(),
         };
-        self.enqueue(robot, port, parcels)
+        self.enqueue(robot, port, segments)
     }
 }

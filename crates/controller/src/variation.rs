@@ -177,7 +177,7 @@ mod tests {
     use super::*;
 
     fn joined(segments: &[Segment]) -> Vec<u8> {
-        let bytes = segments.iter().map(|parcel| match &parcel.departure {
+        let bytes = segments.iter().map(|segment| match &segment.departure {
             Departure::Bytes(bytes) => bytes.clone(),
             other => panic!("{other:?}"),
         });
@@ -187,31 +187,31 @@ mod tests {
     // clause: FRM-05 ETH-02
     #[test]
     fn segments_lose_nothing_keep_to_the_packet_and_differ() {
-        let mut vary = Variation::new(3);
+        let mut variation = Variation::new(3);
         let bytes: Vec<u8> = (0..=255).cycle().take(700).collect();
         let mut counts = alloc::collections::BTreeSet::new();
         for _ in 0..50 {
-            let segments = vary.segments(Duration::ZERO, &bytes);
+            let segments = variation.segments(Duration::ZERO, &bytes);
             assert_eq!(joined(&segments), bytes);
             counts.insert(segments.len());
-            assert!(segments.iter().all(|parcel| match &parcel.departure {
+            assert!(segments.iter().all(|segment| match &segment.departure {
                 Departure::Bytes(piece) => (1..=MAX_SEND).contains(&piece.len()),
                 _ => false,
             }));
         }
         assert!(counts.len() > 2, "{counts:?}");
-        assert_eq!(joined(&vary.segments(Duration::ZERO, b"x")), b"x");
-        assert_eq!(vary.segments(Duration::ZERO, b""), []);
+        assert_eq!(joined(&variation.segments(Duration::ZERO, b"x")), b"x");
+        assert_eq!(variation.segments(Duration::ZERO, b""), []);
     }
 
     // clause: FRM-02 FL-02 FL-03
     #[test]
     fn texts_are_cut_anywhere_but_never_too_long_and_short_files_not_at_all() {
-        let mut vary = Variation::new(9);
-        assert!(vary.cuts(MAX_DATA).is_empty());
-        let cuts = vary.cuts(2_000);
+        let mut variation = Variation::new(9);
+        assert!(variation.cuts(MAX_DATA).is_empty());
+        let cuts = variation.cuts(2_000);
         assert!(cuts.iter().all(|cut| (128..=MAX_DATA).contains(cut)), "{cuts:?}");
         assert!((1..=MAX_DATA).contains(&(2_000 - cuts.iter().sum::<usize>())));
-        assert_ne!(cuts, vary.cuts(2_000));
+        assert_ne!(cuts, variation.cuts(2_000));
     }
 }

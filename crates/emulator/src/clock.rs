@@ -26,15 +26,15 @@ pub const MAX_SCALE: f64 = 100_000.0;
 /// How virtual time passes (option `--time`).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum TimeMode {
-    /// As on the wall.
+    /// At the pace of wall-clock time.
     #[default]
     Real,
     /// This many times as fast (below 1: slower); greater than 0, at most [`MAX_SCALE`].
     Scaled(f64),
     /// Time stands still; it moves only on request.
     Stepped,
-    /// It jumps to the next deadline whenever every host is silent, and passes as on the wall otherwise; while nobody
-    /// is there for whom the wall counts, it does nothing but jump.
+    /// It jumps to the next deadline whenever every host is silent, and passes at the pace of wall-clock time otherwise;
+    /// while no peer is connected and nobody waits for a length of time, it only jumps.
     Auto,
 }
 
@@ -463,7 +463,7 @@ mod tests {
         assert_eq!(clock.at(clock.origin + SECOND), hour);
         clock.set_idle(false);
         assert_eq!(clock.at(clock.origin + SECOND), hour + SECOND);
-        // Real time is the wall's, whoever is there.
+        // Real time is wall-clock time, whoever is connected.
         clock.set_mode(TimeMode::Real);
         clock.set_idle(true);
         assert!(clock.at(clock.origin + SECOND) >= hour + SECOND);

@@ -1,6 +1,6 @@
 //! Snapshots: what every state that is written down shares. A state holds all that changes while a program runs and
 //! nothing of the program itself; it is restored against a program of the same source, and nothing in it is
-//! believed. `machine::snapshot` and `memory::snapshot` do the two halves. The form on paper is the caller's.
+//! believed. `machine::snapshot` and `memory::snapshot` do the two halves. The serialized form is the caller's.
 
 use alloc::format;
 use alloc::string::String;

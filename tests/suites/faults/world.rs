@@ -31,7 +31,7 @@ pub struct World {
     /// What was sent and not read yet, segment by segment.
     segments: BTreeMap<Port, VecDeque<Vec<u8>>>,
     connected: BTreeSet<Port>,
-    deaf: BTreeSet<Port>,
+    stalled: BTreeSet<Port>,
     /// The log: what the faults did.
     pub fired: Vec<(u32, &'static str, String)>,
     /// When and how bytes left, for comparisons.
@@ -51,7 +51,7 @@ impl World {
             now: Time::ZERO,
             segments: BTreeMap::new(),
             connected: BTreeSet::new(),
-            deaf: BTreeSet::new(),
+            stalled: BTreeSet::new(),
             fired: Vec::new(),
             sent: Vec::new(),
             steps: 0,
@@ -96,7 +96,7 @@ impl World {
         match output {
             Output::Send { port, bytes } => {
                 self.sent.push((self.now, port, bytes.clone()));
-                if self.connected.contains(&port) && !self.deaf.contains(&port) {
+                if self.connected.contains(&port) && !self.stalled.contains(&port) {
                     self.segments.entry(port).or_default().push_back(bytes);
                 }
             }
@@ -105,7 +105,7 @@ impl World {
                 inputs.push_back(Input::Disconnected { port });
             }
             Output::Stall { port } => {
-                self.deaf.insert(port);
+                self.stalled.insert(port);
             }
             Output::PowerCycled => {
                 for port in std::mem::take(&mut self.connected) {
@@ -126,7 +126,7 @@ impl World {
 
     fn lose(&mut self, port: Port) {
         self.connected.remove(&port);
-        self.deaf.remove(&port);
+        self.stalled.remove(&port);
     }
 
     /// Connects, unless the robot still believes that somebody is there (`channel.second = refuse`).
@@ -143,10 +143,10 @@ impl World {
         true
     }
 
-    /// The host hangs up. A robot that is deaf does not notice.
+    /// The host hangs up. A stalled robot does not notice.
     pub fn hang_up(&mut self, port: Port) {
         self.segments.remove(&port);
-        if self.connected.contains(&port) && !self.deaf.contains(&port) {
+        if self.connected.contains(&port) && !self.stalled.contains(&port) {
             self.lose(port);
             self.put(Input::Disconnected { port });
         }
@@ -156,7 +156,7 @@ impl World {
         if !self.connected.contains(&port) {
             return Err(NoBytes::Gone);
         }
-        if !self.deaf.contains(&port) {
+        if !self.stalled.contains(&port) {
             let bytes = bytes.to_vec();
             self.put(Input::Received { port, bytes });
         }

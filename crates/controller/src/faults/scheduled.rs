@@ -22,19 +22,19 @@ pub enum ScheduledAction {
 
 impl Endpoints {
     /// Performs an action now or after a delay. It is dropped if [`MAX_SCHEDULED_ACTIONS`] are waiting.
-    pub(super) fn schedule(&mut self, robot: &mut Robot, delay: Duration, strike: ScheduledAction) {
+    pub(super) fn schedule(&mut self, robot: &mut Robot, delay: Duration, action: ScheduledAction) {
         if delay.is_zero() {
-            self.perform_scheduled(robot, strike);
+            self.perform_scheduled(robot, action);
         } else if self.faults.scheduled.len() < MAX_SCHEDULED_ACTIONS {
-            self.faults.scheduled.push((robot.now + delay, strike));
+            self.faults.scheduled.push((robot.now + delay, action));
         }
     }
 
     /// Performs the actions that are due, in the order of their times.
     pub(crate) fn run_scheduled(&mut self, robot: &mut Robot) {
         while let Some(place) = self.next_due_action(robot) {
-            let (_, strike) = self.faults.scheduled.remove(place);
-            self.perform_scheduled(robot, strike);
+            let (_, action) = self.faults.scheduled.remove(place);
+            self.perform_scheduled(robot, action);
         }
     }
 
@@ -45,8 +45,8 @@ impl Endpoints {
             .map(|(place, _)| place)
     }
 
-    fn perform_scheduled(&mut self, robot: &mut Robot, strike: ScheduledAction) {
-        match strike {
+    fn perform_scheduled(&mut self, robot: &mut Robot, action: ScheduledAction) {
+        match action {
             ScheduledAction::Panel(panel) => self.panel(robot, panel),
             // A controller without power raises no alarms.
             ScheduledAction::Alarm(_) if !robot.state.powered => {}

@@ -60,11 +60,11 @@ impl Robot {
         let mut entries = self.drive.directory();
         let blanks = match &mut context.variation {
             // The vendor's library, whose commands the extensions are, reads one blank.
-            Some(vary) if !self.config.options.extensions => vary.directory_blanks(),
+            Some(variation) if !self.config.options.extensions => variation.directory_blanks(),
             _ => " ".to_string(),
         };
-        if let Some(vary) = &mut context.variation {
-            vary.order(&mut entries);
+        if let Some(variation) = &mut context.variation {
+            variation.order(&mut entries);
         }
         Outcome::file(encode_directory_with(&entries, &blanks))
     }

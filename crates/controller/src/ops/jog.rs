@@ -15,7 +15,7 @@ const FREE: u16 = 2;
 const INCHING: u16 = 1;
 
 impl Robot {
-    /// MD, RT, SC: mode, rate and coordinate system of the guidance (SF-14 to SF-16).
+    /// MD, RT, SC: mode, rate and coordinate system of jogging (SF-14 to SF-16).
     pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::JogMode)) -> Outcome {
         change(&mut self.state.jog_mode);
         Outcome::Ok
@@ -69,7 +69,7 @@ impl Robot {
         Outcome::ng(reason)
     }
 
-    /// The guidance ends: the arm slows and rests.
+    /// The jog ends: the arm slows and rests.
     pub(crate) fn stop_jog(&mut self) {
         if self.jogging.take().is_some() {
             self.arm.stop(self.now);

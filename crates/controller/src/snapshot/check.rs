@@ -261,10 +261,10 @@ fn check_faults(controller: &Controller) -> CheckResult {
         return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
     }
     for port in Port::ALL {
-        let (bytes, parcels) = controller.endpoints.send_queue.waiting(port);
+        let (bytes, segments) = controller.endpoints.send_queue.waiting(port);
         let place = format!("outbox.queues.{port}");
         check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
-        check_at_most(&place, parcels, MAX_QUEUED_SEGMENTS)?;
+        check_at_most(&place, segments, MAX_QUEUED_SEGMENTS)?;
     }
     Ok(())
 }

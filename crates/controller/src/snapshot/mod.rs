@@ -115,7 +115,7 @@ impl SnapshotHeader {
     }
 }
 
-/// A controller on paper.
+/// The whole controller as a value to be serialized.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Snapshot {
@@ -142,8 +142,10 @@ pub struct Snapshot {
     #[serde(default)]
     upkeep: MaintenanceCounters,
     faults: Faults,
-    vary: Option<Variation>,
-    outbox: SendQueue,
+    #[serde(rename = "vary")]
+    variation: Option<Variation>,
+    #[serde(rename = "outbox")]
+    send_queue: SendQueue,
 }
 
 impl Snapshot {
@@ -155,7 +157,7 @@ impl Snapshot {
 }
 
 impl Controller {
-    /// This controller on paper.
+    /// A snapshot of this controller.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let SnapshotHeader { format, version } = SnapshotHeader::current();
@@ -182,8 +184,8 @@ impl Controller {
             traced: self.robot.traced,
             upkeep: self.robot.maintenance,
             faults: self.endpoints.faults.clone(),
-            vary: self.endpoints.variation.clone(),
-            outbox: self.endpoints.send_queue.clone(),
+            variation: self.endpoints.variation.clone(),
+            send_queue: self.endpoints.send_queue.clone(),
         }
     }
 
@@ -215,8 +217,8 @@ impl Controller {
             traced,
             upkeep,
             faults,
-            vary,
-            outbox,
+            variation,
+            send_queue,
         } = snapshot;
         SnapshotHeader { format, version }.validate()?;
         check::check_config(&config)?;
@@ -249,8 +251,8 @@ impl Controller {
                 sessions,
                 lines,
                 faults,
-                variation: vary,
-                send_queue: outbox,
+                variation,
+                send_queue,
             },
         };
         check::controller(&controller)?;

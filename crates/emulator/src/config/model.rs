@@ -2,7 +2,7 @@
 //! numbers describe an arm is checked by the controller's `ArmModel::check`.
 //!
 //! Each table has a `source` that says where its numbers come from. A file without one is refused, because a model
-//! with unfounded numbers would look like evidence.
+//! with unfounded numbers would look like measured ones.
 
 use super::layers::{self, ConfigError};
 use serde::Deserialize;

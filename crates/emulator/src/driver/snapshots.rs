@@ -102,9 +102,9 @@ impl Driver {
     /// Resets connections that a fault has stalled: the state that knows when the fault ends is about to be
     /// replaced.
     async fn reset_stalled_peers(&mut self) {
-        let deaf =
+        let is_stalled =
             |port: &Port| self.controller.faults().is_stalled(*port) && port.ethernet_index().is_some();
-        let ports: Vec<Port> = Port::ALL.into_iter().filter(deaf).collect();
+        let ports: Vec<Port> = Port::ALL.into_iter().filter(is_stalled).collect();
         for port in ports {
             for input in self.channels.disconnect(port, DisconnectMode::Reset) {
                 self.feed(input).await;

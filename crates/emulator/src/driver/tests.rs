@@ -66,7 +66,7 @@ async fn serve_until(driver: &mut Driver, is_so: impl Fn(&Driver) -> bool) {
     panic!("not after {ROUNDS} rounds");
 }
 
-/// Virtual time has not run ahead of the wall since `started`.
+/// Virtual time has not run ahead of wall-clock time since `started`.
 fn assert_not_ahead(driver: &Driver, started: Instant) {
     let (passed, wall) = (driver.clock.now().as_micros(), started.elapsed().as_micros());
     assert!(u128::from(passed) <= wall, "{passed} us passed in {wall} us");
@@ -84,7 +84,7 @@ fn automatic_time_does_not_run_away_while_nothing_is_due() {
             (host, program)
         })
         .await;
-        // An hour in which the hosts are idle passes at once for timers, not for the wall: a loop that
+        // An hour in which the hosts are idle passes at once for timers, not in wall-clock time: a loop that
         // jumps again and again does so here.
         tokio::time::pause();
         driver.serve(tokio::time::sleep(HOUR)).await;
@@ -138,7 +138,7 @@ fn automatic_time_stands_while_nobody_is_there_for_whom_the_wall_counts() {
             host
         })
         .await;
-        // A host's pauses are the wall's.
+        // A host pauses in wall-clock time.
         let met = driver.clock.now();
         serve_until(&mut driver, |driver| driver.clock.now() > met).await;
         drop(host);

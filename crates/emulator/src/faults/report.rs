@@ -48,10 +48,10 @@ impl FaultLog {
             self.0.remove(id);
             return;
         }
-        let bites = self.0.entry(*id).or_default();
-        if bites.len() < MAX_FAULT_TIMES {
+        let applied = self.0.entry(*id).or_default();
+        if applied.len() < MAX_FAULT_TIMES {
             let (port, what) = (*port, message.clone());
-            bites.push(AppliedFault {
+            applied.push(AppliedFault {
                 at,
                 port,
                 message: what,
@@ -87,7 +87,7 @@ fn trigger_description(fault: &Fault) -> String {
 
 fn report_json(report: &FaultReport, log: &[AppliedFault]) -> Value {
     let at: Vec<f64> = report.at.iter().copied().map(seconds).collect();
-    let bite = |bite: &AppliedFault| json!({ "t": seconds(bite.at), "port": bite.port.map(Port::name), "what": bite.message });
+    let applied = |fault: &AppliedFault| json!({ "t": seconds(fault.at), "port": fault.port.map(Port::name), "what": fault.message });
     json!({
         "fault": fault_json(&report.fault),
         "spec": report.fault.to_string(),
@@ -98,7 +98,7 @@ fn report_json(report: &FaultReport, log: &[AppliedFault]) -> Value {
         "seen": report.seen,
         "fired": report.fired,
         "at": at,
-        "bites": log.iter().map(bite).collect::<Vec<_>>(),
+        "bites": log.iter().map(applied).collect::<Vec<_>>(),
         "words": report.summary(),
     })
 }

@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn the_shelf_is_bounded_and_says_what_it_has() {
+    fn the_store_is_bounded_and_lists_what_it_has() {
         let mut store = SnapshotStore::default();
         assert!(store.get("a").unwrap_err().to_string().contains("there is none"));
         for number in 0..MAX_NAMED {

@@ -49,11 +49,11 @@ impl Store {
             return Ok(());
         }
         let history = history.cloned().collect();
-        let paper = Writing {
+        let document = Writing {
             version: VERSION,
             history: &history,
         };
-        let content = serde_json::to_vec(&paper).map_err(|error| StoreError::Io {
+        let content = serde_json::to_vec(&document).map_err(|error| StoreError::Io {
             action: "write",
             path: self.directory.join(FILE),
             reason: error.into(),

@@ -67,7 +67,7 @@ pub enum LinkRecord {
     },
     /// The controller and its time are reset to the start.
     Reset {
-        /// The date then, where it is the wall's.
+        /// The date then, where it is wall-clock time.
         calendar: Option<CalendarTime>,
     },
 }

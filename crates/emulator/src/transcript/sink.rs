@@ -156,7 +156,7 @@ impl TranscriptSink {
     }
 
     /// Everything is about to be as at the start: files go on, what is kept begins anew. `calendar` is the date then,
-    /// where it is the wall's.
+    /// where it is wall-clock time.
     pub fn reset(&mut self, at: Time, calendar: Option<CalendarTime>) {
         let what = RecordKind::Link(LinkRecord::Reset { calendar });
         self.recorder.record(&Record { at, kind: what });

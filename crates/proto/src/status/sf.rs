@@ -41,7 +41,7 @@ pub struct SystemStatus {
     pub analysis_task: u16,
     /// Feed hold is on.
     pub feed_hold: bool,
-    /// Guidance coordinate system: 0 joint, 1 tool, 2 work, 3 world.
+    /// Coordinate system of jogging: 0 joint, 1 tool, 2 work, 3 world.
     pub guide_coordinate: u16,
     /// Guide rate: 0 slow, 1 mid, 2 fast.
     pub guide_rate: u16,

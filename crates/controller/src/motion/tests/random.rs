@@ -1,4 +1,4 @@
-//! Seeded random motions with random things happening to them: whatever the override, feed hold, resume and BREAK do,
+//! Seeded random motions with random things event to them: whatever the override, feed hold, resume and BREAK do,
 //! the joints go on without a jump, stay on the path and within the limits, and end exactly at the target.
 
 use super::{KEEP, distance, down};
@@ -17,9 +17,9 @@ const LOOK: Duration = Duration::from_millis(1);
 const OFF: f64 = 1e-3;
 
 /// A seeded generator: every run sees the same motions.
-struct Dice(u64);
+struct Rng(u64);
 
-impl Dice {
+impl Rng {
     fn between(&mut self, min: f64, max: f64) -> f64 {
         self.0 = self
             .0
@@ -109,17 +109,17 @@ fn off_line(at: [f64; 3], from: [f64; 3], to: [f64; 3]) -> f64 {
 }
 
 /// A random motion from a random posture, where there is one.
-fn motion(model: &ArmModel, dice: &mut Dice) -> Option<(Motion, Way, Joints)> {
-    let start = dice.place(model);
+fn motion(model: &ArmModel, rng: &mut Rng) -> Option<(Motion, Way, Joints)> {
+    let start = rng.place(model);
     let from = model.inverse(&start, KEEP, &model.ready).ok()?;
-    let limits = dice.limits();
-    let end = dice.place(model);
+    let limits = rng.limits();
+    let end = rng.place(model);
     let go = |from: &Joints, target: &Target| plan(model, from, target, &NO_TOOL, &limits).ok();
-    let (target, way) = match dice.one_of(5) {
+    let (target, way) = match rng.one_of(5) {
         0 => (Target::Joint(end, KEEP), None),
         1 => (Target::Line(end, KEEP), Some(Way::Line(start.xyz, end.xyz))),
         2 => {
-            let (radius, turn) = (dice.between(10.0, 120.0), dice.between(0.5, 5.5));
+            let (radius, turn) = (rng.between(10.0, 120.0), rng.between(0.5, 5.5));
             let centre = [start.xyz[0] + radius, start.xyz[1], start.xyz[2]];
             let at = |angle: f64| {
                 let (sin, cos) = angle.sin_cos();
@@ -133,12 +133,12 @@ fn motion(model: &ArmModel, dice: &mut Dice) -> Option<(Motion, Way, Joints)> {
             (arc, Some(Way::Circle(centre, radius)))
         }
         3 => {
-            let height = dice.between(5.0, 60.0);
+            let height = rng.between(5.0, 60.0);
             let top = start.xyz[2].max(end.xyz[2]) + height;
             let gate = Gate {
-                rise: dice.between(0.0, height),
+                rise: rng.between(0.0, height),
                 height,
-                descent: dice.between(0.0, height),
+                descent: rng.between(0.0, height),
             };
             let config = KEEP;
             (
@@ -148,9 +148,9 @@ fn motion(model: &ArmModel, dice: &mut Dice) -> Option<(Motion, Way, Joints)> {
         }
         _ => {
             let first = go(&from, &Target::Line(end, KEEP))?;
-            let next = go(&first.end(), &Target::Line(dice.place(model), KEEP))?;
-            let at = first.duration().mul_f64(dice.between(0.0, 0.3));
-            let whole = first.blend(model, at, &next, dice.between(10.0, 100.0), &NO_TOOL)?;
+            let next = go(&first.end(), &Target::Line(rng.place(model), KEEP))?;
+            let at = first.duration().mul_f64(rng.between(0.0, 0.3));
+            let whole = first.blend(model, at, &next, rng.between(10.0, 100.0), &NO_TOOL)?;
             return Some((whole, Way::Free, next.end()));
         }
     };
@@ -192,26 +192,26 @@ fn walk(model: &ArmModel, motion: &Motion, way: &Way, from: Duration, to: Durati
 }
 
 /// Random things happen to it at random moments; at last it goes to its end, or is given up.
-fn live(model: &ArmModel, dice: &mut Dice, mut motion: Motion, way: &Way, target: &Joints) {
+fn live(model: &ArmModel, rng: &mut Rng, mut motion: Motion, way: &Way, target: &Joints) {
     let known = motion.last_begins().map_or(Duration::ZERO, |at| at / 2);
     let mut now = known;
     let mut last = motion.joints_at(now);
-    for _ in 0..dice.one_of(7) {
-        let until = now + Duration::from_micros(u64::from(1_000 + dice.one_of(200_000)));
+    for _ in 0..rng.one_of(7) {
+        let until = now + Duration::from_micros(u64::from(1_000 + rng.one_of(200_000)));
         let before = motion.percent_at(until);
         walk(model, &motion, way, now, until, &mut last);
         now = until;
         let here = motion.joints_at(now);
-        match dice.one_of(4) {
+        match rng.one_of(4) {
             0 => motion.hold(now),
             1 => motion.resume(now),
-            _ => motion.set_limits(now, &dice.limits()),
+            _ => motion.set_limits(now, &rng.limits()),
         }
         assert_eq!(motion.joints_at(now), here, "a change moves nothing by itself");
         assert!((motion.percent_at(now) - before).abs() < 1e-9);
         last = here;
     }
-    let given_up = dice.one_of(5) == 0 && now < motion.duration();
+    let given_up = rng.one_of(5) == 0 && now < motion.duration();
     if given_up {
         motion.stop(now);
     } else {
@@ -231,14 +231,14 @@ fn live(model: &ArmModel, dice: &mut Dice, mut motion: Motion, way: &Way, target
 #[test]
 fn whatever_happens_it_stays_on_its_path_without_a_jump_and_ends_at_its_target() {
     for (model, seed) in [(ArmModel::tv800(), 41), (ArmModel::thl400(), 42)] {
-        let mut dice = Dice(seed);
+        let mut rng = Rng(seed);
         let mut kinds = [0_u32; 5];
         let mut done = 0;
         for _ in 0..MOTIONS * 10 {
-            let Some((motion, way, target)) = motion(&model, &mut dice) else {
+            let Some((motion, way, target)) = motion(&model, &mut rng) else {
                 continue;
             };
-            live(&model, &mut dice, motion, &way, &target);
+            live(&model, &mut rng, motion, &way, &target);
             kinds[match way {
                 Way::Joint(..) => 0,
                 Way::Line(..) => 1,
