@@ -10,6 +10,7 @@
     reason = "what does not hold in a helper of the suites fails the test"
 )]
 
+mod architecture;
 mod coverage;
 mod docs;
 mod effects;
@@ -47,3 +48,4 @@ mod status;
 mod transcripts;
 mod variables;
 mod wire;
+mod words;

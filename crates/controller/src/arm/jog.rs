@@ -79,13 +79,13 @@ impl Arm {
     pub fn jog(
         &mut self,
         now: Time,
-        guidance: &Jog,
+        jog: &Jog,
         conditions: &Conditions,
         pace: SpeedLimits,
         locked: bool,
     ) -> Result<(), JogError> {
         let settings = MotionSettings {
-            speed: guidance.speed,
+            speed: jog.speed,
             accel: 100.0,
             decel: 100.0,
             torque: torque(conditions),
@@ -94,17 +94,17 @@ impl Arm {
         let limits = settings.limits(pace);
         let frames = Frames::new(conditions);
         let (start, from) = self.next_start(now);
-        let way = guidance.step.unwrap_or(self.max_travel(guidance, &from));
+        let way = jog.step.unwrap_or(self.max_travel(jog, &from));
         if way < MIN_TRAVEL {
-            return Err(JogError::AtLimit { axis: guidance.axis });
+            return Err(JogError::AtLimit { axis: jog.axis });
         }
-        let mut planned = self.plan_jog(guidance, way, &frames, &from, &limits);
-        if planned.is_err() && guidance.step.is_none() {
+        let mut planned = self.plan_jog(jog, way, &frames, &from, &limits);
+        if planned.is_err() && jog.step.is_none() {
             // What can be gone is a beginning of what cannot: the end of the reach lies between the two.
             let (mut near, mut far) = (0.0, way);
             for _ in 0..JOG_BISECTIONS {
                 let middle = 0.5 * (near + far);
-                match self.plan_jog(guidance, middle, &frames, &from, &limits) {
+                match self.plan_jog(jog, middle, &frames, &from, &limits) {
                     Ok(shorter) => {
                         near = middle;
                         planned = Ok(shorter);
@@ -127,10 +127,10 @@ impl Arm {
         Ok(())
     }
 
-    fn max_travel(&self, guidance: &Jog, from: &Joints) -> f64 {
-        let index = axis_index(guidance.axis);
-        match (guidance.frame, self.model.axes.get(index), from.get(index)) {
-            (JogFrame::Joint, Some(axis), Some(present)) if guidance.sign > 0.0 => axis.max - present,
+    fn max_travel(&self, jog: &Jog, from: &Joints) -> f64 {
+        let index = axis_index(jog.axis);
+        match (jog.frame, self.model.axes.get(index), from.get(index)) {
+            (JogFrame::Joint, Some(axis), Some(present)) if jog.sign > 0.0 => axis.max - present,
             (JogFrame::Joint, Some(axis), Some(present)) => present - axis.min,
             _ if index < 3 => MAX_JOG_DISTANCE,
             _ => MAX_JOG_ANGLE,
@@ -139,18 +139,18 @@ impl Arm {
 
     fn plan_jog(
         &self,
-        guidance: &Jog,
+        jog: &Jog,
         way: f64,
         frames: &Frames,
         from: &Joints,
         limits: &Limits,
     ) -> Result<Motion, MotionError> {
-        let index = self.jog_axis_index(guidance);
-        if guidance.frame == JogFrame::Joint {
+        let index = self.jog_axis_index(jog);
+        if jog.frame == JogFrame::Joint {
             let present = from.get(index).copied().unwrap_or_default();
             let target = Target::Axis {
                 axis: index,
-                value: present + guidance.sign * way,
+                value: present + jog.sign * way,
             };
             return plan(&self.model, from, &target, &frames.tool(), limits);
         }
@@ -158,11 +158,11 @@ impl Arm {
         let here = flange.transform().compose(&frames.tool());
         let mut step = [0.0; 6];
         *step.get_mut(index).ok_or(MotionError::NoSuchAxis {
-            axis: usize::from(guidance.axis),
+            axis: usize::from(jog.axis),
             axes: 6,
-        })? = guidance.sign * way;
+        })? = jog.sign * way;
         let step = Transform::from_coords(step);
-        let system = match guidance.frame {
+        let system = match jog.frame {
             JogFrame::Tool => here,
             JogFrame::Work => frames.base().compose(&frames.work()),
             JogFrame::World | JogFrame::Joint => Transform::IDENTITY,
@@ -188,8 +188,8 @@ impl Arm {
     }
 
     /// Place of a guided axis: in a coordinate system the fourth of a SCARA is C, a turn about Z.
-    fn jog_axis_index(&self, guidance: &Jog) -> usize {
-        match (self.kind(), guidance.frame, guidance.axis) {
+    fn jog_axis_index(&self, jog: &Jog) -> usize {
+        match (self.kind(), jog.frame, jog.axis) {
             (_, JogFrame::Joint, axis) | (scol_mini::Arm::SixAxis, _, axis) => axis_index(axis),
             (scol_mini::Arm::Scara, _, axis @ 1..=3) => axis_index(axis),
             (scol_mini::Arm::Scara, _, 4) => C_INDEX,

@@ -44,7 +44,7 @@ impl Robot {
             "the arm is being guided; JG ! ends that"
         } else {
             let rate = usize::from(guide.rate).min(JOG_SPEED.len() - 1);
-            let guidance = Jog {
+            let jog = Jog {
                 axis,
                 sign,
                 step: (guide.mode == INCHING).then_some(INCHING_STEP[rate]),
@@ -52,13 +52,10 @@ impl Robot {
                 frame: JogFrame::from_number(guide.coordinate),
             };
             let conditions = self.executor.memory().conditions().clone();
-            return match self.arm.jog(
-                self.now,
-                &guidance,
-                &conditions,
-                self.pace(),
-                self.state.machine_lock,
-            ) {
+            return match self
+                .arm
+                .jog(self.now, &jog, &conditions, self.pace(), self.state.machine_lock)
+            {
                 Ok(()) => {
                     self.jogging = Some(port);
                     Outcome::Ok

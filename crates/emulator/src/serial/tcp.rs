@@ -99,7 +99,7 @@ async fn wait_for_client(listener: &TcpListener, task: &mut SerialTask) -> Resul
     loop {
         tokio::select! {
             command = task.commands.recv() => match command.ok_or(DriverGone)? {
-                // Nobody is there to hear it.
+                // Nobody is connected to hear it.
                 TaskCommand::Send(_) => {}
                 TaskCommand::Settings(robot) => task.settings = robot,
             },

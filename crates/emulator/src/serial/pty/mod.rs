@@ -259,7 +259,7 @@ async fn wait_for_host(pty: &mut Pty, task: &mut SerialTask) -> Result<(), Drive
     loop {
         tokio::select! {
             command = task.commands.recv() => match command.ok_or(DriverGone)? {
-                // Nobody is there to hear it.
+                // Nobody is connected to hear it.
                 TaskCommand::Send(_) => {}
                 TaskCommand::Settings(robot) => {
                     pty.robot_settings = robot;

@@ -1,0 +1,259 @@
+//! The vocabulary of the code: words that names and comments of `crates/*/src` and `tests` do not use, because they are
+//! metaphors of the first build that a reader from the field does not know.
+//!
+//! Identifiers are split at underscores and capitals; strings are not looked at, so formats and messages are free.
+//! Other house rules are in `house.rs`.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Words in no identifier and no comment, and what to write instead.
+const WORDS: [(&[&str], &str); 21] = [
+    (&["deed", "deeds"], "action"),
+    (&["prey", "bite", "bites", "bitten"], "fault site, apply, applied"),
+    (&["strike", "strikes"], "scheduled action"),
+    (&["dice"], "rng"),
+    (&["parcel", "parcels"], "segment"),
+    (&["outbox"], "send queue"),
+    (&["deaf"], "stalled"),
+    (&["habits"], "host history"),
+    (&["vary"], "variation"),
+    (&["whereabouts"], "arm pose"),
+    (&["guidance"], "jog"),
+    (&["trio"], "frames"),
+    (&["paper", "papers"], "snapshot, JSON"),
+    (&["hub"], "driver"),
+    (&["desk", "shelf"], "snapshot handle, snapshot store"),
+    (&["tape"], "transcript sink"),
+    (&["happening", "happenings"], "event"),
+    (&["party", "parties"], "side"),
+    (&["evidence"], "reports"),
+    (&["stir", "attend"], "note activity, update idle"),
+    (&["sprint", "swift", "crawl", "stride"], "vm, single step, next"),
+];
+
+/// Phrases in no comment, and what to write instead.
+const PHRASES: [(&str, &str); 4] = [
+    ("the wall", "wall-clock time"),
+    ("nobody is there", "nobody is connected"),
+    ("in the place of", "instead of"),
+    ("if not said", "by default"),
+];
+
+/// Where a word is right all the same: a part of the path, the word (all with ""), the reason.
+const ALLOWED: [(&str, &str, &str); 24] = [
+    ("tests/suites/words.rs", "", "the list itself"),
+    ("tests/suites/measured_times.rs", "hub", "GitHub"),
+    ("tests/suites/", "vary", "the field of the option `--vary`"),
+    ("controller/src/options.rs", "vary", "the same"),
+    ("controller/src/endpoint.rs", "vary", "the same"),
+    ("controller/src/snapshot/", "vary", "the same"),
+    ("emulator/src/", "vary", "the option `--vary`"),
+    ("emulator/src/embed.rs", "evidence", "a name of the embedding API"),
+    ("emulator/src/cli/", "evidence", "calls the embedding API"),
+    (
+        "emulator/src/control/transcript.rs",
+        "evidence",
+        "the page EVIDENCE.md",
+    ),
+    (
+        "emulator/src/transcript/action.rs",
+        "deed",
+        "a key of JSON transcripts",
+    ),
+    (
+        "emulator/src/control/faults.rs",
+        "bite",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/faults.rs",
+        "bites",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/faults.rs",
+        "bitten",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/event.rs",
+        "happening",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/event.rs",
+        "deaf",
+        "an event of the control interface",
+    ),
+    (
+        "emulator/src/control/state.rs",
+        "guidance",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/",
+        "the wall",
+        "published in the OpenAPI document",
+    ),
+    (
+        "emulator/src/control/",
+        "if not said",
+        "published in the OpenAPI document",
+    ),
+    ("emulator/src/cli/", "if not said", "printed by --help"),
+    ("emulator/src/cli/", "the wall", "printed by --help"),
+    ("scol-mini/src/", "sprint", "until the one engine replaces it"),
+    ("scol-mini/src/", "stride", "the same"),
+    ("scol-mini/src/", "dice", "the same"),
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// A piece of a source and the line it begins on.
+type Piece<'a> = (usize, &'a str);
+
+/// Splits a source into code without strings, and comments.
+fn pieces(source: &str) -> (Vec<Piece<'_>>, Vec<Piece<'_>>) {
+    let (mut code, mut comments) = (Vec::new(), Vec::new());
+    let (mut rest, mut line) = (source, 1);
+    while !rest.is_empty() {
+        let length = match rest.find(['/', '"', '\'']) {
+            Some(0) => {
+                let (length, is_comment) = special(rest, source.len() - rest.len(), source);
+                if is_comment {
+                    comments.push((line, &rest[..length]));
+                }
+                length
+            }
+            found => {
+                let length = found.unwrap_or(rest.len());
+                code.extend((line..).zip(rest[..length].split('\n')));
+                length
+            }
+        };
+        line += rest[..length].matches('\n').count();
+        rest = &rest[length..];
+    }
+    (code, comments)
+}
+
+/// The length of what begins with `/`, `"` or `'` here, and whether it is a comment.
+fn special(rest: &str, at: usize, source: &str) -> (usize, bool) {
+    if rest.starts_with("//") {
+        return (rest.find('\n').unwrap_or(rest.len()), true);
+    }
+    if let Some(inside) = rest.strip_prefix('"') {
+        let before = &source[..at];
+        let hashes = before.len() - before.trim_end_matches('#').len();
+        let raw = before[..at - hashes].ends_with('r');
+        let end = if raw {
+            format!("\"{}", "#".repeat(hashes))
+        } else {
+            "\"".to_string()
+        };
+        let mut from = 0;
+        while let Some(found) = inside[from..].find(&end) {
+            let upto = &inside[..from + found];
+            let escapes = upto.len() - upto.trim_end_matches('\\').len();
+            if raw || escapes % 2 == 0 {
+                return (1 + upto.len() + end.len(), false);
+            }
+            from += found + 1;
+        }
+        return (rest.len(), false);
+    }
+    // A character, as against a lifetime: `'"'`, `'\''`.
+    let mut characters = rest.char_indices().skip(1);
+    let escaped = characters.next().is_some_and(|(_, first)| first == '\\');
+    let end = if escaped {
+        rest[3.min(rest.len())..].find('\'').map(|end| end + 4)
+    } else {
+        characters
+            .next()
+            .filter(|(_, second)| *second == '\'')
+            .map(|(end, _)| end + 1)
+    };
+    (end.filter(|_| rest.starts_with('\'')).unwrap_or(1), false)
+}
+
+/// The words of an identifier in lower case: `SendQueue`, `send_queue` and `SEND_QUEUE` are `send` and `queue`.
+fn words(text: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut before = ' ';
+    for character in text.chars() {
+        if character.is_uppercase() && before.is_lowercase() || !character.is_ascii_alphabetic() {
+            words.push(String::new());
+        }
+        if character.is_ascii_alphabetic() {
+            let word = words.last_mut();
+            word.expect("never empty").push(character.to_ascii_lowercase());
+        }
+        before = character;
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
+
+#[test]
+fn words_are_found_in_identifiers_and_comments_but_not_in_strings() {
+    let source =
+        "//! a trio\nfn hub() -> '\\'' { r#\"desk\"#; \"a \\\" tape\" }\nOutboxDice // in \"deaf\"\n";
+    let (code, comments) = pieces(source);
+    let found = |pieces: Vec<Piece>| -> Vec<(usize, &str)> {
+        let all = WORDS.iter().flat_map(|(words, _)| *words);
+        let in_piece = |piece: &str, word: &&&str| words(piece).iter().any(|found| found == **word);
+        let hits = pieces.into_iter().flat_map(|(line, piece)| {
+            all.clone()
+                .filter(move |word| in_piece(piece, word))
+                .map(move |word| (line, *word))
+        });
+        hits.collect()
+    };
+    assert_eq!(found(code), [(2, "hub"), (3, "dice"), (3, "outbox")]);
+    assert_eq!(found(comments), [(1, "trio"), (3, "deaf")]);
+}
+
+/// The lines of one source that use a word or phrase they should not.
+fn offenders(path: &Path, source: &str, found: &mut String) {
+    let name = path.to_string_lossy().replace('\\', "/");
+    let allowed = |word: &str| {
+        let mut rows = ALLOWED.iter();
+        rows.any(|(place, allowed, _)| name.contains(place) && (allowed.is_empty() || *allowed == word))
+    };
+    let (code, comments) = pieces(source);
+    for (line, piece) in code.iter().chain(&comments) {
+        for word in words(piece) {
+            let row = WORDS.iter().find(|(words, _)| words.contains(&word.as_str()));
+            if let Some((_, instead)) = row.filter(|_| !allowed(&word)) {
+                let _ = writeln!(found, "{name}:{line}: `{word}` (write {instead})");
+            }
+        }
+    }
+    for (line, comment) in comments {
+        for (phrase, instead) in PHRASES.iter().filter(|(phrase, _)| !allowed(phrase)) {
+            let text = comment.to_ascii_lowercase();
+            let ends = |at: usize| text[at + phrase.len()..].chars().next();
+            let hit = text
+                .match_indices(phrase)
+                .any(|(at, _)| ends(at).is_none_or(|next| !next.is_alphanumeric() && next != '-'));
+            if hit && !text.contains("the wall clock") {
+                let _ = writeln!(found, "{name}:{line}: `{phrase}` (write {instead})");
+            }
+        }
+    }
+}
+
+#[test]
+fn names_and_comments_use_the_words_of_the_field() {
+    let mut found = String::new();
+    let crates = super::house::files(&root().join("crates"), "rs");
+    let in_src = |path: &PathBuf| path.components().any(|part| part.as_os_str() == "src");
+    let tests = super::house::files(&root().join("tests"), "rs");
+    for path in crates.into_iter().filter(in_src).chain(tests) {
+        offenders(&path, &std::fs::read_to_string(&path).unwrap(), &mut found);
+    }
+    assert!(found.is_empty(), "{} lines:\n{found}", found.lines().count());
+}
