@@ -1,11 +1,12 @@
 //! The arguments of `ts3100 host`. A command and its operands are turned into a protocol message, which
 //! `ts3100-proto` parses again, so operands obey the same grammar as on the wire.
 //!
-//! The doc comments are the help texts. Commands beyond the manual are in [`super::extensions`]; the exchange
+//! The help of a command is in its row of the table of commands; the doc comments of operands are theirs. Commands beyond the manual are in [`super::extensions`]; the exchange
 //! itself is in [`super::session`].
 
 use super::extensions::Extension;
 use super::session::HostError;
+use super::table::{TableCommand, help};
 use super::variable_type::VariableType;
 use crate::loading;
 use clap::{Args, Subcommand};
@@ -50,17 +51,17 @@ pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, String> {
 /// One command.
 #[derive(Debug, Subcommand)]
 pub(super) enum HostCommand {
-    /// Status: modes, file, override, execution
+    #[command(about = help("SU"))]
     Su,
-    /// System total status: alarms, lines, signals, positions
+    #[command(about = help("SF"))]
     Sf,
-    /// Directory of the RAM drive
+    #[command(about = help("CA"))]
     Ca,
-    /// Version
+    #[command(about = help("VR"))]
     Vr,
-    /// Error history
+    #[command(about = help("EU"))]
     Eu,
-    /// Upload: the file goes to stdout or --output
+    #[command(about = help("UL"))]
     Ul {
         /// File of the RAM drive
         name: String,
@@ -68,41 +69,41 @@ pub(super) enum HostCommand {
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// Download a file; pick.scol becomes PICK unless a name is given
+    #[command(about = help("DL"))]
     Dl {
         /// File of the PC
         file: PathBuf,
         /// Its name on the RAM drive
         name: Option<String>,
     },
-    /// Erase a file
+    #[command(about = help("ER"))]
     Er {
         /// File of the RAM drive
         name: String,
     },
-    /// Select a file
+    #[command(about = help("SL"))]
     Sl {
         /// File of the RAM drive
         name: String,
     },
-    /// Run the selected file
+    #[command(about = help("RN"))]
     Rn {
         /// Wait for the SP by which the controller reports the stop; SECONDS at most
         #[arg(long, value_name = "SECONDS", num_args = 0..=1, value_parser = seconds)]
         wait: Option<Option<Duration>>,
     },
-    /// Stop the program
+    #[command(about = help("SP"))]
     Sp,
-    /// Servo on
+    #[command(about = help("SO"))]
     So,
-    /// Servo off
+    #[command(about = help("BR"))]
     Br,
-    /// Reset: prg, stp, cyc, sig, sel; err (an extension) resets alarms
+    #[command(about = help("RS"))]
     Rs {
         /// What
         what: String,
     },
-    /// Read a global variable, for example COUNT, TABLE(2) or PLACED integer
+    #[command(about = help("MR"))]
     Mr {
         /// Its name
         name: String,
@@ -119,7 +120,7 @@ pub(super) enum HostCommand {
         )]
         named_kind: Option<VariableType>,
     },
-    /// Write a global variable
+    #[command(about = help("MW"))]
     Mw {
         /// Its name
         name: String,
@@ -133,28 +134,30 @@ pub(super) enum HostCommand {
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
-    /// Force output lines: LINE STATE [LINE STATE ...]
+    #[command(about = help("IW"))]
     Iw {
         /// Line number and 0 or 1, in turn
         #[arg(required = true)]
         pairs: Vec<String>,
     },
-    /// Execute one statement, for example: do "MOVE POINT(400,0,200) WITH SPEED=50"
+    #[command(about = help("DO"))]
     Do {
         /// The statement; everything after it belongs to it
         #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
         statement: Vec<String>,
     },
-    /// Internal command: mode cycle | mode cont | mode step | mode segment | ovrd 50 | break
+    #[command(about = help("EC"))]
     Ec {
         /// The command and its operand
         #[arg(required = true)]
         words: Vec<String>,
     },
-    /// Feed hold: once holds, again releases
+    #[command(about = help("FD"))]
     Fd,
     #[command(flatten)]
     Extension(Extension),
+    #[command(flatten)]
+    Other(TableCommand),
 }
 
 /// Which decoder an answer needs.
@@ -226,6 +229,7 @@ impl HostCommand {
             },
             HostCommand::Dl { file, .. } => ExchangeKind::Download { file: file.clone() },
             HostCommand::Extension(extension) => extension.exchange_kind(),
+            HostCommand::Other(other) => other.exchange_kind(),
             HostCommand::Rn { wait: Some(limit) } => ExchangeKind::RunAndWait(*limit),
             HostCommand::Rn { wait: None }
             | HostCommand::Er { .. }
@@ -281,6 +285,7 @@ impl HostCommand {
             HostCommand::Ec { words } => format!("EC,{}", words.join(" ")),
             HostCommand::Fd => "FD".to_owned(),
             HostCommand::Extension(extension) => extension.message(),
+            HostCommand::Other(other) => other.message(),
         })
     }
 }

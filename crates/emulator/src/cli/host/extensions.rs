@@ -4,6 +4,7 @@
 //! Their operands and answers are defined in `ts3100-proto`.
 
 use super::args::{Decoder, ExchangeKind};
+use super::table::help;
 use clap::{Subcommand, ValueEnum};
 use ts3100_proto::command::ZsFrame;
 
@@ -17,29 +18,29 @@ const SYSTEMS: [&str; 4] = ["joint", "tool", "work", "world"];
 /// One command beyond the manual.
 #[derive(Debug, Subcommand)]
 pub(super) enum Extension {
-    /// Extension: quick status
+    #[command(about = help("SM"))]
     Sm,
-    /// Extension: watchdog; an alarm when no sm follows in time. 0 0 stops it
+    #[command(about = help("WD"))]
     Wd {
         /// Longest silence of the host in milliseconds
         timeout_ms: String,
         /// Level of the alarm: 8, 4, 2 or 1; 0 none
         level: String,
     },
-    /// Extension: present alarms
+    #[command(about = help("AC"))]
     Ac,
-    /// Extension: alarm history
+    #[command(about = help("AH"))]
     Ah,
-    /// Extension: input and output lines that are on
+    #[command(about = help("IO"))]
     Io,
-    /// Extension: successive input lines as one number
+    #[command(about = help("HI"))]
     Hi {
         /// Number of the first line, which is bit 0
         first: String,
         /// How many lines, 1 to 16
         count: String,
     },
-    /// Extension: set successive output lines from one number
+    #[command(about = help("HO"))]
     Ho {
         /// Number of the first line, which is bit 0
         first: String,
@@ -48,17 +49,17 @@ pub(super) enum Extension {
         /// The number
         value: String,
     },
-    /// Extension: position. Commanded: 0 joint, 1 world, 2 work; measured: 3 joint, 4 world, 5 work
+    #[command(about = help("PR"))]
     Pr {
         /// Which position
         which: String,
     },
-    /// Extension: speed: 0 of the joints, 1 in world coordinates
+    #[command(about = help("VL"))]
     Vl {
         /// Which speed
         which: String,
     },
-    /// Extension: set the work or the tool coordinate system
+    #[command(about = help("ZS"))]
     Zs {
         /// Which one
         frame: FrameArg,
@@ -68,24 +69,24 @@ pub(super) enum Extension {
         #[arg(required = true, allow_negative_numbers = true)]
         values: Vec<String>,
     },
-    /// Extension: maintenance information, by the numbers of its items
+    #[command(about = help("MN"))]
     Mn,
-    /// Extension: guide mode: jog, inching, free (0 to 2)
+    #[command(about = help("MD"))]
     Md {
         /// Word or number
         mode: String,
     },
-    /// Extension: guide rate: slow, mid, fast (0 to 2)
+    #[command(about = help("RT"))]
     Rt {
         /// Word or number
         rate: String,
     },
-    /// Extension: guide coordinate system: joint, tool, work, world (0 to 3)
+    #[command(about = help("SC"))]
     Sc {
         /// Word or number
         system: String,
     },
-    /// Extension: guide an axis up (+), down (-), or stop it (!)
+    #[command(about = help("JG"))]
     Jg {
         /// Axis, 1 to 8
         axis: String,

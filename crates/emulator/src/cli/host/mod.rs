@@ -7,6 +7,7 @@ mod args;
 mod extensions;
 mod render;
 mod session;
+mod table;
 mod transfer;
 mod variable_type;
 
