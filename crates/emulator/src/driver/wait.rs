@@ -94,7 +94,7 @@ impl Wait {
                 self.observe_print(&bytes);
             }
             (WaitCondition::Printed { port: None, .. }, Output::Pendant(text)) => {
-                self.observe_print(text.as_bytes())
+                self.observe_print(text.as_bytes());
             }
             _ => {}
         }
