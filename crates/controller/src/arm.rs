@@ -22,7 +22,7 @@ pub use jog::{Jog, JogFrame};
 use settings::MotionSettings;
 pub use wear::Wear;
 
-/// What bounds every motion besides its own conditions.
+/// Bounds on the speed of every motion, besides its own conditions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedLimits {
     /// Speed override in percent.
@@ -43,9 +43,9 @@ struct ActiveMotion {
     start: Time,
     #[cfg_attr(feature = "serde", serde(rename = "asked"))]
     settings: MotionSettings,
-    /// The machine lock was on: time passes, the arm stays.
+    /// The machine lock was on: time passes but the arm stays.
     locked: bool,
-    /// The coordinate systems its WITH names, which hold as long as it does.
+    /// The coordinate systems named by its WITH, in force while it is under way.
     frames: Option<Frames>,
 }
 
@@ -107,12 +107,12 @@ pub struct Arm {
     /// Posture while no motion is under way.
     rest: Joints,
     active: Option<ActiveMotion>,
-    /// The motion a stop (retry) has cut short.
+    /// The motion that a stop (retry) interrupted.
     #[cfg_attr(feature = "serde", serde(default))]
     interrupted: Option<ActiveMotion>,
-    /// Coordinate system of the position last moved to, where it had its own.
+    /// Work coordinate of the position last moved to, if the position has its own.
     position_work: Option<Frame>,
-    /// What the axes have done.
+    /// What the axes have done so far.
     #[cfg_attr(feature = "serde", serde(default))]
     wear: Wear,
 }
@@ -174,7 +174,7 @@ impl Arm {
         Arm::with_posture(model, rest)
     }
 
-    /// The arm in the posture given.
+    /// The arm at rest in this posture.
     #[must_use]
     pub fn with_posture(model: ArmModel, rest: Joints) -> Arm {
         Arm {
@@ -187,13 +187,16 @@ impl Arm {
         }
     }
 
-    /// The same, of this model; for a snapshot, which does not hold the model twice.
+    /// The same arm with this model. A snapshot holds the model in the configuration only.
     #[cfg(feature = "serde")]
     pub(crate) fn with_model(self, model: ArmModel) -> Arm {
         Arm { model, ..self }
     }
 
-    /// Whether the arm can stand and move so; the field and what is wrong with it.
+    /// Validates an arm read from a snapshot.
+    ///
+    /// # Errors
+    /// The field, and what is wrong with it.
     #[cfg(feature = "serde")]
     pub(crate) fn validate(&self, now: Time) -> Result<(), (&'static str, alloc::string::String)> {
         use alloc::string::ToString as _;
@@ -221,13 +224,13 @@ impl Arm {
         Ok(())
     }
 
-    /// The model.
+    /// The model, which never changes.
     #[must_use]
     pub fn model(&self) -> &ArmModel {
         &self.model
     }
 
-    /// Which way positions are written.
+    /// Kind of arm, which decides how positions are written.
     #[must_use]
     pub fn kind(&self) -> scol_mini::Arm {
         self.model.language()
@@ -305,7 +308,7 @@ impl Arm {
         Ok(())
     }
 
-    /// When and from where the next motion goes: now, or where and when the arm rests that still slows.
+    /// When and from where the next motion starts: now, or when and where an arm that still slows comes to rest.
     fn next_start(&mut self, now: Time) -> (Time, Joints) {
         self.finish_due(now);
         let start = self.ends_at().unwrap_or(now).max(now);
@@ -313,7 +316,7 @@ impl Arm {
         (start, slowing.map_or(self.rest, |active| active.motion.end()))
     }
 
-    /// The motion from a posture at rest, and the speeds it asks for.
+    /// Plans a motion from a posture at rest; returns it with the speeds it asks for.
     fn plan_motion(
         &self,
         motion: &scol_mini::Motion,
@@ -451,13 +454,13 @@ impl Arm {
             .unwrap_or_default()
     }
 
-    /// HERE: the present position in the frames given.
+    /// HERE: the present position in these coordinate systems.
     #[must_use]
     pub fn here(&self, now: Time, frames: &Frames) -> Position {
         self.position_of(&self.joints(now), frames)
     }
 
-    /// The position of a posture in the frames given.
+    /// The position of a posture in these coordinate systems.
     fn position_of(&self, joints: &Joints, frames: &Frames) -> Position {
         let (flange, digits) = self.model.forward(joints);
         let world = flange.transform().compose(&frames.tool());
@@ -493,7 +496,7 @@ impl Arm {
         }
     }
 
-    /// The override or the cap changed under way.
+    /// Applies a new override or speed cap to the motion under way.
     pub fn set_speed_limits(&mut self, now: Time, pace: SpeedLimits) {
         self.add_wear_until(now);
         if let Some(active) = &mut self.active {
@@ -503,7 +506,7 @@ impl Arm {
         }
     }
 
-    /// The motion is given up: the arm slows at full deceleration and rests where it then is.
+    /// Gives up the motion: the arm slows at full deceleration and rests where it then is.
     pub fn stop(&mut self, now: Time) {
         self.add_wear_until(now);
         if let Some(active) = &mut self.active {
@@ -523,12 +526,12 @@ fn torque(conditions: &Conditions) -> Joints {
     parts
 }
 
-/// Axis numbers begin at 1; 0 leads to an axis that does not exist and is refused by the plan.
+/// Index of an axis. Axis numbers begin at 1; 0 gives an axis that does not exist, which the planner rejects.
 fn axis_index(axis: u8) -> usize {
     usize::from(axis).checked_sub(1).unwrap_or(usize::MAX)
 }
 
-/// Digits of the position; where it leaves one undefined, that of CONFIG.
+/// The digits of the position; CONFIG supplies those that the position leaves undefined (0).
 fn merge(position: Configuration, set: Configuration) -> [u8; 5] {
     let mut digits = position.digits;
     for (digit, set) in digits.iter_mut().zip(set.digits) {

@@ -7,7 +7,7 @@ use crate::motion::MotionError;
 use crate::time::Time;
 
 impl Arm {
-    /// Puts a motion behind the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was
+    /// Appends a motion to the one under way, overlapping it by `pass` percent of the shorter ramp. True when it was
     /// taken: the arm then goes through, and `ends_at` and `percent` are those of the two together and of the one
     /// begun last. False when the two cannot be blended (none under way, held, an arch, machine lock, out of an
     /// axis limit on the rounded corner): nothing has changed, and the motion has to be started when the arm rests.
@@ -71,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn a_motion_put_behind_another_is_gone_through_without_rest() {
+    fn an_appended_motion_follows_without_rest() {
         let mut arm = Arm::new(ArmModel::tv800());
         assert_eq!(arm.append(at(0), &turn(60.0), 100.0, PACE), Ok(false));
         arm.start(at(0), &turn(60.0), PACE, false).unwrap();

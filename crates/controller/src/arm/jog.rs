@@ -11,21 +11,21 @@ use crate::time::Time;
 use scol_mini::Conditions;
 use thiserror::Error;
 
-/// In which coordinate system the arm is guided by hand (SF-14).
+/// The coordinate system of a jog (SF-14).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum JogFrame {
-    /// Single axes.
+    /// One axis of the arm.
     Joint,
-    /// Along and about the axes of the tool.
+    /// Along and about the axes of the tool coordinate system.
     Tool,
-    /// Of the work coordinate system.
+    /// Along and about the axes of the work coordinate system.
     Work,
-    /// Of the world.
+    /// Along and about the axes of the world.
     World,
 }
 
 impl JogFrame {
-    /// As SC and SF number it.
+    /// The coordinate system by its number in SC and SF.
     #[must_use]
     pub fn from_number(number: u16) -> JogFrame {
         match number {
@@ -37,7 +37,7 @@ impl JogFrame {
     }
 }
 
-/// A motion guided by hand.
+/// A request to jog the arm.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jog {
     /// Axis from 1; in a coordinate system 1-3 go along X Y Z, 4-6 turn about them.
@@ -52,7 +52,7 @@ pub struct Jog {
     pub frame: JogFrame,
 }
 
-/// Why the arm cannot be guided.
+/// Why the arm cannot be jogged.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JogError {
     /// The axis stands at its limit.
@@ -68,14 +68,14 @@ pub enum JogError {
 
 /// Place of C among X Y Z A B C.
 const C_INDEX: usize = 5;
-/// Shortest way a guided motion may have, in mm or degrees.
+/// Shortest jog, in mm or degrees: less counts as standing at the limit.
 const MIN_TRAVEL: f64 = 1e-6;
 
 impl Arm {
-    /// Starts a motion guided by hand: by a step, or as far as limits and reach allow.
+    /// Starts a jog: by a step, or as far as limits and reach allow.
     ///
     /// # Errors
-    /// There is no way to go in that direction.
+    /// The arm cannot move in that direction; it then stays where it is.
     pub fn jog(
         &mut self,
         now: Time,
@@ -100,16 +100,16 @@ impl Arm {
         }
         let mut planned = self.plan_jog(jog, way, &frames, &from, &limits);
         if planned.is_err() && jog.step.is_none() {
-            // What can be gone is a beginning of what cannot: the end of the reach lies between the two.
-            let (mut near, mut far) = (0.0, way);
+            // Any shorter jog along the same line is reachable if a longer one is, so bisect for the limit of the reach.
+            let (mut reachable, mut unreachable) = (0.0, way);
             for _ in 0..JOG_BISECTIONS {
-                let middle = 0.5 * (near + far);
+                let middle = 0.5 * (reachable + unreachable);
                 match self.plan_jog(jog, middle, &frames, &from, &limits) {
                     Ok(shorter) => {
-                        near = middle;
+                        reachable = middle;
                         planned = Ok(shorter);
                     }
-                    Err(_) => far = middle,
+                    Err(_) => unreachable = middle,
                 }
             }
         }
@@ -187,7 +187,7 @@ impl Arm {
         )
     }
 
-    /// Place of a guided axis: in a coordinate system the fourth of a SCARA is C, a turn about Z.
+    /// Index of the jogged axis. In a coordinate system the fourth axis of a SCARA is C, the turn about Z.
     fn jog_axis_index(&self, jog: &Jog) -> usize {
         match (self.kind(), jog.frame, jog.axis) {
             (_, JogFrame::Joint, axis) | (scol_mini::Arm::SixAxis, _, axis) => axis_index(axis),

@@ -7,7 +7,7 @@ use super::{Arm, SpeedLimits};
 use crate::time::Time;
 
 impl Arm {
-    /// The motion is interrupted: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
+    /// Interrupts the motion: the arm slows at full deceleration and rests, and [`Arm::resume_interrupted`] can let it go on.
     /// One that BREAK has given up already, and one of a locked machine, cannot.
     pub fn interrupt(&mut self, now: Time) {
         self.interrupted = self.active.clone().filter(|active| {
@@ -26,7 +26,7 @@ impl Arm {
         self.interrupted.is_some()
     }
 
-    /// The interrupted motion goes on from where it stopped, or still slows; true if it does. False when none was
+    /// Continues the interrupted motion from where it stopped, or still slows; true if it does. False when none was
     /// interrupted, or the arm has been moved since: nothing has changed then.
     pub fn resume_interrupted(&mut self, now: Time, pace: SpeedLimits) -> bool {
         self.finish_due(now);
@@ -41,7 +41,7 @@ impl Arm {
         true
     }
 
-    /// The interrupted motion will not go on: the program stands elsewhere, or the arm does.
+    /// Forgets the interrupted motion, because the program or the arm has moved on.
     pub fn drop_interrupted(&mut self) {
         self.interrupted = None;
     }

@@ -9,10 +9,10 @@ use crate::motion::Effort;
 use crate::time::Time;
 use core::time::Duration;
 
-/// Span over which a present torque is taken.
+/// Time over which the present torque is averaged.
 const TORQUE_SPAN: Duration = Duration::from_millis(1);
 
-/// What the axes have done.
+/// What the axes have done: total and since the power came on.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(
     feature = "serde",
@@ -24,7 +24,7 @@ pub struct Wear {
     pub total: Effort,
     /// Since the power came on.
     pub since_power_on: Effort,
-    /// Up to when the motion under way is in it.
+    /// Until when the motion under way is counted.
     until: Time,
 }
 
@@ -35,7 +35,7 @@ impl Wear {
         self.until = until;
     }
 
-    /// Whether its numbers can have come of motions.
+    /// Whether the numbers are possible; for a snapshot.
     #[cfg(feature = "serde")]
     pub(crate) fn is_valid(&self) -> bool {
         /// More than any arm does in the time there is.
@@ -68,7 +68,7 @@ impl Arm {
         })
     }
 
-    /// Takes what the motion under way has done until then; before its course changes.
+    /// Counts what the motion under way has done until then. Call it before the motion changes.
     pub(super) fn add_wear_until(&mut self, until: Time) {
         let effort = self.effort_until(until);
         self.wear.add(&effort, until);
@@ -103,7 +103,7 @@ impl Arm {
             .effort(&self.model, active.settings.load_part, from, to)
     }
 
-    /// The power went off: the arm rests where it is, and what it has done since the power came on is forgotten.
+    /// Power off: the arm rests where it is, and the counters since power-on are reset.
     pub fn power_off(&mut self, now: Time) {
         self.add_wear_until(now);
         let wear = Wear {

@@ -21,15 +21,15 @@ use crate::model::{ArmModel, Joints};
 use alloc::vec::Vec;
 use libm::sqrt;
 
-/// Places of the overlap at which limits and tool speed are looked at.
+/// Points of the overlap at which limits and tool speed are checked.
 const CHECKED_POINTS: u32 = 64;
 /// Rounding allowed when one motion ends and another brakes, s: a few microseconds.
 const ROUNDING: f64 = 1e-5;
-/// Part of a path over which its direction at an end is looked at.
+/// Part of a path over which its direction at an end is measured.
 const END_PART: f64 = 1e-3;
-/// By how much the tool may be faster between two of them, and in the overlap than on either leg.
+/// Factor by which the tool may be faster between two of these points, and in the overlap than in either motion.
 pub(super) const SAMPLED_SPEED_MARGIN: f64 = 1.05;
-/// How far the next motion may begin from the end of this one, degrees or mm.
+/// Largest distance between the end of a motion and the start of the next, degrees or mm.
 const MAX_JOIN_GAP: f64 = 1e-6;
 /// Legs kept: one that ends, one that begins, and the one added behind it.
 const MAX_MOTIONS: usize = 3;
@@ -53,7 +53,7 @@ pub(super) struct ChainedMotion {
 }
 
 impl ChainedMotion {
-    /// A leg from a state on its path.
+    /// A motion from a state on its path.
     pub(super) fn new(
         path: Path,
         state: PathState,
@@ -98,9 +98,9 @@ impl ChainedMotion {
         }
         let mut rates = Rates { decel, ..self.rates };
         rates.speed = rates.speed.min(peak_speed_before(&rates, state, busy - begins));
-        let leg = ChainedMotion::new(self.path, state, &rates, self.tool_way, begins);
-        let (_, brakes) = leg.profile.ramps();
-        (leg.end_time() - brakes >= busy - ROUNDING).then_some(leg)
+        let motion = ChainedMotion::new(self.path, state, &rates, self.tool_way, begins);
+        let (_, brakes) = motion.profile.ramps();
+        (motion.end_time() - brakes >= busy - ROUNDING).then_some(motion)
     }
 
     /// Acceleration of each axis and of the tool point at one end of the path, at `rate` along it.
@@ -157,13 +157,13 @@ impl Chain {
     /// Whether it is one of an arm of this kind, for a chain that was read.
     #[cfg(feature = "serde")]
     pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
-        let legs = 1..=MAX_MOTIONS + 1;
-        legs.contains(&self.motions.len())
+        let count = 1..=MAX_MOTIONS + 1;
+        count.contains(&self.motions.len())
             && self.duration > 0.0
             && self
                 .motions
                 .iter()
-                .all(|leg| !matches!(leg.path, Path::Chain(_)) && leg.path.matches_arm(kind))
+                .all(|motion| !matches!(motion.path, Path::Chain(_)) && motion.path.matches_arm(kind))
     }
 
     /// Fastest the tool point is, mm/s, with a margin for where two motions are added.
@@ -178,7 +178,7 @@ impl Chain {
 
     /// Adds a motion that overlaps the last one by a part of the shorter ramp; both ramps are as much longer as it
     /// takes for the two accelerations together to be no more than the arm has. `None` where there is no room for
-    /// that; where the sum would leave the limits, or the tool be faster than on either leg; where nothing is left to
+    /// that; where the sum would leave the limits, or the tool be faster than on either motion; where nothing is left to
     /// overlap; where the motion does not begin where the last one ends; or where too many are waiting already. `now` and `rate` are the present time of
     /// the chain and how fast it goes by.
     pub(super) fn append(
@@ -235,13 +235,13 @@ impl Chain {
         })
     }
 
-    /// The joints: the leg begun last, and what the one before it has still to go.
+    /// The joints: the motion begun last, and what the one before it has still to go.
     pub(super) fn joints_at(&self, time: f64) -> Joints {
         let current = self.current(time);
-        let Some(leg) = self.motions.get(current) else {
+        let Some(motion) = self.motions.get(current) else {
             return Joints::default();
         };
-        let mut joints = leg.joints_at(time);
+        let mut joints = motion.joints_at(time);
         let before = current.checked_sub(1).and_then(|index| self.motions.get(index));
         if let Some(before) = before.filter(|before| time < before.end_time()) {
             let (at, end) = (before.joints_at(time), before.path.joints_at(1.0));
@@ -252,28 +252,28 @@ impl Chain {
         joints
     }
 
-    /// Where the last leg ends, exactly.
+    /// Where the last motion ends, exactly.
     pub(super) fn end(&self) -> Joints {
         self.motions
             .last()
-            .map_or(Joints::default(), |leg| leg.path.joints_at(1.0))
+            .map_or(Joints::default(), |motion| motion.path.joints_at(1.0))
     }
 
-    /// When the leg added last begins.
+    /// When the motion added last begins.
     pub(super) fn last_begins(&self) -> f64 {
-        self.motions.last().map_or(0.0, |leg| leg.begins)
+        self.motions.last().map_or(0.0, |motion| motion.begins)
     }
 
-    /// Part of the leg begun last that is gone.
+    /// Part of the motion begun last that is gone.
     pub(super) fn part_at(&self, time: f64) -> f64 {
-        let leg = self.motions.get(self.current(time));
-        leg.map_or(1.0, |leg| leg.profile.state_at(time - leg.begins).place)
+        let motion = self.motions.get(self.current(time));
+        motion.map_or(1.0, |motion| motion.profile.state_at(time - motion.begins).place)
     }
 
     fn current(&self, time: f64) -> usize {
         self.motions
             .iter()
-            .rposition(|leg| leg.begins <= time)
+            .rposition(|motion| motion.begins <= time)
             .unwrap_or(0)
     }
 }

@@ -23,7 +23,7 @@ const SHORTEST_STEP: f64 = 1e-6;
     serde(deny_unknown_fields)
 )]
 pub struct Effort {
-    /// Way gone, to and fro.
+    /// Distance travelled in both directions.
     pub way: Joints,
     /// Torque integrated over time, percent times seconds.
     pub torque: Joints,
@@ -36,7 +36,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// This and another behind it.
+    /// Adds the effort of a following motion.
     pub fn add(&mut self, other: &Effort) {
         for (sum, values) in [
             (&mut self.way, &other.way),
@@ -53,7 +53,7 @@ impl Effort {
         self.seconds += other.seconds;
     }
 
-    /// All its numbers, for a check of one that was read.
+    /// All its numbers, to validate a snapshot.
     #[cfg(feature = "serde")]
     pub(crate) fn numbers(&self) -> impl Iterator<Item = f64> {
         let joints = [self.way, self.torque, self.square, self.peak];

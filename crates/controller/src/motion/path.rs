@@ -13,12 +13,12 @@ use alloc::vec::Vec;
 use core::f64::consts::PI;
 use libm::{atan2, floor};
 
-/// Below this sine, the three points of an arc lie on a line.
+/// Below this sine, the three points of an arc count as lying on a line.
 const MIN_ARC_SINE: f64 = 1e-6;
 /// Below this sine a turn is by nothing or by half a turn, and its axis is read from the other half of the matrix.
 const MIN_TURN_SINE: f64 = 1e-6;
 
-/// The way of the tool point.
+/// The curve of the tool point.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Shape {
@@ -33,7 +33,7 @@ pub(super) enum Shape {
         second: [f64; 3],
         angle: f64,
     },
-    /// Gone through in time, not in way.
+    /// Follows a function of time instead of distance.
     Arch(Box<Arch>),
 }
 
@@ -181,7 +181,7 @@ impl AxisAngle {
     }
 }
 
-/// The way of the tool in space.
+/// The path of the tool: the curve of its point and the turn of its orientation.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(
     feature = "serde",
@@ -241,7 +241,7 @@ impl ToolPath {
     }
 }
 
-/// A path.
+/// The path of a motion.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Path {
@@ -255,12 +255,12 @@ pub(super) enum Path {
 }
 
 impl Path {
-    /// Whether it is one of an arm of this kind, for a path that was read.
+    /// Whether it belongs to an arm of this kind; for a snapshot.
     #[cfg(feature = "serde")]
     pub(super) fn matches_arm(&self, kind: &ArmKind) -> bool {
         match self {
             Path::Joint { .. } => true,
-            Path::Tool(guided) => guided.kind == *kind && !guided.samples.is_empty(),
+            Path::Tool(tool_path) => tool_path.kind == *kind && !tool_path.samples.is_empty(),
             Path::Chain(chain) => chain.matches_arm(kind),
         }
     }
@@ -269,7 +269,7 @@ impl Path {
     pub(super) fn is_timed(&self) -> bool {
         match self {
             Path::Joint { .. } => false,
-            Path::Tool(guided) => matches!(guided.shape, Shape::Arch(_)),
+            Path::Tool(tool_path) => matches!(tool_path.shape, Shape::Arch(_)),
             Path::Chain(_) => true,
         }
     }
@@ -278,10 +278,10 @@ impl Path {
     pub(super) fn joints_at(&self, part: f64) -> Joints {
         match self {
             Path::Joint { from, to } => interpolate(from, to, part),
-            Path::Tool(guided) => match (guided.samples.first(), guided.samples.last()) {
+            Path::Tool(tool_path) => match (tool_path.samples.first(), tool_path.samples.last()) {
                 (Some(first), _) if part <= 0.0 => *first,
                 (_, Some(last)) if part >= 1.0 => *last,
-                _ => guided.joints_at(part),
+                _ => tool_path.joints_at(part),
             },
             Path::Chain(chain) if part >= 1.0 => chain.end(),
             Path::Chain(chain) => chain.joints_at(part * chain.duration),
@@ -289,7 +289,7 @@ impl Path {
     }
 }
 
-/// The value at `part` of the way from one to the other; exact at 0 and 1.
+/// Linear interpolation between two postures; exact at 0 and 1.
 fn interpolate(from: &Joints, to: &Joints, part: f64) -> Joints {
     let mut joints = *to;
     if part < 1.0 {

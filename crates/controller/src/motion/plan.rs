@@ -84,7 +84,7 @@ pub fn plan(
     }
 }
 
-/// The slowest axis leads, the others go with it.
+/// A motion of all joints together: the slowest axis sets the time.
 fn joint_motion(
     model: &ArmModel,
     from: &Joints,
@@ -133,7 +133,7 @@ fn check_driven(ways: &Joints, limits: &Limits) -> Result<(), MotionError> {
     }
 }
 
-/// Where a guided motion ends, and where it begins.
+/// The start and end of a motion whose tool point follows a path.
 struct ToolMotion<'a> {
     from: &'a Joints,
     tool: &'a Transform,
@@ -174,20 +174,28 @@ impl<'a> ToolMotion<'a> {
     /// The path along a shape, checked, and its rates at 100 %.
     fn tool_path(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<ToolPath, MotionError> {
         let end = (self.end.transform(), self.end.uv);
-        let guided = tool_path(model, self.from, self.tool, &self.start, &end, shape)?;
-        let last = guided.samples.last().copied().unwrap_or(*self.from);
+        let tool_path = tool_path(model, self.from, self.tool, &self.start, &end, shape)?;
+        let last = tool_path.samples.last().copied().unwrap_or(*self.from);
         let reached = digits(&model.kind, &last);
         for place in 3..5 {
             check_digit(place, reached, self.config)?;
         }
-        check_driven(&sampled_ways(&guided), limits)?;
-        Ok(guided)
+        check_driven(&sampled_ways(&tool_path), limits)?;
+        Ok(tool_path)
     }
 
     fn motion(&self, model: &ArmModel, shape: Shape, limits: &Limits) -> Result<Motion, MotionError> {
-        let guided = self.tool_path(model, shape, limits)?;
-        let (ability, length) = (tool_path_ability(model, &guided, limits), guided.shape.length());
-        Ok(Motion::new(Path::Tool(Box::new(guided)), ability, length, limits))
+        let tool_path = self.tool_path(model, shape, limits)?;
+        let (ability, length) = (
+            tool_path_ability(model, &tool_path, limits),
+            tool_path.shape.length(),
+        );
+        Ok(Motion::new(
+            Path::Tool(Box::new(tool_path)),
+            ability,
+            length,
+            limits,
+        ))
     }
 
     /// The three lines one by one, then all of it with its time stretched until no axis is too fast.
@@ -233,12 +241,12 @@ impl<'a> ToolMotion<'a> {
         }
         let arch = Arch::new(from, to, gate, &stretches);
         let (duration, speed) = (arch.duration, arch.top_speed);
-        let guided = self.tool_path(model, Shape::Arch(Box::new(arch)), limits)?;
+        let tool_path = self.tool_path(model, Shape::Arch(Box::new(arch)), limits)?;
         // Seconds in which no axis would have to be faster than it can.
-        let ways = sampled_ways(&guided);
+        let ways = sampled_ways(&tool_path);
         let seconds = axes(model, &ways, limits).map(|(axis, way, _)| way / axis.max_speed);
         let least = seconds.fold(0.0, f64::max);
-        let path = Path::Tool(Box::new(guided));
+        let path = Path::Tool(Box::new(tool_path));
         Ok(Motion::timed(
             path,
             model,
@@ -259,7 +267,7 @@ fn tool_path(
     shape: Shape,
 ) -> Result<ToolPath, MotionError> {
     let turn = AxisAngle::from_rotation(&product(&transposed(&start.0.rotation), &end.0.rotation));
-    let mut guided = ToolPath {
+    let mut tool_path = ToolPath {
         kind: model.kind,
         shape,
         rotation: start.0.rotation,
@@ -269,8 +277,8 @@ fn tool_path(
         digits: digits(&model.kind, from),
         samples: Vec::new(),
     };
-    guided.samples = samples(model, from, &guided)?;
-    Ok(guided)
+    tool_path.samples = samples(model, from, &tool_path)?;
+    Ok(tool_path)
 }
 
 fn check_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), MotionError> {
@@ -287,24 +295,24 @@ fn check_digit(place: usize, reached: [u8; 5], config: [u8; 5]) -> Result<(), Mo
 }
 
 /// Joints at equal parts of the path, each checked.
-fn samples(model: &ArmModel, from: &Joints, guided: &ToolPath) -> Result<Vec<Joints>, MotionError> {
-    let wanted = (guided.shape.length() / SAMPLE_WAY).max(guided.turn.angle / SAMPLE_TURN);
-    let steps = ceil(wanted).clamp(MIN_SAMPLES, MAX_SAMPLES) as u16;
+fn samples(model: &ArmModel, from: &Joints, tool_path: &ToolPath) -> Result<Vec<Joints>, MotionError> {
+    let steps = (tool_path.shape.length() / SAMPLE_WAY).max(tool_path.turn.angle / SAMPLE_TURN);
+    let steps = ceil(steps).clamp(MIN_SAMPLES, MAX_SAMPLES) as u16;
     let mut samples = Vec::with_capacity(usize::from(steps) + 1);
     let mut last = *from;
     samples.push(last);
     for step in 1..=steps {
         let part = f64::from(step) / f64::from(steps);
         let percent = part * 100.0;
-        let (flange, uv) = guided.flange_at(part);
-        let joints = follow(&guided.kind, &flange, uv, guided.digits, &last)
+        let (flange, uv) = tool_path.flange_at(part);
+        let joints = follow(&tool_path.kind, &flange, uv, tool_path.digits, &last)
             .and_then(|joints| model.check_limits(&joints).map(|()| joints))
             .map_err(|reason| MotionError::OnPath { percent, reason })?;
         for (index, (joint, last)) in joints.iter().zip(&last).enumerate() {
             let jump = (joint - last).abs();
-            if !is_linear(&guided.kind, index) && jump > MAX_JUMP {
+            if !is_linear(&tool_path.kind, index) && jump > MAX_JUMP {
                 return Err(MotionError::Singular {
-                    posture: singularity(&guided.kind, index),
+                    posture: singularity(&tool_path.kind, index),
                     percent,
                     axis: index + 1,
                     jump,
@@ -319,26 +327,26 @@ fn samples(model: &ArmModel, from: &Joints, guided: &ToolPath) -> Result<Vec<Joi
 
 /// Most each axis moves per whole path, anywhere on it: between two samples, and by how much it is faster there than
 /// from one to the other, which its bend tells; an axis that moves evenly is taken exactly.
-fn sampled_ways(guided: &ToolPath) -> Joints {
-    let steps = guided.samples.len().saturating_sub(1) as f64;
+fn sampled_ways(tool_path: &ToolPath) -> Joints {
+    let steps = tool_path.samples.len().saturating_sub(1) as f64;
     let mut ways = Joints::default();
-    for (first, second) in guided.samples.iter().zip(guided.samples.iter().skip(1)) {
+    for (first, second) in tool_path.samples.iter().zip(tool_path.samples.iter().skip(1)) {
         for ((way, first), second) in ways.iter_mut().zip(first).zip(second) {
             *way = way.max((second - first).abs() * steps);
         }
     }
-    for (way, bend) in ways.iter_mut().zip(sampled_bends(guided)) {
+    for (way, bend) in ways.iter_mut().zip(sampled_bends(tool_path)) {
         *way += bend / (2.0 * steps.max(1.0));
     }
     ways
 }
 
 /// Most each axis bends per whole path, anywhere on it: the second derivative of its value by the part gone.
-fn sampled_bends(guided: &ToolPath) -> Joints {
-    let steps = guided.samples.len().saturating_sub(1) as f64;
+fn sampled_bends(tool_path: &ToolPath) -> Joints {
+    let steps = tool_path.samples.len().saturating_sub(1) as f64;
     let mut bends = Joints::default();
-    let (second, third) = (guided.samples.iter().skip(1), guided.samples.iter().skip(2));
-    for ((first, second), third) in guided.samples.iter().zip(second).zip(third) {
+    let (second, third) = (tool_path.samples.iter().skip(1), tool_path.samples.iter().skip(2));
+    for ((first, second), third) in tool_path.samples.iter().zip(second).zip(third) {
         for (((bend, first), second), third) in bends.iter_mut().zip(first).zip(second).zip(third) {
             *bend = bend.max((third - 2.0 * second + first).abs() * steps * steps * SAMPLING_MARGIN);
         }
@@ -349,12 +357,12 @@ fn sampled_bends(guided: &ToolPath) -> Joints {
 /// A line or an arc: at 100 % the tool speed, the turning speed and that of the axes the position gives itself;
 /// whatever is asked for, no axis is faster than it can, and neither the bend of the path nor that of the axes asks for
 /// more acceleration than there is.
-fn tool_path_ability(model: &ArmModel, guided: &ToolPath, limits: &Limits) -> Ability {
-    let (length, [from, to]) = (guided.shape.length(), guided.uv);
+fn tool_path_ability(model: &ArmModel, tool_path: &ToolPath, limits: &Limits) -> Ability {
+    let (length, [from, to]) = (tool_path.shape.length(), tool_path.uv);
     let turn_accel = model.max_turn_speed * model.max_tool_accel / model.max_tool_speed;
     let mut ability = Ability::FREE
         .bounded(length, model.max_tool_speed, model.max_tool_accel)
-        .bounded(guided.turn.angle, model.max_turn_speed, turn_accel);
+        .bounded(tool_path.turn.angle, model.max_turn_speed, turn_accel);
     if let Some(axis) = model.axes.get(T_AXIS) {
         // Only a SCARA arm has such an axis: T.
         let way = (to[0] - from[0]).abs();
@@ -363,12 +371,12 @@ fn tool_path_ability(model: &ArmModel, guided: &ToolPath, limits: &Limits) -> Ab
             ArmKind::SixAxis(_) => ability,
         };
     }
-    if let Some(radius) = guided.shape.radius() {
+    if let Some(radius) = tool_path.shape.radius() {
         // On the circle the tool point is drawn to its centre by the square of its speed over the radius.
         let accel = model.max_tool_accel * clamp_fraction(limits.accel);
         ability = ability.bent(length * length / radius, accel);
     }
-    let (ways, bends) = (sampled_ways(guided), sampled_bends(guided));
+    let (ways, bends) = (sampled_ways(tool_path), sampled_bends(tool_path));
     axes(model, &ways, limits)
         .zip(bends)
         .fold(ability, |ability, ((axis, way, torque), bend)| {

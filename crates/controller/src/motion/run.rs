@@ -152,7 +152,7 @@ impl Motion {
             place: 0.0,
             speed: 0.0,
         };
-        let leg = ChainedMotion::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
+        let chained = ChainedMotion::new(next.path.clone(), start, &asked, next.tool_way, 0.0);
         let state = self.state_at(at);
         let (chain, now, rate) = match &self.path {
             Path::Chain(chain) => {
@@ -164,7 +164,7 @@ impl Motion {
             path => {
                 // Its speed as it would be at override 100, so that the chain goes on at the present one.
                 let own = nominal_rates(&self.full, &self.limits);
-                let fastest = leg.top_speed().max(self.tool_way * own.speed) * SAMPLED_SPEED_MARGIN;
+                let fastest = chained.top_speed().max(self.tool_way * own.speed) * SAMPLED_SPEED_MARGIN;
                 let rate = time_rate(fastest, &limits);
                 let state = PathState {
                     speed: state.speed / rate,
@@ -174,7 +174,7 @@ impl Motion {
                 (Chain::new(first), 0.0, rate)
             }
         };
-        let chain = chain.append(model, tool, leg, (now, rate), pass / 100.0)?;
+        let chain = chain.append(model, tool, chained, (now, rate), pass / 100.0)?;
         let (duration, top) = (chain.duration, chain.top_speed());
         let path = Path::Chain(Box::new(chain));
         let mut blended = Motion::timed(path, model, duration, top * duration, &limits);
