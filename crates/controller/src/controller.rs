@@ -7,7 +7,7 @@ use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
 use crate::input::Input;
 use crate::options::Config;
-use crate::output::Output;
+use crate::output::{Event, Output};
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
 use crate::time::Time;
@@ -47,6 +47,15 @@ impl From<NameError> for SelectError {
     }
 }
 
+/// What became of an input that was not refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accepted {
+    /// It has had its effect.
+    Done,
+    /// A file it changes is to be persisted first ([`Output::Persist`]).
+    Pending,
+}
+
 /// The robot controller.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Controller {
@@ -75,17 +84,24 @@ impl Controller {
 
     /// Takes one thing that happened at `now`. Deadlines before it are served first, each at its own time.
     /// A `now` before the last one counts as the last one.
-    pub fn handle(&mut self, now: Time, input: Input) {
+    ///
+    /// # Errors
+    /// Why an [`Input::Action`] had no effect. Of an action that waits for its file to be persisted the result comes
+    /// with [`Input::Persisted`].
+    pub fn handle(&mut self, now: Time, input: Input) -> Result<Accepted, ActionError> {
         if let Input::Persisted(answer) = input {
             return self.persisted(answer);
         }
         while self.robot.persistence.is_pending() {
-            self.persisted(Err("nobody has answered".to_string()));
+            // Whoever did not wait for the answer does not wait for the result either.
+            let _late = self.persisted(Err("nobody has answered".to_string()));
         }
         self.advance_to(now);
         if self.robot.persistence.is_pending() {
-            return self.robot.persistence.defer(now, input);
+            self.robot.persistence.defer(now, input);
+            return Ok(Accepted::Pending);
         }
+        let mut result = Ok(Accepted::Done);
         let (robot, endpoints) = (&mut self.robot, &mut self.endpoints);
         match input {
             // Nothing listens while the power is off.
@@ -106,9 +122,10 @@ impl Controller {
             Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.report_backlog(port),
             Input::Panel(action) => endpoints.panel(robot, action),
-            Input::Action(action) => self.act(action),
+            Input::Action(action) => result = self.act(action),
         }
         self.settle();
+        result
     }
 
     /// What is to be done outside, in order.
@@ -123,9 +140,10 @@ impl Controller {
         ports.into_iter().chain(self.robot.deadline()).min()
     }
 
-    /// Handles one input and drains what comes of it.
+    /// Handles one input and drains what comes of it. The refusal of an action is among the events
+    /// ([`Event::ActionRefused`](crate::Event::ActionRefused)).
     pub fn feed(&mut self, now: Time, input: Input) -> Vec<Output> {
-        self.handle(now, input);
+        let _among_the_events = self.handle(now, input);
         core::iter::from_fn(|| self.poll_output()).collect()
     }
 
@@ -183,10 +201,11 @@ impl Controller {
     }
 
     /// The answer has come: what waited for it goes on, and then what came at the same instant.
-    fn persisted(&mut self, answer: Result<(), String>) {
+    fn persisted(&mut self, answer: Result<(), String>) -> Result<Accepted, ActionError> {
         if !self.robot.persistence.is_pending() {
-            return;
+            return Ok(Accepted::Done);
         }
+        let mut result = Ok(Accepted::Done);
         let (robot, endpoints) = (&mut self.robot, &mut self.endpoints);
         match robot.persistence.begin_answer(answer) {
             Some(PendingChange::Download {
@@ -200,7 +219,7 @@ impl Controller {
                 message,
                 command,
             }) => endpoints.answer_command(robot, port, &message, command),
-            Some(PendingChange::Action(action)) => self.act(action),
+            Some(PendingChange::Action(action)) => result = self.act(action),
             Some(PendingChange::Restore { names, direct }) => robot.restore_data(names, direct),
             None => {}
         }
@@ -208,33 +227,35 @@ impl Controller {
         self.settle();
         self.endpoints.read_waiting_texts(&mut self.robot);
         if self.robot.persistence.is_pending() {
-            return;
+            return Ok(Accepted::Pending);
         }
-        if let Some((now, input)) = self.robot.persistence.take_deferred() {
-            self.handle(now, input);
+        match self.robot.persistence.take_deferred() {
+            Some((now, input)) => self.handle(now, input),
+            None => result,
         }
     }
 
-    /// Does it, or tells by [`Output::Rejected`] why not.
-    fn act(&mut self, action: Action) {
-        let unkept = self.robot.persistence.refusal();
+    fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
+        let not_persisted = self.robot.persistence.refusal();
         let again = self.robot.persistence.is_enabled().then(|| action.clone());
-        let Err(error) = self.try_action(action) else {
-            return;
+        let Err(mut error) = self.try_action(action) else {
+            return Ok(Accepted::Done);
         };
-        match (again, unkept) {
+        match (again, not_persisted) {
             (Some(action), _) if self.robot.persistence.is_pending() => {
                 self.robot.persistence.hold(PendingChange::Action(action));
+                return Ok(Accepted::Pending);
             }
             (_, Some(reason)) => {
-                let error = ActionError {
+                error = ActionError {
                     kind: ActionErrorKind::NotPersisted,
                     ..ActionError::conflict(&error.place, "a change that can be kept", reason)
                 };
-                self.robot.push_output(Output::Rejected(error));
             }
-            _ => self.robot.push_output(Output::Rejected(error)),
+            _ => {}
         }
+        self.robot.event(Event::ActionRefused(error.clone()));
+        Err(error)
     }
 
     fn try_action(&mut self, action: Action) -> Result<(), ActionError> {

@@ -72,8 +72,8 @@ pub enum Input {
     Persisted(Result<(), String>),
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(PanelAction),
-    /// Something done by one who holds the controller; a refusal is told by
-    /// [`Output::Rejected`](crate::output::Output::Rejected).
+    /// Something that only the owner of the controller can do; a refusal is the result of
+    /// [`Controller::handle`](crate::Controller::handle).
     Action(Action),
 }
 

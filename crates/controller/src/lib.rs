@@ -73,7 +73,7 @@ pub mod variation;
 pub use action::{Action, ActionError, ActionErrorKind, IoKind};
 pub use arm::ArmPose;
 pub use command_coverage::CommandCoverage;
-pub use controller::{Controller, SelectError};
+pub use controller::{Accepted, Controller, SelectError};
 pub use drive::DriveError;
 pub use findings::{Findings, Rule, Severity};
 pub use input::{ControlRight, Input, KeySwitch, PanelAction};

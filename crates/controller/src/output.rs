@@ -58,8 +58,6 @@ pub enum Output {
     },
     /// The power went off: every link is to be closed until [`Output::PowerCycled`].
     PowerOff,
-    /// A [`Action`](crate::action::Action) had no effect.
-    Rejected(ActionError),
     /// Text shown on the teach pendant by PRINT.
     Pendant(String),
     /// Something worth a line in the log.
@@ -170,6 +168,9 @@ pub enum Event {
         /// Its text.
         text: String,
     },
+    /// An [`Input::Action`](crate::Input::Action) had no effect; its caller gets the same as the result of
+    /// [`Controller::handle`](crate::Controller::handle).
+    ActionRefused(ActionError),
     /// All alarms were reset.
     AlarmsReset,
     /// The execution status changed.

@@ -29,7 +29,6 @@ use std::sync::Arc;
 use std::time::Instant;
 use tokio::sync::mpsc;
 use tracing::{error, info, warn};
-use ts3100_controller::Controller;
 use ts3100_controller::action::ActionError;
 use ts3100_controller::faults::Fault;
 use ts3100_controller::findings::Rule;
@@ -37,6 +36,7 @@ use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
+use ts3100_controller::{Accepted, Controller};
 
 mod control;
 mod persistence;
@@ -131,8 +131,6 @@ pub struct Driver {
     /// The controller started from a snapshot or with an error history, so a transcript needs its full state.
     restored: bool,
     waits: Vec<PendingWait>,
-    /// Error of the action that was handled last, if it had no effect.
-    last_error: Option<ActionError>,
 }
 
 impl Driver {
@@ -173,7 +171,6 @@ impl Driver {
             servo_on: settings.servo_on,
             faults: settings.faults.clone(),
             waits: Vec::new(),
-            last_error: None,
         };
         driver.run_record.add_files(&driver.controller);
         driver.controller.trace(settings.record_lines);
@@ -265,17 +262,23 @@ impl Driver {
 
     /// Handles an input of the host and every input that results from it.
     async fn feed(&mut self, input: Input) {
-        self.feed_from(input, Side::Host).await;
+        // The refusal of an action that nobody waits for is an event.
+        let _ = self.feed_from(input, Side::Host).await;
     }
 
-    /// Like [`Driver::feed`]; transcripts record `by` as the side that caused the input.
-    async fn feed_from(&mut self, input: Input, mut by: Side) {
+    /// As [`Driver::feed`]; transcripts name the side that has caused it.
+    ///
+    /// # Errors
+    /// Why `input`, an action, had no effect. The actions of a scenario that come with it are not the caller's.
+    async fn feed_from(&mut self, input: Input, mut by: Side) -> Result<(), ActionError> {
         let mut inputs = VecDeque::from([input]);
+        let mut first = None;
         while let Some(input) = inputs.pop_front() {
             let now = self.clock.now();
             let now = self.catch_up(now, by, &mut inputs).await;
-            self.step(now, input, by, &mut inputs).await;
-            // The controller causes whatever results from the first input.
+            let result = self.step(now, input, by, &mut inputs).await;
+            first.get_or_insert(result);
+            // What follows from the first input is the controller's own doing.
             by = Side::Robot;
             if inputs.is_empty() {
                 self.catch_up(now, by, &mut inputs).await;
@@ -286,6 +289,7 @@ impl Driver {
         self.transcript.flush();
         self.end_waits();
         self.update_idle();
+        first.unwrap_or(Ok(()))
     }
 
     /// Tells the clock whether wall-clock time matters to anybody: a connected peer or a pending wait.
@@ -316,7 +320,8 @@ impl Driver {
                 (None, Some(due)) => (due, Input::Tick),
                 (None, None) => return now,
             };
-            self.step(at.max(self.controller.now()), input, by, inputs).await;
+            // A scenario's refused action is an event; no caller waits for its result.
+            let _ = self.step(at.max(self.controller.now()), input, by, inputs).await;
             if begun.elapsed() > CATCH_UP_SLICE {
                 let reached = self.controller.now();
                 if self.clock.note_lag(reached) {
@@ -330,8 +335,14 @@ impl Driver {
         }
     }
 
-    /// Handles one input at time `at` and carries out the outputs.
-    async fn step(&mut self, at: Time, input: Input, by: Side, inputs: &mut VecDeque<Input>) {
+    /// One input at its time, and what the controller puts out.
+    async fn step(
+        &mut self,
+        at: Time,
+        input: Input,
+        by: Side,
+        inputs: &mut VecDeque<Input>,
+    ) -> Result<(), ActionError> {
         if let Input::Connected { port, .. } = &input {
             self.log.new_peer(*port);
         }
@@ -342,10 +353,14 @@ impl Driver {
         if let Some(journal) = &self.journal {
             journal.input(at, &input);
         }
-        self.controller.handle(at, input);
+        let mut result = self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
             if let Output::Persist { name, content } = &output {
-                self.persist(at, name, content.as_deref());
+                // An action that waited for the answer has its result now.
+                let answered = self.persist(at, name, content.as_deref());
+                if result == Ok(Accepted::Pending) {
+                    result = answered;
+                }
                 continue;
             }
             if self.is_irrelevant_pace_finding(&output) {
@@ -374,6 +389,7 @@ impl Driver {
         if let Some(scenario) = &self.scenario {
             scenario.settled(at, &self.controller);
         }
+        result.map(drop)
     }
 
     /// Whether the output is a finding about the host's timing while virtual time runs slower than the host's
@@ -421,10 +437,6 @@ impl Driver {
                     Ok(()) => info!("power cycled; ports: {:?}", self.ports),
                     Err(reason) => error!("after the power cycle no port is open: {reason}"),
                 }
-            }
-            Output::Rejected(refusal) => {
-                info!(event = "undone", "{refusal}");
-                self.last_error = Some(refusal);
             }
             Output::Disconnect { port, how } => inputs.extend(self.channels.disconnect(port, how)),
             Output::Stall { port } => self.channels.stall(port),

@@ -243,7 +243,7 @@ impl Runner {
     }
 
     fn feed(&mut self, now: Time, input: Input, listen: &mut dyn FnMut(Duration, RunEvent<'_>)) {
-        self.controller.handle(now, input);
+        let _refusal_is_an_event = self.controller.handle(now, input);
         while let Some(output) = self.controller.poll_output() {
             self.executed.record(&output);
             let at = self.controller.now().since(self.started_at);
@@ -270,8 +270,7 @@ impl Runner {
                 | Output::PowerCycled
                 | Output::Disconnect { .. }
                 | Output::Stall { .. }
-                | Output::PowerOff
-                | Output::Rejected(_) => {}
+                | Output::PowerOff => {}
             }
         }
     }

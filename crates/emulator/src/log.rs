@@ -264,6 +264,7 @@ fn log_event(t: &str, event: &Event) {
         Event::Alarm { number, text } => {
             warn!(event = "alarm", t, number, text, "alarm {number} {text}");
         }
+        Event::ActionRefused(error) => info!(event = "undone", "{error}"),
         Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
         Event::Status { status, line } => {
             info!(event = "status", t, status, line, "status: {status}, line {line}");

@@ -200,7 +200,7 @@ fn faults_are_numbered_replaced_disarmed_cleared_and_bounded() {
     }
     assert_eq!(ask(&mut robot, b"SO", 10), [sent(0, b"\x02OK\r")]);
     let refused = robot.feed(robot.now(), Input::from(FaultAction::Disarm(99)));
-    assert!(matches!(&refused[..], [Output::Rejected(_)]));
+    assert!(matches!(&refused[..], [Output::Event(Event::ActionRefused(_))]));
     robot.feed(robot.now(), Input::from(FaultAction::Clear));
     assert!(robot.faults().is_empty());
     for _ in 0..=MAX_FAULTS {

@@ -62,7 +62,7 @@ impl Robot {
     fn feed_at(&mut self, now: Time, input: Input) {
         let mut next = Some(input);
         while let Some(input) = next.take() {
-            self.controller.handle(now, input);
+            let _refusal_is_an_event = self.controller.handle(now, input);
             while let Some(output) = self.controller.poll_output() {
                 let Output::Persist { name, content } = output else {
                     self.outputs.push(output);
@@ -200,7 +200,7 @@ fn an_action_is_refused_as_one_that_cannot_be_kept() {
         let before = robot.controller.drive().clone();
         robot.feed(Input::Action(action.clone()));
         let undone = robot.outputs.iter().find_map(|output| match output {
-            Output::Rejected(refusal) => Some(refusal),
+            Output::Event(Event::ActionRefused(refusal)) => Some(refusal),
             _ => None,
         });
         let refusal = undone.unwrap_or_else(|| panic!("{action:?}"));

@@ -195,10 +195,6 @@ impl ApiEvent {
                 ..new("deaf")
             },
             Output::PowerOff => new("power-off"),
-            Output::Rejected(refusal) => ApiEvent {
-                reason: Some(refusal.to_string()),
-                ..new("undone")
-            },
             Output::Pendant(text) => ApiEvent {
                 text: Some(text.clone()),
                 ..new("pendant")
@@ -314,6 +310,10 @@ impl ApiEvent {
                 number: Some(number.clone()),
                 text: Some(text.clone()),
                 ..new("alarm")
+            },
+            Event::ActionRefused(error) => ApiEvent {
+                reason: Some(error.to_string()),
+                ..new("undone")
             },
             Event::AlarmsReset => new("alarms-reset"),
             Event::Status { status, line } => ApiEvent {

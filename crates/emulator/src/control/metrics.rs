@@ -143,7 +143,8 @@ impl Metrics {
             Event::Fault {
                 kind, fired: true, ..
             } => self.count(&FAULTS, &[kind], 1),
-            Event::AlarmsReset
+            Event::ActionRefused(_)
+            | Event::AlarmsReset
             | Event::Fault { fired: false, .. }
             | Event::Status { .. }
             | Event::Statement { .. }

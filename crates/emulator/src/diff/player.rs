@@ -316,7 +316,7 @@ impl Player {
     fn feed(&mut self, input: Input) {
         let mut inputs = VecDeque::from([input]);
         while let Some(input) = inputs.pop_front() {
-            self.controller.handle(self.now, input);
+            let _refusal_is_an_event = self.controller.handle(self.now, input);
             while let Some(output) = self.controller.poll_output() {
                 match output {
                     Output::Send { port, bytes } => self.sent(port, &bytes),
@@ -365,15 +365,12 @@ impl Player {
                     }
                     Output::Persist { name, .. } => {
                         let answer = self.persist_result(&name);
-                        self.controller.handle(self.now, Input::Persisted(answer));
+                        let _refusal_is_an_event = self.controller.handle(self.now, Input::Persisted(answer));
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Stall { .. } => {}
-                    Output::Stored { .. }
-                    | Output::Erased { .. }
-                    | Output::Pendant(_)
-                    | Output::Rejected(_)
-                    | Output::Event(_) => {}
+                    Output::Stored { .. } | Output::Erased { .. } | Output::Pendant(_) | Output::Event(_) => {
+                    }
                 }
             }
         }

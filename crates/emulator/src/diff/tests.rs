@@ -59,7 +59,7 @@ impl Real {
     fn feed(&mut self, input: Input, by: Side) {
         let what = self.observer.input(&input, by);
         self.note(what);
-        self.controller.handle(self.now, input);
+        let _refusal_is_an_event = self.controller.handle(self.now, input);
         while let Some(output) = self.controller.poll_output() {
             let what = self.observer.output(&output);
             self.note(what);

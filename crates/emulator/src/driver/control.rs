@@ -71,9 +71,7 @@ impl Driver {
     }
 
     async fn act(&mut self, action: Action) -> Result<(), ActionError> {
-        self.last_error = None;
-        self.feed(Input::Action(action)).await;
-        self.last_error.take().map_or(Ok(()), Err)
+        self.feed_from(Input::Action(action), Side::Host).await
     }
 
     async fn act_on_link(&mut self, action: LinkAction) -> Result<(), ActionError> {
@@ -96,7 +94,8 @@ impl Driver {
                 self.transcript
                     .link(self.clock.now(), LinkRecord::Dropped { port });
                 for input in self.channels.drop_peer(port) {
-                    self.feed_from(input, Side::Robot).await;
+                    // Only actions are refused.
+                    let _ = self.feed_from(input, Side::Robot).await;
                 }
                 Ok(())
             }
@@ -139,7 +138,7 @@ impl Driver {
         for port in self.channels.close().await {
             self.transcript
                 .link(self.clock.now(), LinkRecord::Dropped { port });
-            self.feed_from(Input::Disconnected { port }, Side::Robot).await;
+            let _ = self.feed_from(Input::Disconnected { port }, Side::Robot).await;
         }
         self.feed(Input::Tick).await;
         let ended = self.controller.now();

@@ -4,11 +4,16 @@
 
 use super::Driver;
 use crate::transcript::LinkRecord;
-use ts3100_controller::{Controller, Input, Time};
+use ts3100_controller::{Accepted, ActionError, Controller, Input, Time};
 
 impl Driver {
     /// Persists a change and feeds the result back to the controller at the same virtual time.
-    pub(super) fn persist(&mut self, at: Time, name: &str, content: Option<&[u8]>) {
+    pub(super) fn persist(
+        &mut self,
+        at: Time,
+        name: &str,
+        content: Option<&[u8]>,
+    ) -> Result<Accepted, ActionError> {
         let answer = match &mut self.backing {
             Some(backing) => backing.persist(at, name, content),
             None => Ok(()),
@@ -18,7 +23,7 @@ impl Driver {
             self.transcript
                 .link(at, LinkRecord::NotPersisted { name, reason });
         }
-        self.controller.handle(at, Input::Persisted(answer));
+        self.controller.handle(at, Input::Persisted(answer))
     }
 
     /// Retries the files that could not be saved earlier; called after a change succeeded.

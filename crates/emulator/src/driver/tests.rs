@@ -4,10 +4,14 @@ use super::*;
 use crate::clock::{TimeMode, Wake};
 use crate::config::Ports;
 use crate::embed::single_threaded;
+use crate::scenario::{Play, Scenario};
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
+use std::path::Path;
 use std::time::{Duration, Instant};
 use tokio::sync::oneshot;
+use ts3100_controller::action::Action;
+use ts3100_controller::input::PanelAction;
 use ts3100_controller::options::{Config, Dialect};
 
 const HOUR: Duration = Duration::from_secs(3_600);
@@ -183,5 +187,30 @@ fn what_a_host_has_sent_is_served_before_what_is_asked_for_after_it() {
             driver.serve(async { seen = is_done.await.ok() }).await;
             assert_eq!(seen, Some(percent));
         }
+    });
+}
+
+#[test]
+fn the_refusal_of_a_scenarios_action_does_not_reach_another_caller() {
+    const SCENARIO: &str = "[[do]]\nwhen = \"alarm 8-027\"\nactions = [\"select NOFILE\"]\n";
+    single_threaded().unwrap().block_on(async {
+        let (mut driver, requests) = Driver::open(&automatic()).await.unwrap();
+        let scenario = Scenario::parse(Path::new("a test"), SCENARIO).unwrap();
+        driver.set_scenario(Play::new(scenario));
+        let (done, result) = oneshot::channel();
+        let press = PanelAction::EmergencyStop(true);
+        requests
+            .send(Request::Action {
+                action: Action::Panel(press),
+                done,
+            })
+            .await
+            .unwrap();
+        driver.serve(turns()).await;
+        assert!(driver.controller.state().emergency_stop);
+        let scenario = driver.scenario.as_ref().unwrap();
+        let outcome = scenario.outcome(driver.controller.now());
+        assert!(!outcome.has_failed(), "the step has come: {outcome:?}");
+        assert_eq!(result.await.unwrap(), Ok(()), "the button was pressed");
     });
 }

@@ -205,7 +205,7 @@ impl Stage {
 
     fn step(&mut self, at: Time, input: Input) {
         self.play.input(at, &input);
-        self.controller.handle(at, input);
+        let _refusal_is_an_event = self.controller.handle(at, input);
         while let Some(output) = self.controller.poll_output() {
             self.play.output(at, &output);
         }
@@ -356,7 +356,7 @@ fn what_holds_in_a_snapshot_has_not_come() {
     let mut step = Stage::new("[[never]]\nwhat = \"input 9 on\"\n");
     let mut other = step.controller.clone();
     let on = Input::Panel(ts3100_controller::PanelAction::InputLine { line: 9, on: true });
-    other.handle(other.now(), on);
+    let _refusal_is_an_event = other.handle(other.now(), on);
     while other.poll_output().is_some() {}
     step.controller = other;
     step.play
