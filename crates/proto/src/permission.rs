@@ -464,7 +464,7 @@ mod tests {
             "RN X X X S O O",
             "RN X X X S Q",
             "rn X X X S O",
-            "ZZ X X X S O",
+            "QQ X X X S O",
         ] {
             assert_eq!(break_first(bad).line, first, "{bad}");
         }

@@ -201,7 +201,7 @@ fn other_letters_are_unknown() {
         b"".as_slice(),
         b"S",
         b"S1",
-        b"ZZ",
+        b"QQ",
         b"MP,0 MOVE A1",
         b"S",
         b"1SU",
@@ -215,10 +215,10 @@ fn other_letters_are_unknown() {
             "{message:02X?}"
         );
     }
-    let error = Command::parse(b"ZZ,1").map_err(|error| error.to_string());
+    let error = Command::parse(b"QQ,1").map_err(|error| error.to_string());
     assert_eq!(
         error,
-        Err("command letters of Table 5.1 or of an extension expected, \"ZZ\" found".to_string())
+        Err("command letters of Table 5.1 or of an extension expected, \"QQ\" found".to_string())
     );
 }
 
