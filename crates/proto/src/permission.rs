@@ -63,28 +63,46 @@ type Rows<const N: usize> = [Row; N];
 pub struct PermissionTable {
     host: Rows<{ ROWS.len() }>,
     ip0: Rows<{ ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "deserialize_extensions"))]
+    #[cfg_attr(feature = "serde", serde(with = "extension_rows"))]
     host_extensions: Rows<{ EXTENSION_ROWS.len() }>,
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "deserialize_extensions"))]
+    #[cfg_attr(feature = "serde", serde(with = "extension_rows"))]
     ip0_extensions: Rows<{ EXTENSION_ROWS.len() }>,
 }
 
 /// Rows of extensions in the first release. Tables and snapshots may lack later ones, which are then valid everywhere.
 const REQUIRED_EXTENSIONS: usize = 15;
 
+/// The rows of the extensions in a snapshot. Later ones are left out at the end while they are valid everywhere, so that
+/// a new command does not change the files of a controller that nobody has configured for it.
 #[cfg(feature = "serde")]
-fn deserialize_extensions<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
-where
-    D: serde::Deserializer<'de>,
-{
-    use serde::de::{Deserialize, Error};
-    let mut rows = alloc::vec::Vec::<Row>::deserialize(from)?;
-    if rows.len() >= REQUIRED_EXTENSIONS && rows.len() < N {
-        rows.resize(N, [Permission::Valid; CELLS]);
+mod extension_rows {
+    use super::{CELLS, Permission, REQUIRED_EXTENSIONS, Row, Rows};
+    use alloc::vec::Vec;
+    use serde::de::{Deserialize, Deserializer, Error};
+    use serde::ser::{Serialize, Serializer};
+
+    const DEFAULT: Row = [Permission::Valid; CELLS];
+    /// Rows that are always written: those of the first version of the snapshot format.
+    const WRITTEN: usize = REQUIRED_EXTENSIONS + 1;
+
+    pub(super) fn serialize<S: Serializer, const N: usize>(rows: &Rows<N>, to: S) -> Result<S::Ok, S::Error> {
+        let last = rows.iter().rposition(|row| *row != DEFAULT);
+        let count = last.map_or(0, |last| last + 1).max(WRITTEN);
+        rows.get(..count).unwrap_or(rows).serialize(to)
     }
-    let found = rows.len();
-    rows.try_into()
-        .map_err(|_| D::Error::custom(format_args!("expected {N} rows of extensions, found {found}")))
+
+    pub(super) fn deserialize<'de, D, const N: usize>(from: D) -> Result<Rows<N>, D::Error>
+    where
+        D: Deserializer<'de>,
+    {
+        let mut rows = Vec::<Row>::deserialize(from)?;
+        if rows.len() >= REQUIRED_EXTENSIONS && rows.len() < N {
+            rows.resize(N, DEFAULT);
+        }
+        let found = rows.len();
+        rows.try_into()
+            .map_err(|_| D::Error::custom(format_args!("expected {N} rows of extensions, found {found}")))
+    }
 }
 
 /// Why a permission file cannot be used.
