@@ -156,7 +156,7 @@ impl PermissionTable {
                 HOST => fill_table(&mut host, number, line, &ROWS, &mut lines)?,
                 IP0 => fill_table(&mut ip0, number, line, &ROWS, &mut lines)?,
                 HOST_EXTENSIONS => {
-                    fill_table(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?
+                    fill_table(&mut host_extensions, number, line, &EXTENSION_ROWS, &mut lines)?;
                 }
                 IP0_EXTENSIONS => fill_table(&mut ip0_extensions, number, line, &EXTENSION_ROWS, &mut lines)?,
                 _ => return Err(error(number, HEADINGS, line)),

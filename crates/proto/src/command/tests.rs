@@ -99,7 +99,7 @@ fn the_controller_sends_four_of_them() {
 // clause: FRM-06 FRM-07 FRM-09 CMD-OK-01 CMD-NG-01
 #[test]
 fn every_example_is_read_and_written_back() {
-    for row in COMMANDS.iter() {
+    for row in COMMANDS {
         let command = parsed(row);
         assert_eq!(command.letters(), row.letters);
         let ending = if row.letters == "FL" { "" } else { "\r" };
@@ -166,7 +166,7 @@ fn blanks_at_the_end_are_skipped_whatever_the_command() {
 // clause: FRM-18
 #[test]
 fn missing_and_surplus_operands_are_malformed() {
-    for row in COMMANDS.iter() {
+    for row in COMMANDS {
         let has_operand = row.example.contains(',');
         let bare = Command::parse(row.letters.as_bytes());
         assert_eq!(bare.is_err(), has_operand, "{}", row.letters);
@@ -245,7 +245,7 @@ fn only_printable_ascii_stands_in_operands() {
 
 #[test]
 fn every_truncation_and_every_changed_byte_is_survived() {
-    for row in COMMANDS.iter() {
+    for row in COMMANDS {
         let example = row.example.as_bytes();
         for length in 0..example.len() {
             // What it reads as does not matter; that it does not panic and can be said again does.
