@@ -19,15 +19,6 @@ pub(crate) enum Held {
     Vector(u32),
 }
 
-/// The two numbers of an operation: one real makes both real.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Pair {
-    Integers(i32, i32),
-    Reals(f32, f32),
-    /// One of them is no number.
-    Other,
-}
-
 // The kind is the upper half. An integer is 0 and a real is all ones, so that several of them are known by one look.
 const INTEGER: u64 = 0;
 const REAL: u64 = 0xffff_ffff;
@@ -118,26 +109,6 @@ impl Cell {
         let all = cells.iter().fold(0, |all, cell| all | cell.0) >> 32 == INTEGER;
         all.then(|| cells.map(|cell| cell.low() as i32))
     }
-
-    /// What these hold, if all are reals.
-    #[inline(always)]
-    pub fn reals<const N: usize>(cells: [Cell; N]) -> Option<[f32; N]> {
-        let all = cells.iter().fold(u64::MAX, |all, cell| all & cell.0) >> 32 == REAL;
-        all.then(|| cells.map(|cell| f32::from_bits(cell.low())))
-    }
-
-    #[inline(always)]
-    pub fn pair(self, other: Cell) -> Pair {
-        if (self.0 | other.0) >> 32 == INTEGER {
-            return Pair::Integers(self.low() as i32, other.low() as i32);
-        }
-        match (self.held(), other.held()) {
-            (Held::Real(a), Held::Real(b)) => Pair::Reals(a, b),
-            (Held::Integer(a), Held::Real(b)) => Pair::Reals(a as f32, b),
-            (Held::Real(a), Held::Integer(b)) => Pair::Reals(a, b as f32),
-            _ => Pair::Other,
-        }
-    }
 }
 
 #[cfg(feature = "serde")]
@@ -177,18 +148,15 @@ mod tests {
     fn what_is_put_in_comes_out() {
         for value in [0, 1, -1, i32::MIN, i32::MAX] {
             assert_eq!(Cell::integer(value).held(), Held::Integer(value));
-            assert_eq!(
-                Cell::integer(value).pair(Cell::integer(7)),
-                Pair::Integers(value, 7)
-            );
-            assert_eq!(Cell::integer(value).pair(Cell::EMPTY), Pair::Other);
+            assert_eq!(Cell::integer(value).number(), Some(Number::Integer(value)));
+            assert_eq!(Cell::integer(value).single(), Some(value as f32));
         }
         assert_eq!(Cell::real(-1.5).held(), Held::Real(-1.5));
-        assert_eq!(Cell::real(-1.5).pair(Cell::integer(-2)), Pair::Reals(-1.5, -2.0));
-        assert_eq!(Cell::integer(3).pair(Cell::real(0.5)), Pair::Reals(3.0, 0.5));
+        assert_eq!(Cell::real(-1.5).single(), Some(-1.5));
         assert_eq!(Cell::vector(u32::MAX).held(), Held::Vector(u32::MAX));
-        assert_eq!(Cell::vector(0).pair(Cell::vector(0)), Pair::Other);
+        assert_eq!(Cell::vector(0).number(), None);
         assert_eq!(Cell::EMPTY.number(), None);
+        assert_eq!(Cell::EMPTY.single(), None);
     }
 
     #[test]
@@ -203,8 +171,6 @@ mod tests {
             for b in all {
                 let integers = a.is_integer() && b.is_integer();
                 assert_eq!(Cell::integers([a, b]), integers.then_some([-1, -1]));
-                let reals = a.is_real() && b.is_real();
-                assert_eq!(Cell::reals([a, b]), reals.then_some([-1.5, -1.5]));
             }
         }
     }

@@ -1,7 +1,9 @@
-//! The quick form of a program: one or a few small instructions for each step that only computes with numbers.
-//! An instruction works on cells of the memory: variables, temporaries, constants. `compile::lower` writes it,
-//! `compile::fuse` puts instructions together, `machine::sprint` and `machine::quick` run it; whatever it cannot do,
-//! and every fault, is left to the steps themselves.
+//! The compiled form of a program: for each step one or a few small instructions. An instruction that computes with
+//! numbers works on registers: the cells of the memory that hold variables, temporaries and constants. All other
+//! statements are one instruction, [`Op::Step`], which hands over to the operation of the step.
+//!
+//! `compile::lower` writes this form, `machine::vm` runs it. The trees of the steps stay beside it: they say what an
+//! instruction means when its operands turn out not to be numbers, and which fault there is.
 
 use alloc::vec::Vec;
 
@@ -10,48 +12,52 @@ use crate::cell::Cell;
 use crate::request::Number;
 use crate::tree::{Binary, Unary};
 
-/// Cells for what a statement computes on its way; a statement that needs more has no quick form.
+/// Cells for the intermediate results of one statement; a statement that needs more becomes [`Op::Step`].
 pub(crate) const TEMPORARIES: usize = 24;
 
-/// A cell, counted as in the memory.
+/// A cell of the memory, by its index there.
 pub(crate) type Register = u16;
-/// An instruction, by its number.
-pub(crate) type Target = u16;
+/// An instruction, by its index.
+pub(crate) type Target = u32;
 
-/// The quick form of a program.
+/// The instructions of a program and their tables.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Code {
     pub instructions: Vec<Instruction>,
     /// The step of each instruction.
     pub steps: Vec<u32>,
-    /// What each instruction takes of the fuel itself: 1 for the first of a statement.
-    pub costs: Vec<u8>,
-    /// The first instruction of each step, and one behind the last.
+    /// The first instruction of each step.
     pub entries: Vec<Target>,
-    /// What the cells behind the temporaries begin with; without a value where a call hands over a number.
-    pub constants: Vec<Option<Number>>,
-    pub loops: Vec<Counted>,
-    pub calls: Vec<Called>,
+    /// The values of the cells after the temporaries.
+    pub constants: Vec<Number>,
+    pub calls: Vec<Call>,
     /// The targets of all computed GOTO.
     pub choices: Vec<Target>,
-    /// The calls whose programs stand behind the last entry once more, in the order of the instructions.
-    pub copies: Vec<Copied>,
 }
 
 /// An instruction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Instruction {
-    /// The fuel that it and those behind it take, up to one that goes elsewhere.
-    pub charge: u16,
-    pub operation: Quick,
+    /// Fuel it takes: 1 for the first of a statement, 0 for the others.
+    pub cost: u8,
+    pub op: Op,
 }
 
-/// What an instruction does. `to` is written last: until then nothing has happened.
+/// What an instruction does. `to` is written last: an instruction that cannot be completed has changed nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Quick {
-    /// The step has no quick form.
-    Leave,
+pub(crate) enum Op {
+    /// Executes the operation of the step.
+    Step,
     Jump(Target),
+    /// Enters a program, by the index of the call.
+    Call(u32),
+    Return,
+    Next {
+        variable: Register,
+        /// The step of its FOR.
+        opener: u32,
+        body: Target,
+    },
     Copy {
         to: Register,
         a: Register,
@@ -82,7 +88,7 @@ pub(crate) enum Quick {
         a: Register,
         b: Register,
     },
-    /// Everything that is neither one of the above nor a relation.
+    /// The operators that have no instruction of their own.
     Binary {
         operator: Binary,
         to: Register,
@@ -101,37 +107,21 @@ pub(crate) enum Quick {
         a: Register,
         b: Register,
     },
+    /// Goes on where the relation holds, to `otherwise` where it does not.
     Branch {
         relation: Relation,
         a: Register,
         b: Register,
-        then: Target,
         otherwise: Target,
     },
-    /// Whether `a` is not 0.
+    /// Goes on unless `a` is 0.
     Truth {
         a: Register,
-        then: Target,
         otherwise: Target,
     },
     /// A function of one number.
     Function {
         builtin: Builtin,
-        to: Register,
-        a: Register,
-    },
-    /// SQRT.
-    Root {
-        to: Register,
-        a: Register,
-    },
-    /// SIN.
-    Sine {
-        to: Register,
-        a: Register,
-    },
-    /// COS.
-    Cosine {
         to: Register,
         a: Register,
     },
@@ -153,7 +143,7 @@ pub(crate) enum Quick {
         index: Register,
         a: Register,
     },
-    /// The flat subscript of an element: `a` times the elements of a row, and `b`.
+    /// The flat subscript of an element: `a` times the elements of a row, plus `b`.
     Flatten {
         to: Register,
         a: Register,
@@ -161,169 +151,43 @@ pub(crate) enum Quick {
         row: u16,
         length: u16,
     },
-    /// A parameter.
+    /// Reads a parameter.
     Fetch {
         to: Register,
         parameter: u16,
     },
+    /// Writes a parameter.
     Put {
         parameter: u16,
         a: Register,
     },
-    /// A number that is handed over, to the cell that stands for the parameter.
-    Hand {
-        to: Register,
-        a: Register,
-    },
-    For(u16),
-    Next {
-        variable: Register,
-        /// The step of its FOR.
-        opener: u16,
-        body: Target,
-    },
-    Call(u16),
-    /// A call that goes on in a copy of the program, without a frame of its own.
-    Enter(Target),
-    Return,
-    /// A computed GOTO: `count` targets from `first`.
+    /// A computed GOTO: `count` targets from `first`; goes on when `a` names none of them.
     Choose {
         a: Register,
-        first: u16,
+        first: u32,
         count: u16,
     },
-    // Those that follow do what the instructions behind them do together, and jump over them; where they cannot, they
-    // do nothing.
-    /// `c` and `a` times `b`: two instructions.
-    MultiplyAdd {
-        to: Register,
-        a: Register,
-        b: Register,
-        c: Register,
-    },
-    /// `c` less `a` times `b`: two instructions.
-    MultiplyFrom {
-        to: Register,
-        a: Register,
-        b: Register,
-        c: Register,
-    },
-    /// The element whose subscript is `index` and `offset`: two instructions.
-    LoadNear {
-        to: Register,
-        element: ElementRef,
-    },
-    /// An element and `with`: two instructions, or three with an offset.
-    LoadAdd {
-        to: Register,
-        element: ElementRef,
-        with: Register,
-    },
-    /// An element, joined to `with` otherwise.
-    LoadJoin {
-        join: AccumOp,
-        to: Register,
-        element: ElementRef,
-        with: Register,
-    },
-    /// An element and `with` becomes the element `index` of the same array: one instruction more.
-    UpdateAdd {
-        index: Register,
-        element: ElementRef,
-        with: Register,
-    },
-    /// A function of `a`, joined to `with`: two instructions.
-    RootJoin {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        with: Register,
-    },
-    SineJoin {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        with: Register,
-    },
-    CosineJoin {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        with: Register,
-    },
-    /// A function of `a`, times `by`, joined to `with`: three instructions.
-    RootScaled {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        by: Register,
-        with: Register,
-    },
-    SineScaled {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        by: Register,
-        with: Register,
-    },
-    CosineScaled {
-        join: AccumOp,
-        to: Register,
-        a: Register,
-        by: Register,
-        with: Register,
-    },
-    /// A jump to a branch: the jump alone.
-    JumpBranch {
-        relation: Relation,
-        a: Register,
-        b: Register,
-        then: Target,
-        otherwise: Target,
-    },
-    /// `by` is added to `to` where the relation holds: a branch, and the only instruction it guards.
-    GuardedAdd {
-        relation: Relation,
-        to: Register,
-        a: Register,
-        b: Register,
-        by: Register,
-    },
-    GuardedSubtract {
-        relation: Relation,
-        to: Register,
-        a: Register,
-        b: Register,
-        by: Register,
-    },
-    GuardedCopy {
-        relation: Relation,
-        to: Register,
-        a: Register,
-        b: Register,
-        by: Register,
-    },
 }
 
-/// The element of an array whose subscript is `index` and `offset`.
+/// A call of a program.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Call {
+    pub arguments: Vec<Passed>,
+    /// Where the program begins.
+    pub entry: Target,
+    /// The step that follows the call.
+    pub return_to: u32,
+}
+
+/// What is handed over for a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct ElementRef {
-    pub array: Array,
-    pub index: Register,
-    pub offset: i16,
-}
-
-/// How a number is joined to another, `with`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum AccumOp {
-    /// `with + it`
-    Add,
-    /// `with - it`
-    From,
-    /// `it - with`
-    Less,
-    /// `with * it`
-    Multiply,
+pub(crate) enum Passed {
+    /// A variable, by reference.
+    Variable { slot: u32, cell: u32 },
+    /// What the caller's own parameter stands for.
+    Parameter(u16),
+    /// A number.
+    Value(Register),
 }
 
 /// An array: its first cell, and how many it has.
@@ -331,43 +195,6 @@ pub(crate) enum AccumOp {
 pub(crate) struct Array {
     pub base: u16,
     pub length: u16,
-}
-
-/// A FOR.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Counted {
-    pub variable: Register,
-    pub from: Register,
-    pub to: Register,
-    pub step: Register,
-    /// The steps of the FOR, and behind its NEXT.
-    pub opener: u32,
-    pub exit: u32,
-}
-
-/// A call.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Called {
-    pub arguments: Vec<Handed>,
-    /// First step of the program.
-    pub step: u32,
-    /// The step behind the call.
-    pub back: u32,
-}
-
-/// What is handed over for a parameter.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Handed {
-    Variable { slot: u32, cell: Register },
-    Parameter(u16),
-    Value(Register),
-}
-
-/// The copy of a program for one call: its first instruction, and the number of the call.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Copied {
-    pub first: Target,
-    pub call: u16,
 }
 
 /// Which outcomes of a comparison satisfy a relation, one bit for each.
@@ -382,7 +209,7 @@ impl Relation {
     const APART: u8 = 8;
 
     /// The relation of an operator, if it is one.
-    pub fn of(operator: Binary) -> Option<Self> {
+    pub fn from_operator(operator: Binary) -> Option<Self> {
         Some(Self(match operator {
             Binary::Equal => Self::EQUAL,
             Binary::NotEqual => Self::LESS | Self::GREATER | Self::APART,
@@ -425,58 +252,21 @@ fn near(a: f32, b: f32, within: f32) -> bool {
     libm::fabs(a - b) <= f64::from(within) + digit
 }
 
-impl ElementRef {
-    /// How many instructions fetch it.
-    pub fn loads(self) -> usize {
-        if self.offset == 0 { 1 } else { 2 }
-    }
-}
-
-impl Quick {
-    /// What follows it need not be the next instruction.
-    pub fn ends(self) -> bool {
-        matches!(
-            self,
-            Quick::Leave
-                | Quick::Jump(_)
-                | Quick::Branch { .. }
-                | Quick::Truth { .. }
-                | Quick::For(_)
-                | Quick::Next { .. }
-                | Quick::Call(_)
-                | Quick::Enter(_)
-                | Quick::Return
-                | Quick::Choose { .. }
-        )
-    }
-}
-
 impl Code {
-    /// What a memory holds behind the variables.
+    /// The cells after the variables: temporaries without a value, then the constants.
     pub fn working_cells(&self) -> impl Iterator<Item = Cell> {
+        let constants = self.constants.iter().map(|constant| Cell::from(*constant));
+        core::iter::repeat_n(Cell::EMPTY, self.extra_cells() - self.constants.len()).chain(constants)
+    }
+
+    /// How many [`working_cells`](Code::working_cells) there are.
+    pub fn extra_cells(&self) -> usize {
         let temporaries = if self.instructions.is_empty() {
             0
         } else {
             TEMPORARIES
         };
-        let constants = self
-            .constants
-            .iter()
-            .map(|constant| constant.map_or(Cell::EMPTY, Cell::from));
-        core::iter::repeat_n(Cell::EMPTY, temporaries).chain(constants)
-    }
-
-    /// How many cells that are.
-    pub fn extra_cells(&self) -> usize {
-        TEMPORARIES + self.constants.len()
-    }
-
-    /// The number of the call whose copy of a program this instruction is in.
-    pub fn call_around(&self, at: usize) -> Option<u16> {
-        let behind = self
-            .copies
-            .partition_point(|copied| usize::from(copied.first) <= at);
-        self.copies.get(behind.checked_sub(1)?).map(|copied| copied.call)
+        temporaries + self.constants.len()
     }
 }
 
@@ -494,7 +284,7 @@ mod tests {
             (Binary::Greater, [false, false, true, false]),
             (Binary::GreaterEqual, [false, true, true, false]),
         ] {
-            let relation = Relation::of(operator).expect("a relation");
+            let relation = Relation::from_operator(operator).expect("a relation");
             for (number, expected) in (1..=3).zip(holds) {
                 assert_eq!(relation.integers(number, 2), expected, "{number} {operator:?} 2");
                 assert_eq!(
@@ -506,7 +296,7 @@ mod tests {
             assert_eq!(relation.reals(f32::NAN, 2.0, 0.0), holds[3]);
             assert_eq!(relation.reals(2.0, f32::NAN, 0.0), holds[3]);
         }
-        assert_eq!(Relation::of(Binary::Add), None);
+        assert_eq!(Relation::from_operator(Binary::Add), None);
     }
 
     #[test]
@@ -526,7 +316,7 @@ mod tests {
             (1.0, 1.0, 0.0, true),
             (1.0, 1.5, 0.5, true),
         ] {
-            let holds = |operator| Relation::of(operator).unwrap().reals(a, b, within);
+            let holds = |operator| Relation::from_operator(operator).unwrap().reals(a, b, within);
             assert_eq!(holds(Binary::Equal), equal, "{a} {b}");
             assert_eq!(holds(Binary::NotEqual), !equal, "{a} {b}");
             assert_eq!(holds(Binary::Less), !equal && a < b, "{a} {b}");

@@ -3,8 +3,7 @@
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use super::{kinds, names};
-use crate::code::Code;
+use super::{kinds, lower, names};
 use crate::diagnostic::{Diagnostic, Problem, Span};
 use crate::parser::parse_direct;
 use crate::program::{Operation, Program, Step, Symbols, fingerprint};
@@ -31,16 +30,17 @@ pub fn compile_direct(statement: &str, base: &Program) -> Result<Arc<Program>, V
                     head,
                     operation,
                 };
+                let steps = Vec::from([
+                    step(Operation::Simple(simple), true),
+                    step(Operation::Return, false),
+                ]);
                 return Ok(Arc::new(Program {
                     fingerprint: fingerprint(base.fingerprint, statement, &base.options),
                     options: base.options,
                     symbols: Arc::clone(&base.symbols),
                     blocks: Vec::new(),
-                    steps: Vec::from([
-                        step(Operation::Simple(simple), true),
-                        step(Operation::Return, false),
-                    ]),
-                    code: Code::default(),
+                    code: lower::plain(&steps),
+                    steps,
                     rcycle: None,
                     created,
                 }));

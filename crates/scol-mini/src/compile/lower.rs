@@ -1,20 +1,17 @@
-//! Writes the quick form of a program: for each step, the instructions that do it with numbers alone, or one that
-//! leaves it to the step. What they mean is in `code`.
+//! Writes the compiled form of a program. A step that computes with numbers alone becomes the instructions that do it;
+//! every other step becomes one [`Op::Step`]. What the instructions mean is in `code`, `machine::vm` runs them.
 
 use alloc::collections::BTreeMap;
-use alloc::vec::Vec;
 
-use super::copy::{Copies, Stands};
-use super::fuse::{self, Draft};
 use crate::builtin::Builtin;
-use crate::code::{Array, Code, Counted, Quick, Register, Relation, TEMPORARIES, Target};
+use crate::code::{Array, Call, Code, Instruction, Op, Passed, Register, Relation, TEMPORARIES, Target};
 use crate::machine::constant_number;
 use crate::options::{IntDivision, LanguageOptions};
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
 use crate::request::Number;
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Unary, Variable};
 
-/// The quick form of these steps; empty when its numbers do not fit.
+/// The code of these steps.
 pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options: &LanguageOptions) -> Code {
     let mut lowering = Lowering {
         steps,
@@ -23,107 +20,125 @@ pub(super) fn code(steps: &[Step], blocks: &[Entry], symbols: &Symbols, options:
         options,
         code: Code::default(),
         step: 0,
-        drafts: Vec::new(),
-        copies: Copies::default(),
-        stands: None,
         constants: BTreeMap::new(),
         temporaries: 0,
     };
-    for number in 0..=steps.len() {
-        if lowering.step(number).is_none() {
-            lowering.push(Quick::Leave);
+    for (number, step) in steps.iter().enumerate() {
+        lowering.code.entries.push(wide(lowering.code.instructions.len()));
+        lowering.step(number, &step.operation);
+    }
+    resolve(&mut lowering.code);
+    lowering.code
+}
+
+/// The code of these steps without registers, one instruction a step. A statement that is executed directly has this form,
+/// since it shares the memory of another program.
+pub(crate) fn plain(steps: &[Step]) -> Code {
+    let mut code = Code::default();
+    for (number, step) in (0..).zip(steps) {
+        let op = match step.operation {
+            Operation::Jump(target) => Op::Jump(wide(target)),
+            Operation::Return => Op::Return,
+            _ => Op::Step,
+        };
+        let cost = u8::from(step.head);
+        code.entries.push(number);
+        code.steps.push(number);
+        code.instructions.push(Instruction { cost, op });
+    }
+    code
+}
+
+/// Targets are steps while the code is written; puts the instructions of those steps in their place.
+fn resolve(code: &mut Code) {
+    let end = wide(code.instructions.len());
+    let entries = &code.entries;
+    let entry = |step: &mut Target| *step = entries.get(*step as usize).copied().unwrap_or(end);
+    for instruction in &mut code.instructions {
+        match &mut instruction.op {
+            Op::Jump(target)
+            | Op::Next { body: target, .. }
+            | Op::Branch {
+                otherwise: target, ..
+            }
+            | Op::Truth {
+                otherwise: target, ..
+            } => entry(target),
+            _ => {}
         }
     }
-    let Lowering {
-        code, drafts, copies, ..
-    } = lowering;
-    fuse::assemble(code, steps, symbols.cells, &drafts, &copies.done).unwrap_or_default()
+    code.choices.iter_mut().for_each(entry);
+    code.calls.iter_mut().for_each(|call| entry(&mut call.entry));
 }
 
-pub(super) struct Lowering<'a> {
-    pub(super) steps: &'a [Step],
-    pub(super) blocks: &'a [Entry],
-    pub(super) symbols: &'a Symbols,
+struct Lowering<'a> {
+    steps: &'a [Step],
+    blocks: &'a [Entry],
+    symbols: &'a Symbols,
     options: &'a LanguageOptions,
-    pub(super) code: Code,
+    code: Code,
     /// The step under way.
-    pub(super) step: usize,
-    /// The instructions of the steps; targets are steps as yet.
-    pub(super) drafts: Vec<Draft>,
-    pub(super) copies: Copies,
-    /// In a copy: what stands for the parameters and for RETURN.
-    pub(super) stands: Option<Stands>,
+    step: usize,
     /// Kind and bits of a constant, and its register.
     constants: BTreeMap<(bool, u32), Register>,
-    /// Temporaries the present step uses.
-    pub(super) temporaries: usize,
+    /// Temporaries that the step under way uses.
+    temporaries: usize,
 }
 
-/// What does not fit 16 bits has no quick form.
-pub(super) fn narrow(number: usize) -> Option<u16> {
+/// A step that needs a number beyond 16 bits becomes [`Op::Step`].
+fn narrow(number: usize) -> Option<u16> {
     u16::try_from(number).ok()
 }
 
-/// What does not fit 32 bits has none either; a source is far too short for that.
-pub(super) fn wide(number: usize) -> Option<u32> {
-    u32::try_from(number).ok()
+/// Steps and instructions are fewer than the bytes of a source.
+fn wide(number: usize) -> u32 {
+    u32::try_from(number).unwrap_or(u32::MAX)
 }
 
 impl Lowering<'_> {
-    pub(super) fn push(&mut self, operation: Quick) {
-        let step = self.step as u32;
-        self.drafts.push(Draft { step, operation });
+    fn push(&mut self, op: Op) {
+        let starts = self.code.entries.last() == Some(&wide(self.code.instructions.len()));
+        let head = self.steps.get(self.step).is_some_and(|step| step.head);
+        let cost = u8::from(starts && head);
+        self.code.steps.push(wide(self.step));
+        self.code.instructions.push(Instruction { cost, op });
     }
 
-    /// The instructions of a step; `None`, and nothing written, when it has no quick form.
-    pub(super) fn step(&mut self, number: usize) -> Option<()> {
-        let start = self.drafts.len();
+    fn step(&mut self, number: usize, operation: &Operation) {
+        let start = self.code.instructions.len();
         (self.step, self.temporaries) = (number, 0);
-        let done = self
-            .steps
-            .get(number)
-            .and_then(|step| self.operation(number, &step.operation));
-        if done.is_none() {
-            self.drafts.truncate(start);
+        if self.operation(operation).is_none() {
+            self.code.instructions.truncate(start);
+            self.code.steps.truncate(start);
+            self.push(Op::Step);
         }
-        done
     }
 
-    fn operation(&mut self, number: usize, operation: &Operation) -> Option<()> {
+    /// Writes the instructions of a step; `None` when numbers alone cannot do it.
+    fn operation(&mut self, operation: &Operation) -> Option<()> {
         match operation {
             Operation::Simple(Simple::Assign {
                 target,
                 component: None,
                 value,
             }) => self.assign(target, value)?,
-            Operation::Branch { condition, otherwise } => {
-                self.branch(condition, narrow(number + 1)?, narrow(*otherwise)?)?;
-            }
-            Operation::Jump(target) => self.push(Quick::Jump(narrow(*target)?)),
+            Operation::Branch { condition, otherwise } => self.branch(condition, wide(*otherwise))?,
+            Operation::Jump(target) => self.push(Op::Jump(wide(*target))),
             Operation::Select { selector, targets } => {
                 let a = self.register(selector)?;
-                let targets: Vec<Target> = targets
-                    .iter()
-                    .map(|target| narrow(*target))
-                    .collect::<Option<_>>()?;
-                let (first, count) = (narrow(self.code.choices.len())?, narrow(targets.len())?);
+                let (first, count) = (wide(self.code.choices.len()), narrow(targets.len())?);
+                let targets = targets.iter().map(|target| wide(*target));
                 self.code.choices.extend(targets);
-                self.push(Quick::Choose { a, first, count });
+                self.push(Op::Choose { a, first, count });
             }
-            Operation::For {
-                variable,
-                from,
-                to,
-                step,
-                exit,
-            } => self.counted(number, variable, from, to, step.as_ref(), *exit)?,
             Operation::Next { opener } => self.next(*opener)?,
-            Operation::Call { block, arguments } => self.call(number, *block, arguments)?,
-            Operation::Return => {
-                let back = self.stands.as_ref().map(|stands| stands.back);
-                self.push(back.map_or(Quick::Return, Quick::Jump));
-            }
-            _ => return None,
+            Operation::Call { block, arguments } => self.call(*block, arguments)?,
+            Operation::Return => self.push(Op::Return),
+            Operation::Simple(_)
+            | Operation::Wait(_)
+            | Operation::For { .. }
+            | Operation::On { .. }
+            | Operation::HandlerEnd => return None,
         }
         Some(())
     }
@@ -137,15 +152,12 @@ impl Lowering<'_> {
             Reference::Slot(_) => {
                 let (array, index) = self.element(target)?;
                 let a = self.register(value)?;
-                self.push(Quick::Store { array, index, a });
+                self.push(Op::Store { array, index, a });
                 Some(())
             }
             Reference::Parameter(parameter) => {
-                if let Some(cell) = self.stand_in(parameter)? {
-                    return self.compute(value, Some(cell)).map(drop);
-                }
                 let a = self.register(value)?;
-                self.push(Quick::Put {
+                self.push(Op::Put {
                     parameter: narrow(parameter)?,
                     a,
                 });
@@ -155,60 +167,21 @@ impl Lowering<'_> {
         }
     }
 
-    fn branch(&mut self, condition: &Expression, then: Target, otherwise: Target) -> Option<()> {
-        // A jump that is all there is to do is done at once.
-        let then = match self.steps.get(usize::from(then)) {
-            Some(Step {
-                head: false,
-                operation: Operation::Jump(target),
-                ..
-            }) => narrow(*target)?,
-            _ => then,
-        };
+    fn branch(&mut self, condition: &Expression, otherwise: Target) -> Option<()> {
         if let Node::Binary(operator, left, right) = &condition.node
-            && let Some(relation) = Relation::of(*operator)
+            && let Some(relation) = Relation::from_operator(*operator)
         {
             let (a, b) = (self.register(left)?, self.register(right)?);
-            self.push(Quick::Branch {
+            self.push(Op::Branch {
                 relation,
                 a,
                 b,
-                then,
                 otherwise,
             });
             return Some(());
         }
         let a = self.register(condition)?;
-        self.push(Quick::Truth { a, then, otherwise });
-        Some(())
-    }
-
-    fn counted(
-        &mut self,
-        number: usize,
-        variable: &Variable,
-        from: &Expression,
-        to: &Expression,
-        step: Option<&Expression>,
-        exit: usize,
-    ) -> Option<()> {
-        let variable = self.plain(variable)?;
-        let to = self.register(to)?;
-        let step = match step {
-            Some(step) => self.register(step)?,
-            None => self.constant(Number::Integer(1))?,
-        };
-        let from = self.register(from)?;
-        let index = narrow(self.code.loops.len())?;
-        self.code.loops.push(Counted {
-            variable,
-            from,
-            to,
-            step,
-            opener: wide(number)?,
-            exit: wide(exit)?,
-        });
-        self.push(Quick::For(index));
+        self.push(Op::Truth { a, otherwise });
         Some(())
     }
 
@@ -217,24 +190,49 @@ impl Lowering<'_> {
             return None;
         };
         let variable = self.plain(variable)?;
-        let body = narrow(opener + 1)?;
-        self.push(Quick::Next {
+        self.push(Op::Next {
             variable,
-            opener: narrow(opener)?,
-            body,
+            opener: wide(opener),
+            body: wide(opener + 1),
         });
         Some(())
     }
 
+    fn call(&mut self, block: usize, arguments: &[Expression]) -> Option<()> {
+        let entry = wide(self.blocks.get(block)?.step);
+        let arguments = arguments
+            .iter()
+            .map(|argument| self.passed(argument))
+            .collect::<Option<_>>()?;
+        self.push(Op::Call(wide(self.code.calls.len())));
+        self.code.calls.push(Call {
+            arguments,
+            entry,
+            return_to: wide(self.step + 1),
+        });
+        Some(())
+    }
+
+    fn passed(&mut self, argument: &Expression) -> Option<Passed> {
+        let Node::Variable(variable) = &argument.node else {
+            return self.register(argument).map(Passed::Value);
+        };
+        match variable.reference {
+            Reference::Slot(at) if variable.subscripts.is_empty() => {
+                let cell = wide(self.symbols.slots.get(at)?.base);
+                Some(Passed::Variable { slot: wide(at), cell })
+            }
+            Reference::Parameter(parameter) => narrow(parameter).map(Passed::Parameter),
+            Reference::Slot(_) | Reference::Unresolved => None,
+        }
+    }
+
     /// The register an expression is in once its instructions are done.
-    pub(super) fn register(&mut self, expression: &Expression) -> Option<Register> {
+    fn register(&mut self, expression: &Expression) -> Option<Register> {
         match &expression.node {
             Node::Variable(variable) if variable.subscripts.is_empty() => match variable.reference {
                 Reference::Slot(_) => self.plain(variable),
-                Reference::Parameter(parameter) => match self.stand_in(parameter)? {
-                    Some(cell) => Some(cell),
-                    None => self.compute(expression, None),
-                },
+                Reference::Parameter(_) => self.compute(expression, None),
                 Reference::Unresolved => None,
             },
             _ if expression.is_constant() => self.constant(constant_number(expression, self.options)?),
@@ -249,7 +247,7 @@ impl Lowering<'_> {
             _ if constant => {
                 let a = self.register(expression)?;
                 let to = self.target(to)?;
-                self.push(Quick::Copy { to, a });
+                self.push(Op::Copy { to, a });
                 Some(to)
             }
             Node::Variable(variable) => self.variable(variable, to),
@@ -257,8 +255,8 @@ impl Lowering<'_> {
                 let a = self.register(of)?;
                 let to = self.target(to)?;
                 self.push(match operator {
-                    Unary::Plus => Quick::Copy { to, a },
-                    operator => Quick::Unary {
+                    Unary::Plus => Op::Copy { to, a },
+                    operator => Op::Unary {
                         operator: *operator,
                         to,
                         a,
@@ -282,25 +280,19 @@ impl Lowering<'_> {
             Reference::Slot(_) if variable.subscripts.is_empty() => {
                 let a = self.plain(variable)?;
                 let to = self.target(to)?;
-                self.push(Quick::Copy { to, a });
+                self.push(Op::Copy { to, a });
                 Some(to)
             }
             Reference::Slot(_) => {
                 let (array, index) = self.element(variable)?;
                 let to = self.target(to)?;
-                self.push(Quick::Load { to, array, index });
+                self.push(Op::Load { to, array, index });
                 Some(to)
             }
             Reference::Parameter(parameter) => {
-                let stand_in = self.stand_in(parameter)?;
                 let to = self.target(to)?;
-                self.push(match stand_in {
-                    Some(a) => Quick::Copy { to, a },
-                    None => Quick::Fetch {
-                        to,
-                        parameter: narrow(parameter)?,
-                    },
-                });
+                let parameter = narrow(parameter)?;
+                self.push(Op::Fetch { to, parameter });
                 Some(to)
             }
             Reference::Unresolved => None,
@@ -327,35 +319,29 @@ impl Lowering<'_> {
         if !of_numbers {
             return None;
         }
-        let (quick, to) = match arguments {
+        let (op, to) = match arguments {
             [only] => {
                 let a = self.register(only)?;
                 let to = self.target(to)?;
-                let quick = match builtin {
-                    Builtin::Sqrt => Quick::Root { to, a },
-                    Builtin::Sin => Quick::Sine { to, a },
-                    Builtin::Cos => Quick::Cosine { to, a },
-                    builtin => Quick::Function { builtin, to, a },
-                };
-                (quick, to)
+                (Op::Function { builtin, to, a }, to)
             }
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
                 let to = self.target(to)?;
-                let quick = match builtin {
-                    Builtin::Mod => Quick::Modulo { to, a, b },
-                    builtin => Quick::Function2 { builtin, to, a, b },
+                let op = match builtin {
+                    Builtin::Mod => Op::Modulo { to, a, b },
+                    builtin => Op::Function2 { builtin, to, a, b },
                 };
-                (quick, to)
+                (op, to)
             }
             _ => return None,
         };
-        self.push(quick);
+        self.push(op);
         Some(to)
     }
 
     /// A plain variable that can hold a number.
-    pub(super) fn plain(&self, variable: &Variable) -> Option<Register> {
+    fn plain(&self, variable: &Variable) -> Option<Register> {
         let slot = self.slot(variable)?;
         let fits = slot.kind.is_none_or(crate::ValueKind::is_number);
         narrow(slot.base).filter(|_| fits && variable.subscripts.is_empty() && slot.bounds.is_none())
@@ -391,7 +377,7 @@ impl Lowering<'_> {
             [first, second] => {
                 let (a, b) = (self.register(first)?, self.register(second)?);
                 let to = self.target(None)?;
-                self.push(Quick::Flatten {
+                self.push(Op::Flatten {
                     to,
                     a,
                     b,
@@ -424,24 +410,22 @@ impl Lowering<'_> {
             return Some(*known);
         }
         let register = narrow(self.symbols.cells + TEMPORARIES + self.code.constants.len())?;
-        self.code.constants.push(Some(number));
+        self.code.constants.push(number);
         self.constants.insert(key, register);
         Some(register)
     }
 
-    fn binary(&self, operator: Binary, to: Register, a: Register, b: Register) -> Quick {
-        if let Some(relation) = Relation::of(operator) {
-            return Quick::Relate { relation, to, a, b };
+    fn binary(&self, operator: Binary, to: Register, a: Register, b: Register) -> Op {
+        if let Some(relation) = Relation::from_operator(operator) {
+            return Op::Relate { relation, to, a, b };
         }
         match operator {
-            Binary::Add => Quick::Add { to, a, b },
-            Binary::Subtract => Quick::Subtract { to, a, b },
-            Binary::Multiply => Quick::Multiply { to, a, b },
-            Binary::Divide if self.options.int_division == IntDivision::Truncate => {
-                Quick::Divide { to, a, b }
-            }
-            Binary::Modulo => Quick::Modulo { to, a, b },
-            operator => Quick::Binary { operator, to, a, b },
+            Binary::Add => Op::Add { to, a, b },
+            Binary::Subtract => Op::Subtract { to, a, b },
+            Binary::Multiply => Op::Multiply { to, a, b },
+            Binary::Divide if self.options.int_division == IntDivision::Truncate => Op::Divide { to, a, b },
+            Binary::Modulo => Op::Modulo { to, a, b },
+            operator => Op::Binary { operator, to, a, b },
         }
     }
 }

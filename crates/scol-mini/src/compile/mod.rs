@@ -1,14 +1,14 @@
 //! The compiler: parsed file in, flat program out.
-//! `declare` makes the variables, `names` looks names up, `kinds` checks kinds, `emit` makes the steps, `lower`
-//! their quick form with the calls of `copy`, which `fuse` puts together.
+//!
+//! Its parts run in this order: `declare` makes the variables of GLOBAL and DATA, `names` resolves names, `kinds`
+//! checks kinds, `emit` turns statements into steps, `lower` writes the instructions of the steps. `direct` does the
+//! same for the one statement of the host command DO. Running the result is left to `machine`; start with [`compile`].
 
-mod copy;
 mod declare;
 mod direct;
 mod emit;
-mod fuse;
 mod kinds;
-mod lower;
+pub(crate) mod lower;
 mod names;
 
 use alloc::format;

@@ -118,7 +118,7 @@ pub(super) fn binary(
         }
         _ => {}
     }
-    if let Some(relation) = Relation::of(operator) {
+    if let Some(relation) = Relation::from_operator(operator) {
         return truth_value(match (left, right) {
             (Number::Integer(left), Number::Integer(right)) => relation.integers(left, right),
             _ => relation.reals(single(left), single(right), options.equal_within),

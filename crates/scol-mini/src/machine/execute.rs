@@ -6,7 +6,6 @@ use alloc::vec::Vec;
 
 use super::arithmetic::as_value;
 use super::evaluate::{Context, component_index, no_component};
-use super::place::Argument;
 use super::{Frame, Loop, Machine, Pending, RuntimeError, State};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
@@ -17,21 +16,23 @@ use crate::tree::{Expression, Feature, PerAxis, Simple, Variable};
 use crate::value::Value;
 
 impl Machine {
-    /// Executes the step at `at` and moves on; `false` when it is a WAIT that goes on waiting.
+    /// Executes the step at `at` and moves on, unless it asks for something, ends the program or is a WAIT that goes on
+    /// waiting: then the state says so.
     pub(super) fn execute(
         &mut self,
         program: &Program,
         operation: &Operation,
         memory: &mut Memory,
         inputs: &dyn Inputs,
-    ) -> Result<bool, RuntimeError> {
+    ) -> Result<(), RuntimeError> {
         let context = self.context(program, memory, inputs);
         let mut next = self.at + 1;
         match operation {
-            Operation::Simple(simple) => return self.simple(program, simple, memory, inputs).map(|()| true),
+            Operation::Simple(simple) => return self.simple(program, simple, memory, inputs),
             Operation::Wait(condition) => {
                 if !context.truth(condition)? {
-                    return Ok(false);
+                    self.state = State::Waiting;
+                    return Ok(());
                 }
             }
             Operation::Branch { condition, otherwise } => {
@@ -39,7 +40,6 @@ impl Machine {
                     next = *otherwise;
                 }
             }
-            Operation::Jump(target) => next = *target,
             Operation::Select { selector, targets } => {
                 next = context.choice(selector, targets)?.unwrap_or(next);
             }
@@ -61,15 +61,15 @@ impl Machine {
                     limit: Cell::from(limit),
                     step: Cell::from(step),
                 };
-                next = self.enter(program, memory, inputs, variable, from, opened)?;
+                next = self.begin_loop(program, memory, inputs, variable, from, opened)?;
             }
             Operation::Next { opener } => next = self.next(program, memory, inputs, *opener)?,
             Operation::Call { block, arguments } => {
-                let arguments = arguments
-                    .iter()
-                    .map(|e| context.argument(e))
-                    .collect::<Result<Vec<_>, _>>()?;
-                self.call(next, arguments)?;
+                let first = self.arguments.len();
+                if let Err(trouble) = self.call(program, memory, inputs, next, arguments) {
+                    self.arguments.truncate(first);
+                    return Err(trouble);
+                }
                 next = program
                     .blocks
                     .get(*block)
@@ -82,33 +82,48 @@ impl Machine {
             }
             Operation::HandlerEnd => {
                 self.state = State::Ended;
-                return Ok(true);
+                return Ok(());
             }
-            Operation::Return => match self.leave() {
-                Some(back) => next = back,
-                None => {
-                    self.state = State::Ended;
-                    return Ok(true);
-                }
-            },
+            // Instructions do them always.
+            Operation::Jump(_) | Operation::Return => {}
         }
         self.at = next;
-        Ok(true)
+        Ok(())
     }
 
-    fn call(&mut self, return_to: usize, arguments: Vec<Argument>) -> Result<(), RuntimeError> {
-        // The main program is a frame too.
-        if self.frames.len() > MAX_CALL_NESTING {
-            let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
-            return Err(RuntimeError::new(FaultKind::Nesting, message));
+    /// Enters a program: its arguments are handed over, then it gets a frame.
+    fn call(
+        &mut self,
+        program: &Program,
+        memory: &Memory,
+        inputs: &dyn Inputs,
+        return_to: usize,
+        arguments: &[Expression],
+    ) -> Result<(), RuntimeError> {
+        let first = self.arguments.len();
+        for expression in arguments {
+            let argument = self.context(program, memory, inputs).argument(expression)?;
+            self.arguments.push(argument);
         }
-        self.frames.push(Frame {
-            return_to,
-            arguments: self.arguments.len(),
-            loops: self.loops.len(),
-        });
-        self.arguments.extend(arguments);
-        Ok(())
+        if self.enter(first, return_to) {
+            return Ok(());
+        }
+        let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
+        Err(RuntimeError::new(FaultKind::Nesting, message))
+    }
+
+    /// Gives a program, whose arguments are those from `first` on, its frame; `false` when calls are nested too deep.
+    pub(super) fn enter(&mut self, first: usize, return_to: usize) -> bool {
+        // The main program is a frame too.
+        let fits = self.frames.len() <= MAX_CALL_NESTING;
+        if fits {
+            self.frames.push(Frame {
+                return_to,
+                arguments: first,
+                loops: self.loops.len(),
+            });
+        }
+        fits
     }
 
     /// Back to where the program was called; `None` when it was not.

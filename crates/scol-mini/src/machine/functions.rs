@@ -233,29 +233,45 @@ fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
     }
 }
 
-/// Sine and cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, and TAN(90) has no value.
-pub(super) fn turned(degrees: f64) -> (f64, f64) {
-    let within = libm::fmod(degrees, 360.0);
-    let quarters = libm::round(within / 90.0);
-    let (sine, cosine) = libm::sincos((within - quarters * 90.0) / DEGREES);
-    // From -4 to 4; plus 0.0 makes a zero positive.
-    let (sine, cosine) = match (quarters as i32).rem_euclid(4) {
-        0 => (sine, cosine),
-        1 => (cosine, -sine),
-        2 => (-sine, -cosine),
-        _ => (-cosine, sine),
-    };
-    (sine + 0.0, cosine + 0.0)
+/// The sine of an angle in degrees, exact at quarter turns: SIN(180) is 0.
+fn sine(degrees: f64) -> f64 {
+    sine_after(0, degrees)
 }
 
-/// Functions of one or two reals; NaN outside the domain.
-fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
+/// The cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, so TAN(90) has no value.
+fn cosine(degrees: f64) -> f64 {
+    sine_after(1, degrees)
+}
+
+/// The sine of an angle in degrees and so many quarter turns.
+fn sine_after(quarters: i32, degrees: f64) -> f64 {
+    // A real has 24 significant bits: below the bound the rest of whole quarter turns is exact without this.
+    let within = if libm::fabs(degrees) < 1e6 {
+        degrees
+    } else {
+        libm::fmod(degrees, 360.0)
+    };
+    // Which way half a quarter turn is rounded does not matter: the sine of 45 degrees is its cosine.
+    let nearest = (within * (1.0 / 90.0) + libm::copysign(0.5, within)) as i32;
+    let rest = (within - f64::from(nearest) * 90.0) / DEGREES;
+    let value = match (nearest + quarters).rem_euclid(4) {
+        0 => libm::sin(rest),
+        1 => libm::cos(rest),
+        2 => -libm::sin(rest),
+        _ => -libm::cos(rest),
+    };
+    // Plus 0.0 makes a zero positive.
+    value + 0.0
+}
+
+/// Functions of one or two reals; NaN outside the domain, and for functions that tell integers from reals.
+pub(super) fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
     match builtin {
-        Builtin::Sin => turned(x).0,
-        Builtin::Cos => turned(x).1,
-        Builtin::Tan => match turned(x) {
-            (_, 0.0) => f64::NAN,
-            (sine, cosine) => sine / cosine + 0.0,
+        Builtin::Sin => sine(x),
+        Builtin::Cos => cosine(x),
+        Builtin::Tan => match cosine(x) {
+            0.0 => f64::NAN,
+            cosine => sine(x) / cosine + 0.0,
         },
         Builtin::Asin => libm::asin(x) * DEGREES,
         Builtin::Acos => libm::acos(x) * DEGREES,
@@ -267,7 +283,6 @@ fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
         Builtin::Ln | Builtin::Log10 if x <= 0.0 => f64::NAN,
         Builtin::Ln => libm::log(x),
         Builtin::Log10 => libm::log10(x),
-        // The others are not functions of reals alone and are computed before.
         _ => f64::NAN,
     }
 }

@@ -12,7 +12,7 @@ use crate::value::Value;
 
 impl Machine {
     /// Begins a FOR; returns the step that follows: the body, or what comes after NEXT.
-    pub(super) fn enter(
+    pub(super) fn begin_loop(
         &mut self,
         program: &Program,
         memory: &mut Memory,
@@ -36,7 +36,7 @@ impl Machine {
 
     /// Opens a loop unless it is over at once; a jump may have left loops without their NEXT: those that do not
     /// surround this FOR are over.
-    pub(super) fn open(&mut self, now: Number, opened: Loop) -> bool {
+    fn open(&mut self, now: Number, opened: Loop) -> bool {
         let first = self.frames.last().map_or(0, |frame| frame.loops);
         let at = opened.opener;
         let mut kept = first;
@@ -116,7 +116,7 @@ impl Machine {
 }
 
 /// The counter has passed its limit in the direction of the step.
-pub(super) fn past(now: Number, limit: Number, step: Number) -> bool {
+fn past(now: Number, limit: Number, step: Number) -> bool {
     let (now, limit) = (double(now), double(limit));
     if double(step) > 0.0 {
         now > limit

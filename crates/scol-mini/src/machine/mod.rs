@@ -3,7 +3,6 @@
 //! holds only its place in the program; values are in `Memory`, which several machines may share.
 
 mod arithmetic;
-mod circle;
 mod compose;
 mod evaluate;
 mod execute;
@@ -12,11 +11,9 @@ mod loops;
 mod monitor;
 mod place;
 mod print;
-mod registers;
 mod request_values;
 #[cfg(feature = "serde")]
 pub(crate) mod snapshot;
-mod sprint;
 #[cfg(test)]
 mod tests;
 mod vm;
@@ -37,6 +34,7 @@ use crate::value::{Position, Value};
 pub(crate) use arithmetic::convert;
 pub use monitor::{Jump, Monitored};
 use place::{Argument, Place};
+use vm::Stop;
 
 /// Task ID of the main program (M-58762 p.2-27).
 pub(crate) const MAIN_TASK: u16 = 1;
@@ -209,42 +207,41 @@ impl Machine {
     /// costs 1 too. A statement that has begun is finished without more fuel. While a request is pending, returns the same
     /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
     pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
+        match &self.state {
+            State::Asked(pending) => return Pause::Request(pending.request.clone()),
+            State::Ended => return Pause::Ended,
+            State::Ready | State::Faulted | State::Waiting => {}
+        }
         let program = Arc::clone(&self.program);
         memory.enter(&program, self.task);
         loop {
-            match &self.state {
-                State::Asked(pending) => return Pause::Request(pending.request.clone()),
-                State::Ended => return Pause::Ended,
-                State::Ready | State::Faulted if *fuel > 0 => {
-                    self.state = State::Ready;
-                    if self.sprint(&program, memory, fuel) {
-                        return Pause::Fuel;
-                    }
-                }
-                State::Ready | State::Faulted | State::Waiting => {}
-            }
-            let Some(step) = program.steps.get(self.at) else {
-                self.state = State::Ended;
-                return Pause::Ended;
+            // A WAIT that goes on waiting has paid when it began.
+            let stop = match self.state {
+                State::Waiting => Stop::Step,
+                _ => self.compute(&program, memory.registers(), fuel),
             };
-            if step.head && self.state != State::Waiting {
-                if *fuel == 0 {
-                    return Pause::Fuel;
-                }
-                *fuel -= 1;
-            }
             self.state = State::Ready;
-            match self.execute(&program, &step.operation, memory, inputs) {
-                Ok(true) if concerns_the_outside(&step.operation) => return Pause::Fuel,
-                Ok(true) => {}
-                Ok(false) => {
-                    self.state = State::Waiting;
-                    return Pause::Waiting;
+            let step = match (stop, program.steps.get(self.at)) {
+                (Stop::Fuel, _) => return Pause::Fuel,
+                (Stop::Step, Some(step)) => step,
+                (Stop::End, _) | (_, None) => {
+                    self.state = State::Ended;
+                    return Pause::Ended;
                 }
+            };
+            match self.execute(&program, &step.operation, memory, inputs) {
+                Ok(()) if concerns_the_outside(&step.operation) => return Pause::Fuel,
+                Ok(()) => {}
                 Err(trouble) => {
                     self.state = State::Faulted;
                     return Pause::Fault(self.fault(trouble));
                 }
+            }
+            match &self.state {
+                State::Waiting => return Pause::Waiting,
+                State::Asked(pending) => return Pause::Request(pending.request.clone()),
+                State::Ended => return Pause::Ended,
+                State::Ready | State::Faulted => {}
             }
         }
     }

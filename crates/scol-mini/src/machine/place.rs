@@ -2,13 +2,14 @@
 
 use alloc::boxed::Box;
 use alloc::format;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 use super::arithmetic::{as_number, as_value, convert};
 use super::evaluate::Context;
 use super::{Machine, RuntimeError};
 use crate::memory::Memory;
-use crate::program::Program;
+use crate::program::{Program, Slot};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Expression, Node, Reference, Variable};
 use crate::value::Value;
@@ -42,31 +43,13 @@ impl Context<'_> {
     pub fn place(&self, variable: &Variable) -> Result<Place, RuntimeError> {
         let name = &variable.name.text;
         match variable.reference {
-            Reference::Slot(slot) => {
-                let subscripts: Vec<i32> = variable
-                    .subscripts
-                    .iter()
-                    .map(|e| self.integer(e))
-                    .collect::<Result<_, _>>()?;
-                let found = self
-                    .program
-                    .symbols
-                    .slots
-                    .get(slot)
-                    .and_then(|info| Some(info.base + info.index(&subscripts)?));
-                let cell = found.ok_or_else(|| {
-                    let list = subscripts
-                        .iter()
-                        .map(|s| format!("{s}"))
-                        .collect::<Vec<_>>()
-                        .join(",");
-                    RuntimeError::new(
-                        FaultKind::Subscript,
-                        format!("{name}({list}) is outside the array"),
-                    )
-                })?;
-                Ok(Place::Cell { slot, cell })
-            }
+            Reference::Slot(slot) => match self.program.symbols.slots.get(slot) {
+                Some(info) if info.bounds.is_none() && variable.subscripts.is_empty() => Ok(Place::Cell {
+                    slot,
+                    cell: info.base,
+                }),
+                info => self.element(slot, info, variable),
+            },
             Reference::Parameter(index) => match self.arguments.get(self.base + index) {
                 Some(Argument::Place(place)) => Ok(*place),
                 Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
@@ -84,6 +67,22 @@ impl Context<'_> {
         }
     }
 
+    /// The place of an element of an array.
+    fn element(&self, slot: usize, info: Option<&Slot>, variable: &Variable) -> Result<Place, RuntimeError> {
+        let subscripts: Vec<i32> = variable
+            .subscripts
+            .iter()
+            .map(|e| self.integer(e))
+            .collect::<Result<_, _>>()?;
+        let cell = info.and_then(|info| Some(info.base + info.index(&subscripts)?));
+        cell.map(|cell| Place::Cell { slot, cell }).ok_or_else(|| {
+            let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
+            let message = format!("{}({}) is outside the array", variable.name.text, list.join(","));
+            RuntimeError::new(FaultKind::Subscript, message)
+        })
+    }
+
+    /// The value that is there; `None` where there is none yet.
     pub fn read(&self, place: Place) -> Option<Value> {
         match place {
             Place::Cell { cell, .. } => self.memory.value(cell),

@@ -6,7 +6,7 @@ use crate::{LanguageOptions, compile, compile_direct};
 use std::string::ToString;
 use std::vec;
 
-mod quick;
+mod numbers;
 
 struct World {
     din: u16,

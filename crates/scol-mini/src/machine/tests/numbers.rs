@@ -1,7 +1,9 @@
-//! The quick form of a program beside its steps: whatever can be seen of a run is the same.
+//! Instructions that compute with numbers beside the operations of their steps: whatever can be seen of a run is the same.
+//! What the operations do is tested elsewhere.
 
 use super::*;
-use crate::code::{Code, Instruction, Quick};
+use crate::code::Op;
+use crate::compile::lower;
 use std::format;
 use std::vec::Vec;
 
@@ -57,10 +59,10 @@ const EDGES: &[&str] = &[
     "I = 3\nHALF(I)\nPRINT I\nHALF(7)\nHALF(I + 1)\nX = 5.0\nHALF(X)\nPRINT X\nHALF(U)\nP = POINT(1)\nHALF(P)\nDEEP(1)\nOUTER(I)\nOUTER(I + 1)",
     "K = 7\nX = 0.5\nX = K / 2\nPRINT X, K / 2\nK = K / 2\nPRINT K",
     "DIM A(3) AS INTEGER, D(2,3) AS INTEGER\nK = 4\nA(K) = 1\nPRINT D(0,0), A(K)\nD(1,0) = 6\nD(0,K) = 5\nPRINT D(1,0)\nK = D(0,K)\nD(2,K) = 1",
-    "I = NOT 0\nJ = NOT 2.5\nK = I AND J OR 0\nL = 1 < 2\nL = 1.5 <> 1.5\nPRINT I, J, K, L\nK = 2 ^ 3\nX = 2 ^ -1\nX = -2.0 ^ 0.5\nK = 10 ^ 10",
+    "I = NOT 0\nJ = NOT 2.5\nK = I AND J OR 0\nL = 1 < 2\nL = I < 2\nX = 1.5\nL = X <> 1.5\nPRINT I, J, K, L\nK = 2 ^ 3\nX = 2 ^ -1\nX = -2.0 ^ 0.5\nK = 10 ^ 10",
     "X = SQRT(2)\nX = SQRT(-1)\nX = SIN(30)\nK = INT(-2.9)\nK = INT(3E9)\nK = SGN(-3.5)\nX = ATAN2(1, 1)\nX = MAX(1, 2.5)\nK = MIN(4, 2)\n\
      X = LN(0)\nX = REAL(3)\nX = EXP(100)\nPRINT X, K",
-    // Two, three and four instructions in one: integers, reals, both, undefined, too large; arrays at their ends.
+    // Products and sums: integers, reals, both, undefined, too large; arrays at their ends.
     "I = 3\nJ = I + I * 4\nJ = J - I * 2\nX = 1.5\nX = X + X * 2.0\nX = X - X * X\nJ = J + X * 2\nX = X + J * 2\nJ = U + I * 2\n\
      J = I + 46341 * 46341\nJ = 2147483647 + I * I\nX = X + 2E38 * 4.0\nX = 3E38 + 3E38 * 1.0\nU = I + I * I\nU = U + I * 0.6\nPRINT U, X, J",
     "DIM A(4) AS INTEGER, B(4), C(2,2) AS REAL, D(4)\nFOR I = 1 TO 5\nA(I) = A(I - 1) + I\nB(I) = A(I) * 2\nS = S + A(I)\nS = 1\nS = S + A(I)\nNEXT I\n\
@@ -75,8 +77,8 @@ const EDGES: &[&str] = &[
      X = X + R * SIN(J)\nX = J - R * SQRT(R)\nJ = X + R * COS(A)\nX = X + 3E38 * SQRT(A)\nX = X - SQRT(0 - R) * R\nX = R * COS(A)\nX = 3E38 + 3E38 * COS(0.5)\nPRINT X, J",
     "TOP:\nIF I > 3 THEN GOTO OUT\nI = I + 1\nIF I == 2 THEN PRINT I ELSE GOTO TOP\nIF I < 2 THEN IF J > 1 THEN GOTO TOP\nGOTO TOP\nOUT:\nI = 0\nJ = J + 1\n\
      FOR I = 1 TO 2\nGOTO BACK\nIN:\nIF I < J THEN J = J - 1\nNEXT I\nGOTO END1\nBACK:\nIF I > 0 THEN GOTO IN\nEND1:\nI = 0\nAGAIN:\nI = I + 1\nIF I < 4 THEN GOTO AGAIN",
-    // Calls of what stands in the code once more: by value, by reference, what has no value or is no number; back in the
-    // middle; loops, monitors and calls around it.
+    // Calls: by value, by reference, what has no value or is no number; RETURN in the middle; loops, monitors and calls
+    // around it.
     "SHORT(I, 2)\nI = 5\nSHORT(I, 2)\nSHORT(I, I)\nSHORT(J, I + 0.5)\nSHORT(I, J)\nSHORT(X, 1.5)\nSHORT(X, X)\nX = 2.5\nSHORT(X, X)\nSHORT(I, X)\nSHORT(I * 2, X + 1)\n\
      P = POINT(1)\nSHORT(P, 1)\nSHORT(I, P)\nSHORT(I, 2147483647)\nSHORT(2, U)\nPRINT I, J, X",
     "FOR I = 1 TO 3\nFOR J = 1 TO 2\nSPIN(I, K)\nNEXT J\nNEXT I\nIF I < 9 THEN K = +I * 2\nIF I > 9 THEN K = +I * 3\nPRINT K",
@@ -85,16 +87,23 @@ const EDGES: &[&str] = &[
     "ON I > 2 DO GOTO OUT\nFOR J = 1 TO 3\nSHORT(I, J)\nNEXT J\nOUT:\nPRINT I",
     "K = 0\nAGAIN:\nK = K + 1\nIF K < 5 THEN GOTO AGAIN ELSE PRINT K\nIF K THEN IF K - 5 THEN PRINT 1 ELSE PRINT 2\nIF X THEN PRINT 3\nX = 1",
     "WAIT DIN(1)\nWAIT MOTION >= 100\nI = DIN(2)\nON I == 1 DO HALF(J)\nJ = 4\nI = 1\nPRINT J\nINPUT I, Z\nPRINT I, Z",
+    // Which of two faults is found; loops with reals, and with what is no number.
+    "FOR X = U TO 1/0\nNEXT X\nFOR X = 1 TO P STEP 1/0\nNEXT X\nP = POINT(1)\nFOR X = P TO 2\nNEXT X\nFOR P = 1 TO 2\nNEXT P\nX = P / (1/0)\nX = U + 1/0\n\
+     X = P + 1/0\nX = U * (P + 1)\nI = 1\nFOR X = 0 TO 1 STEP 0.1\nI = I + 1\nNEXT X\nFOR I = 1 TO 3\nX = I * 0.5\nNEXT I\nU = 1",
+    "DIM A(3) AS INTEGER\nSHORT(1/0, U)\nSHORT(U, 1/0)\nSHORT(DIN(0), 1/0)\nSHORT((U), 1)\nI = 4\nSHORT((I), 1)\nSHORT(A(9), 1/0)\nSHORT(A(1), 2)\nSHORT(A(I), 2)\n\
+     PRINT A(1)\nSHORT(DIN(2), I)\nA(1/0) = U\nA(9) = U\nA(U) = 1\nA(1) = U\nU = 1",
+    "X = SIN(45)\nX = TAN(45)\nX = TAN(90)\nX = SIN(1E7)\nX = COS(-1E9)\nX = TAN(3E38)\nI = 720\nX = SIN(I)\nX = COS(I) + SIN(-I)\nX = ABS(-X)\nX = INT(X)\n\
+     X = SGN(X)\nX = LOG10(X)\nX = ASIN(I)\nX = ATAN2(X, I)\nX = MAX(X, I)\nI = SQRT(I)\nI = EXP(I)\nX = REAL(I)",
 ];
 
 #[test]
-fn the_quick_form_does_what_the_steps_do() {
+fn instructions_do_what_the_operations_of_their_steps_do() {
     const REST: &str = "\nPRINT \"END\"\nEND\nPROGRAM HALF(N)\nN = N / 2\nPRINT N\nFOR L = 1 TO 2\nIF N > 2 THEN RETURN\nNEXT L\nEND\n\
         PROGRAM DEEP(N)\nN = N + 1\nDEEP(N)\nEND\nPROGRAM OUTER(N)\nHALF(N)\nHALF(N * 2.0)\nN = 2.5\nEND\n\
         PROGRAM SHORT(N, M)\nT = N + M\nIF T > 9 THEN RETURN\nN = T\nM = N + M * 2\nEND\n\
         PROGRAM PICK(N, M)\nGOTO(N) ONE, TWO\nM = 3\nRETURN\nONE:\nM = 10\nRETURN\nTWO:\nIF N == 2 THEN M = 20 ELSE M = 30\nGOTO ONE\nEND\n\
         PROGRAM SPIN(N, M)\nM = 0\nFOR L = 1 TO N\nM = M + L\nNEXT L\nEND\nPROGRAM DOWN(N)\nIF N > 0 THEN DOWN(N - 1)\nPICK(1, Z)\nEND\n";
-    let (mut quick, mut seen) = (0, String::new());
+    let (mut count, mut seen) = (0, String::new());
     for body in EDGES {
         for (int_division, equal_within) in [
             (crate::IntDivision::Truncate, 0.0),
@@ -111,16 +120,15 @@ fn the_quick_form_does_what_the_steps_do() {
             let program = compilation
                 .program
                 .unwrap_or_else(|| panic!("{source}\n{:?}", compilation.diagnostics));
-            let leaves = |i: &&Instruction| i.operation != Quick::Leave;
-            quick += program.code.instructions.iter().filter(leaves).count();
-            let all = program.code.instructions.iter();
-            all.for_each(|i| seen.push_str(&format!("{:?} ", i.operation)));
-            let slow = Arc::new(Program {
-                code: Code::default(),
+            let ops = program.code.instructions.iter().map(|i| i.op);
+            count += ops.clone().filter(|op| *op != Op::Step).count();
+            ops.for_each(|op| seen.push_str(&format!("{op:?} ")));
+            let plain = Arc::new(Program {
+                code: lower::plain(&program.steps),
                 ..Program::clone(&program)
             });
             for portion in [1, 2, 3, 7, 1_000] {
-                let (expected, found) = (history(&slow, portion), history(&program, portion));
+                let (expected, found) = (history(&plain, portion), history(&program, portion));
                 assert!(expected.len() > 1, "{source}");
                 for (expected, found) in expected.iter().zip(&found) {
                     assert_eq!(found, expected, "portions of {portion}:\n{source}");
@@ -129,92 +137,98 @@ fn the_quick_form_does_what_the_steps_do() {
             }
         }
     }
-    assert!(quick > 400, "only {quick} instructions");
-    // Not one that is never put together.
-    let kinds = [
-        "JumpBranch",
-        "MultiplyAdd",
-        "MultiplyFrom",
-        "LoadNear",
-        "LoadAdd",
-        "LoadJoin",
-        "UpdateAdd",
-        "RootJoin",
-        "SineJoin",
-        "CosineJoin",
-        "RootScaled",
-        "SineScaled",
-        "CosineScaled",
-        "GuardedAdd",
-        "GuardedSubtract",
-        "GuardedCopy",
-        "Enter",
-        "Hand",
+    assert!(count > 400, "only {count} instructions");
+    // All instructions, the ones of the list that follow among them.
+    let names = [
+        "Step",
+        "Jump",
+        "Call",
+        "Return",
+        "Next",
+        "Copy",
+        "Add",
+        "Subtract",
+        "Multiply",
+        "Divide",
+        "Modulo",
+        "Binary",
+        "Unary",
+        "Relate",
+        "Branch",
+        "Truth",
+        "Function",
+        "Function2",
+        "Load",
+        "Store",
+        "Flatten",
+        "Fetch",
+        "Put",
+        "Choose",
     ];
-    for kind in kinds {
-        assert!(seen.contains(kind), "{kind} in none of the programs");
+    for name in names {
+        assert!(seen.contains(name), "{name} in none of the programs");
     }
 }
 
-/// A number that looks like chance, always the same.
-struct Dice(u32);
+/// A generator of numbers with a fixed seed.
+struct Rng(u32);
 
-impl Dice {
-    fn roll(&mut self, sides: usize) -> usize {
+impl Rng {
+    fn below(&mut self, sides: usize) -> usize {
         self.0 = self.0.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
         (self.0 >> 8) as usize % sides
     }
 
-    fn one<'a>(&mut self, of: &[&'a str]) -> &'a str {
-        of[self.roll(of.len())]
+    fn choose<'a>(&mut self, of: &[&'a str]) -> &'a str {
+        of[self.below(of.len())]
     }
 
     fn operand(&mut self) -> String {
-        match self.roll(12) {
-            0 => format!("A({} - 1)", self.one(&["I", "J"])),
-            1 => format!("B({} + {})", self.one(&["I", "J"]), self.roll(3)),
+        match self.below(12) {
+            0 => format!("A({} - 1)", self.choose(&["I", "J"])),
+            1 => format!("B({} + {})", self.choose(&["I", "J"]), self.below(3)),
             2 => format!(
                 "{}({})",
-                self.one(&["SQRT", "SIN", "COS"]),
-                self.one(&["X", "Y", "I"])
+                self.choose(&["SQRT", "SIN", "COS"]),
+                self.choose(&["X", "Y", "I"])
             ),
-            3 => format!("{}.5", self.roll(400)),
-            4 | 5 => format!("{}", self.roll(5)),
-            _ => self.one(&["I", "J", "K", "X", "Y", "U"]).into(),
+            3 => format!("{}.5", self.below(400)),
+            4 | 5 => format!("{}", self.below(5)),
+            _ => self.choose(&["I", "J", "K", "X", "Y", "U"]).into(),
         }
     }
 
     fn target(&mut self) -> &'static str {
-        self.one(&["I", "J", "K", "X", "Y", "U", "A(I)", "A(J)", "B(K)", "I", "X"])
+        self.choose(&["I", "J", "K", "X", "Y", "U", "A(I)", "A(J)", "B(K)", "I", "X"])
     }
 
     fn assignment(&mut self) -> String {
         let (to, mut value) = (self.target(), self.operand());
-        for _ in 0..self.roll(3) {
-            value = match self.roll(2) {
+        for _ in 0..self.below(3) {
+            value = match self.below(2) {
                 0 => format!(
                     "{value} {} {}",
-                    self.one(&["+", "-", "*", "+", "-", "/"]),
+                    self.choose(&["+", "-", "*", "+", "-", "/"]),
                     self.operand()
                 ),
-                _ => format!("{} {} {value}", self.operand(), self.one(&["+", "-", "*"])),
+                _ => format!("{} {} {value}", self.operand(), self.choose(&["+", "-", "*"])),
             };
         }
         // Many a program does this.
-        match self.roll(3) {
-            0 => format!("{to} = {to} {} {value}", self.one(&["+", "-"])),
+        match self.below(3) {
+            0 => format!("{to} = {to} {} {value}", self.choose(&["+", "-"])),
             _ => format!("{to} = {value}"),
         }
     }
 
     fn statement(&mut self, number: usize) -> String {
-        let label = self.roll(12);
-        match self.roll(12) {
+        let label = self.below(12);
+        match self.below(12) {
             0 => format!("GOTO L{label}"),
             1 => format!("GOTO(K) L{label}, L{number}"),
             2 | 3 => format!("LEAF({}, {})", self.operand(), self.operand()),
             4 => {
-                let relation = self.one(&["<", ">", "==", "<>", "<=", ">="]);
+                let relation = self.choose(&["<", ">", "==", "<>", "<=", ">="]);
                 format!(
                     "IF {} {relation} {} THEN GOTO L{label}",
                     self.operand(),
@@ -222,11 +236,11 @@ impl Dice {
                 )
             }
             5..=7 => {
-                let relation = self.one(&["<", ">", "==", "<>"]);
+                let relation = self.choose(&["<", ">", "==", "<>"]);
                 let to = self.target();
-                let value = match self.roll(2) {
+                let value = match self.below(2) {
                     0 => self.operand(),
-                    _ => format!("{to} {} {}", self.one(&["+", "-"]), self.operand()),
+                    _ => format!("{to} {} {}", self.choose(&["+", "-"]), self.operand()),
                 };
                 format!(
                     "IF {} {relation} {} THEN {to} = {value}",
@@ -246,9 +260,12 @@ impl Dice {
                 source += "FOR J = 0 TO 3\n";
             }
         }
-        let leaf = |dice: &mut Dice| {
-            let (to, sign) = (dice.one(&["N", "M", "T"]), dice.one(&["+", "-", "*"]));
-            let (a, b) = (dice.one(&["N", "M", "T", "2"]), dice.one(&["N", "M", "3", "0.5"]));
+        let leaf = |rng: &mut Rng| {
+            let (to, sign) = (rng.choose(&["N", "M", "T"]), rng.choose(&["+", "-", "*"]));
+            let (a, b) = (
+                rng.choose(&["N", "M", "T", "2"]),
+                rng.choose(&["N", "M", "3", "0.5"]),
+            );
             format!("{to} = {a} {sign} {b} * 2\n")
         };
         source += "NEXT J\nI = 1\nJ = 1\nK = 1\nX = 1\nY = 1\nU = 1\nEND\nPROGRAM LEAF(N, M)\n";
@@ -258,10 +275,10 @@ impl Dice {
 }
 
 #[test]
-fn programs_of_chance_run_the_same_in_both_forms() {
-    let (mut dice, mut run) = (Dice(7), 0);
+fn random_programs_run_the_same_in_both_forms() {
+    let (mut rng, mut run) = (Rng(7), 0);
     for number in 0..150_u8 {
-        let source = dice.program();
+        let source = rng.program();
         // Every other program compares with a difference that its numbers meet.
         let options = LanguageOptions {
             equal_within: f32::from(number % 2) * 0.5,
@@ -271,12 +288,12 @@ fn programs_of_chance_run_the_same_in_both_forms() {
             continue;
         };
         run += 1;
-        let slow = Arc::new(Program {
-            code: Code::default(),
+        let plain = Arc::new(Program {
+            code: lower::plain(&program.steps),
             ..Program::clone(&program)
         });
         for portion in [1, 3, 50] {
-            let (expected, found) = (history(&slow, portion), history(&program, portion));
+            let (expected, found) = (history(&plain, portion), history(&program, portion));
             for (expected, found) in expected.iter().zip(&found) {
                 assert_eq!(found, expected, "portions of {portion}:\n{source}");
             }
@@ -288,7 +305,7 @@ fn programs_of_chance_run_the_same_in_both_forms() {
 
 #[cfg(feature = "serde")]
 #[test]
-fn a_memory_that_was_restored_has_the_cells_of_the_quick_form() {
+fn a_memory_that_was_restored_has_the_registers_of_the_program() {
     let (machine, mut memory) = start("PROGRAM M\nI = 1\nJ = I * 7 + 2\nEND\n");
     let mut restored = Memory::restore(&machine.program, memory.state(&machine.program)).unwrap();
     assert_eq!(restored.registers(), memory.registers());
