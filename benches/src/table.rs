@@ -3,17 +3,10 @@
 use crate::contender::{self, Contender, Lap};
 use std::collections::BTreeMap;
 
-/// `--check` fails when Lua is faster by more than this. The aim is 2; the machine is faster than Lua.
-const LUA_FASTER: f64 = 1.0;
-/// `--check` fails when the machine is not faster than CPython by this. The aim is 5, which every loop reaches; a quarter
-/// less is for busy computers.
-const PYTHON_SLOWER: [(&str, f64); 5] = [
-    ("count", 4.3),
-    ("reals", 4.0),
-    ("arrays", 4.0),
-    ("calls", 4.0),
-    ("jumps", 4.0),
-];
+/// `--check` fails when Lua is faster than the machine by more than this.
+const LUA_FASTER: f64 = 2.0;
+/// `--check` fails when the machine is not faster than CPython by this.
+const PYTHON_SLOWER: f64 = 2.0;
 /// `--check` fails when the whole controller is slower than its machine by more than this.
 const CONTROLLER_SLOWER: f64 = 5.0;
 /// Reals of 32 bits come to a slightly different sum than those of 64.
@@ -113,13 +106,11 @@ pub fn missed(rows: &[Row]) -> Vec<String> {
             LUA_FASTER,
             format!("at most {LUA_FASTER} allowed"),
         );
-        let python = PYTHON_SLOWER.iter().find(|(name, _)| *name == row.name);
-        let factor = python.map_or(1.0, |(_, factor)| *factor);
         hold(
             Contender::Python,
             0.0,
-            1.0 / factor,
-            format!("at most 1/{factor} allowed"),
+            1.0 / PYTHON_SLOWER,
+            format!("at most 1/{PYTHON_SLOWER} allowed"),
         );
         hold(
             Contender::Controller,

@@ -132,13 +132,16 @@ impl Machine {
                     return Some(Next::To(otherwise));
                 }
             }
-            Op::Function { builtin, to, a } => {
-                let value = function(program, builtin, &[registers.number(a)?])?;
-                registers.put(to, value)?;
-            }
+            Op::Function { builtin, to, a } => match of_real(builtin, registers.get(a)?) {
+                Some(value) => registers.put_real(to, value)?,
+                None => {
+                    let value = numeric(builtin, &[registers.number(a)?], &program.options).ok()?;
+                    registers.put(to, value.into())?;
+                }
+            },
             Op::Function2 { builtin, to, a, b } => {
-                let value = function(program, builtin, &[registers.number(a)?, registers.number(b)?])?;
-                registers.put(to, value)?;
+                let numbers = [registers.number(a)?, registers.number(b)?];
+                registers.put(to, numeric(builtin, &numbers, &program.options).ok()?.into())?;
             }
             Op::Load { to, array, index } => {
                 let value = registers.get(registers.element(array, index)?)?;
@@ -362,15 +365,12 @@ impl Registers<'_> {
     }
 }
 
+/// A function of one real, without asking what else its argument could be. `None` where the function depends on the kind
+/// of its argument, or has no value.
 #[inline(never)]
-fn function(program: &Program, builtin: Builtin, of: &[Number]) -> Option<Cell> {
-    if let [Number::Real(x)] = of {
-        let value = scalar(builtin, f64::from(*x), 0.0) as f32;
-        if value.is_finite() {
-            return Some(Cell::real(value));
-        }
-    }
-    numeric(builtin, of, &program.options).ok().map(Cell::from)
+fn of_real(builtin: Builtin, cell: Cell) -> Option<f32> {
+    let value = scalar(builtin, f64::from(cell.as_real()?), 0.0) as f32;
+    value.is_finite().then_some(value)
 }
 
 /// Stores a number as the kind of the number that it replaces. The first value of a variable fixes its kind: that is left
