@@ -41,7 +41,7 @@ const PHRASES: [(&str, &str); 4] = [
 ];
 
 /// Where a word is right all the same: a part of the path, the word (all with ""), the reason.
-const ALLOWED: [(&str, &str, &str); 24] = [
+const ALLOWED: [(&str, &str, &str); 21] = [
     ("tests/suites/words.rs", "", "the list itself"),
     ("tests/suites/measured_times.rs", "hub", "GitHub"),
     ("tests/suites/", "vary", "the field of the option `--vary`"),
@@ -103,9 +103,6 @@ const ALLOWED: [(&str, &str, &str); 24] = [
     ),
     ("emulator/src/cli/", "if not said", "printed by --help"),
     ("emulator/src/cli/", "the wall", "printed by --help"),
-    ("scol-mini/src/", "sprint", "until the one engine replaces it"),
-    ("scol-mini/src/", "stride", "the same"),
-    ("scol-mini/src/", "dice", "the same"),
 ];
 
 fn root() -> PathBuf {

@@ -1,5 +1,7 @@
 //! The words of the language: functions, constants, system variables, and the words that are reserved.
-//! What functions compute is in `machine::functions`.
+//!
+//! Each word has one row here, with its arguments. What functions compute is left to `machine::functions`, what system
+//! variables read to `machine::evaluate`, and where a word may stand to `parser`.
 
 use crate::options::Arm;
 use crate::tree::Condition;

@@ -1,5 +1,7 @@
-//! A place of the memory in eight bytes. What stands in it is read and written in one go: a processor that writes
-//! two halves and reads the whole has to wait for itself.
+//! A cell of the memory: a number, or the index of a value that is not a number, in eight bytes.
+//!
+//! A cell is read and written as one word: a processor that writes two halves and reads the whole has to wait for itself.
+//! The values that are not numbers are kept by `memory`; `machine::vm` computes on cells.
 
 use crate::request::Number;
 

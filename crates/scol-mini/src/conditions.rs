@@ -1,5 +1,6 @@
-//! The motion conditions a program sets: system variables that last until changed.
-//! What they do to a motion is left to whoever moves the arm.
+//! The motion conditions that a program sets, such as `SPEED`, `ACCEL` or `TOOL`: system variables that last until changed.
+//!
+//! Setting them is in `machine::request_values`. Their effect on a motion is left to whoever moves the arm.
 
 use alloc::string::String;
 

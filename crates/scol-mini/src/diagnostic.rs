@@ -1,5 +1,5 @@
-//! What the compiler has to say about a source: errors and warnings with place, stable code and help.
-//! What follows from an error (NG, an alarm) is left to the caller.
+//! Diagnostics: the errors and warnings about a source, with their place, a stable code and help.
+//! What follows from an error (NG, an alarm) is left to the caller. `sink` collects them, `suggest` adds to the help.
 //!
 //! | Codes | About |
 //! |---|---|

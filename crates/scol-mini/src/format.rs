@@ -1,6 +1,8 @@
-//! Lays a source out anew: one indentation, one spacing, words in upper case. Comments, texts and the spelling of
-//! numbers and operators stay. A line whose words would not be the same afterwards, that cannot be cut into words
-//! or would become too long is left as it is, so the meaning never changes.
+//! Formats a source: one indentation, one spacing, words in upper case. Comments, texts and the spelling of numbers and
+//! operators stay.
+//!
+//! A line is left as it is when its tokens would differ afterwards, when it cannot be cut into tokens, or when it would become
+//! too long. So formatting never changes the meaning of a program. Start with [`format`].
 
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -1,5 +1,7 @@
-//! Words: cuts a line into tokens.
-//! What the words mean is left to the parser; a line that cannot be cut is one problem.
+//! Cuts a line into tokens.
+//!
+//! Numbers get their value here; what words mean is left to the parser. A line that cannot be cut is one problem. `lines` cuts
+//! the file into lines before.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -250,7 +252,7 @@ mod tests {
     use super::*;
     use std::vec;
 
-    fn of(text: &str) -> Vec<Token> {
+    fn tokens_of(text: &str) -> Vec<Token> {
         let line = Line {
             number: 1,
             span: Span {
@@ -267,10 +269,10 @@ mod tests {
 
     #[test]
     fn numbers_words_and_signs() {
-        assert_eq!(of("00000"), vec![Token::Integer(0)]);
-        assert_eq!(of("1.5E+2"), vec![Token::Real(150.0)]);
+        assert_eq!(tokens_of("00000"), vec![Token::Integer(0)]);
+        assert_eq!(tokens_of("1.5E+2"), vec![Token::Real(150.0)]);
         assert_eq!(
-            of("p1.x"),
+            tokens_of("p1.x"),
             vec![
                 Token::Word("P1".into()),
                 Token::Sign(Sign::Dot),
@@ -278,10 +280,10 @@ mod tests {
             ]
         );
         assert_eq!(
-            of("=< ><"),
+            tokens_of("=< ><"),
             vec![Token::Sign(Sign::LessEqual), Token::Sign(Sign::NotEqual)]
         );
-        assert_eq!(of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
-        assert_eq!(of("A REMARK \" % ~"), vec![Token::Word("A".into())]);
+        assert_eq!(tokens_of("\"it's\" ' rest"), vec![Token::Text("it's".into())]);
+        assert_eq!(tokens_of("A REMARK \" % ~"), vec![Token::Word("A".into())]);
     }
 }

@@ -1,4 +1,6 @@
-//! Cuts a file into lines. What stands in them is left to the lexer.
+//! Cuts a file into lines, each with its number and its span.
+//!
+//! A line ends with CR, LF or CR LF (RAM-05). What is in the lines is left to `lexer`.
 
 use alloc::vec::Vec;
 

@@ -1,6 +1,7 @@
-//! The values of all variables and the motion conditions of one selected file, shared by its tasks but for the
-//! variables of the programs, of which each task has its own (`locals`).
-//! Who may read or write them over the protocol, and in which form, is left to the controller.
+//! The values of all variables and the motion conditions of one selected file.
+//!
+//! All tasks share GLOBAL, DATA and the conditions; each task has its own variables of the programs (`locals`). Who may read
+//! or write variables over the protocol, and in which form, is left to the controller.
 
 mod locals;
 #[cfg(feature = "serde")]

@@ -1,5 +1,6 @@
-//! What may differ between controllers of one language: the arm and the readings that are switches.
-//! Who chooses them, and from which configuration, is the caller's matter.
+//! The options of the language: the arm, and the readings of the manual that a user can choose between.
+//!
+//! Who chooses them, and from which configuration, is left to the caller.
 
 /// How wide a position is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

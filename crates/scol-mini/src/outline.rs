@@ -1,5 +1,6 @@
-//! A file as rows of words, sorted into its blocks: what the lints and the suggestions look at. It is made of
-//! tokens alone, so a line that does not parse is seen here as well; what a row means is not checked.
+//! A file as rows of tokens, sorted into its blocks: what lints and suggestions look at.
+//!
+//! It is made of tokens alone, so it also covers lines that do not parse. What a row means is not checked here.
 
 use alloc::collections::BTreeMap;
 use alloc::string::String;

@@ -1,5 +1,7 @@
-//! Points that are taught on the controller instead of standing in the DATA of a file (scol.md 13.14), and the table
-//! in which the maker's tool keeps them. Where the table comes from is left to the caller.
+//! Points that are taught on the controller and are not in the DATA of a file (scol.md 13.14), and the table in which the
+//! maker's tool keeps them.
+//!
+//! Where the table comes from is left to the caller; a compilation takes the points as a list.
 
 use alloc::collections::BTreeSet;
 use alloc::format;
@@ -249,7 +251,7 @@ mod tests {
     #[test]
     fn what_is_no_point_is_told_with_its_place() {
         let row = "P0,1,2,3,4,5,RIGHTY\n";
-        for (arm, table, told) in [
+        for (arm, table, message) in [
             (
                 Arm::Scara,
                 "P1,1,2,3,4,5",
@@ -293,7 +295,7 @@ mod tests {
                 "3:1: expected a name that did not occur before, found `p0`",
             ),
         ] {
-            assert_eq!(parse_points(table, arm).unwrap_err().to_string(), told);
+            assert_eq!(parse_points(table, arm).unwrap_err().to_string(), message);
         }
         let many: String = (0..=MAX_POINTS).map(|at| format!("P{at},,,,,,\n")).collect();
         assert_eq!(parse_points(&many, Arm::Scara).unwrap_err().line, MAX_POINTS + 1);

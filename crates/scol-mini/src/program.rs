@@ -1,5 +1,7 @@
-//! The compiled file: variables with their initial values, and a flat list of steps.
-//! Immutable and shared; what changes while it runs is in `Memory` and `Machine`.
+//! The compiled file: variables with their initial values, steps and their instructions.
+//!
+//! A program is immutable and shared; what changes while it runs is in `Memory` and `Machine`. `compile` makes it. The
+//! instructions are in `code`.
 
 use alloc::collections::BTreeMap;
 use alloc::string::String;
@@ -175,9 +177,9 @@ impl Slot {
 
     /// What an element begins with.
     pub fn first_value(&self, index: usize) -> Option<Value> {
-        let given = self.initial.iter().find(|(known, _)| *known == index);
+        let initial = self.initial.iter().find(|(known, _)| *known == index);
         let zero = || self.kind.filter(|_| self.zeroed).map(ValueKind::zero);
-        given.map(|(_, value)| value.clone()).or_else(zero)
+        initial.map(|(_, value)| value.clone()).or_else(zero)
     }
 
     /// The subscripts of the element of this flat index; none for a plain variable.

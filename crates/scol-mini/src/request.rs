@@ -1,5 +1,7 @@
-//! The conversation between a running program and the world: why the machine paused, what it wants, what it
-//! gets, and what went wrong. Nothing here does anything; doing is left to the outside.
+//! The interface between a running program and the world: why the machine paused, what it asks for, what it gets, and which
+//! fault it met.
+//!
+//! Nothing here does anything: serving a request is left to the caller. `machine::request_values` makes the requests.
 
 use alloc::boxed::Box;
 use alloc::string::String;

@@ -1,5 +1,7 @@
-//! Puts new initial values into the source of a file, for RESTORE and for MW with the flag that restores into the file.
-//! Storing the file is left to the caller.
+//! Writes new initial values into the source of a file, for RESTORE and for MW with the flag that restores into the file.
+//!
+//! Only the value changes; the layout of the line stays. Storing the file is left to the caller. Start with
+//! [`rewrite_value`].
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -64,9 +66,9 @@ pub fn restore_values(
             let Some(value) = memory.value(slot.base + index) else {
                 continue;
             };
-            let wanted = !names.is_empty() || slot.initial.iter().any(|(known, _)| *known == index);
+            let selected = !names.is_empty() || slot.initial.iter().any(|(known, _)| *known == index);
             let same = first.is_some_and(|first| rewriter.same(&first, &value));
-            if put || (wanted && !same) {
+            if put || (selected && !same) {
                 edits.push(rewriter.edit(name, &slot.subscripts(index), &value)?);
             }
         }
@@ -424,7 +426,7 @@ mod tests {
         let program = compilation.program.unwrap();
         let mut memory = Memory::new(&program);
         let mut machine = crate::Machine::main(program.clone());
-        let end = machine.run(&mut memory, &crate::machine::Nowhere, &mut 100);
+        let end = machine.run(&mut memory, &crate::machine::NoInputs, &mut 100);
         assert_eq!(end, crate::Pause::Ended);
         let names: Vec<String> = names.iter().map(ToString::to_string).collect();
         let text = restore_values(&source, &program, &memory, &names).unwrap();

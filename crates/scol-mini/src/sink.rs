@@ -1,4 +1,6 @@
-//! Collects the remarks of one compilation and finds the line of each.
+//! Collects the diagnostics of one compilation and finds the line of each.
+//!
+//! It keeps at most [`MAX_DIAGNOSTICS`]. Suggestions are added afterwards (`suggest`).
 
 use alloc::string::ToString;
 use alloc::vec::Vec;

@@ -1,6 +1,8 @@
-//! Snapshots: what every state that is written down shares. A state holds all that changes while a program runs and
-//! nothing of the program itself; it is restored against a program of the same source, and nothing in it is
-//! believed. `machine::snapshot` and `memory::snapshot` do the two halves. The serialized form is the caller's.
+//! What the saved states of machines and memories share: their version, their checks, the error of restoring.
+//!
+//! A state holds what changes while a program runs and nothing of the program itself. It is restored against a program of the
+//! same source and validated in full. `machine::snapshot` and `memory::snapshot` do the two halves; the serialized form is left to
+//! the caller.
 
 use alloc::format;
 use alloc::string::String;

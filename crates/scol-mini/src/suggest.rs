@@ -1,5 +1,6 @@
-//! Remedies for errors: the word that was probably meant, the place of the first of two, the END that is missing.
-//! Works on the finished remarks and the words of the file; what is wrong was found by others.
+//! Suggestions for errors: the word that was probably meant, the first of two declarations, the END that is missing.
+//!
+//! It works on finished diagnostics and on the rows of `outline`; finding errors is left to the compiler.
 
 use alloc::format;
 use alloc::string::String;
@@ -166,12 +167,12 @@ impl Suggester<'_> {
             false => builtin::System::from_word(word).is_some(),
         });
         let rows = part.map(|part| part.rows.as_slice()).unwrap_or_default();
-        let given = rows.iter().flat_map(|row| {
+        let named = rows.iter().flat_map(|row| {
             row.segments()
                 .filter_map(|segment| names(segment, self.arm).next())
                 .filter(|(_, span)| span.start != diagnostic.span.start)
         });
-        let locals = given.map(|(name, _)| name).filter(|name| *name != found);
+        let locals = named.map(|(name, _)| name).filter(|name| *name != found);
         let parameters = part.into_iter().flat_map(|part| &part.parameters);
         let variables = shared
             .keys()

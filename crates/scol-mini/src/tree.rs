@@ -1,5 +1,7 @@
-//! Expressions and statements as the parser leaves them and the machine runs them. The parser fills in the
-//! names, the compiler the references; there is no second tree.
+//! The syntax tree: expressions and statements as the parser makes them.
+//!
+//! The parser fills in names, the compiler what they refer to. The machine evaluates the same expressions, so there is no
+//! second tree; the instructions for numbers are written from them (`compile::lower`).
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -153,7 +155,7 @@ pub(crate) enum Simple {
     Set(Condition, Expression),
     FreeLoad,
     Move {
-        course: MotionKind,
+        motion: MotionKind,
         with: Vec<(Condition, Expression)>,
     },
     Print {
@@ -275,7 +277,7 @@ impl Statement {
     /// Calls `visit` with every position a motion of the statement leads to or through.
     pub fn targeted(&mut self, visit: &mut dyn FnMut(&mut Expression)) {
         match self {
-            Statement::Simple(Simple::Move { course, .. }) => match course {
+            Statement::Simple(Simple::Move { motion, .. }) => match motion {
                 MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
                 MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
                     visit(a);
@@ -330,8 +332,8 @@ impl Simple {
             }
             Simple::Bcd(operands) => operands.iter_mut().for_each(visit),
             Simple::PerAxis(_, values) => values.iter_mut().for_each(visit),
-            Simple::Move { course, with } => {
-                match course {
+            Simple::Move { motion, with } => {
+                match motion {
                     MotionKind::Ptp(a) | MotionKind::Line(a) => visit(a),
                     MotionKind::Arc(a, b)
                     | MotionKind::Arch(a, b)

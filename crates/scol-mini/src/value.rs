@@ -1,5 +1,6 @@
-//! The five kinds of data of the language and the order of their numbers.
-//! How numbers travel over the protocol is left to the protocol crate; arithmetic is in `evaluate`.
+//! The five kinds of values of the language and the order of their numbers.
+//!
+//! How values travel over the protocol is left to the protocol crate; computing with them is in `machine::evaluate`.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;

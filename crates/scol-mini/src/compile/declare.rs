@@ -1,4 +1,7 @@
-//! The variables of GLOBAL and DATA with their initial values, and those of `DIM`.
+//! Makes the variables of GLOBAL and DATA with their initial values, and those of `DIM`.
+//!
+//! Implicit variables, which an assignment makes, are left to `names`. The values that variables have while a program runs
+//! are in `memory`.
 
 use alloc::collections::BTreeSet;
 use alloc::format;
@@ -17,12 +20,12 @@ use crate::tree::Name;
 use crate::value::{Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
-/// Makes the variables of GLOBAL. One that cannot be made is doubtful from then on: nothing is said about its uses.
+/// Makes the variables of GLOBAL. One that cannot be made is suppressed from then on: nothing is said about its uses.
 pub(super) fn globals(file: &mut File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     for declaration in &file.globals {
         if let Err(problem) = global(declaration, options, symbols) {
             sink.error(problem);
-            file.doubtful.insert(declaration.name.text.clone());
+            file.suppressed.insert(declaration.name.text.clone());
         } else if declaration.name.text.len() > MAX_DATA_NAME {
             let message = format!(
                 "{} is too long to be read or written by a host",
@@ -52,7 +55,7 @@ fn global(
         }
         Some(expression) => Some(
             constant_value(expression, options)
-                .map_err(|trouble| Problem::new("E0207", expression.span, trouble.message))?,
+                .map_err(|error| Problem::new("E0207", expression.span, error.message))?,
         ),
     };
     if declaration.subscripts.is_empty() {

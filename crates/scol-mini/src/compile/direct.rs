@@ -1,4 +1,7 @@
-//! One statement for the host command DO: what needs a program around it is refused (CMD-DO-04).
+//! Compiles one statement for the host command DO; what needs a program around it is refused (CMD-DO-04).
+//!
+//! The result is a [`Program`] of that one statement, which shares the memory of the selected file. Sending the reply is left
+//! to the controller. Start with [`compile_direct`].
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;

@@ -1,5 +1,7 @@
-//! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps,
-//! `FOR` and `NEXT` find each other.
+//! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps, and `FOR` and
+//! `NEXT` find each other.
+//!
+//! Names of variables are resolved before (`names`). The instructions of the steps are written afterwards (`lower`).
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -17,7 +19,7 @@ use crate::tree::{Expression, Name, Reference, Simple, Statement};
 /// Appends the steps of a block and its END; returns the step of its label `RCYCLE`.
 pub(super) fn block(
     block: &mut Block,
-    doubtful: &BTreeSet<String>,
+    suppressed: &BTreeSet<String>,
     signatures: &[Signature],
     steps: &mut Vec<Step>,
     sink: &mut Sink,
@@ -32,7 +34,7 @@ pub(super) fn block(
     let first = steps.len();
     let mut emitter = Emitter {
         labels,
-        doubtful,
+        suppressed,
         signatures,
         steps,
         sink,
@@ -55,7 +57,7 @@ pub(super) fn block(
 }
 
 struct Emitter<'a> {
-    doubtful: &'a BTreeSet<String>,
+    suppressed: &'a BTreeSet<String>,
     /// Label to number of the statement.
     labels: BTreeMap<String, usize>,
     signatures: &'a [Signature],
@@ -85,7 +87,7 @@ impl Emitter<'_> {
         if let Some(statement) = self.labels.get(&name.text) {
             return *statement;
         }
-        if self.doubtful.contains(&name.text) {
+        if self.suppressed.contains(&name.text) {
             return 0;
         }
         let problem = Problem::new(
@@ -196,14 +198,14 @@ impl Emitter<'_> {
             .iter()
             .position(|signature| signature.name == name.text);
         let Some((block, signature)) = found.and_then(|at| Some((at, self.signatures.get(at)?))) else {
-            if self.doubtful.contains(&name.text) {
+            if self.suppressed.contains(&name.text) {
                 return;
             }
             let message = format!("{} is no statement and no program of this file", name.text);
             self.sink.error(Problem::new("E0203", name.span, message));
             return;
         };
-        let known = !self.doubtful.contains(&name.text);
+        let known = !self.suppressed.contains(&name.text);
         if known && signature.parameters != arguments.len() {
             let message = format!(
                 "{} takes {} arguments, found {}",
@@ -263,7 +265,7 @@ impl Emitter<'_> {
                     let message = format!("{} takes arguments; a task is started without", name.text);
                     self.sink.error(Problem::new("E0206", span, message));
                 }
-                None if self.doubtful.contains(&name.text) => {}
+                None if self.suppressed.contains(&name.text) => {}
                 None => {
                     let message = format!("{} is no program of this file", name.text);
                     self.sink.error(Problem::new("E0203", name.span, message));

@@ -1,5 +1,7 @@
-//! Finds kinds that cannot fit, as far as they are known before the program runs.
-//! Kinds that only the run decides are checked by the machine.
+//! Reports kinds of values that cannot fit, as far as they are known before the program runs.
+//!
+//! A variable without a declaration gets its kind from its first assignment, so most kinds are checked by the machine
+//! (`machine::evaluate`, `machine::place`). Start with [`check_block`].
 
 use alloc::format;
 
@@ -15,7 +17,7 @@ use crate::value::ValueKind;
 
 /// What a statement takes.
 #[derive(Clone, Copy)]
-enum Wanted {
+enum Expected {
     Number,
     Exactly(ValueKind),
 }
@@ -29,7 +31,7 @@ pub(super) fn check_block(block: &Block, symbols: &Symbols, sink: &mut Sink) {
 
 /// Checks one statement.
 pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &mut Sink) {
-    let mut number = |e: &Expression| expect(e, Wanted::Number, symbols, sink);
+    let mut number = |e: &Expression| expect(e, Expected::Number, symbols, sink);
     match statement {
         Statement::Simple(simple) => check_simple(simple, symbols, sink),
         Statement::Wait(e) | Statement::Select(e, _) => number(e),
@@ -63,7 +65,7 @@ pub(super) fn check_statement(statement: &Statement, symbols: &Symbols, sink: &m
 }
 
 fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
-    let position = Wanted::Exactly(ValueKind::Position);
+    let position = Expected::Exactly(ValueKind::Position);
     match simple {
         Simple::Assign {
             target,
@@ -77,22 +79,22 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
                 && let Some(kind) = kind.or(component.map(|_| ValueKind::Real))
                 && (if number { !found.is_number() } else { found != kind })
             {
-                let wanted = if number { "a number" } else { kind.word() };
-                let message = format!("{} takes {wanted}, found {}", target.name.text, found.word());
+                let expected = if number { "a number" } else { kind.word() };
+                let message = format!("{} takes {expected}, found {}", target.name.text, found.word());
                 sink.error(Problem::new("E0207", value.span, message));
             }
         }
         Simple::Set(condition, value) => expect(value, condition_kind(*condition), symbols, sink),
-        Simple::Move { course, with } => {
-            match course {
+        Simple::Move { motion, with } => {
+            match motion {
                 MotionKind::Ptp(a) | MotionKind::Line(a) => expect(a, position, symbols, sink),
                 MotionKind::Arc(a, b) | MotionKind::Arch(a, b) => {
                     expect(a, position, symbols, sink);
                     expect(b, position, symbols, sink);
                 }
                 MotionKind::Axis(a, b) | MotionKind::AxisBy(a, b) => {
-                    expect(a, Wanted::Number, symbols, sink);
-                    expect(b, Wanted::Number, symbols, sink);
+                    expect(a, Expected::Number, symbols, sink);
+                    expect(b, Expected::Number, symbols, sink);
                 }
                 MotionKind::Ready => {}
             }
@@ -103,7 +105,7 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
         Simple::Print { items, .. } => {
             for item in items {
                 if let Item::Value(value) = item {
-                    expect(value, Wanted::Number, symbols, sink);
+                    expect(value, Expected::Number, symbols, sink);
                 }
             }
         }
@@ -121,7 +123,7 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
 
 /// Statements whose operands are numbers only.
 fn check_devices(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
-    let mut number = |e: &Expression| expect(e, Wanted::Number, symbols, sink);
+    let mut number = |e: &Expression| expect(e, Expected::Number, symbols, sink);
     match simple {
         Simple::Delay(e) | Simple::Timer(e) | Simple::Kill(e) => number(e),
         Simple::Outputs(list) | Simple::PerAxis(_, list) => list.iter().for_each(number),
@@ -140,26 +142,26 @@ fn check_devices(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
     }
 }
 
-fn condition_kind(condition: Condition) -> Wanted {
+fn condition_kind(condition: Condition) -> Expected {
     match condition {
         Condition::Speed
         | Condition::Accel
         | Condition::Decel
         | Condition::Config
         | Condition::Pass
-        | Condition::Accur => Wanted::Number,
-        Condition::Payload => Wanted::Exactly(ValueKind::Load),
-        Condition::Work | Condition::Tool | Condition::Base => Wanted::Exactly(ValueKind::Coordinate),
+        | Condition::Accur => Expected::Number,
+        Condition::Payload => Expected::Exactly(ValueKind::Load),
+        Condition::Work | Condition::Tool | Condition::Base => Expected::Exactly(ValueKind::Coordinate),
     }
 }
 
-fn expect(expression: &Expression, wanted: Wanted, symbols: &Symbols, sink: &mut Sink) {
+fn expect(expression: &Expression, expected: Expected, symbols: &Symbols, sink: &mut Sink) {
     let Some(found) = known(expression, symbols, sink) else {
         return;
     };
-    let (fits, word) = match wanted {
-        Wanted::Number => (found.is_number(), "a number"),
-        Wanted::Exactly(kind) => (found == kind, kind.word()),
+    let (fits, word) = match expected {
+        Expected::Number => (found.is_number(), "a number"),
+        Expected::Exactly(kind) => (found == kind, kind.word()),
     };
     if !fits {
         sink.error(Problem::new(
@@ -183,7 +185,7 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
         Node::Literal(value) => Some(value.kind()),
         Node::Variable(variable) => {
             for subscript in &variable.subscripts {
-                expect(subscript, Wanted::Number, symbols, sink);
+                expect(subscript, Expected::Number, symbols, sink);
             }
             variable_kind(variable, symbols)
         }
@@ -200,13 +202,13 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
         }
         Node::Unary(Unary::Value, of) => known(of, symbols, sink),
         Node::Unary(_, of) => {
-            expect(of, Wanted::Number, symbols, sink);
+            expect(of, Expected::Number, symbols, sink);
             None
         }
         Node::Binary(operator, left, right) => binary(*operator, left, right, symbols, sink),
         Node::Function(builtin, arguments) => {
             for argument in arguments {
-                expect(argument, Wanted::Number, symbols, sink);
+                expect(argument, Expected::Number, symbols, sink);
             }
             match builtin {
                 Builtin::Point => Some(ValueKind::Position),
@@ -226,11 +228,11 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
             System::Here | System::Dest => ValueKind::Position,
             System::Mode | System::TaskId | System::MaxTask => ValueKind::Integer,
             System::Condition(condition) => match condition_kind(*condition) {
-                Wanted::Number if matches!(condition, Condition::Config | Condition::Accur) => {
+                Expected::Number if matches!(condition, Condition::Config | Condition::Accur) => {
                     ValueKind::Integer
                 }
-                Wanted::Number => ValueKind::Real,
-                Wanted::Exactly(kind) => kind,
+                Expected::Number => ValueKind::Real,
+                Expected::Exactly(kind) => kind,
             },
         }),
     }
@@ -258,8 +260,8 @@ fn binary(
         };
     }
     if !matches!(operator, Binary::Add | Binary::Subtract) {
-        expect(left, Wanted::Number, symbols, sink);
-        expect(right, Wanted::Number, symbols, sink);
+        expect(left, Expected::Number, symbols, sink);
+        expect(right, Expected::Number, symbols, sink);
         let arithmetic = matches!(operator, Binary::Divide | Binary::Modulo | Binary::Power);
         return if arithmetic {
             None

@@ -1,5 +1,7 @@
 //! Writes the compiled form of a program. A step that computes with numbers alone becomes the instructions that do it;
-//! every other step becomes one [`Op::Step`]. What the instructions mean is in `code`, `machine::vm` runs them.
+//! every other step becomes one [`Op::Step`].
+//!
+//! What the instructions mean is in `code`, `machine::vm` runs them. Steps come from `emit`. Start with [`code`].
 
 use alloc::collections::BTreeMap;
 

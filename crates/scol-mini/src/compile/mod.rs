@@ -87,13 +87,13 @@ fn build(
     );
     let (mut steps, mut blocks, mut rcycle) = (Vec::new(), Vec::new(), None);
     for (number, block) in file.blocks.iter_mut().enumerate() {
-        names::resolve_block(block, &file.doubtful, &mut symbols, options.data_copy, sink);
+        names::resolve_block(block, &file.suppressed, &mut symbols, options.data_copy, sink);
         kinds::check_block(block, &symbols, sink);
         blocks.push(Entry {
             name: block.name.text.clone(),
             step: steps.len(),
         });
-        let label = emit::block(block, &file.doubtful, &signatures, &mut steps, sink);
+        let label = emit::block(block, &file.suppressed, &signatures, &mut steps, sink);
         if number == 0 {
             rcycle = label;
         }
@@ -101,7 +101,7 @@ fn build(
     symbols.place();
     let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
-        fingerprint: fingerprint(points_print(points), source, options),
+        fingerprint: fingerprint(points_fingerprint(points), source, options),
         options: *options,
         symbols: Arc::new(symbols),
         code,
@@ -113,7 +113,7 @@ fn build(
 }
 
 /// A number that tells a table of points from others; 0 for none.
-fn points_print(points: &[TaughtPoint]) -> u64 {
+fn points_fingerprint(points: &[TaughtPoint]) -> u64 {
     points.iter().fold(0, |print, point| {
         let position = &point.position;
         let numbers = position.coords.iter().map(|number| number.to_bits());

@@ -1,5 +1,6 @@
-//! Looks up the variables of a block: parameter, then `DIM`, then GLOBAL and DATA, then implicit local.
-//! Labels and calls are the matter of `emit`.
+//! Resolves the variables of a block: parameter, then `DIM`, then GLOBAL and DATA, then an implicit local variable.
+//!
+//! Labels and calls are left to `emit`, kinds to `kinds`. Start with [`resolve_block`].
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -17,15 +18,15 @@ use crate::tree::{Expression, Node, Reference, Simple, Statement, Variable};
 /// own, with the value of the datum at first.
 pub(super) fn resolve_block(
     block: &mut Block,
-    doubtful: &BTreeSet<String>,
+    suppressed: &BTreeSet<String>,
     symbols: &mut Symbols,
     data_copy: bool,
     sink: &mut Sink,
 ) {
     let mut scope = Scope {
         locals: BTreeMap::new(),
-        lost: BTreeSet::new(),
-        doubtful,
+        failed_dims: BTreeSet::new(),
+        suppressed,
         symbols,
     };
     for (at, parameter) in block.parameters.iter().enumerate() {
@@ -44,7 +45,7 @@ pub(super) fn resolve_block(
             Ok(slot) => scope.local(slot),
             Err(problem) => {
                 sink.error(problem);
-                scope.lost.insert(declaration.name.text.clone());
+                scope.failed_dims.insert(declaration.name.text.clone());
             }
         }
     }
@@ -73,8 +74,8 @@ pub(super) fn resolve_block(
 pub(super) fn resolve_direct(statement: &mut Statement, symbols: &mut Symbols, sink: &mut Sink) -> usize {
     let mut scope = Scope {
         locals: BTreeMap::new(),
-        lost: BTreeSet::new(),
-        doubtful: &BTreeSet::new(),
+        failed_dims: BTreeSet::new(),
+        suppressed: &BTreeSet::new(),
         symbols,
     };
     if let Statement::Simple(Simple::Input { targets, .. }) = statement {
@@ -135,8 +136,8 @@ fn passed(statement: &mut Statement, visit: &mut dyn FnMut(&mut Variable)) {
 struct Scope<'a> {
     locals: BTreeMap<String, Reference>,
     /// Names of `DIM` that could not be made.
-    lost: BTreeSet<String>,
-    doubtful: &'a BTreeSet<String>,
+    failed_dims: BTreeSet<String>,
+    suppressed: &'a BTreeSet<String>,
     symbols: &'a mut Symbols,
 }
 
@@ -149,7 +150,7 @@ impl Scope<'_> {
 
     /// Makes a local variable of a name that is assigned and not known yet.
     fn define(&mut self, variable: &mut Variable) {
-        if self.lost.contains(&variable.name.text) {
+        if self.failed_dims.contains(&variable.name.text) {
             return;
         }
         if variable.subscripts.is_empty() && self.lookup(&variable.name.text).is_none() {
@@ -182,7 +183,7 @@ impl Scope<'_> {
     /// Resolves what a statement reads, and looks for what it restores.
     fn read(&self, statement: &mut Statement, sink: &mut Sink) {
         statement.restored(&mut |name| {
-            if !self.symbols.shared.contains_key(&name.text) && !self.doubtful.contains(&name.text) {
+            if !self.symbols.shared.contains_key(&name.text) && !self.suppressed.contains(&name.text) {
                 let message = format!("expected a name of GLOBAL or DATA, found {}", name.text);
                 let problem = Problem::new("E0201", name.span, message);
                 sink.error(problem.help("RESTORE writes into the file what stands in GLOBAL and DATA"));
@@ -203,14 +204,15 @@ impl Scope<'_> {
     /// Whether nothing gives this plain variable a value.
     fn is_missing(&self, variable: &Variable) -> bool {
         let name = &variable.name.text;
-        let known = self.lookup(name).is_some() || self.doubtful.contains(name) || self.lost.contains(name);
+        let known =
+            self.lookup(name).is_some() || self.suppressed.contains(name) || self.failed_dims.contains(name);
         variable.subscripts.is_empty() && !known
     }
 
     fn resolve(&self, variable: &mut Variable, sink: &mut Sink) {
         let name = &variable.name;
         let Some(reference) = self.lookup(&name.text) else {
-            if !self.doubtful.contains(&name.text) && !self.lost.contains(&name.text) {
+            if !self.suppressed.contains(&name.text) && !self.failed_dims.contains(&name.text) {
                 sink.error(self.undefined(variable));
             }
             return;

@@ -1,5 +1,7 @@
-//! Warnings about the order of statements: what is never reached, jumps into loops, loops whose variable is
-//! changed, a PRINT that may overtake the motion before it.
+//! Warnings about the order of statements: code that is never reached, jumps into loops, loops whose variable is changed, a
+//! PRINT that may overtake the motion before it.
+//!
+//! It looks at the rows of `outline`, not at trees. The codes are listed in `diagnostic`.
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -38,10 +40,10 @@ fn leaves(segment: &[Lexeme]) -> bool {
 /// W0603: statements behind a jump and before the next label; one remark for each stretch of them.
 fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
     let mut left: Option<(u32, &str)> = None;
-    let mut told = false;
+    let mut reported = false;
     for row in &part.rows {
         if row.label.is_some() {
-            (left, told) = (None, false);
+            (left, reported) = (None, false);
         }
         if row.body.is_empty() {
             continue;
@@ -52,11 +54,11 @@ fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
                 .map(|by| (row.line.number, by));
             continue;
         };
-        if !told {
+        if !reported {
             let message = format!("this is never reached: line {line} always leaves by {by}");
             let problem = Problem::new("W0603", span(row), message);
             sink.warning(problem.help("remove it, or put a label before it that something jumps to"));
-            told = true;
+            reported = true;
         }
     }
 }
@@ -173,13 +175,13 @@ pub(super) fn targets(segment: &[Lexeme]) -> impl Iterator<Item = (&str, Span)> 
 /// W0608: the variable of an open loop gets a value by other means.
 fn changed(segment: &[Lexeme], open: &[Loop<'_>], sink: &mut Sink) {
     let head = word(segment.first());
-    let given: Vec<&Lexeme> = match head {
+    let targets: Vec<&Lexeme> = match head {
         "INPUT" => segment.iter().skip(1).collect(),
         "FOR" => segment.iter().skip(1).take(1).collect(),
         _ if sign(segment.get(1)) == Some(Sign::Assign) => segment.iter().take(1).collect(),
         _ => return,
     };
-    for lexeme in given {
+    for lexeme in targets {
         let name = word(Some(lexeme));
         if let Some(around) = open
             .iter()

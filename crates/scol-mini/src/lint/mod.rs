@@ -1,6 +1,7 @@
-//! Warnings: what is legal and likely wrong. Looks at words, not at trees, so it says something about a file that
-//! does not compile as well; what is an error is left to the compiler. The codes are W0601 to W0614, see
-//! `diagnostic`.
+//! Warnings about code that is legal and likely wrong, W0601 to W0614 (listed in `diagnostic`).
+//!
+//! The lints look at tokens, not at trees, so they also report on a file that does not compile. Errors are left to the
+//! compiler. `flow`, `names` and `values` hold the rules; start with [`check`].
 
 mod flow;
 mod names;

@@ -1,4 +1,6 @@
-//! Warnings about names: given and never used, used and never given a kind.
+//! Warnings about names: variables that get a value and are never used, or are used without a kind.
+//!
+//! Names that do not exist are errors and left to `compile::names`. The codes are listed in `diagnostic`.
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
@@ -32,7 +34,7 @@ pub(super) fn lint(outline: &Outline, arm: Arm, clean: bool, sink: &mut Sink) {
     let parts: alloc::vec::Vec<(&Part, Uses<'_>)> = outline
         .parts
         .iter()
-        .map(|part| (part, Uses::of(part, arm)))
+        .map(|part| (part, Uses::from_part(part, arm)))
         .collect();
     let valued = valued(outline, &parts);
     for (part, uses) in &parts {
@@ -82,8 +84,8 @@ fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a
         .map(|(name, _)| name)
         .collect();
     let globals = outline.globals.iter();
-    let given = globals.filter(|row| row.head() == "DIM" || row.body.len() > 1);
-    for row in given {
+    let initialized = globals.filter(|row| row.head() == "DIM" || row.body.len() > 1);
+    for row in initialized {
         names.extend(row.body.iter().map(|lexeme| word(Some(lexeme))));
     }
     let shared = outline.shared();
@@ -97,11 +99,11 @@ fn valued<'a>(outline: &'a Outline, parts: &[(&Part, Uses<'a>)]) -> BTreeSet<&'a
 fn uninitialised(part: &Part, uses: &Uses<'_>, valued: &BTreeSet<&str>, sink: &mut Sink) {
     let dims: BTreeSet<&str> = part.dims().map(|(name, _)| name).collect();
     for (name, span) in &uses.input {
-        let given = uses.assigned.contains_key(name)
+        let has_value = uses.assigned.contains_key(name)
             || valued.contains(name)
             || dims.contains(name)
             || part.parameters.iter().any(|parameter| parameter == name);
-        if !given {
+        if !has_value {
             let message = format!("{name} gets its kind from what the peer happens to send first");
             let problem = Problem::new("W0602", *span, message);
             let help = if CHANNELS.contains(name) {
@@ -139,7 +141,7 @@ fn unread(part: &Part, uses: &Uses<'_>, shared: &BTreeMap<&str, Span>, sink: &mu
 }
 
 impl<'a> Uses<'a> {
-    fn of(part: &'a Part, arm: Arm) -> Uses<'a> {
+    fn from_part(part: &'a Part, arm: Arm) -> Uses<'a> {
         let mut uses = Uses::default();
         for row in part.rows.iter().filter(|row| row.head() != "DIM") {
             for segment in row.segments() {

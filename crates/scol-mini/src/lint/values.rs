@@ -1,5 +1,7 @@
-//! Warnings about constants: divisions that lose their fraction, percentages outside their range, reals for
-//! integer variables.
+//! Warnings about constants: divisions that lose their fraction, percentages outside their range, reals for integer
+//! variables.
+//!
+//! It looks at the rows of `outline`. What a constant expression is worth is left to the compiler.
 
 use alloc::collections::BTreeMap;
 use alloc::format;

@@ -1,5 +1,8 @@
-//! Arithmetic of numbers: integers are checked 32-bit arithmetic, reals 32-bit floats; a result that does not fit
-//! is a fault. One real operand makes an operation real.
+//! Arithmetic of numbers. Integers are checked 32-bit arithmetic, reals are 32-bit floats, and one real operand makes an
+//! operation real. A result that does not fit is a fault.
+//!
+//! `vm` has the same rules for its instructions and comes here for whatever is special. Positions and coordinates are left to
+//! `evaluate`.
 
 use alloc::format;
 

@@ -1,5 +1,7 @@
-//! Composition of coordinate systems, `P * T` and `T * U`: shifted along the old axes, then turned by
-//! Rz(C) Ry(B) Rx(A), as positions are meant everywhere (D11).
+//! Composition of coordinate systems, `P * T` and `T * U`: shifted along the old axes, then turned by Rz(C) Ry(B) Rx(A), as
+//! positions are meant everywhere (D11).
+//!
+//! `evaluate` decides when two values are composed. Kinematics of an arm are left to the controller.
 
 use crate::options::Arm;
 use crate::value::{Position, Trans};

@@ -1,5 +1,7 @@
-//! Expressions: numbers, comparisons, sums of positions. Integers are checked 32-bit arithmetic, reals 32-bit
-//! floats; a result that does not fit is a fault.
+//! Evaluates expressions with values of any kind: numbers, comparisons, sums and products of positions, system variables.
+//!
+//! Operations that an instruction can do on numbers come here only when something is special (`vm`). Functions are in
+//! `functions`, variables in `place`, arithmetic in `arithmetic`.
 
 use alloc::format;
 

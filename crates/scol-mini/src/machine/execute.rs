@@ -1,4 +1,8 @@
-//! One step: assignments and jumps are done here, everything that touches the world becomes a request.
+//! Executes the operation of one step with values of any kind. Assignments, branches and calls are done here; everything that
+//! touches the world becomes a request.
+//!
+//! Operations that compute with numbers alone come here only when their instructions cannot do them (`vm`). The values of
+//! requests are in `request_values`, loops in `loops`.
 
 use alloc::boxed::Box;
 use alloc::format;
@@ -6,7 +10,7 @@ use alloc::vec::Vec;
 
 use super::arithmetic::as_value;
 use super::evaluate::{Context, component_index, no_component};
-use super::{Frame, Loop, Machine, Pending, RuntimeError, State};
+use super::{Frame, Loop, Machine, PendingRequest, RunPhase, RuntimeError};
 use crate::MAX_CALL_NESTING;
 use crate::cell::Cell;
 use crate::memory::Memory;
@@ -31,7 +35,7 @@ impl Machine {
             Operation::Simple(simple) => return self.simple(program, simple, memory, inputs),
             Operation::Wait(condition) => {
                 if !context.truth(condition)? {
-                    self.state = State::Waiting;
+                    self.state = RunPhase::Waiting;
                     return Ok(());
                 }
             }
@@ -66,9 +70,9 @@ impl Machine {
             Operation::Next { opener } => next = self.next(program, memory, inputs, *opener)?,
             Operation::Call { block, arguments } => {
                 let first = self.arguments.len();
-                if let Err(trouble) = self.call(program, memory, inputs, next, arguments) {
+                if let Err(error) = self.call(program, memory, inputs, next, arguments) {
                     self.arguments.truncate(first);
-                    return Err(trouble);
+                    return Err(error);
                 }
                 next = program
                     .blocks
@@ -76,12 +80,12 @@ impl Machine {
                     .map_or(program.steps.len(), |entry| entry.step);
             }
             Operation::On { condition, after, .. } => {
-                let was = context.truth(condition)?;
-                self.watch(was)?;
+                let value = context.truth(condition)?;
+                self.start_monitor(value)?;
                 next = *after;
             }
             Operation::HandlerEnd => {
-                self.state = State::Ended;
+                self.state = RunPhase::Ended;
                 return Ok(());
             }
             // Instructions do them always.
@@ -105,7 +109,7 @@ impl Machine {
             let argument = self.context(program, memory, inputs).argument(expression)?;
             self.arguments.push(argument);
         }
-        if self.enter(first, return_to) {
+        if self.push_frame(first, return_to) {
             return Ok(());
         }
         let message = format!("calls are nested more than {MAX_CALL_NESTING} deep");
@@ -113,7 +117,7 @@ impl Machine {
     }
 
     /// Gives a program, whose arguments are those from `first` on, its frame; `false` when calls are nested too deep.
-    pub(super) fn enter(&mut self, first: usize, return_to: usize) -> bool {
+    pub(super) fn push_frame(&mut self, first: usize, return_to: usize) -> bool {
         // The main program is a frame too.
         let fits = self.frames.len() <= MAX_CALL_NESTING;
         if fits {
@@ -127,11 +131,11 @@ impl Machine {
     }
 
     /// Back to where the program was called; `None` when it was not.
-    pub(super) fn leave(&mut self) -> Option<usize> {
+    pub(super) fn pop_frame(&mut self) -> Option<usize> {
         let depth = self.frames.len().checked_sub(1).filter(|depth| *depth > 0)?;
         let back = self.frames.last()?.return_to;
-        self.cut(depth);
-        self.forget_jumps();
+        self.unwind(depth);
+        self.drop_jump_monitors();
         Some(back)
     }
 
@@ -177,13 +181,13 @@ impl Machine {
                     wanted: targets.len(),
                 })
             }
-            Simple::Move { course, with } => {
+            Simple::Move { motion, with } => {
                 let mut conditions = memory.conditions().clone();
                 for (condition, value) in with {
                     context.set(&mut conditions, *condition, value)?;
                 }
                 Some(Request::Move(Box::new(Motion {
-                    path: context.path(course)?,
+                    path: context.path(motion)?,
                     conditions,
                     own_frames: with.iter().any(|(condition, _)| condition.is_frame()),
                 })))
@@ -225,7 +229,7 @@ impl Machine {
             other => Some(context.device(other)?),
         };
         match request {
-            Some(request) => self.state = State::Asked(Pending { request, targets }),
+            Some(request) => self.state = RunPhase::Requested(PendingRequest { request, targets }),
             None => self.at += 1,
         }
         Ok(())
@@ -235,7 +239,7 @@ impl Machine {
         match feature {
             Feature::Pass => memory.conditions_mut().passing = on,
             Feature::Nowait => memory.conditions_mut().nowait = on,
-            Feature::Monitors => self.awake = on,
+            Feature::Monitors => self.monitors_enabled = on,
         }
     }
 

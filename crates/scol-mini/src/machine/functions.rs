@@ -1,5 +1,7 @@
-//! What the functions compute. Angles are in degrees. Results are computed in double precision and rounded to a
-//! real once.
+//! Computes the functions of the language. Angles are in degrees. Results are computed in double precision and rounded to a
+//! 32-bit real once.
+//!
+//! Which functions there are, and how many arguments they take, is in `builtin`.
 
 use alloc::format;
 use alloc::vec::Vec;
@@ -169,13 +171,13 @@ impl Context<'_> {
 /// The configuration of a number.
 pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, RuntimeError> {
     Configuration::listed(arm, number as i64).ok_or_else(|| {
-        let wanted = match arm {
+        let form = match arm {
             Arm::SixAxis => "five digits 0 to 2",
             Arm::Scara => "0, 1 or 2",
         };
         RuntimeError::new(
             FaultKind::Range,
-            format!("a configuration is {wanted}, found {number}"),
+            format!("a configuration is {form}, found {number}"),
         )
     })
 }

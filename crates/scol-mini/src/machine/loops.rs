@@ -1,4 +1,6 @@
-//! `FOR` and `NEXT`: which loops are open, and when they are over.
+//! `FOR` and `NEXT` with numbers of any kind: which loops are open, and when they are over.
+//!
+//! A loop that counts with integers is counted on by its instruction (`vm`) and comes here to begin.
 
 use alloc::format;
 

@@ -1,6 +1,9 @@
-//! The machine that runs a compiled program: it executes steps until something outside has to happen.
-//! `evaluate` computes, `execute` does one step, `functions` and `print` do what their names say. The machine
-//! holds only its place in the program; values are in `Memory`, which several machines may share.
+//! The machine that runs a compiled program until something outside has to happen.
+//!
+//! The machine holds its place in the program, the open calls and loops and the pending request; the values of variables are
+//! in [`Memory`], which several machines may share. `vm` runs instructions, `execute` does a step with values of any kind,
+//! `evaluate` computes expressions, `request_values` makes requests, `monitor` watches conditions. Serving requests, clocks and
+//! motion are left to the caller. Start with [`Machine::run`].
 
 mod arithmetic;
 mod compose;
@@ -33,7 +36,7 @@ use crate::value::{Position, Value};
 
 pub(crate) use arithmetic::convert;
 pub use monitor::{Jump, Monitored};
-use place::{Argument, Place};
+use place::{Argument, ValuePlace};
 use vm::Stop;
 
 /// Task ID of the main program (M-58762 p.2-27).
@@ -79,23 +82,24 @@ pub struct Machine {
     arguments: Vec<Argument>,
     /// The FOR loops of all programs under way.
     loops: Vec<Loop>,
-    state: State,
+    state: RunPhase,
     /// ID of its task (`TID`).
     task: u16,
     monitors: Vec<monitor::Monitor>,
-    /// `ENABLE`, not `DISABLE`: the monitors are looked at.
-    awake: bool,
+    /// The last word was `ENABLE`, not `DISABLE`: the conditions of the monitors are evaluated.
+    monitors_enabled: bool,
 }
 
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum State {
+enum RunPhase {
     /// Before a step.
     Ready,
     /// A WAIT has begun and looks again at each run.
     Waiting,
     /// A request is out.
-    Asked(Pending),
+    #[cfg_attr(feature = "serde", serde(rename = "Asked"))]
+    Requested(PendingRequest),
     /// The statement could not be executed; it is tried again unless it is skipped.
     Faulted,
     /// The main program is over.
@@ -105,9 +109,9 @@ enum State {
 /// A request and where its numbers go.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Pending {
+struct PendingRequest {
     request: Request,
-    targets: Vec<Place>,
+    targets: Vec<ValuePlace>,
 }
 
 /// A program that was called, the main program first.
@@ -141,7 +145,7 @@ impl Loop {
 
 /// Whether the outside has to look before the next statement: at a new monitor, or because HERE and DEST stand in another
 /// coordinate system now.
-fn concerns_the_outside(operation: &Operation) -> bool {
+fn needs_host(operation: &Operation) -> bool {
     match operation {
         Operation::On { .. } => true,
         Operation::Simple(Simple::Set(condition, _)) => condition.is_frame(),
@@ -159,10 +163,10 @@ impl Machine {
             frames: Self::base_frame(),
             arguments: Vec::new(),
             loops: Vec::new(),
-            state: State::Ready,
+            state: RunPhase::Ready,
             task: MAIN_TASK,
             monitors: Vec::new(),
-            awake: true,
+            monitors_enabled: true,
         }
     }
 
@@ -208,40 +212,40 @@ impl Machine {
     /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
     pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
         match &self.state {
-            State::Asked(pending) => return Pause::Request(pending.request.clone()),
-            State::Ended => return Pause::Ended,
-            State::Ready | State::Faulted | State::Waiting => {}
+            RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),
+            RunPhase::Ended => return Pause::Ended,
+            RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
         memory.enter(&program, self.task);
         loop {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
-                State::Waiting => Stop::Step,
+                RunPhase::Waiting => Stop::Step,
                 _ => self.compute(&program, memory.registers(), fuel),
             };
-            self.state = State::Ready;
+            self.state = RunPhase::Ready;
             let step = match (stop, program.steps.get(self.at)) {
                 (Stop::Fuel, _) => return Pause::Fuel,
                 (Stop::Step, Some(step)) => step,
                 (Stop::End, _) | (_, None) => {
-                    self.state = State::Ended;
+                    self.state = RunPhase::Ended;
                     return Pause::Ended;
                 }
             };
             match self.execute(&program, &step.operation, memory, inputs) {
-                Ok(()) if concerns_the_outside(&step.operation) => return Pause::Fuel,
+                Ok(()) if needs_host(&step.operation) => return Pause::Fuel,
                 Ok(()) => {}
-                Err(trouble) => {
-                    self.state = State::Faulted;
-                    return Pause::Fault(self.fault(trouble));
+                Err(error) => {
+                    self.state = RunPhase::Faulted;
+                    return Pause::Fault(self.fault(error));
                 }
             }
             match &self.state {
-                State::Waiting => return Pause::Waiting,
-                State::Asked(pending) => return Pause::Request(pending.request.clone()),
-                State::Ended => return Pause::Ended,
-                State::Ready | State::Faulted => {}
+                RunPhase::Waiting => return Pause::Waiting,
+                RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),
+                RunPhase::Ended => return Pause::Ended,
+                RunPhase::Ready | RunPhase::Faulted => {}
             }
         }
     }
@@ -252,18 +256,18 @@ impl Machine {
     /// `Type` when nothing is pending or the answer is not one for the request, `Range` when the count of numbers is
     /// wrong (the request stays pending); the fault of storing a number that does not fit its variable.
     pub fn answer(&mut self, memory: &mut Memory, answer: Answer) -> Result<(), Fault> {
-        let State::Asked(pending) = &self.state else {
+        let RunPhase::Requested(pending) = &self.state else {
             return Err(self.fault(RuntimeError::new(FaultKind::Type, "no request is pending")));
         };
         let pending = pending.clone();
-        let numbers = numbers(&pending.request, answer).map_err(|trouble| self.fault(trouble))?;
-        self.state = State::Ready;
+        let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(error))?;
+        self.state = RunPhase::Ready;
         memory.enter(&self.program, self.task);
         for (place, number) in pending.targets.iter().zip(numbers) {
             let program = Arc::clone(&self.program);
-            if let Err(trouble) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
-                self.state = State::Faulted;
-                return Err(self.fault(trouble));
+            if let Err(error) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
+                self.state = RunPhase::Faulted;
+                return Err(self.fault(error));
             }
         }
         self.at += 1;
@@ -289,9 +293,9 @@ impl Machine {
         self.frames = Self::base_frame();
         self.arguments.clear();
         self.loops.clear();
-        self.state = State::Ready;
+        self.state = RunPhase::Ready;
         self.monitors.clear();
-        self.awake = true;
+        self.monitors_enabled = true;
     }
 
     /// File line, from 1, of the statement under way or next.
@@ -306,7 +310,10 @@ impl Machine {
     /// Abandons the statement under way (a pending request, a `WAIT`, or one at fault) with all its parts: the next
     /// one follows. Between statements nothing happens.
     pub fn skip(&mut self) {
-        if matches!(self.state, State::Asked(_) | State::Waiting | State::Faulted) {
+        if matches!(
+            self.state,
+            RunPhase::Requested(_) | RunPhase::Waiting | RunPhase::Faulted
+        ) {
             let steps = &self.program.steps;
             loop {
                 // The action of an ON is no part of the statement.
@@ -318,7 +325,7 @@ impl Machine {
                     break;
                 }
             }
-            self.state = State::Ready;
+            self.state = RunPhase::Ready;
         }
     }
 
@@ -354,22 +361,26 @@ impl Machine {
     #[must_use]
     pub fn begins_statement(&self) -> bool {
         let step = self.program.steps.get(self.at).map(|step| &step.operation);
-        !matches!(self.state, State::Asked(_) | State::Ended) && !matches!(step, Some(Operation::HandlerEnd))
+        !matches!(self.state, RunPhase::Requested(_) | RunPhase::Ended)
+            && !matches!(step, Some(Operation::HandlerEnd))
     }
 
     /// Whether this is the action of a monitor, and over: the motion under way is not its own.
     #[must_use]
     pub fn has_acted(&self) -> bool {
         let step = self.program.steps.get(self.at).map(|step| &step.operation);
-        matches!((&self.state, step), (State::Ended, Some(Operation::HandlerEnd)))
+        matches!(
+            (&self.state, step),
+            (RunPhase::Ended, Some(Operation::HandlerEnd))
+        )
     }
 
     /// The request that waits for its answer.
     #[must_use]
     pub fn pending(&self) -> Option<&Request> {
         match &self.state {
-            State::Asked(pending) => Some(&pending.request),
-            State::Ready | State::Waiting | State::Faulted | State::Ended => None,
+            RunPhase::Requested(pending) => Some(&pending.request),
+            RunPhase::Ready | RunPhase::Waiting | RunPhase::Faulted | RunPhase::Ended => None,
         }
     }
 
@@ -391,7 +402,7 @@ impl Machine {
     }
 
     /// Gives up the calls beyond this many, with what belongs to them.
-    fn cut(&mut self, depth: usize) {
+    fn unwind(&mut self, depth: usize) {
         if let Some(frame) = self.frames.get(depth) {
             self.arguments.truncate(frame.arguments);
             self.loops.truncate(frame.loops);
@@ -399,11 +410,11 @@ impl Machine {
         }
     }
 
-    fn fault(&self, trouble: RuntimeError) -> Fault {
+    fn fault(&self, error: RuntimeError) -> Fault {
         Fault {
-            kind: trouble.kind,
+            kind: error.kind,
             line: self.line(),
-            message: trouble.message,
+            message: error.message,
         }
     }
 }
@@ -449,7 +460,7 @@ pub(crate) fn constant_value(
     evaluate::Context {
         program: &program,
         memory: &memory,
-        inputs: &Nowhere,
+        inputs: &NoInputs,
         arguments: &[],
         base: 0,
         task: MAIN_TASK,
@@ -458,9 +469,9 @@ pub(crate) fn constant_value(
 }
 
 /// The world of a constant: none.
-pub(crate) struct Nowhere;
+pub(crate) struct NoInputs;
 
-impl Inputs for Nowhere {
+impl Inputs for NoInputs {
     fn din(&self, _: u16) -> bool {
         false
     }

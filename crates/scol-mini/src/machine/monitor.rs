@@ -1,12 +1,14 @@
-//! `ON ... DO`: conditions that are watched while the program runs. When they are looked at is the outside's
-//! choice; what happens then, a jump or a handler beside the program, begins here.
+//! Monitors: the conditions of `ON ... DO`, which are evaluated while the program runs.
+//!
+//! The caller decides when to evaluate them, with [`Machine::look`]. A condition that has become true leads to a jump, or to a
+//! handler that runs beside the program. Executing the ON itself is in `execute`.
 
 use alloc::boxed::Box;
 use alloc::format;
 use alloc::sync::Arc;
 
 use super::evaluate::Context;
-use super::{Machine, RuntimeError, State};
+use super::{Machine, RunPhase, RuntimeError};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
 use crate::program::Operation;
@@ -21,7 +23,8 @@ pub(super) struct Monitor {
     /// How many programs were called when it was executed; a jump goes back to there.
     pub(super) depth: usize,
     /// What its condition was when it was last looked at.
-    was: bool,
+    #[cfg_attr(feature = "serde", serde(rename = "was"))]
+    last_value: bool,
 }
 
 /// What a monitor has brought about.
@@ -40,7 +43,7 @@ pub struct Jump(Monitor);
 impl Machine {
     /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
     /// false first.
-    pub(super) fn watch(&mut self, was: bool) -> Result<(), RuntimeError> {
+    pub(super) fn start_monitor(&mut self, last_value: bool) -> Result<(), RuntimeError> {
         let on = self.at;
         self.monitors.retain(|monitor| monitor.on != on);
         if self.monitors.len() >= MAX_MONITORS {
@@ -48,14 +51,18 @@ impl Machine {
             return Err(RuntimeError::new(FaultKind::Range, message));
         }
         let depth = self.frames.len();
-        self.monitors.push(Monitor { on, depth, was });
+        self.monitors.push(Monitor {
+            on,
+            depth,
+            last_value,
+        });
         Ok(())
     }
 
     /// Whether there is a monitor to look at.
     #[must_use]
     pub fn has_monitors(&self) -> bool {
-        self.awake && !self.monitors.is_empty()
+        self.monitors_enabled && !self.monitors.is_empty()
     }
 
     /// Looks at the conditions of all monitors, in the order in which their ON was executed. The first that has
@@ -64,7 +71,7 @@ impl Machine {
     /// # Errors
     /// A condition cannot be evaluated; its monitor is dropped.
     pub fn look(&mut self, memory: &mut Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
-        if !self.awake {
+        if !self.monitors_enabled {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
@@ -88,21 +95,21 @@ impl Machine {
                 task: self.task,
             };
             match context.truth(condition) {
-                Ok(true) if !monitor.was => {
+                Ok(true) if !monitor.last_value => {
                     self.monitors.remove(index);
-                    return Ok(Some(self.act(monitor, *jump)));
+                    return Ok(Some(self.triggered(monitor, *jump)));
                 }
-                Ok(is) => {
+                Ok(value) => {
                     if let Some(monitor) = self.monitors.get_mut(index) {
-                        monitor.was = is;
+                        monitor.last_value = value;
                     }
                 }
-                Err(trouble) => {
+                Err(error) => {
                     self.monitors.remove(index);
                     return Err(Fault {
-                        kind: trouble.kind,
+                        kind: error.kind,
                         line: step.line,
-                        message: trouble.message,
+                        message: error.message,
                     });
                 }
             }
@@ -112,12 +119,12 @@ impl Machine {
 
     /// Goes where a monitor leads; subprograms called since its ON are left, what is pending is dropped.
     pub fn jump(&mut self, Jump(monitor): Jump) {
-        self.cut(monitor.depth);
+        self.unwind(monitor.depth);
         self.at = monitor.on + 1;
-        self.state = State::Ready;
+        self.state = RunPhase::Ready;
     }
 
-    fn act(&self, monitor: Monitor, jump: bool) -> Monitored {
+    fn triggered(&self, monitor: Monitor, jump: bool) -> Monitored {
         if jump {
             return Monitored::Jump(Jump(monitor));
         }
@@ -129,7 +136,7 @@ impl Machine {
     }
 
     /// A program has been left: nobody can jump into it any more.
-    pub(super) fn forget_jumps(&mut self) {
+    pub(super) fn drop_jump_monitors(&mut self) {
         if self.monitors.is_empty() {
             return;
         }

@@ -1,4 +1,7 @@
-//! Where values are read and written: cells of the memory, and arguments handed over by value.
+//! Reads and writes variables: cells of the memory, elements of arrays, and arguments of a call.
+//!
+//! A parameter stands for a variable of the caller, or for a value of its own. Instructions read cells themselves (`vm`); here
+//! every kind of value is handled, with the faults.
 
 use alloc::boxed::Box;
 use alloc::format;
@@ -17,7 +20,7 @@ use crate::value::Value;
 /// A place that holds one value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(super) enum Place {
+pub(super) enum ValuePlace {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
     /// An argument that was handed over by value, by its number in the stack of arguments.
@@ -29,7 +32,7 @@ pub(super) enum Place {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) enum Argument {
     /// The caller's variable.
-    Place(Place),
+    Place(ValuePlace),
     /// The value of an expression.
     Number(Number),
     /// The same, when it is no number.
@@ -40,20 +43,22 @@ pub(super) enum Argument {
 
 impl Context<'_> {
     /// The place of a variable; its subscripts are evaluated.
-    pub fn place(&self, variable: &Variable) -> Result<Place, RuntimeError> {
+    pub fn place(&self, variable: &Variable) -> Result<ValuePlace, RuntimeError> {
         let name = &variable.name.text;
         match variable.reference {
             Reference::Slot(slot) => match self.program.symbols.slots.get(slot) {
-                Some(info) if info.bounds.is_none() && variable.subscripts.is_empty() => Ok(Place::Cell {
-                    slot,
-                    cell: info.base,
-                }),
+                Some(info) if info.bounds.is_none() && variable.subscripts.is_empty() => {
+                    Ok(ValuePlace::Cell {
+                        slot,
+                        cell: info.base,
+                    })
+                }
                 info => self.element(slot, info, variable),
             },
             Reference::Parameter(index) => match self.arguments.get(self.base + index) {
                 Some(Argument::Place(place)) => Ok(*place),
                 Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
-                    Ok(Place::Argument(self.base + index))
+                    Ok(ValuePlace::Argument(self.base + index))
                 }
                 None => Err(RuntimeError::new(
                     FaultKind::Undefined,
@@ -68,14 +73,19 @@ impl Context<'_> {
     }
 
     /// The place of an element of an array.
-    fn element(&self, slot: usize, info: Option<&Slot>, variable: &Variable) -> Result<Place, RuntimeError> {
+    fn element(
+        &self,
+        slot: usize,
+        info: Option<&Slot>,
+        variable: &Variable,
+    ) -> Result<ValuePlace, RuntimeError> {
         let subscripts: Vec<i32> = variable
             .subscripts
             .iter()
             .map(|e| self.integer(e))
             .collect::<Result<_, _>>()?;
         let cell = info.and_then(|info| Some(info.base + info.index(&subscripts)?));
-        cell.map(|cell| Place::Cell { slot, cell }).ok_or_else(|| {
+        cell.map(|cell| ValuePlace::Cell { slot, cell }).ok_or_else(|| {
             let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
             let message = format!("{}({}) is outside the array", variable.name.text, list.join(","));
             RuntimeError::new(FaultKind::Subscript, message)
@@ -83,10 +93,10 @@ impl Context<'_> {
     }
 
     /// The value that is there; `None` where there is none yet.
-    pub fn read(&self, place: Place) -> Option<Value> {
+    pub fn read(&self, place: ValuePlace) -> Option<Value> {
         match place {
-            Place::Cell { cell, .. } => self.memory.value(cell),
-            Place::Argument(at) => match self.arguments.get(at)? {
+            ValuePlace::Cell { cell, .. } => self.memory.value(cell),
+            ValuePlace::Argument(at) => match self.arguments.get(at)? {
                 Argument::Number(number) => Some(as_value(*number)),
                 Argument::Vector(value) => Some(Value::clone(value)),
                 Argument::Place(_) | Argument::Unset => None,
@@ -107,14 +117,14 @@ impl Context<'_> {
     pub fn argument(&self, expression: &Expression) -> Result<Argument, RuntimeError> {
         match &expression.node {
             Node::Variable(variable) => self.place(variable).map(Argument::Place),
-            _ => self.evaluate(expression).map(Argument::of),
+            _ => self.evaluate(expression).map(Argument::from_value),
         }
     }
 }
 
 impl Argument {
     /// A value handed over.
-    fn of(value: Value) -> Self {
+    fn from_value(value: Value) -> Self {
         match as_number(&value) {
             Some(number) => Argument::Number(number),
             None => Argument::Vector(Box::new(value)),
@@ -128,22 +138,22 @@ impl Machine {
         &mut self,
         program: &Program,
         memory: &mut Memory,
-        place: Place,
+        place: ValuePlace,
         value: Value,
     ) -> Result<(), RuntimeError> {
         match place {
-            Place::Cell { slot, cell } => {
+            ValuePlace::Cell { slot, cell } => {
                 let kind = memory.kind(slot).unwrap_or_else(|| value.kind());
                 memory.store(program, slot, cell, convert(value, kind)?);
             }
-            Place::Argument(at) => match self.arguments.get_mut(at) {
+            ValuePlace::Argument(at) => match self.arguments.get_mut(at) {
                 Some(held @ Argument::Number(Number::Integer(_))) => {
-                    *held = Argument::of(convert(value, crate::ValueKind::Integer)?);
+                    *held = Argument::from_value(convert(value, crate::ValueKind::Integer)?);
                 }
                 Some(held @ Argument::Number(Number::Real(_))) => {
-                    *held = Argument::of(convert(value, crate::ValueKind::Real)?);
+                    *held = Argument::from_value(convert(value, crate::ValueKind::Real)?);
                 }
-                Some(held @ Argument::Unset) => *held = Argument::of(value),
+                Some(held @ Argument::Unset) => *held = Argument::from_value(value),
                 Some(Argument::Vector(held)) => **held = convert(value, held.kind())?,
                 Some(Argument::Place(_)) | None => {}
             },

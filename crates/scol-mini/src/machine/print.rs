@@ -1,4 +1,6 @@
-//! The bytes of a PRINT: texts as they are, numbers in fields of twelve.
+//! The bytes of a PRINT: texts as they are, numbers in fields of twelve (PRT-04 to PRT-12).
+//!
+//! Sending them is left to the caller, who gets them as a request.
 
 use alloc::format;
 use alloc::string::String;

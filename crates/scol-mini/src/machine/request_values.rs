@@ -1,4 +1,7 @@
-//! What statements want from the world: motions with their conditions, and the bytes of a `PRINT`.
+//! Makes requests: motions with their conditions, the bytes of a `PRINT`, signals, times. Values are checked for their range
+//! here.
+//!
+//! The requests are defined in `request`; serving them is left to the caller.
 
 use alloc::format;
 use alloc::string::String;
@@ -146,8 +149,8 @@ impl Context<'_> {
         }
     }
 
-    pub fn path(&self, course: &MotionKind) -> Result<Path, RuntimeError> {
-        Ok(match course {
+    pub fn path(&self, motion: &MotionKind) -> Result<Path, RuntimeError> {
+        Ok(match motion {
             MotionKind::Ptp(to) => Path::Ptp(self.position(to)?),
             MotionKind::Line(to) => Path::Line(self.position(to)?),
             MotionKind::Arc(via, end) => Path::Arc {

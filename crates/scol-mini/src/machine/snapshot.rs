@@ -1,11 +1,14 @@
-//! The state of a machine: its place in the program, what is open, what it waits for; checked against the steps.
+//! The state of a machine as it is saved: its place in the program, open calls and loops, the pending request.
+//!
+//! Names in the saved form are fixed by `fixtures/snapshots`. What is restored is validated against the steps of the program.
+//! The state of the variables is in `memory::snapshot`.
 
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use super::monitor::Monitor;
-use super::place::{Argument, Place};
-use super::{Frame, Loop, Machine, Pending, State};
+use super::place::{Argument, ValuePlace};
+use super::{Frame, Loop, Machine, PendingRequest, RunPhase};
 use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
 use crate::snapshot::{self, RestoreError, STATE_VERSION, expect};
@@ -24,10 +27,11 @@ pub struct MachineState {
     frames: Vec<Frame>,
     arguments: Vec<Argument>,
     loops: Vec<Loop>,
-    state: State,
+    state: RunPhase,
     task: u16,
     monitors: Vec<Monitor>,
-    awake: bool,
+    #[serde(rename = "awake")]
+    monitors_enabled: bool,
 }
 
 impl Machine {
@@ -44,7 +48,7 @@ impl Machine {
             state: self.state.clone(),
             task: self.task,
             monitors: self.monitors.clone(),
-            awake: self.awake,
+            monitors_enabled: self.monitors_enabled,
         }
     }
 
@@ -79,7 +83,7 @@ impl Machine {
                 "monitors of programs that were called",
             )?;
         }
-        if let State::Asked(pending) = &state.state {
+        if let RunPhase::Requested(pending) = &state.state {
             expect(state.at < steps, "a statement that asks")?;
             check_pending(pending, &program, state.arguments.len())?;
         }
@@ -92,7 +96,7 @@ impl Machine {
             state: state.state,
             task: state.task,
             monitors: state.monitors,
-            awake: state.awake,
+            monitors_enabled: state.monitors_enabled,
         })
     }
 }
@@ -116,14 +120,14 @@ impl MachineState {
     }
 }
 
-fn check_place(place: Place, program: &Program, arguments: usize) -> Result<(), RestoreError> {
+fn check_place(place: ValuePlace, program: &Program, arguments: usize) -> Result<(), RestoreError> {
     let exists = match place {
-        Place::Cell { slot, cell } => program
+        ValuePlace::Cell { slot, cell } => program
             .symbols
             .slots
             .get(slot)
             .is_some_and(|slot| (slot.base..slot.base + slot.length()).contains(&cell)),
-        Place::Argument(at) => at < arguments,
+        ValuePlace::Argument(at) => at < arguments,
     };
     expect(exists, "variables of the program")
 }
@@ -154,8 +158,8 @@ fn check_loop(open: &Loop, program: &Program) -> Result<(), RestoreError> {
     expect(finite, "loops with a limit, and a step that is not 0")
 }
 
-fn check_pending(pending: &Pending, program: &Program, arguments: usize) -> Result<(), RestoreError> {
-    let Pending { request, targets } = pending;
+fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) -> Result<(), RestoreError> {
+    let PendingRequest { request, targets } = pending;
     for place in targets {
         check_place(*place, program, arguments)?;
     }

@@ -1,11 +1,13 @@
-//! Runs the instructions of a program. Those that compute with numbers are done here, on the cells of the memory. An
-//! instruction whose operands are something else (no value yet, a position) or whose result does not fit does nothing:
-//! the machine then executes the operation of its step with values of any kind (`execute`), which also finds the words
-//! of a fault. What those values are is left to `evaluate`, what the instructions are to `code`.
+//! Runs the instructions of a program: the loop of the machine.
+//!
+//! Instructions compute with numbers on the cells of the memory. An instruction whose operands are something else (no value
+//! yet, a position) or whose result does not fit changes nothing. The machine then executes the operation of its step with
+//! values of any kind (`execute`), which also reports the fault. The instructions are defined in `code`; start with
+//! [`Machine::compute`].
 
 use super::arithmetic::{binary, truncated, truth, unary};
 use super::functions::{numeric, scalar};
-use super::place::{Argument, Place};
+use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine};
 use crate::builtin::Builtin;
 use crate::cell::{Cell, Held};
@@ -191,7 +193,7 @@ impl Machine {
                 }
             }
         }
-        if self.enter(first, call.return_to as usize) {
+        if self.push_frame(first, call.return_to as usize) {
             return Some(Next::To(call.entry));
         }
         self.arguments.truncate(first);
@@ -201,7 +203,7 @@ impl Machine {
     #[inline(always)]
     fn passed(&self, passed: Passed, cells: &[Cell]) -> Option<Argument> {
         Some(match passed {
-            Passed::Variable { slot, cell } => Argument::Place(Place::Cell {
+            Passed::Variable { slot, cell } => Argument::Place(ValuePlace::Cell {
                 slot: slot as usize,
                 cell: cell as usize,
             }),
@@ -209,7 +211,7 @@ impl Machine {
                 Argument::Place(place) => Argument::Place(*place),
                 Argument::Number(_) | Argument::Vector(_) | Argument::Unset => {
                     let first = self.frames.last()?.arguments;
-                    Argument::Place(Place::Argument(first + usize::from(parameter)))
+                    Argument::Place(ValuePlace::Argument(first + usize::from(parameter)))
                 }
             },
             Passed::Value(register) => Argument::Number(cells.get(usize::from(register))?.number()?),
@@ -219,7 +221,7 @@ impl Machine {
     /// Leaves the program under way.
     #[inline(always)]
     fn returned(&mut self, code: &Code) -> Option<Next> {
-        match self.leave() {
+        match self.pop_frame() {
             Some(step) => code.entries.get(step).map(|entry| Next::To(*entry)),
             None => Some(Next::End),
         }
@@ -254,9 +256,9 @@ impl Machine {
     #[inline(always)]
     fn parameter(&self, parameter: u16, registers: &Registers<'_>) -> Option<Cell> {
         match self.argument(parameter)? {
-            Argument::Place(Place::Cell { cell, .. }) => registers.cells.get(*cell).copied(),
+            Argument::Place(ValuePlace::Cell { cell, .. }) => registers.cells.get(*cell).copied(),
             Argument::Number(number) => Some(Cell::from(*number)),
-            Argument::Place(Place::Argument(at)) => match self.arguments.get(*at)? {
+            Argument::Place(ValuePlace::Argument(at)) => match self.arguments.get(*at)? {
                 Argument::Number(number) => Some(Cell::from(*number)),
                 Argument::Place(_) | Argument::Vector(_) | Argument::Unset => None,
             },
@@ -268,10 +270,10 @@ impl Machine {
     #[inline(always)]
     fn put_parameter(&self, parameter: u16, value: Cell, mut registers: Registers<'_>) -> Option<()> {
         match self.argument(parameter)? {
-            Argument::Place(Place::Cell { cell, .. }) => {
+            Argument::Place(ValuePlace::Cell { cell, .. }) => {
                 registers.put(Register::try_from(*cell).ok()?, value)
             }
-            Argument::Place(Place::Argument(_))
+            Argument::Place(ValuePlace::Argument(_))
             | Argument::Number(_)
             | Argument::Vector(_)
             | Argument::Unset => None,

@@ -1,5 +1,7 @@
-//! Variables of the programs: each task has its own, so that two tasks can run the same program. Those of the task
-//! that runs lie in the cells, where they are found without asking whose they are; the others wait aside.
+//! The variables of the programs. Each task has its own, so that two tasks can run the same program.
+//!
+//! Those of the running task are in the cells, so the machine reads them without asking whose they are; those of the other
+//! tasks are parked. GLOBAL and DATA are left to `memory`.
 
 use alloc::vec::Vec;
 use core::ops::Range;

@@ -1,4 +1,7 @@
-//! The state of a memory: all values and the motion conditions, checked against the variables of the program.
+//! The state of a memory as it is saved: all values and the motion conditions.
+//!
+//! What is restored is validated against the variables of the program. Names in the saved form are fixed by
+//! `fixtures/snapshots`; the state of a machine is in `machine::snapshot`.
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -106,9 +109,9 @@ impl Places<'_> {
         kinds: &[Option<ValueKind>],
         base: usize,
     ) -> Result<(), RestoreError> {
-        let wanted: usize = slots.iter().map(Slot::length).sum();
+        let length: usize = slots.iter().map(Slot::length).sum();
         expect(
-            cells.len() == wanted,
+            cells.len() == length,
             "as many values as the program has variables",
         )?;
         expect(

@@ -1,4 +1,6 @@
-//! `PRINT`, `INPUT` and `DOUT`: what a program says to and hears from the outside.
+//! Parses `PRINT`, `INPUT` and `DOUT`: what a program sends to and receives from the outside.
+//!
+//! Channels and items are checked here; the bytes of a PRINT are in `machine::print`.
 
 use alloc::format;
 use alloc::vec::Vec;

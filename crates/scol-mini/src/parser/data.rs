@@ -1,4 +1,6 @@
-//! Lines of DATA: positions, coordinates, loads, and the coordinate system of the next position.
+//! Parses lines of DATA: positions, coordinates, loads, and the coordinate system of the next position.
+//!
+//! Making variables of them is left to `compile::declare`; the table of taught points has its own reader (`points`).
 
 use alloc::format;
 use alloc::vec::Vec;
@@ -155,14 +157,14 @@ impl Cursor<'_> {
     }
 
     fn bad_posture(&self, span: Span) -> Problem {
-        let wanted = match self.arm {
+        let coordinates = match self.arm {
             Arm::SixAxis => "a configuration of up to five digits 0 to 2",
             Arm::Scara => "LEFTY, RIGHTY, FREE or a digit 0 to 2",
         };
         Problem {
             code: "E0402",
             span,
-            ..self.expected(wanted)
+            ..self.expected(coordinates)
         }
     }
 }

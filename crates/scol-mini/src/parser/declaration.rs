@@ -1,4 +1,6 @@
-//! Lines of GLOBAL, and `DIM` wherever it stands.
+//! Parses lines of GLOBAL, and `DIM` in GLOBAL and in programs.
+//!
+//! Bounds and initial values are checked by `compile::declare`.
 
 use alloc::format;
 use alloc::vec::Vec;

@@ -1,4 +1,6 @@
-//! Hands, signals that are more than on and off, the course of a motion, monitors and tasks.
+//! Parses statements about hands, pulses and BCD signals, motions under way, monitors and tasks.
+//!
+//! What they ask of the world is in `machine::request_values`; plain motions are in `motion`.
 
 use alloc::boxed::Box;
 use alloc::format;

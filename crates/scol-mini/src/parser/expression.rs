@@ -1,5 +1,7 @@
-//! Expressions, tightest first: parentheses, sign and `NOT`, `^`, `* / MOD`, `+ -`, relations, `AND`, `OR`;
-//! operators of one level from the left.
+//! Parses expressions, tightest first: parentheses, sign and `NOT`, `^`, `* / MOD`, `+ -`, relations, `AND`, `OR`; operators
+//! of one level from the left.
+//!
+//! Names are resolved later (`compile::names`), kinds checked later (`compile::kinds`).
 
 use alloc::boxed::Box;
 use alloc::format;
@@ -335,16 +337,16 @@ impl Cursor<'_> {
         let span = start.to(self.before());
         let (fewest, most) = builtin.arity(self.arm);
         if arguments.len() < fewest || arguments.len() > most {
-            let wanted = if fewest == most {
+            let count = if fewest == most {
                 format!("{most}")
             } else if fewest == 0 {
                 format!("at most {most}")
             } else {
                 format!("{fewest} to {most}")
             };
-            let plural = if wanted == "1" { "" } else { "s" };
+            let plural = if count == "1" { "" } else { "s" };
             let message = format!(
-                "{} takes {wanted} argument{plural}, found {}",
+                "{} takes {count} argument{plural}, found {}",
                 builtin.word(),
                 arguments.len()
             );

@@ -1,4 +1,6 @@
-//! The layout of a file: GLOBAL, PROGRAM blocks, DATA, in this order, each closed by END (RAM-04).
+//! Parses the layout of a file: GLOBAL, PROGRAM blocks, DATA, in this order, each closed by END (RAM-04).
+//!
+//! The lines within are parsed by `declaration`, `statement` and `data`. Start with [`parse_file`].
 
 use alloc::format;
 use alloc::string::String;
@@ -80,7 +82,7 @@ impl Parser<'_> {
         let words = text
             .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
             .filter(|word| !word.is_empty());
-        self.file.doubtful.extend(words.map(String::from));
+        self.file.suppressed.extend(words.map(String::from));
         self.sink.error(problem);
         if self.place == Place::Program {
             self.keep_loops_paired(line, &text);

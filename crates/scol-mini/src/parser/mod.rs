@@ -1,6 +1,7 @@
-//! From tokens to trees: the cursor all parsers share, and the entry points.
-//! Names are not looked up here. A line with an error is dropped and the next one parsed, so one run finds the
-//! errors of all lines.
+//! From tokens to trees: the cursor that all parsers share, and the entry points.
+//!
+//! Names are not resolved here. A line with an error is dropped and the next one parsed, so one run finds the errors of all
+//! lines. `file` has the layout, `statement` the statements, `expression` the expressions.
 
 mod communication;
 mod data;
@@ -34,7 +35,7 @@ pub(crate) struct File {
     /// The line that opens DATA.
     pub data_heading: Option<Span>,
     /// Words of lines that did not parse: what they would have declared is not known, so nothing is said about them.
-    pub doubtful: BTreeSet<String>,
+    pub suppressed: BTreeSet<String>,
 }
 
 /// A PROGRAM block.

@@ -1,4 +1,6 @@
-//! Motion statements and their `WITH` clause.
+//! Parses motion statements and their `WITH` clause.
+//!
+//! Where a motion leads is evaluated by `machine::request_values`; moving is left to the controller.
 
 use alloc::format;
 use alloc::vec::Vec;
@@ -12,7 +14,7 @@ use crate::tree::{Condition, Expression, MotionKind, Simple, Statement};
 impl Cursor<'_> {
     pub(super) fn motion(&mut self, word: &str) -> Result<Statement, Problem> {
         self.advance();
-        let course = match word {
+        let motion = match word {
             "READY" => MotionKind::Ready,
             "MOVE" => MotionKind::Ptp(self.position()?),
             "MOVES" => MotionKind::Line(self.position()?),
@@ -42,7 +44,7 @@ impl Cursor<'_> {
         } else {
             Vec::new()
         };
-        Ok(Statement::Simple(Simple::Move { course, with }))
+        Ok(Statement::Simple(Simple::Move { motion, with }))
     }
 
     fn position(&mut self) -> Result<Expression, Problem> {

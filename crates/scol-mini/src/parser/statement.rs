@@ -1,5 +1,7 @@
-//! Statements, one a line; `IF` holds one or two more. Which statements may stand where is checked here,
-//! what their names mean is not.
+//! Parses statements, one a line; `IF` holds one or two more.
+//!
+//! Which statements may stand where is checked here; their names are resolved later. Statements about motions, devices and
+//! channels have their own files.
 
 use alloc::boxed::Box;
 use alloc::format;
@@ -30,11 +32,11 @@ impl Cursor<'_> {
             let value = self.setting(Some(condition))?;
             return Ok(Statement::Simple(Simple::Set(condition, value)));
         }
-        let course = match word.as_str() {
+        let control_flow = match word.as_str() {
             "MOVE" | "MOVES" | "MOVEC" | "MOVEA" | "MOVEI" | "MOVEJ" | "READY" => return self.motion(word),
             _ => self.flow(word)?,
         };
-        if let Some(statement) = course {
+        if let Some(statement) = control_flow {
             return Ok(statement);
         }
         if let Some(simple) = self.device(word)? {
