@@ -22,7 +22,7 @@ pub struct Program {
     pub(crate) symbols: Arc<Symbols>,
     pub(crate) blocks: Vec<Entry>,
     pub(crate) steps: Vec<Step>,
-    /// The quick form of the steps; empty for a statement that is executed directly.
+    /// The instructions of the steps.
     pub(crate) code: Code,
     /// Step of the label `RCYCLE` in the main program.
     pub(crate) rcycle: Option<usize>,

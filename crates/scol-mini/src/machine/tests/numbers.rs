@@ -39,7 +39,7 @@ fn history(program: &Arc<Program>, portion: u32) -> Vec<String> {
     seen
 }
 
-/// Statements at the edges of what the quick form does, each a whole body of a program.
+/// Statements at the edges of what instructions do, each a whole body of a program.
 const EDGES: &[&str] = &[
     "I = 2147483647\nI = I + 1\nPRINT I",
     "I = -2147483647\nI = I - 1\nJ = I / -1\nJ = I MOD -1\nPRINT J\nI = I * 2\nI = -I\nI = ABS(I)",
