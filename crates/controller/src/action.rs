@@ -3,13 +3,13 @@
 //! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen.
 
 use crate::alarm::ALARMS;
-use crate::controller::SelectError;
 use crate::drive::DriveError;
+use crate::endpoint::session::Outcome;
+use crate::executor::selection::SelectError;
 use crate::faults::FaultAction;
 use crate::input::{Input, PanelAction};
+use crate::io::signals::Signals;
 use crate::robot::Robot;
-use crate::session::Outcome;
-use crate::signals::Signals;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;

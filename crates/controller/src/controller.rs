@@ -5,6 +5,7 @@ use crate::action::{Action, ActionError, ActionErrorKind};
 use crate::alarm::Alarm;
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
+use crate::executor::selection::SelectError;
 use crate::input::Input;
 use crate::options::Config;
 use crate::output::{Event, Output};
@@ -13,39 +14,7 @@ use crate::robot::Robot;
 use crate::time::Time;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use thiserror::Error;
-use ts3100_proto::name::{FileName, NameError};
-
-/// Why a file was not selected.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SelectError {
-    /// Not a file name.
-    #[error("file name: {0}")]
-    Name(NameError),
-    /// Not on the RAM drive.
-    #[error("file {0} is not on the RAM drive")]
-    Missing(String),
-    /// A parameter file.
-    #[error("file {0} is a parameter file, not a program")]
-    Parameter(String),
-    /// A program runs.
-    #[error("a program is running; stop it first")]
-    Running,
-    /// It does not compile; the diagnostics rendered.
-    #[error("file {name} has errors\n{rendered}")]
-    Errors {
-        /// The file.
-        name: String,
-        /// Its diagnostics with carets.
-        rendered: String,
-    },
-}
-
-impl From<NameError> for SelectError {
-    fn from(error: NameError) -> SelectError {
-        SelectError::Name(error)
-    }
-}
+use ts3100_proto::name::FileName;
 
 /// What became of an input that was not refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

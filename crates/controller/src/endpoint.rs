@@ -4,16 +4,22 @@
 
 mod command;
 mod download;
+pub(crate) mod exchange;
 mod notices;
 mod power;
+pub(crate) mod send_queue;
+pub(crate) mod sending;
+pub mod serial_line;
+pub(crate) mod serial_lines;
+pub(crate) mod session;
 
+use crate::endpoint::send_queue::SendQueue;
+use crate::endpoint::serial_line::SerialLine;
+use crate::endpoint::session::Session;
 use crate::faults::Faults;
 use crate::options::Config;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::send_queue::SendQueue;
-use crate::serial_line::SerialLine;
-use crate::session::Session;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::BTreeMap;

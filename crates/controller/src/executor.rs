@@ -10,6 +10,14 @@
 //!                     +---+ BREAK, servo off, emergency stop, alarm of level 4 or 8: at once  -> Retry
 //! ```
 
+pub(crate) mod monitors;
+pub(crate) mod requests;
+pub(crate) mod run_control;
+pub(crate) mod scheduler;
+pub(crate) mod scol_inputs;
+pub(crate) mod selection;
+pub(crate) mod tasks;
+
 use crate::limits::STATEMENTS_PER_SCAN;
 use crate::port::Port;
 use crate::time::Time;

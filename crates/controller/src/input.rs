@@ -3,8 +3,8 @@
 //! The embedding program knows who caused it: a socket, a serial device, a test, a scenario.
 
 use crate::action::Action;
+use crate::endpoint::serial_line::HostEnd;
 use crate::port::Port;
-use crate::serial_line::HostEnd;
 use alloc::string::String;
 use alloc::vec::Vec;
 

@@ -1,9 +1,9 @@
 //! What is done at the controller itself: panel, teach pendant, terminals, power.
 
-use crate::channel::Channel;
 use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
 use crate::input::{KeySwitch, PanelAction};
+use crate::io::channel::Channel;
 use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
 use crate::port::Port;

@@ -14,13 +14,13 @@ use ts3100_proto::status::position::CurrentPosition;
 use crate::alarm::Alarms;
 use crate::arm::ArmPose;
 use crate::drive::Drive;
+use crate::endpoint::session::Exchange;
 use crate::executor::{Task, TaskState};
-use crate::gripper::HANDS;
+use crate::io::gripper::HANDS;
+use crate::io::signals::Signals;
 use crate::ops::numbers;
 use crate::options::Config;
 use crate::port::Port;
-use crate::session::Exchange;
-use crate::signals::Signals;
 use crate::state::PanelState;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -225,8 +225,10 @@ impl Controller {
                     Exchange::Sending { .. } => "sending",
                     Exchange::Receiving { .. } => "receiving",
                 }),
-                partial: session.is_some_and(crate::session::Session::is_partial),
-                buffer: channel.map(crate::channel::Channel::bytes).unwrap_or_default(),
+                partial: session.is_some_and(crate::endpoint::session::Session::is_partial),
+                buffer: channel
+                    .map(crate::io::channel::Channel::bytes)
+                    .unwrap_or_default(),
             }
         };
         Port::ALL.into_iter().map(view).collect()

@@ -1,28 +1,27 @@
 //! Everything behind the ports as one value: the parts a command, a program or a button acts on, and what several of
 //! them do together. How bytes become commands is `endpoint`'s; each part has a file of its own.
 
-use crate::SelectError;
 use crate::alarm::Alarms;
 use crate::arm::{Arm, Frames};
-use crate::channel::Channel;
 use crate::drive::{Drive, DriveError};
-use crate::executor::{Executor, RunState, Selected};
+use crate::executor::Executor;
 use crate::findings::{MAX_BYTES, MAX_MESSAGE, Rule};
 use crate::input::KeySwitch;
+use crate::io::channel::Channel;
+use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::output::{Event, Output};
 use crate::persistence::Persistence;
 use crate::port::Port;
-use crate::signals::Signals;
 use crate::state::{PanelState, Watchdog};
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use scol_mini::{Diagnostic, Memory, Position, Severity};
+use scol_mini::Position;
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::name::FileName;
 use ts3100_proto::parameter::{EthernetParameters, SerialSettings, UserParameters};
@@ -226,55 +225,4 @@ impl Robot {
             }
         }
     }
-
-    pub(crate) fn select_file(&mut self, name: &FileName) -> Result<(), SelectError> {
-        let label = || name.as_str().to_string();
-        if self.executor.status() == ts3100_proto::status::ExecutionStatus::Running {
-            return Err(SelectError::Running);
-        }
-        if name.is_parameter() {
-            return Err(SelectError::Parameter(label()));
-        }
-        let content = self
-            .drive
-            .get(name.as_str())
-            .ok_or_else(|| SelectError::Missing(label()))?;
-        let source = String::from_utf8_lossy(content).into_owned();
-        let compilation = self.config.compile(&source);
-        let Some(program) = compilation.program else {
-            return Err(SelectError::Errors {
-                name: label(),
-                rendered: render(&compilation.diagnostics, &source, name),
-            });
-        };
-        let memory = Memory::new(&program);
-        self.executor.selected = Some(Selected {
-            name: label(),
-            source,
-            program,
-            memory,
-            stale: false,
-        });
-        self.executor.rewind(self.now);
-        self.event(Event::Selected(Some(label())));
-        Ok(())
-    }
-
-    pub(crate) fn deselect(&mut self) {
-        self.executor.selected = None;
-        self.executor.main = None;
-        self.executor.drop_tasks();
-        self.executor.course = RunState::Reset;
-        self.event(Event::Selected(None));
-    }
-}
-
-fn render(diagnostics: &[Diagnostic], source: &str, name: &FileName) -> String {
-    let errors = diagnostics
-        .iter()
-        .filter(|diagnostic| diagnostic.severity == Severity::Error);
-    errors
-        .map(|diagnostic| diagnostic.render(source, name.as_str()))
-        .collect::<Vec<_>>()
-        .join("\n")
 }

@@ -1,7 +1,7 @@
 //! What a program can ask about the motion under way besides its percentage: times (MOTIONT, REMAINT) and destination
 //! (DEST).
 //!
-//! `crate::scol_inputs` passes the answers to the program.
+//! `crate::executor::scol_inputs` passes the answers to the program.
 
 use super::{Arm, Frames};
 use crate::time::Time;

@@ -1,12 +1,12 @@
 //! A command on its way to the robot: the permission tables are asked, and the outcome is counted for coverage.
 
 use super::Endpoints;
+use crate::endpoint::session::{Outcome, Session};
 use crate::findings::rules;
 use crate::ops::CommandContext;
 use crate::output::{Event, Verdict};
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::session::{Outcome, Session};
 use alloc::format;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;

@@ -4,9 +4,9 @@ use super::{Endpoints, fresh_lines};
 use crate::action::{ActionError, IoKind, no_line};
 use crate::findings::rules;
 use crate::input::PanelAction;
+use crate::io::signals::Signals;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::signals::Signals;
 use alloc::format;
 use alloc::string::String;
 

@@ -2,7 +2,7 @@
 //!
 //! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
 //! `reachability` rejects one that can never fire. What a fault does to the machine later is in `scheduled`; what is sent
-//! later is in `crate::send_queue`.
+//! later is in `crate::endpoint::send_queue`.
 //!
 //! ```
 //! use ts3100_controller::{Config, Controller, Dialect, Input, Time};

@@ -3,11 +3,11 @@
 
 use super::variables::in_range;
 use crate::alarm::Alarm;
+use crate::endpoint::session::Outcome;
+use crate::io::signals::Signals;
+use crate::io::system_signals::din;
 use crate::ops::status::NOISE;
 use crate::robot::Robot;
-use crate::session::Outcome;
-use crate::signals::Signals;
-use crate::system_signals::din;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;

@@ -2,9 +2,9 @@
 
 use super::CommandContext;
 use crate::drive::Drive;
+use crate::endpoint::session::Outcome;
 use crate::output::Output;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use alloc::format;
 use alloc::string::{String, ToString};
 use ts3100_proto::file::FlReceiver;

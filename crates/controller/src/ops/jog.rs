@@ -1,10 +1,10 @@
 //! MD RT SC JG: guiding the arm by hand from the host. While JG holds, the arm moves; JG ! ends it.
 
 use crate::arm::{Jog, JogFrame};
+use crate::endpoint::session::Outcome;
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use alloc::string::ToString;
 use ts3100_proto::command::JogDirection;
 use ts3100_proto::status::ExecutionStatus;

@@ -14,9 +14,9 @@ mod watchdog;
 
 pub(crate) use variables::numbers;
 
+use crate::endpoint::session::Outcome;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use crate::variation::Variation;
 use alloc::format;
 use alloc::string::String;

@@ -1,9 +1,9 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
 
+use crate::endpoint::session::Outcome;
 use crate::executor::{Direct, RunState, StopCause, Task};
+use crate::io::signals::Signals;
 use crate::robot::Robot;
-use crate::session::Outcome;
-use crate::signals::Signals;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;

@@ -1,11 +1,11 @@
 //! RS and SL: back to a step, a signal state, a file.
 
 use crate::SelectError;
+use crate::endpoint::session::Outcome;
 use crate::executor::{RunState, TaskState};
 use crate::findings::rules;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use alloc::string::{String, ToString};
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;

@@ -2,9 +2,9 @@
 
 use super::CommandContext;
 use crate::alarm::Alarm;
+use crate::endpoint::session::Outcome;
 use crate::options::SfTexts;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use crate::variation::Variation;
 use alloc::string::ToString;
 use alloc::vec::Vec;

@@ -1,10 +1,10 @@
 //! MR and MW: the global variables and the data of the selected file.
 
 use crate::alarm;
+use crate::endpoint::session::Outcome;
 use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;

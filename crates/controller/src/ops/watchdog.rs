@@ -1,8 +1,8 @@
 //! WD: a host that promises to be heard in time, and the alarm when it is not (ste80722 S11). Every text of a host feeds
 //! it, in `talk`.
 
+use crate::endpoint::session::Outcome;
 use crate::robot::Robot;
-use crate::session::Outcome;
 use crate::state::Watchdog;
 use core::time::Duration;
 use ts3100_proto::status::AlarmLevel;

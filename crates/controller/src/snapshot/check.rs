@@ -4,17 +4,17 @@
 
 use super::SnapshotError;
 use crate::Controller;
-use crate::channel::Channel;
 use crate::drive::Drive;
 use crate::endpoint::fresh_lines;
 use crate::input::KeySwitch;
+use crate::io::channel::Channel;
+use crate::io::signals::Signals;
 use crate::limits::{
     LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
     RING_BUFFER, SERVO_ONS,
 };
 use crate::options::Config;
 use crate::port::Port;
-use crate::signals::Signals;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;

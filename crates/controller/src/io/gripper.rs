@@ -1,11 +1,11 @@
 //! Hands, pulses, and the statements that change the course of a motion: BREAK, PAUSE, RESUME.
 
 use crate::alarm;
+use crate::executor::scheduler::Step;
 use crate::executor::{Task, TaskState};
+use crate::io::signals::Signals;
 use crate::limits::LONGEST_DELAY;
 use crate::robot::Robot;
-use crate::scheduler::Step;
-use crate::signals::Signals;
 use crate::time::duration_from_seconds;
 use alloc::format;
 use scol_mini::Answer;

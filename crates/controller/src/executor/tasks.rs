@@ -1,9 +1,9 @@
 //! Tasks: TASK, SWITCH, KILL, and which of them moves the arm. How they take turns is `run`'s.
 
 use crate::alarm;
+use crate::executor::scheduler::Step;
 use crate::executor::{MAIN_TASK, Task};
 use crate::robot::Robot;
-use crate::scheduler::Step;
 use alloc::format;
 use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};

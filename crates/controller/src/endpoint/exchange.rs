@@ -2,6 +2,8 @@
 //! does is decided in `ops`.
 
 use crate::endpoint::Endpoints;
+use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
+use crate::endpoint::session::{Exchange, Outcome};
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
@@ -10,8 +12,6 @@ use crate::output::Event;
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::serial_line::{DepartedPeer, SerialLine};
-use crate::session::{Exchange, Outcome};
 use crate::time::Time;
 use alloc::borrow::Cow;
 use alloc::format;

@@ -3,6 +3,9 @@
 //! `line`'s, what the bytes mean is `talk`'s.
 
 use crate::endpoint::Endpoints;
+use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
+use crate::endpoint::serial_line::uart::CharacterError;
+use crate::endpoint::serial_line::{HostEnd, SerialLine};
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
@@ -11,9 +14,6 @@ use crate::options::{BadCharacter, WhileSending};
 use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::serial_line::direction::{Arrival, receive_unpaced};
-use crate::serial_line::uart::CharacterError;
-use crate::serial_line::{HostEnd, SerialLine};
 use crate::time::Time;
 use alloc::format;
 use alloc::vec::Vec;
@@ -274,7 +274,7 @@ impl Endpoints {
         let message = format!(
             "characters come with parity or framing errors: the host's port is not set to {}, as [U06] says, or the \
              cable is disturbed",
-            crate::serial_line::SettingsText(own)
+            crate::endpoint::serial_line::SettingsText(own)
         );
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {

@@ -3,7 +3,7 @@
 //! It implements the trait `Inputs` of scol-mini for one instant.
 
 use crate::arm::{Arm, Frames};
-use crate::signals::Signals;
+use crate::io::signals::Signals;
 use crate::time::Time;
 use core::cell::Cell;
 use scol_mini::{Inputs, Position};

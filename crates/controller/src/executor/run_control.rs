@@ -3,10 +3,10 @@
 
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{MAIN_TASK, RunState, StopCause, Task, TaskState};
+use crate::io::system_signals::dout;
 use crate::output::Event;
 use crate::robot::{Robot, RunNotice};
 use crate::state::PanelState;
-use crate::system_signals::dout;
 use alloc::string::String;
 use scol_mini::Answer;
 use ts3100_proto::status::{AlarmLevel, ExecutionStatus};

@@ -1,12 +1,12 @@
 //! ON ... DO: when the conditions are looked at, and what becomes of the statement under way. What they are is
 //! the machine's matter.
 
+use crate::executor::scheduler::{Step, alarm_of};
+use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::{Task, TaskState};
 use crate::limits::SCAN;
 use crate::options::UnknownInput;
 use crate::robot::Robot;
-use crate::scheduler::{Step, alarm_of};
-use crate::scol_inputs::ScolInputs;
 use alloc::boxed::Box;
 use alloc::format;
 use core::cell::Cell;

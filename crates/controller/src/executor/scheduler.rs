@@ -3,13 +3,13 @@
 
 use crate::alarm::{self, AlarmCode};
 use crate::endpoint::Endpoints;
+use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::{Direct, Executor, RunState, StopCause, Task, TaskState};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
 use crate::output::Event;
 use crate::robot::Robot;
-use crate::scol_inputs::ScolInputs;
 use crate::time::Time;
 use alloc::format;
 use alloc::string::String;

@@ -3,19 +3,19 @@
 
 use crate::alarm;
 use crate::arm::SpeedLimits;
-use crate::channel::Datum;
 use crate::endpoint::Endpoints;
+use crate::executor::scheduler::Step;
 use crate::executor::{Stopwatch, Task, TaskState};
 use crate::findings::rules;
 use crate::input::KeySwitch;
+use crate::io::channel::Datum;
+use crate::io::signals::Signals;
 use crate::limits::{COARSE_LEAD, LONGEST_DELAY, PENDANT_TEXT, TEACHING_SPEED};
 use crate::motion::MotionError;
 use crate::options::NoPeer;
 use crate::output::Output;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::scheduler::Step;
-use crate::signals::Signals;
 use crate::time::duration_from_seconds;
 use alloc::format;
 use alloc::string::String;
@@ -337,7 +337,7 @@ impl Robot {
                 .is_none_or(|buffer| buffer.peer.is_none())
     }
 
-    fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::channel::Channel> {
+    fn channel_mut(&mut self, channel: Channel) -> Option<&mut crate::io::channel::Channel> {
         match Port::from_channel(channel) {
             Some(port) => self.channels.get_mut(&port),
             None => Some(&mut self.keys),
