@@ -10,7 +10,6 @@ mod writer;
 
 use crate::config::args::LogFormat;
 use std::collections::BTreeSet;
-use std::fmt::{self, Write as _};
 use tracing::level_filters::LevelFilter;
 use tracing::{debug, info, warn};
 use tracing_subscriber::fmt::format::debug_fn;
@@ -18,7 +17,8 @@ use ts3100_controller::findings::{Rule, Severity};
 use ts3100_controller::output::Event;
 use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
-use ts3100_proto::text::{self, Framing};
+use ts3100_proto::escape::Escaped;
+use ts3100_proto::text::Framing;
 
 /// Starts logging to stderr for the whole process; the second and later calls change nothing.
 /// `verbose` 0 shows connections, states and refusals, 1 also every text, 2 also every byte.
@@ -64,30 +64,12 @@ fn start_at(level: LevelFilter, format: LogFormat) {
 
 pub(crate) use writer::{flush, print_line};
 
-/// Formats bytes as text: printable ASCII as it is, control codes of the protocol by name, other bytes in hex.
-#[derive(Debug, Clone, Copy)]
-pub struct Escaped<'a>(pub &'a [u8]);
-
-impl fmt::Display for Escaped<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|byte| match *byte {
-            text::STX => f.write_str("<STX>"),
-            text::ETX => f.write_str("<ETX>"),
-            text::CR => f.write_str("<CR>"),
-            text::LF => f.write_str("<LF>"),
-            text::EOF => f.write_str("<EOF>"),
-            printable @ b' '..=b'~' => f.write_char(char::from(printable)),
-            other => write!(f, "<{other:02X}>"),
-        })
-    }
-}
-
 /// A text (framed message) as on the wire, with `<STX>` and `<ETX>`, without a checksum.
 #[must_use]
 pub fn escaped_text(framing: Framing, data: &[u8]) -> String {
     match framing {
-        Framing::Stx => format!("<STX>{}<ETX>", Escaped(data)),
-        Framing::Bare => format!("{}<ETX>", Escaped(data)),
+        Framing::Stx => format!("<STX>{}<ETX>", Escaped::for_reading(data)),
+        Framing::Bare => format!("{}<ETX>", Escaped::for_reading(data)),
     }
 }
 
@@ -423,6 +405,9 @@ mod tests {
     fn control_codes_are_named_and_other_bytes_are_hex() {
         assert_eq!(escaped_text(Framing::Stx, b"SO\r"), "<STX>SO<CR><ETX>");
         assert_eq!(escaped_text(Framing::Bare, b"FL,A\n\x1a"), "FL,A<LF><EOF><ETX>");
-        assert_eq!(Escaped(&[0, 0x7F, 0xFF, b'~']).to_string(), "<00><7F><FF>~");
+        assert_eq!(
+            Escaped::for_reading(&[0, 0x7F, 0xFF, b'~']).to_string(),
+            "<00><7F><FF>~"
+        );
     }
 }

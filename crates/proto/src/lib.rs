@@ -15,6 +15,7 @@ extern crate std;
 pub mod calendar;
 pub mod command;
 pub mod dissect;
+pub mod escape;
 pub mod file;
 pub mod message;
 pub mod name;

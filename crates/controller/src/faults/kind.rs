@@ -13,6 +13,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::fmt;
 use core::time::Duration;
+use ts3100_proto::escape::Escaped;
 
 /// Where a fault can be injected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -148,7 +149,7 @@ impl fmt::Display for ParameterValue {
         match self {
             ParameterValue::Number(number) => write!(f, "{number}"),
             ParameterValue::Word(word) => f.write_str(word),
-            ParameterValue::Text(text) => super::spec::write_escaped(f, text),
+            ParameterValue::Text(text) => write!(f, "{}", Escaped::within_quotes(text)),
         }
     }
 }

@@ -16,7 +16,7 @@ use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
 use ts3100_proto::command::COMMANDS;
-use ts3100_proto::text::{CR, EOF, ETX, LF, STX};
+use ts3100_proto::escape::{Unit, control_code, units};
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
@@ -158,41 +158,15 @@ fn parse_millis(text: &str) -> Option<u64> {
     fits.then_some(whole as u64)
 }
 
-/// Names of control codes, as the log writes them.
-const CODES: [(&str, u8); 5] = [("STX", STX), ("ETX", ETX), ("CR", CR), ("LF", LF), ("EOF", EOF)];
-
-/// Printable ASCII as it is, control codes of the protocol by name, other bytes in hexadecimal.
-pub(super) fn write_escaped(f: &mut fmt::Formatter<'_>, text: &[u8]) -> fmt::Result {
-    text.iter().try_for_each(|&byte| {
-        if let Some((name, _)) = CODES.iter().find(|(_, code)| *code == byte) {
-            return write!(f, "<{name}>");
-        }
-        match byte {
-            b'"' | b'<' => write!(f, "<{byte:02X}>"),
-            b' '..=b'~' => write!(f, "{}", char::from(byte)),
-            other => write!(f, "<{other:02X}>"),
-        }
-    })
-}
-
+/// Parses bytes in the readable notation. A person writes them: names in any case, bytes with or without a leading zero.
 fn parse_escaped(text: &str) -> Option<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        if first != '<' {
-            bytes.push(u8::try_from(first).ok().filter(u8::is_ascii)?);
-            rest = rest.get(1..)?;
-            continue;
+    let byte = |unit| match unit {
+        Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
+        Unit::Code(code) => {
+            control_code(&code.to_ascii_uppercase()).or_else(|| u8::from_str_radix(code, 16).ok())
         }
-        let (code, after) = rest.get(1..)?.split_once('>')?;
-        let named = CODES.iter().find(|(name, _)| name.eq_ignore_ascii_case(code));
-        bytes.push(match named {
-            Some((_, byte)) => *byte,
-            None => u8::from_str_radix(code, 16).ok()?,
-        });
-        rest = after;
-    }
-    Some(bytes)
+    };
+    units(text).map(|unit| byte(unit.ok()?)).collect()
 }
 
 impl FromStr for Fault {

@@ -9,13 +9,13 @@ use super::handle::DriverHandle;
 use super::problem::Problem;
 use super::route_table::RouteTable;
 use crate::driver::request::{LinkAction, View};
-use crate::log::Escaped;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
+use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
 
 /// A communication port.
@@ -79,7 +79,7 @@ impl ChannelStatus {
             peer: port_view.peer,
             exchange: port_view.exchange,
             partial: port_view.partial,
-            buffer: Escaped(&port_view.buffer).to_string(),
+            buffer: Escaped::for_reading(&port_view.buffer).to_string(),
             buffer_hex: hex(&port_view.buffer),
         }
     }

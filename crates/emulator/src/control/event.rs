@@ -3,13 +3,13 @@
 //! The same document is used by the stream `/events`, by `/findings` and by the journal. The events come from the
 //! controller's `output` module.
 
-use crate::log::Escaped;
 use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::Rule;
 use ts3100_controller::input::Input;
 use ts3100_controller::output::{Event, Output, Verdict};
 use ts3100_controller::time::Time;
+use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
 
 /// One thing that happened. Which of the other keys there are depends on `event`.
@@ -132,7 +132,7 @@ impl ApiEvent {
 
     fn with_bytes(self, bytes: &[u8]) -> ApiEvent {
         ApiEvent {
-            text: Some(Escaped(bytes).to_string()),
+            text: Some(Escaped::for_reading(bytes).to_string()),
             hex: Some(hex(bytes)),
             bytes: Some(bytes.len()),
             ..self

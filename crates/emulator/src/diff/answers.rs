@@ -58,7 +58,7 @@ impl AnswerSplitter {
     /// Bytes of the host: they tell what is asked.
     pub(super) fn push_host(&mut self, bytes: &[u8]) {
         if !self.has_texts {
-            self.question = crate::log::Escaped(bytes).to_string();
+            self.question = ts3100_proto::escape::Escaped::for_reading(bytes).to_string();
             return;
         }
         self.host.push(bytes);
@@ -67,7 +67,7 @@ impl AnswerSplitter {
                 continue;
             };
             let message = text.data.strip_suffix(&[CR]).unwrap_or(&text.data);
-            self.question = crate::log::Escaped(message).to_string();
+            self.question = ts3100_proto::escape::Escaped::for_reading(message).to_string();
             if let Some(letters @ [b'A'..=b'Z' | b'a'..=b'z', b'A'..=b'Z' | b'a'..=b'z']) = message.get(..2) {
                 let letters = String::from_utf8_lossy(letters).to_ascii_uppercase();
                 if !["OK", "NG", "FL"].contains(&letters.as_str()) {

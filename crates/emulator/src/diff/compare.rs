@@ -75,7 +75,7 @@ fn part_difference(part: DissectedField, other: Option<DissectedField>) -> PartD
 }
 
 fn whole_difference(key: &str, recorded: &[u8], emulated: &[u8]) -> PartDifference {
-    let shown = |bytes: &[u8]| Some(crate::log::Escaped(bytes).to_string());
+    let shown = |bytes: &[u8]| Some(ts3100_proto::escape::Escaped::for_reading(bytes).to_string());
     PartDifference {
         key: key.to_owned(),
         name: key.to_owned(),

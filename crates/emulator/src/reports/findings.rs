@@ -1,11 +1,11 @@
 //! Findings as one JSON document: the report of `--findings FILE.json`.
 
 use crate::control::event::seconds;
-use crate::log::Escaped;
 use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::{Finding, Findings, RULES, Rule, Severity, Tally};
 use ts3100_controller::port::Port;
+use ts3100_proto::escape::Escaped;
 
 /// Version of the document; raised when a key changes its meaning.
 const VERSION: u32 = 1;
@@ -119,7 +119,7 @@ impl FindingView {
             t: seconds(finding.at),
             message: finding.message.clone(),
             bytes,
-            text: Escaped(&finding.bytes).to_string(),
+            text: Escaped::for_reading(&finding.bytes).to_string(),
         }
     }
 }

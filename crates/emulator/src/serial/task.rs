@@ -2,12 +2,12 @@
 //! bytes. The kinds of lines are in `pty`, `device` and `tcp`.
 
 use super::{SerialEvent, SerialMessage, SerialSettings};
-use crate::log::Escaped;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use tokio::sync::{Semaphore, mpsc};
 use tracing::{debug, trace};
 use ts3100_controller::{HostEnd, HostSettings, Port};
+use ts3100_proto::escape::Escaped;
 
 /// Bytes per read.
 pub(super) const READ_BUFFER: usize = 1_024;
@@ -126,7 +126,7 @@ impl WriteBuffer {
 
 /// On a channel without texts nothing else is logged, so log at a higher level.
 fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
-    let text = Escaped(bytes);
+    let text = Escaped::for_reading(bytes);
     if port.protocol().is_some() {
         trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
     } else {

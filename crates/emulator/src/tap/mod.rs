@@ -6,7 +6,6 @@
 mod relay;
 
 use crate::clock::system_calendar;
-use crate::log::Escaped;
 use crate::tcp::{ChannelError, bind};
 use crate::transcript::{
     EndReason, Header, MAX_PEERS, PeerId, Record, RecordKind, Recorder, RecorderError, Side, TranscriptFile,
@@ -20,6 +19,7 @@ use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio::net::{TcpListener, TcpStream};
 use tracing::{debug, info, warn};
 use ts3100_controller::{Port, Time};
+use ts3100_proto::escape::Escaped;
 
 /// Most hosts at once on one channel; the controller may serve fewer.
 pub const MAX_HOSTS: usize = 16;
@@ -233,10 +233,10 @@ impl TapLog {
     fn record(&self, what: RecordKind) {
         match &what {
             RecordKind::FromHost { line, bytes } => {
-                debug!(event = "tap", %line, "{line} < {}", Escaped(bytes));
+                debug!(event = "tap", %line, "{line} < {}", Escaped::for_reading(bytes));
             }
             RecordKind::FromRobot { line, bytes } => {
-                debug!(event = "tap", %line, "{line} > {}", Escaped(bytes));
+                debug!(event = "tap", %line, "{line} > {}", Escaped::for_reading(bytes));
             }
             RecordKind::Connected { .. }
             | RecordKind::Ended { .. }

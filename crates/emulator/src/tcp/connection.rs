@@ -2,7 +2,6 @@
 //! reported exactly once, whatever caused it. Which connection a channel serves is decided in [`super`].
 
 use super::ChannelMessage;
-use crate::log::Escaped;
 use crate::socket;
 use socket2::{SockRef, TcpKeepalive};
 use std::future::Future;
@@ -19,6 +18,7 @@ use tokio::task::JoinHandle;
 use tokio::time::timeout;
 use tracing::{debug, trace};
 use ts3100_controller::port::Port;
+use ts3100_proto::escape::Escaped;
 
 /// Queued writes for a peer that does not read: with texts of 255 bytes about 64 KiB, in addition to the
 /// buffers of the system.
@@ -256,7 +256,7 @@ async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Ve
 
 /// On a channel without texts the bytes are all there is to show.
 fn log_bytes(port: Port, direction: char, bytes: &[u8]) {
-    let text = Escaped(bytes);
+    let text = Escaped::for_reading(bytes);
     if port.protocol().is_some() {
         trace!(event = "bytes", port = port.name(), %text, "{port} {direction} {text}");
     } else {

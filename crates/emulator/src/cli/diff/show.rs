@@ -4,12 +4,12 @@
 
 use super::suggest::Suggestion;
 use crate::diff::{Difference, DifferenceKind, PartDifference, Report};
-use crate::log::Escaped;
 use crate::transcript::EndReason;
 use serde_json::{Value, json};
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
+use ts3100_proto::escape::Escaped;
 
 /// Longest answer that is shown whole, in bytes.
 const MAX_SHOWN: usize = 200;
@@ -196,7 +196,7 @@ fn quoted(question: &str) -> String {
 fn shortened(bytes: &[u8]) -> String {
     let cut = bytes.get(..MAX_SHOWN).unwrap_or(bytes);
     let more = if cut.len() < bytes.len() { "..." } else { "" };
-    format!("{}{more}", Escaped(cut))
+    format!("{}{more}", Escaped::for_reading(cut))
 }
 
 fn millis(duration: Duration) -> String {
@@ -227,7 +227,7 @@ fn report_json(path: &Path, report: &Report, closer: &[Suggestion]) -> Value {
 }
 
 fn difference_json(difference: &Difference) -> Value {
-    let shown = |bytes: &[u8]| Escaped(bytes).to_string();
+    let shown = |bytes: &[u8]| Escaped::for_reading(bytes).to_string();
     let mut value = match &difference.kind {
         DifferenceKind::Bytes {
             recorded,

@@ -6,12 +6,12 @@
 
 use super::Answer;
 use crate::loading::LoadError;
-use crate::log::Escaped;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 use ts3100_controller::limits;
 use ts3100_proto::command::Command;
+use ts3100_proto::escape::Escaped;
 use ts3100_proto::file::{FileRule, FlReceiver, Received};
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
@@ -90,7 +90,7 @@ pub(super) enum HostError {
         found: Vec<u8>,
     },
     /// Something else came.
-    #[error("expected {expected}, found {}", Escaped(found))]
+    #[error("expected {expected}, found {}", Escaped::for_reading(found))]
     Unexpected {
         /// What was awaited.
         expected: &'static str,
@@ -98,7 +98,10 @@ pub(super) enum HostError {
         found: Vec<u8>,
     },
     /// A file that is not what the command asks for.
-    #[error("the answer to {letters} cannot be read: {reason}; found {}", Escaped(found))]
+    #[error(
+        "the answer to {letters} cannot be read: {reason}; found {}",
+        Escaped::for_reading(found)
+    )]
     Content {
         /// The command.
         letters: &'static str,
@@ -116,7 +119,7 @@ fn after_bytes(found: &[u8]) -> String {
     if found.is_empty() {
         String::new()
     } else {
-        format!(" after {}", Escaped(found))
+        format!(" after {}", Escaped::for_reading(found))
     }
 }
 
@@ -124,7 +127,7 @@ fn nothing_or(found: &[u8]) -> String {
     if found.is_empty() {
         "nothing".to_owned()
     } else {
-        format!("only {}", Escaped(found))
+        format!("only {}", Escaped::for_reading(found))
     }
 }
 

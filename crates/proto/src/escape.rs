@@ -1,0 +1,155 @@
+//! The readable notation of bytes: printable ASCII as it is, the control codes of the protocol by name (`<CR>`), other
+//! bytes in hexadecimal (`<1B>`).
+//!
+//! [`Escaped`] writes it, [`units`] reads it. Logs, transcripts and fault specifications use the same notation; they
+//! differ only in the characters that they must escape besides, and in how lenient they read. The encoding of bytes in
+//! snapshots is another, see `serde_latin1`.
+
+use crate::text::{CR, EOF, ETX, LF, STX};
+use core::fmt::{self, Write as _};
+
+/// Names of the control codes.
+const CONTROL_CODES: [(&str, u8); 5] = [("STX", STX), ("ETX", ETX), ("LF", LF), ("CR", CR), ("EOF", EOF)];
+
+/// Bytes in the readable notation.
+#[derive(Debug, Clone, Copy)]
+pub struct Escaped<'a> {
+    bytes: &'a [u8],
+    /// Printable characters that are written in hexadecimal too.
+    special: &'static [u8],
+}
+
+impl<'a> Escaped<'a> {
+    /// For people: `<` is written as it is, so that the text cannot always be read back.
+    #[must_use]
+    pub const fn for_reading(bytes: &'a [u8]) -> Escaped<'a> {
+        Escaped { bytes, special: b"" }
+    }
+
+    /// For files: [`units`] reads the same bytes back.
+    #[must_use]
+    pub const fn new(bytes: &'a [u8]) -> Escaped<'a> {
+        Escaped { bytes, special: b"<" }
+    }
+
+    /// For use within double quotes: as [`Escaped::new`], without quotes in it.
+    #[must_use]
+    pub const fn within_quotes(bytes: &'a [u8]) -> Escaped<'a> {
+        Escaped {
+            bytes,
+            special: b"<\"",
+        }
+    }
+}
+
+impl fmt::Display for Escaped<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.bytes.iter().try_for_each(|byte| {
+            if let Some((name, _)) = CONTROL_CODES.iter().find(|(_, code)| code == byte) {
+                return write!(f, "<{name}>");
+            }
+            match *byte {
+                printable @ b' '..=b'~' if !self.special.contains(&printable) => {
+                    f.write_char(char::from(printable))
+                }
+                other => write!(f, "<{other:02X}>"),
+            }
+        })
+    }
+}
+
+/// One unit of the notation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Unit<'a> {
+    /// A character that stands for itself.
+    Char(char),
+    /// The content of angle brackets: the name of a control code, a byte in hexadecimal, or what the reader adds.
+    Code(&'a str),
+}
+
+/// A `<` without its `>`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no > after <{rest}")]
+pub struct UnclosedCode<'a> {
+    /// The text after the `<`.
+    pub rest: &'a str,
+}
+
+/// Splits text in the notation into its units; ends after the first error.
+pub fn units(text: &str) -> impl Iterator<Item = Result<Unit<'_>, UnclosedCode<'_>>> {
+    let mut rest = text;
+    core::iter::from_fn(move || {
+        let mut chars = rest.chars();
+        let first = chars.next()?;
+        let after = chars.as_str();
+        if first != '<' {
+            rest = after;
+            return Some(Ok(Unit::Char(first)));
+        }
+        let Some((code, after_code)) = after.split_once('>') else {
+            rest = "";
+            return Some(Err(UnclosedCode { rest: after }));
+        };
+        rest = after_code;
+        Some(Ok(Unit::Code(code)))
+    })
+}
+
+/// The control code of this name, in upper case.
+#[must_use]
+pub fn control_code(name: &str) -> Option<u8> {
+    let mut codes = CONTROL_CODES.iter();
+    codes.find(|(known, _)| *known == name).map(|(_, code)| *code)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use alloc::string::ToString;
+    use alloc::vec::Vec;
+
+    fn byte(unit: Unit<'_>) -> u8 {
+        match unit {
+            Unit::Char(char) => u8::try_from(char).unwrap(),
+            Unit::Code(code) => control_code(code).unwrap_or_else(|| u8::from_str_radix(code, 16).unwrap()),
+        }
+    }
+
+    #[test]
+    fn every_byte_is_read_back() {
+        let every: Vec<u8> = (0..=u8::MAX).collect();
+        for escaped in [Escaped::new(&every), Escaped::within_quotes(&every)] {
+            let text = escaped.to_string();
+            assert!(text.is_ascii());
+            let read: Vec<u8> = units(&text).map(|unit| byte(unit.unwrap())).collect();
+            assert_eq!(read, every);
+        }
+    }
+
+    #[test]
+    fn the_three_forms() {
+        let bytes = b"\x02A<\"\r\n\x1a\x03\x00\x7f\xff";
+        let end = "<CR><LF><EOF><ETX><00><7F><FF>";
+        assert_eq!(
+            Escaped::for_reading(bytes).to_string(),
+            alloc::format!("<STX>A<\"{end}")
+        );
+        assert_eq!(
+            Escaped::new(bytes).to_string(),
+            alloc::format!("<STX>A<3C>\"{end}")
+        );
+        assert_eq!(
+            Escaped::within_quotes(bytes).to_string(),
+            alloc::format!("<STX>A<3C><22>{end}")
+        );
+    }
+
+    #[test]
+    fn an_open_bracket_is_an_error() {
+        let found: Vec<_> = units("a<CR>b<1A").collect();
+        assert_eq!(found.len(), 4);
+        assert_eq!(found[1], Ok(Unit::Code("CR")));
+        assert_eq!(found[3], Err(UnclosedCode { rest: "1A" }));
+        assert_eq!(found[3].unwrap_err().to_string(), "no > after <1A");
+    }
+}
