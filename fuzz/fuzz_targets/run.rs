@@ -7,7 +7,7 @@
 
 use libfuzzer_sys::fuzz_target;
 use scol_mini::{
-    Answer, Arm, Inputs, LanguageOptions, Machine, Memory, Monitored, Number, Pause, Position, Request,
+    Answer, Arm, Inputs, LanguageOptions, Machine, Memory, MonitorAction, Number, Pause, Position, Request,
     compile,
 };
 use std::sync::Arc;
@@ -54,11 +54,11 @@ fn answer(machine: &mut Machine, memory: &mut Memory, request: &Request, choices
             machine.skip();
             return;
         }
-        Request::Input { wanted, .. } if choice % 4 == 3 => {
-            let some = usize::from(choice) % (wanted + 1);
+        Request::Input { expected, .. } if choice % 4 == 3 => {
+            let some = usize::from(choice) % (expected + 1);
             Answer::Cancelled((0..some).map(|_| number(choices)).collect())
         }
-        Request::Input { wanted, .. } => Answer::Values((0..*wanted).map(|_| number(choices)).collect()),
+        Request::Input { expected, .. } => Answer::Values((0..*expected).map(|_| number(choices)).collect()),
         Request::Task { .. } => Answer::Values(vec![Number::Integer(2)]),
         _ => Answer::Done,
     };
@@ -87,7 +87,7 @@ fuzz_target!(|data: &[u8]| {
     let mut fuel = FUEL;
     for _ in 0..ROUNDS {
         let world = World(choices.byte());
-        if let Ok(Some(Monitored::Handler(mut handler))) = machine.look(&mut memory, &world) {
+        if let Ok(Some(MonitorAction::Handler(mut handler))) = machine.check_monitors(&mut memory, &world) {
             for _ in 0..8 {
                 match handler.run(&mut memory, &world, &mut 50) {
                     Pause::Request(request) => answer(&mut handler, &mut memory, &request, &mut choices),

@@ -293,7 +293,7 @@ impl Robot {
             .variable(&variable.name)
             .and_then(|info| info.kind);
         if let Some(kind) = kind.filter(|kind| *kind != ValueKind::Position) {
-            return Err(ActionError::conflict(name, "positional data", kind.word()));
+            return Err(ActionError::conflict(name, "positional data", kind.description()));
         }
         let position = self.present_position();
         let values = position.listed(self.arm.kind());

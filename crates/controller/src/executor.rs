@@ -471,7 +471,7 @@ impl Executor {
     pub fn drop_tasks(&mut self) {
         self.tasks.clear();
         if let Some(selected) = &mut self.selected {
-            selected.memory.forget_tasks(&selected.program);
+            selected.memory.drop_tasks(&selected.program);
         }
         self.turn = MAIN_TASK;
         self.next_task = MAIN_TASK + 1;
@@ -497,7 +497,7 @@ impl Executor {
     pub fn drop_task(&mut self, id: u16) {
         self.tasks.remove(&id);
         if let Some(selected) = &mut self.selected {
-            selected.memory.forget(&selected.program, id);
+            selected.memory.drop_task(&selected.program, id);
         }
     }
 

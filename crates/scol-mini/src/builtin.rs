@@ -78,7 +78,7 @@ impl Builtin {
             .map(|(_, builtin)| *builtin)
     }
 
-    pub fn word(self) -> &'static str {
+    pub fn keyword(self) -> &'static str {
         BUILTINS
             .iter()
             .find(|(_, builtin)| *builtin == self)

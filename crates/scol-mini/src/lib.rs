@@ -65,7 +65,7 @@ pub use conditions::{AXES, Accuracy, Conditions, Frame};
 pub use diagnostic::{Diagnostic, MAX_DIAGNOSTICS, Severity, Span};
 pub use format::format;
 pub use lint::{check, check_with_points};
-pub use machine::{Jump, Machine, Monitored};
+pub use machine::{Jump, Machine, MonitorAction};
 pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};

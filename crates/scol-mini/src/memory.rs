@@ -28,7 +28,7 @@ pub enum AccessError {
     #[error("{0} is a variable of a program, not of GLOBAL or DATA")]
     NotGlobal(String),
     /// The value is of another kind.
-    #[error("{name} holds {}, found {}", expected.word(), found.word())]
+    #[error("{name} holds {}, found {}", expected.description(), found.description())]
     KindMismatch {
         /// The variable.
         name: String,
@@ -58,7 +58,7 @@ pub enum AccessError {
 }
 
 /// The variables and conditions of one selected file, shared by all its tasks. Variables of the programs are there
-/// once for each task that has run; [`forget`](Memory::forget) drops those of a task that has ended.
+/// once for each task that has run; [`drop_task`](Memory::drop_task) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
 #[derive(Debug, Clone)]

@@ -89,7 +89,8 @@ pub enum Request {
         /// Where from.
         channel: Channel,
         /// How many.
-        wanted: usize,
+        #[cfg_attr(feature = "serde", serde(rename = "wanted"))]
+        expected: usize,
     },
     /// Let time pass.
     Delay {

@@ -25,9 +25,9 @@ pub enum ValueKind {
 }
 
 impl ValueKind {
-    /// The word a message uses for the kind.
+    /// The kind as messages name it, with its article.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub fn description(self) -> &'static str {
         match self {
             ValueKind::Integer => "an integer",
             ValueKind::Real => "a real",

@@ -49,8 +49,8 @@ impl Play {
         if let Some(request) = self.machine.pending() {
             let answer = match request {
                 Request::Task { .. } => Some(Answer::Values(vec![Number::Integer(2)])),
-                Request::Input { wanted, .. } => {
-                    let filled = || Answer::Cancelled(vec![Number::Real(1.5); (*wanted).min(1)]);
+                Request::Input { expected, .. } => {
+                    let filled = || Answer::Cancelled(vec![Number::Real(1.5); (*expected).min(1)]);
                     Some(self.answers.pop_front().unwrap_or_else(filled))
                 }
                 _ => Some(Answer::Done),
@@ -263,9 +263,9 @@ fn a_state_that_was_tampered_with_is_refused_or_runs_but_never_panics() {
                 memory,
                 ..play.clone()
             };
-            changed.memory.forget_tasks(&program);
+            changed.memory.drop_tasks(&program);
             changed.finish(60);
-            let _ = changed.machine.look(&mut changed.memory, &World);
+            let _ = changed.machine.check_monitors(&mut changed.memory, &World);
             changed.machine.skip();
             changed.machine.restart();
             changed.finish(20);
@@ -337,9 +337,9 @@ fn an_input_that_wants_more_numbers_than_it_has_variables_is_refused() {
     let (mut machine, mut memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
     machine.run(&mut memory, &World, &mut 1);
     let mut json = serde_json::to_value(machine.state()).unwrap();
-    let wanted = json.pointer_mut("/state/Asked/request/Input/wanted").unwrap();
-    assert_eq!(*wanted, 2);
-    *wanted = usize::MAX.into();
+    let expected = json.pointer_mut("/state/Asked/request/Input/wanted").unwrap();
+    assert_eq!(*expected, 2);
+    *expected = usize::MAX.into();
     let error = Machine::restore(program, serde_json::from_value(json).unwrap()).unwrap_err();
     assert_eq!(
         error.to_string(),

@@ -10,7 +10,7 @@ use crate::robot::Robot;
 use alloc::boxed::Box;
 use alloc::format;
 use core::cell::Cell;
-use scol_mini::Monitored;
+use scol_mini::MonitorAction;
 
 impl Robot {
     /// Looks at the monitors of a task: between its statements, when something changes, and once a scan while time
@@ -33,13 +33,13 @@ impl Robot {
             unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         };
-        let found = task.machine.look(self.executor.memory_mut(), &view);
+        let found = task.machine.check_monitors(self.executor.memory_mut(), &view);
         if view.changing.get() {
             task.look_at = Some(due.unwrap_or(self.now + SCAN));
         }
         match found {
             Ok(None) => None,
-            Ok(Some(Monitored::Jump(jump))) => {
+            Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
                 if let TaskState::Moving { .. } = task.doing {
                     self.arm.stop(self.now);
@@ -50,7 +50,7 @@ impl Robot {
                 task.doing = TaskState::Ready;
                 Some(Step::DONE)
             }
-            Ok(Some(Monitored::Handler(machine))) => {
+            Ok(Some(MonitorAction::Handler(machine))) => {
                 task.handler = Some(Box::new(Task::new(*machine, self.now)));
                 Some(Step::Begun)
             }

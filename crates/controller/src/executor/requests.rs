@@ -34,7 +34,7 @@ impl Robot {
                 }
                 self.answer(task, Answer::Done, false)
             }
-            Request::Input { channel, wanted } => self.input(task, channel, wanted),
+            Request::Input { channel, expected } => self.input(task, channel, expected),
             // DELAY dwells where the motion before it has led.
             Request::Delay { .. } if self.moves(task) => {
                 task.doing = TaskState::Resting;

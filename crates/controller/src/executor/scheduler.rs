@@ -400,7 +400,7 @@ impl Robot {
         match pause {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
-            Pause::Ended if self.moves(task) && !task.machine.has_acted() => {
+            Pause::Ended if self.moves(task) && !task.machine.handler_ended() => {
                 task.doing = TaskState::Resting;
                 Step::Blocked
             }

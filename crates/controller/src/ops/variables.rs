@@ -46,8 +46,8 @@ impl Robot {
             return Err(format!(
                 "{} is {}, {} was asked for",
                 variable.name,
-                found.word(),
-                asked.word()
+                found.description(),
+                asked.description()
             ));
         }
         if kind.is_array() == variable.subscripts.is_empty() {

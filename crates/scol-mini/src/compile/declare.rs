@@ -103,7 +103,7 @@ fn element(declaration: &Declaration, value: Value, symbols: &mut Symbols) -> Re
         return Err(Problem::new(
             "E0207",
             name.span,
-            format!("{} holds {}", name.text, kind.word()),
+            format!("{} holds {}", name.text, kind.description()),
         ));
     };
     slot.initial.retain(|(known, _)| *known != index);

@@ -79,8 +79,12 @@ fn check_simple(simple: &Simple, symbols: &Symbols, sink: &mut Sink) {
                 && let Some(kind) = kind.or(component.map(|_| ValueKind::Real))
                 && (if number { !found.is_number() } else { found != kind })
             {
-                let expected = if number { "a number" } else { kind.word() };
-                let message = format!("{} takes {expected}, found {}", target.name.text, found.word());
+                let expected = if number { "a number" } else { kind.description() };
+                let message = format!(
+                    "{} takes {expected}, found {}",
+                    target.name.text,
+                    found.description()
+                );
                 sink.error(Problem::new("E0207", value.span, message));
             }
         }
@@ -161,13 +165,13 @@ fn expect(expression: &Expression, expected: Expected, symbols: &Symbols, sink: 
     };
     let (fits, word) = match expected {
         Expected::Number => (found.is_number(), "a number"),
-        Expected::Exactly(kind) => (found == kind, kind.word()),
+        Expected::Exactly(kind) => (found == kind, kind.description()),
     };
     if !fits {
         sink.error(Problem::new(
             "E0207",
             expression.span,
-            format!("expected {word}, found {}", found.word()),
+            format!("expected {word}, found {}", found.description()),
         ));
     }
 }
@@ -194,7 +198,7 @@ fn known(expression: &Expression, symbols: &Symbols, sink: &mut Sink) -> Option<
             if let Some(kind @ (ValueKind::Integer | ValueKind::Real | ValueKind::Load)) = kind {
                 let message = format!(
                     "expected positional or coordinate data before the dot, found {}",
-                    kind.word()
+                    kind.description()
                 );
                 sink.error(Problem::new("E0207", of.span, message));
             }
@@ -252,7 +256,7 @@ fn binary(
                 Some(kind)
             }
             (Some(a), Some(b)) if !a.is_number() || !b.is_number() => {
-                let message = format!("{} and {} cannot be multiplied", a.word(), b.word());
+                let message = format!("{} and {} cannot be multiplied", a.description(), b.description());
                 sink.error(Problem::new("E0207", left.span.to(right.span), message));
                 None
             }
@@ -278,7 +282,11 @@ fn binary(
         return Some(if a == b { a } else { ValueKind::Real });
     }
     if a != b || a == ValueKind::Load {
-        let message = format!("{} and {} cannot be added or subtracted", a.word(), b.word());
+        let message = format!(
+            "{} and {} cannot be added or subtracted",
+            a.description(),
+            b.description()
+        );
         sink.error(Problem::new("E0207", left.span.to(right.span), message));
     }
     Some(a)

@@ -69,7 +69,11 @@ pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value, RuntimeErr
         (Value::Real(value), ValueKind::Integer) => truncated(value).map(Value::Integer),
         (value, kind) if value.kind() == kind => Ok(value),
         (value, kind) => {
-            let message = format!("expected {}, found {}", kind.word(), value.kind().word());
+            let message = format!(
+                "expected {}, found {}",
+                kind.description(),
+                value.kind().description()
+            );
             Err(RuntimeError::new(FaultKind::Type, message))
         }
     }

@@ -120,7 +120,7 @@ impl Context<'_> {
             (left, right) => match (as_number(&left), as_number(&right)) {
                 (Some(a), Some(b)) => binary(operator, a, b, &self.program.options).map(as_value),
                 _ => {
-                    let (left, right) = (left.kind().word(), right.kind().word());
+                    let (left, right) = (left.kind().description(), right.kind().description());
                     let message = format!("{left} and {right} cannot be added or subtracted");
                     Err(RuntimeError::new(FaultKind::Type, message))
                 }
@@ -141,7 +141,7 @@ impl Context<'_> {
             (left, right) => match (as_number(&left), as_number(&right)) {
                 (Some(a), Some(b)) => binary(Binary::Multiply, a, b, &self.program.options).map(as_value),
                 _ => {
-                    let (left, right) = (left.kind().word(), right.kind().word());
+                    let (left, right) = (left.kind().description(), right.kind().description());
                     let message = format!("{left} and {right} cannot be multiplied");
                     Err(RuntimeError::new(FaultKind::Type, message))
                 }
@@ -155,7 +155,7 @@ impl Context<'_> {
         as_number(&value).ok_or_else(|| {
             RuntimeError::new(
                 FaultKind::Type,
-                format!("expected a number, found {}", value.kind().word()),
+                format!("expected a number, found {}", value.kind().description()),
             )
         })
     }
@@ -202,6 +202,10 @@ fn component(arm: Arm, value: &Value, letter: u8) -> Option<f64> {
 }
 
 pub(super) fn no_component(value: &Value, letter: u8) -> RuntimeError {
-    let message = format!("{} has no coordinate {}", value.kind().word(), char::from(letter));
+    let message = format!(
+        "{} has no coordinate {}",
+        value.kind().description(),
+        char::from(letter)
+    );
     RuntimeError::new(FaultKind::Type, message)
 }

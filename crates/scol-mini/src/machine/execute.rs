@@ -178,7 +178,7 @@ impl Machine {
                     .collect::<Result<_, _>>()?;
                 Some(Request::Input {
                     channel: *channel,
-                    wanted: targets.len(),
+                    expected: targets.len(),
                 })
             }
             Simple::Move { motion, with } => {
@@ -286,7 +286,7 @@ fn with_component(
         Value::Integer(value) => f64::from(*value),
         Value::Real(value) => f64::from(*value),
         other => {
-            let message = format!("a coordinate is a number, found {}", other.kind().word());
+            let message = format!("a coordinate is a number, found {}", other.kind().description());
             return Err(RuntimeError::new(FaultKind::Type, message));
         }
     };

@@ -211,7 +211,11 @@ pub(super) fn numeric(
             let result = scalar(builtin, double(first), double(second));
             if result.is_nan() {
                 #[expect(clippy::cast_possible_truncation, reason = "the digits of a single real")]
-                let message = format!("{} is not defined for {}", builtin.word(), double(first) as f32);
+                let message = format!(
+                    "{} is not defined for {}",
+                    builtin.keyword(),
+                    double(first) as f32
+                );
                 return Err(RuntimeError::new(FaultKind::Domain, message));
             }
             real(result as f32)

@@ -109,7 +109,7 @@ impl Machine {
                 let message = format!(
                     "a FOR counts with a number, {} is {}",
                     variable.name.text,
-                    other.kind().word()
+                    other.kind().description()
                 );
                 Err(RuntimeError::new(FaultKind::Type, message))
             }

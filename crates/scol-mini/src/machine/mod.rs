@@ -35,7 +35,7 @@ use crate::tree::{Expression, Simple};
 use crate::value::{Position, Value};
 
 pub(crate) use arithmetic::convert;
-pub use monitor::{Jump, Monitored};
+pub use monitor::{Jump, MonitorAction};
 use place::{Argument, ValuePlace};
 use vm::Stop;
 
@@ -217,7 +217,7 @@ impl Machine {
             RunPhase::Ready | RunPhase::Faulted | RunPhase::Waiting => {}
         }
         let program = Arc::clone(&self.program);
-        memory.enter(&program, self.task);
+        memory.switch_task(&program, self.task);
         loop {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
@@ -262,7 +262,7 @@ impl Machine {
         let pending = pending.clone();
         let numbers = numbers(&pending.request, answer).map_err(|error| self.fault(error))?;
         self.state = RunPhase::Ready;
-        memory.enter(&self.program, self.task);
+        memory.switch_task(&self.program, self.task);
         for (place, number) in pending.targets.iter().zip(numbers) {
             let program = Arc::clone(&self.program);
             if let Err(error) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
@@ -367,7 +367,7 @@ impl Machine {
 
     /// Whether this is the action of a monitor, and over: the motion under way is not its own.
     #[must_use]
-    pub fn has_acted(&self) -> bool {
+    pub fn handler_ended(&self) -> bool {
         let step = self.program.steps.get(self.at).map(|step| &step.operation);
         matches!(
             (&self.state, step),
@@ -422,13 +422,15 @@ impl Machine {
 /// The numbers an answer holds, filled up with zeros after a cancellation (INP-10).
 fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, RuntimeError> {
     match (request, answer) {
-        (Request::Input { wanted, .. }, Answer::Values(numbers)) if numbers.len() == *wanted => Ok(numbers),
-        (Request::Input { wanted, .. }, Answer::Cancelled(mut numbers)) if numbers.len() <= *wanted => {
-            numbers.resize(*wanted, Number::Integer(0));
+        (Request::Input { expected, .. }, Answer::Values(numbers)) if numbers.len() == *expected => {
             Ok(numbers)
         }
-        (Request::Input { wanted, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
-            let message = format!("INPUT wants {wanted} numbers, found {}", numbers.len());
+        (Request::Input { expected, .. }, Answer::Cancelled(mut numbers)) if numbers.len() <= *expected => {
+            numbers.resize(*expected, Number::Integer(0));
+            Ok(numbers)
+        }
+        (Request::Input { expected, .. }, Answer::Values(numbers) | Answer::Cancelled(numbers)) => {
+            let message = format!("INPUT wants {expected} numbers, found {}", numbers.len());
             Err(RuntimeError::new(FaultKind::Range, message))
         }
         (Request::Input { .. }, Answer::Done) => {

@@ -1,6 +1,6 @@
 //! Monitors: the conditions of `ON ... DO`, which are evaluated while the program runs.
 //!
-//! The caller decides when to evaluate them, with [`Machine::look`]. A condition that has become true leads to a jump, or to a
+//! The caller decides when to evaluate them, with [`Machine::check_monitors`]. A condition that has become true leads to a jump, or to a
 //! handler that runs beside the program. Executing the ON itself is in `execute`.
 
 use alloc::boxed::Box;
@@ -29,7 +29,7 @@ pub(super) struct Monitor {
 
 /// What a monitor has brought about.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Monitored {
+pub enum MonitorAction {
     /// The statement under way is given up, then [`Machine::jump`] with this.
     Jump(Jump),
     /// This machine is to be run to its end before the other one goes on.
@@ -70,12 +70,16 @@ impl Machine {
     ///
     /// # Errors
     /// A condition cannot be evaluated; its monitor is dropped.
-    pub fn look(&mut self, memory: &mut Memory, inputs: &dyn Inputs) -> Result<Option<Monitored>, Fault> {
+    pub fn check_monitors(
+        &mut self,
+        memory: &mut Memory,
+        inputs: &dyn Inputs,
+    ) -> Result<Option<MonitorAction>, Fault> {
         if !self.monitors_enabled {
             return Ok(None);
         }
         let program = Arc::clone(&self.program);
-        memory.enter(&program, self.task);
+        memory.switch_task(&program, self.task);
         for index in 0..self.monitors.len() {
             let Some(monitor) = self.monitors.get(index).copied() else {
                 break;
@@ -124,11 +128,11 @@ impl Machine {
         self.state = RunPhase::Ready;
     }
 
-    fn triggered(&self, monitor: Monitor, jump: bool) -> Monitored {
+    fn triggered(&self, monitor: Monitor, jump: bool) -> MonitorAction {
         if jump {
-            return Monitored::Jump(Jump(monitor));
+            return MonitorAction::Jump(Jump(monitor));
         }
-        Monitored::Handler(Box::new(Machine {
+        MonitorAction::Handler(Box::new(Machine {
             at: monitor.on + 1,
             task: self.task,
             ..Machine::main(Arc::clone(&self.program))

@@ -233,6 +233,6 @@ fn name(value: &Expression) -> Option<String> {
 fn wrong(expected: &str, found: &Value) -> RuntimeError {
     RuntimeError::new(
         FaultKind::Type,
-        format!("expected {expected}, found {}", found.kind().word()),
+        format!("expected {expected}, found {}", found.kind().description()),
     )
 }

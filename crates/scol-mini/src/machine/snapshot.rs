@@ -170,8 +170,8 @@ fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) 
             check_path(&motion.path)
         }
         Request::Print { data, .. } => expect(data.len() <= MAX_PRINT, "a PRINT as long as it can be"),
-        Request::Input { wanted, .. } => {
-            expect(*wanted == targets.len(), "a variable for each number of INPUT")
+        Request::Input { expected, .. } => {
+            expect(*expected == targets.len(), "a variable for each number of INPUT")
         }
         Request::Delay { seconds: time } => seconds(*time),
         Request::Pulse { line, seconds: time } => {

@@ -175,7 +175,7 @@ fn input_fills_variables_in_their_kind_and_cancelled_ones_are_0() {
         machine.restart();
         let asked = Pause::Request(Request::Input {
             channel: Channel::Com1,
-            wanted: 3,
+            expected: 3,
         });
         assert_eq!(machine.run(memory, &STILL, &mut 1), asked);
         machine.answer(memory, answer)

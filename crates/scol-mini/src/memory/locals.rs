@@ -32,7 +32,7 @@ pub(super) fn extent(slots: &[Slot], variables: usize) -> (usize, Range<usize>) 
 
 impl Memory {
     /// Brings the variables of this task into the cells; a task that has none yet begins with the initial ones.
-    pub(crate) fn enter(&mut self, program: &Program, task: u16) {
+    pub(crate) fn switch_task(&mut self, program: &Program, task: u16) {
         if task == self.task || task == DIRECT {
             return;
         }
@@ -63,9 +63,9 @@ impl Memory {
     }
 
     /// A task has ended: its variables are gone. Those of the main program stay.
-    pub fn forget(&mut self, program: &Program, task: u16) {
+    pub fn drop_task(&mut self, program: &Program, task: u16) {
         if task == self.task {
-            self.enter(program, MAIN_TASK);
+            self.switch_task(program, MAIN_TASK);
         }
         if task != MAIN_TASK
             && let Some(locals) = self.parked.remove(&task)
@@ -75,8 +75,8 @@ impl Memory {
     }
 
     /// All tasks but the main program have ended.
-    pub fn forget_tasks(&mut self, program: &Program) {
-        self.enter(program, MAIN_TASK);
+    pub fn drop_tasks(&mut self, program: &Program) {
+        self.switch_task(program, MAIN_TASK);
         for locals in core::mem::take(&mut self.parked).values() {
             self.release(locals);
         }

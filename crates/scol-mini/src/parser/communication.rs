@@ -102,7 +102,7 @@ impl Cursor<'_> {
         self.expect_sign(Sign::Open, "(")?;
         let lines = self.list(Sign::Close, ")")?;
         if lines.is_empty() || lines.len() > MAX_ARGUMENTS {
-            let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.word());
+            let message = format!("{} takes 1 to {MAX_ARGUMENTS} outputs", Builtin::Dout.keyword());
             return Err(Problem::new("E0206", start.to(self.before()), message));
         }
         Ok(Simple::Outputs(lines))

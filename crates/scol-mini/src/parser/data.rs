@@ -99,7 +99,7 @@ impl Cursor<'_> {
         if numbers.len() > most {
             let message = format!(
                 "{} takes at most {most} numbers, found {}",
-                kind.word(),
+                kind.description(),
                 numbers.len()
             );
             return Err(Problem::new("E0401", start.to(self.before()), message));

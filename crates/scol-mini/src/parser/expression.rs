@@ -347,7 +347,7 @@ impl Cursor<'_> {
             let plural = if count == "1" { "" } else { "s" };
             let message = format!(
                 "{} takes {count} argument{plural}, found {}",
-                builtin.word(),
+                builtin.keyword(),
                 arguments.len()
             );
             return Err(Problem::new("E0206", span, message));

@@ -173,7 +173,7 @@ pub fn describe(request: &Request) -> String {
             format!("PRINT {channel:?} {:?}", String::from_utf8_lossy(data))
         }
         Request::BufferReset { channel } => format!("RESET {channel:?}"),
-        Request::Input { channel, wanted } => format!("INPUT {channel:?} {wanted}"),
+        Request::Input { channel, expected } => format!("INPUT {channel:?} {expected}"),
         Request::Delay { seconds } => format!("DELAY {seconds}"),
         Request::Outputs(list) => format!("OUTPUTS {list:?}"),
         Request::Stop => "STOP".into(),

@@ -23,8 +23,8 @@ fn history(program: &Arc<Program>, portion: u32) -> Vec<String> {
             machine.arguments
         ));
         match pause {
-            Pause::Request(Request::Input { wanted, .. }) => {
-                let numbers = (0..wanted).map(|n| Number::Real(n as f32 + 1.5)).collect();
+            Pause::Request(Request::Input { expected, .. }) => {
+                let numbers = (0..expected).map(|n| Number::Real(n as f32 + 1.5)).collect();
                 let _ = machine.answer(&mut memory, Answer::Values(numbers));
             }
             Pause::Request(Request::Task { .. }) => {
