@@ -251,7 +251,7 @@ commands! {
     Hi {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`MAX_LINES_READ`].
+        /// How many, 1 to [`super::MAX_LINES_READ`].
         count: u8,
     } => hi {
         letters: "HI", form: "HI,<first line> <count>", example: "HI,1 8",
@@ -264,7 +264,7 @@ commands! {
     Ho {
         /// Number of the first line; the last is at most 65535.
         first: u16,
-        /// How many, 1 to [`MAX_LINES_WRITTEN`].
+        /// How many, 1 to [`super::MAX_LINES_WRITTEN`].
         count: u8,
         /// Below two to the power of `count`.
         value: u32,
