@@ -8,6 +8,7 @@
 use crate::extensions::scara_of;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Event, Output, Port};
+use ts3100_proto::status::ExecutionStatus;
 use ts3100_tests::Robot;
 
 /// The override at which all times fit, percent.
@@ -62,7 +63,7 @@ fn move_to(name: &str) -> String {
 
 /// Whether the status went from running to stopped since `seen` outputs.
 fn has_ended(robot: &Robot, seen: usize) -> bool {
-    let ended = |output: &Output| matches!(output, Output::Event(Event::Status { status, .. }) if status.starts_with("stop"));
+    let ended = |output: &Output| matches!(output, Output::Event(Event::Status { status, .. }) if *status != ExecutionStatus::Running);
     robot.outputs.iter().skip(seen).any(ended)
 }
 

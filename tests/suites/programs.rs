@@ -75,7 +75,7 @@ impl Log {
                     self.line(robot, &format!("ALARM {number} {text}"));
                 }
                 Output::Event(Event::Status { status, line }) => {
-                    self.line(robot, &format!("{} line {line}", status.to_uppercase()));
+                    self.line(robot, &format!("{} line {line}", status.as_str().to_uppercase()));
                 }
                 _ => {}
             }

@@ -7,7 +7,7 @@ use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
-use ts3100_proto::status::MasterMode;
+use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;
 
 /// One thing the edge is asked to do.
@@ -175,8 +175,8 @@ pub enum Event {
     AlarmsReset,
     /// The execution status changed.
     Status {
-        /// The manual's word, for example `stop (retry)`.
-        status: &'static str,
+        /// The new status.
+        status: ExecutionStatus,
         /// Line of the selected file at which the program stands.
         line: u32,
     },

@@ -13,11 +13,11 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{
     ArmPose, Config, Controller, DriveError, Input, PanelAction, SelectError, StatementCoverage, Time,
 };
+use ts3100_proto::status::ExecutionStatus;
 
 /// Name of the teach pendant as a channel.
 pub const PENDANT: &str = "TP";
 /// The controller's status text for a program at its first step.
-const RESET: &str = "stop (reset)";
 /// The channels that get a simulated peer.
 const CHANNELS: [Port; 3] = [Port::Com1, Port::Ip1, Port::Ip2];
 
@@ -279,7 +279,7 @@ impl Runner {
         match event {
             Event::Statement { line, task } if self.trace => listen(at, RunEvent::Statement { line, task }),
             Event::Alarm { number, text } => self.alarm = Some((number, text)),
-            Event::Status { status, .. } => self.at_first_step = status == RESET,
+            Event::Status { status, .. } => self.at_first_step = status == ExecutionStatus::Reset,
             Event::Finding {
                 rule: "panel-refused",
                 message,

@@ -249,6 +249,7 @@ fn log_event(t: &str, event: &Event) {
         Event::ActionRefused(error) => info!(event = "undone", "{error}"),
         Event::AlarmsReset => info!(event = "alarms-reset", t, "alarms reset"),
         Event::Status { status, line } => {
+            let status = status.as_str();
             info!(event = "status", t, status, line, "status: {status}, line {line}");
         }
         Event::Statement { line, task } => {

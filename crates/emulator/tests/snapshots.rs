@@ -11,6 +11,7 @@ use ts3100_controller::port::Port;
 use ts3100_controller::{Event, Output, PanelAction};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::Emulator;
+use ts3100_proto::status::ExecutionStatus;
 
 /// Longest wait for anything; reached only when a test fails.
 const LONG: Duration = Duration::from_secs(30);
@@ -114,7 +115,7 @@ fn a_program_goes_on_from_its_input_with_the_peer_that_is_there() {
         assert_eq!(peer.until(b'\r').trim(), format!("{}\\r", number + 1));
         let ended = |output: &Output| match output {
             Output::Event(Event::Status {
-                status: "stop (reset)",
+                status: ExecutionStatus::Reset,
                 ..
             }) => Some(()),
             _ => None,

@@ -9,7 +9,7 @@ use crate::robot::{Robot, RunNotice};
 use crate::state::PanelState;
 use alloc::string::String;
 use scol_mini::Answer;
-use ts3100_proto::status::{AlarmLevel, ExecutionStatus};
+use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
     /// Automatic operation starts or goes on.
@@ -172,14 +172,8 @@ impl Robot {
 
     /// Tells the log where the program stands.
     pub(crate) fn report_status(&mut self) {
-        let status = match self.executor.shown_status() {
-            ExecutionStatus::Reset => "stop (reset)",
-            ExecutionStatus::Running => "running",
-            ExecutionStatus::Retry => "stop (retry)",
-            ExecutionStatus::Continue => "stop (continue)",
-        };
         self.event(Event::Status {
-            status,
+            status: self.executor.shown_status(),
             line: self.executor.line(),
         });
     }

@@ -317,7 +317,7 @@ impl ApiEvent {
             },
             Event::AlarmsReset => new("alarms-reset"),
             Event::Status { status, line } => ApiEvent {
-                status: Some(status),
+                status: Some(status.as_str()),
                 line: Some(*line),
                 ..new("status")
             },

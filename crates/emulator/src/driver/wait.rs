@@ -76,7 +76,7 @@ impl Wait {
     pub fn observe(&mut self, output: &Output) {
         match (&self.condition, output) {
             (WaitCondition::Status(expected), Output::Event(Event::Status { status, .. })) => {
-                self.occurred |= *status == status_description(*expected);
+                self.occurred |= status == expected;
             }
             (WaitCondition::Statement(expected), Output::Event(Event::Statement { line, .. })) => {
                 self.occurred |= line == expected;
@@ -132,16 +132,5 @@ impl Wait {
                 }),
                 WaitCondition::Idle => controller.is_idle(),
             }
-    }
-}
-
-/// The text that events use for an execution status.
-#[must_use]
-pub fn status_description(status: ExecutionStatus) -> &'static str {
-    match status {
-        ExecutionStatus::Reset => "stop (reset)",
-        ExecutionStatus::Running => "running",
-        ExecutionStatus::Retry => "stop (retry)",
-        ExecutionStatus::Continue => "stop (continue)",
     }
 }

@@ -7,6 +7,7 @@ use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::{Action, Controller, alarm};
+use ts3100_proto::status::ExecutionStatus;
 
 /// Every form of a condition.
 pub const CONDITIONS: [&str; 18] = [
@@ -87,7 +88,7 @@ pub enum ScenarioCondition {
     /// Alarms are reset.
     AlarmsReset,
     /// The status becomes this.
-    Status(String),
+    Status(ExecutionStatus),
     /// Servo power goes on or off.
     Servo(bool),
     /// A file is selected; none for an empty name.
@@ -255,7 +256,7 @@ impl ScenarioCondition {
                 expected.as_ref().is_none_or(|expected| expected == number)
             }
             (ScenarioCondition::AlarmsReset, Event::AlarmsReset) => true,
-            (ScenarioCondition::Status(word), Event::Status { status, .. }) => *word == squeezed(status),
+            (ScenarioCondition::Status(expected), Event::Status { status, .. }) => expected == status,
             (ScenarioCondition::Servo(expected), Event::Servo(on)) => expected == on,
             (ScenarioCondition::Selected(expected), Event::Selected(file)) => {
                 expected == file.as_deref().unwrap_or_default()
@@ -294,7 +295,7 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Alarm(None) => f.write_str("alarm"),
             ScenarioCondition::Alarm(Some(number)) => write!(f, "alarm {number}"),
             ScenarioCondition::AlarmsReset => f.write_str("alarms-reset"),
-            ScenarioCondition::Status(word) => write!(f, "status {word}"),
+            ScenarioCondition::Status(status) => write!(f, "status {}", status.compact_str()),
             ScenarioCondition::Servo(on) => write!(f, "servo {}", state(on)),
             ScenarioCondition::Selected(name) if name.is_empty() => f.write_str("selected none"),
             ScenarioCondition::Selected(name) => write!(f, "selected {name}"),
@@ -340,17 +341,13 @@ fn alarm_number(word: &str) -> Result<String, String> {
     ))
 }
 
-fn squeezed(word: &str) -> String {
-    word.chars().filter(|letter| *letter != ' ').collect()
-}
-
-fn status(word: &str) -> Result<String, String> {
-    let words = ["running", "stop(reset)", "stop(retry)", "stop(continue)"];
-    let found = squeezed(word);
-    if words.contains(&found.as_str()) {
-        return Ok(found);
-    }
-    Err(format!("expected {}, found `{word}`", words.join(", ")))
+/// An execution status in the words of SU; blanks do not count.
+fn status(word: &str) -> Result<ExecutionStatus, String> {
+    let found: String = word.chars().filter(|letter| *letter != ' ').collect();
+    let mut known = ExecutionStatus::ALL.into_iter();
+    known
+        .find(|status| status.compact_str() == found)
+        .ok_or_else(|| format!("expected running, stop(reset), stop(retry), stop(continue), found `{word}`"))
 }
 
 fn switch(word: &str) -> Result<bool, String> {

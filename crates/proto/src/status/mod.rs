@@ -105,12 +105,40 @@ impl ExecutionStatus {
         }
     }
 
+    /// The words of the manual, as the six records of SU have them: `stop (retry)`.
+    #[must_use]
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            ExecutionStatus::Reset => "stop (reset)",
+            ExecutionStatus::Running => "running",
+            ExecutionStatus::Retry => "stop (retry)",
+            ExecutionStatus::Continue => "stop (continue)",
+        }
+    }
+
+    /// The same words without blanks, as the one record of SU has them: `stop(retry)`.
+    #[must_use]
+    pub const fn compact_str(self) -> &'static str {
+        match self {
+            ExecutionStatus::Reset => "stop(reset)",
+            ExecutionStatus::Running => "running",
+            ExecutionStatus::Retry => "stop(retry)",
+            ExecutionStatus::Continue => "stop(continue)",
+        }
+    }
+
     /// The status of a value in SF.
     #[must_use]
     pub fn from_code(code: u8) -> Option<ExecutionStatus> {
         ExecutionStatus::ALL
             .into_iter()
             .find(|status| status.code() == code)
+    }
+}
+
+impl core::fmt::Display for ExecutionStatus {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.as_str())
     }
 }
 

@@ -133,14 +133,9 @@ fn mode_word(mode: MasterMode, layout: SuLayout) -> &'static str {
 }
 
 fn execution_word(status: ExecutionStatus, layout: SuLayout) -> &'static str {
-    match (status, layout) {
-        (ExecutionStatus::Running, _) => "running",
-        (ExecutionStatus::Reset, SuLayout::OneRecord) => "stop(reset)",
-        (ExecutionStatus::Reset, SuLayout::SixRecords) => "stop (reset)",
-        (ExecutionStatus::Retry, SuLayout::OneRecord) => "stop(retry)",
-        (ExecutionStatus::Retry, SuLayout::SixRecords) => "stop (retry)",
-        (ExecutionStatus::Continue, SuLayout::OneRecord) => "stop(continue)",
-        (ExecutionStatus::Continue, SuLayout::SixRecords) => "stop (continue)",
+    match layout {
+        SuLayout::OneRecord => status.compact_str(),
+        SuLayout::SixRecords => status.as_str(),
     }
 }
 

@@ -7,7 +7,7 @@ use super::args::Decoder;
 use serde_json::{Map, Value, json};
 use std::fmt::Write as _;
 use ts3100_proto::calendar::CalendarTime;
-use ts3100_proto::command::{Number, RunMode};
+use ts3100_proto::command::Number;
 use ts3100_proto::status::ac::{self, AlarmRecord};
 use ts3100_proto::status::ca::{self, DirectoryEntry};
 use ts3100_proto::status::eu::{self, ErrorEntry};
@@ -45,12 +45,12 @@ fn list<T>(items: &[T], show: fn(&T) -> Value) -> Value {
 fn status(body: &StatusBody) -> Value {
     json!({
         "mode": body.master_mode.as_str(),
-        "run_mode": run_mode(body.run_mode),
+        "run_mode": body.run_mode.as_str(),
         "file": body.file,
         "override_percent": body.override_percent,
         "speed_limit_percent": body.speed_limit_percent,
         "machine_lock": body.machine_lock,
-        "status": execution(body.execution),
+        "status": body.execution.as_str(),
     })
 }
 
@@ -113,7 +113,7 @@ fn quick_status(status: &QuickStatus) -> Value {
         "servo": status.servo,
         "master_mode": name_or_number(&QUICK_MODES, status.master_mode),
         "run_mode": name_or_number(&QUICK_RUN_MODES, status.run_mode),
-        "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(execution(status))),
+        "status": ExecutionStatus::from_code(status.run_status).map_or(json!(status.run_status), |status| json!(status.as_str())),
         "override_percent": status.override_percent,
         "alarm_level": status.alarm_level,
         "do_ended": status.ended,
@@ -149,7 +149,7 @@ pub(super) fn system_status(status: &SystemStatus) -> Value {
     json!({
         "servo": status.servo,
         "emergency_stop": status.emergency_stop,
-        "status": execution(status.execution),
+        "status": status.execution.as_str(),
         "su_request": status.su_request,
         "alarms": status.alarms.iter().filter_map(|word| sf::alarm_from_word(*word)).map(|(level, code)| alarm(level, code)).collect::<Vec<_>>(),
         "execution_line": status.execution_line,
@@ -219,24 +219,6 @@ fn sf_mode(code: u16) -> Value {
         2 => json!("EXT (SIG)"),
         3 => json!("EXT (HOST)"),
         other => json!(other),
-    }
-}
-
-fn run_mode(mode: RunMode) -> &'static str {
-    match mode {
-        RunMode::Continuous => "continuous",
-        RunMode::Cycle => "cycle",
-        RunMode::Step => "step",
-        RunMode::Segment => "segment",
-    }
-}
-
-fn execution(status: ExecutionStatus) -> &'static str {
-    match status {
-        ExecutionStatus::Reset => "stop (reset)",
-        ExecutionStatus::Running => "running",
-        ExecutionStatus::Retry => "stop (retry)",
-        ExecutionStatus::Continue => "stop (continue)",
     }
 }
 
