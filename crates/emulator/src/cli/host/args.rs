@@ -23,7 +23,7 @@ pub(in crate::cli) struct HostArgs {
     #[arg(value_name = "ADDR")]
     pub(super) address: String,
     #[command(subcommand)]
-    pub(super) command: HostCommand,
+    pub(super) command: HostSubcommand,
     /// Send texts without STX
     #[arg(long, global = true)]
     pub(super) no_stx: bool,
@@ -48,7 +48,16 @@ pub(in crate::cli) fn seconds(word: &str) -> Result<Duration, String> {
         .ok_or_else(|| "expected a number of seconds above 0, at most 86400".to_owned())
 }
 
-/// One command.
+/// Any command of the table.
+#[derive(Debug, Subcommand)]
+pub(super) enum HostSubcommand {
+    #[command(flatten)]
+    Known(HostCommand),
+    #[command(flatten)]
+    Other(TableCommand),
+}
+
+/// A command with arguments of its own.
 #[derive(Debug, Subcommand)]
 pub(super) enum HostCommand {
     #[command(about = help("SU"))]
@@ -156,8 +165,6 @@ pub(super) enum HostCommand {
     Fd,
     #[command(flatten)]
     Extension(Extension),
-    #[command(flatten)]
-    Other(TableCommand),
 }
 
 /// Which decoder an answer needs.
@@ -202,7 +209,7 @@ pub(super) enum ExchangeKind {
     Lines,
 }
 
-impl HostCommand {
+impl HostSubcommand {
     /// The command as proto understands it.
     ///
     /// # Errors
@@ -215,8 +222,24 @@ impl HostCommand {
         })
     }
 
-    /// What is to be done with it.
     pub(super) fn exchange_kind(&self) -> ExchangeKind {
+        match self {
+            HostSubcommand::Known(command) => command.exchange_kind(),
+            HostSubcommand::Other(command) => command.exchange_kind(),
+        }
+    }
+
+    fn message(&self) -> Result<String, HostError> {
+        match self {
+            HostSubcommand::Known(command) => command.message(),
+            HostSubcommand::Other(command) => Ok(command.message()),
+        }
+    }
+}
+
+impl HostCommand {
+    /// What is to be done with it.
+    fn exchange_kind(&self) -> ExchangeKind {
         match self {
             HostCommand::Su => ExchangeKind::Status(Decoder::Status),
             HostCommand::Sf => ExchangeKind::SystemStatus,
@@ -229,7 +252,6 @@ impl HostCommand {
             },
             HostCommand::Dl { file, .. } => ExchangeKind::Download { file: file.clone() },
             HostCommand::Extension(extension) => extension.exchange_kind(),
-            HostCommand::Other(other) => other.exchange_kind(),
             HostCommand::Rn { wait: Some(limit) } => ExchangeKind::RunAndWait(*limit),
             HostCommand::Rn { wait: None }
             | HostCommand::Er { .. }
@@ -285,7 +307,6 @@ impl HostCommand {
             HostCommand::Ec { words } => format!("EC,{}", words.join(" ")),
             HostCommand::Fd => "FD".to_owned(),
             HostCommand::Extension(extension) => extension.message(),
-            HostCommand::Other(other) => other.message(),
         })
     }
 }

@@ -3,7 +3,7 @@
 //!
 //! So a new row of the table can be sent at once, with its operands as on the wire and its answer as it comes.
 
-use super::args::ExchangeKind;
+use super::args::{ExchangeKind, HostCommand};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Command, Error, FromArgMatches, Subcommand};
 use ts3100_proto::command::{Answer, COMMANDS, CommandRow, Sender};
@@ -81,7 +81,7 @@ impl Subcommand for TableCommand {
     }
 
     fn has_subcommand(name: &str) -> bool {
-        rows().any(|row| word(row) == name)
+        !HostCommand::has_subcommand(name) && rows().any(|row| word(row) == name)
     }
 }
 
@@ -106,12 +106,12 @@ impl FromArgMatches for TableCommand {
 
 #[cfg(test)]
 mod tests {
-    use super::super::args::HostCommand;
+    use super::super::args::HostSubcommand;
     use super::*;
 
     #[test]
     fn every_command_of_the_table_has_a_word_and_its_help() {
-        let words = HostCommand::augment_subcommands(Command::new("host"));
+        let words = HostSubcommand::augment_subcommands(Command::new("host"));
         for row in rows() {
             let found = words.find_subcommand(word(row)).map(Command::get_about);
             let about = found.flatten().map(ToString::to_string);
