@@ -386,3 +386,60 @@ fn clauses_named_by_transcripts_exist_in_form() {
         }
     }
 }
+
+/// Most `impl Controller` blocks: the controller routes, its parts work.
+const CONTROLLER_BLOCKS: usize = 4;
+/// Most lines of `controller.rs`.
+const CONTROLLER_LINES: usize = 250;
+/// Fields of the ports, which only the ports' own files write.
+const PORT_FIELDS: [&str; 3] = [".sessions", ".lines.get", ".send_queue"];
+/// Functions that return `Result<_, String>` outside tests. May only fall: an error has a type.
+const STRING_ERRORS: usize = 105;
+
+#[test]
+fn the_controller_routes_and_only_the_ports_write_conversations() {
+    let inside = root().join("crates/controller/src");
+    let mut blocks = 0;
+    let mut offenders = Vec::new();
+    for (path, text) in sources() {
+        let Ok(room) = path.strip_prefix(&inside) else {
+            continue;
+        };
+        let text = product(&text);
+        blocks += text
+            .lines()
+            .filter(|line| line.starts_with("impl Controller "))
+            .count();
+        if room == Path::new("controller.rs") {
+            let lines = text.lines().count();
+            assert!(lines < CONTROLLER_LINES, "controller.rs has {lines} lines");
+        }
+        // A snapshot is the whole value, and queries only read.
+        let ports = ["endpoint", "endpoint.rs", "snapshot", "queries.rs", "findings"];
+        if ports.iter().any(|port| room.starts_with(port)) || is_test(&path) {
+            continue;
+        }
+        for (number, line) in text.lines().enumerate() {
+            if PORT_FIELDS.iter().any(|field| line.contains(field)) {
+                offenders.push(format!("{}:{}: {}", path.display(), number + 1, line.trim()));
+            }
+        }
+    }
+    assert!(blocks <= CONTROLLER_BLOCKS, "{blocks} blocks of impl Controller");
+    none("the robot reaches into the ports", &offenders);
+}
+
+#[test]
+fn errors_without_a_type_do_not_become_more() {
+    let inside = sources().into_iter().filter(|(path, _)| !is_test(path));
+    let found: usize = inside
+        .map(|(_, text)| {
+            product(&text).matches(", String>").count()
+                - product(&text).matches("Map<String, String>").count()
+        })
+        .sum();
+    assert!(
+        found <= STRING_ERRORS,
+        "{found} of at most {STRING_ERRORS}: give the error a type"
+    );
+}

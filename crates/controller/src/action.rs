@@ -138,6 +138,14 @@ pub struct ActionError {
     /// Where: the line, the variable, the file, the switch.
     pub place: String,
 }
+/// What became of an input that was not refused.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Accepted {
+    /// It has had its effect.
+    Done,
+    /// A file it changes is to be persisted first ([`Output::Persist`]).
+    Pending,
+}
 
 /// What kind of refusal it is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! The controller value: one input, its effects, and the deadlines. It routes between the ports ([`Endpoints`]) and the
 //! robot behind them ([`Robot`]) and decides nothing else.
 
-use crate::action::{Action, ActionError, ActionErrorKind};
+use crate::action::{Accepted, Action, ActionError, ActionErrorKind};
 use crate::alarm::Alarm;
 use crate::drive::DriveError;
 use crate::endpoint::Endpoints;
@@ -15,15 +15,6 @@ use crate::time::Time;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::name::FileName;
-
-/// What became of an input that was not refused.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Accepted {
-    /// It has had its effect.
-    Done,
-    /// A file it changes is to be persisted first ([`Output::Persist`]).
-    Pending,
-}
 
 /// The robot controller.
 #[derive(Debug, Clone, PartialEq)]

@@ -55,10 +55,10 @@ pub mod statement_coverage;
 pub mod time;
 pub mod variation;
 
-pub use action::{Action, ActionError, ActionErrorKind, IoKind};
+pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
 pub use arm::ArmPose;
 pub use command_coverage::CommandCoverage;
-pub use controller::{Accepted, Controller};
+pub use controller::Controller;
 pub use drive::DriveError;
 pub use endpoint::serial_line;
 pub use endpoint::serial_line::{HostEnd, HostSettings};
