@@ -179,7 +179,7 @@ pub(crate) struct Call {
     pub return_to: u32,
 }
 
-/// What is handed over for a parameter.
+/// The argument of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Passed {
     /// A variable, by reference.

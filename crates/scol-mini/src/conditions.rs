@@ -12,7 +12,7 @@ use crate::value::{Configuration, Payload, Trans};
 pub struct Frame {
     /// Upper-case name of the coordinate data; `None` when it was written in place.
     pub name: Option<String>,
-    /// Where it lies.
+    /// Its origin and orientation in the system around it, in mm and degrees.
     pub trans: Trans,
 }
 
@@ -21,7 +21,7 @@ pub const AXES: usize = 8;
 /// Overlap ratio before `PASS` sets one, in percent.
 const FIRST_PASS: f64 = 50.0;
 
-/// `ACCUR`.
+/// How exactly a motion ends before the program goes on (`ACCUR`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Accuracy {
@@ -51,7 +51,7 @@ pub struct Conditions {
     pub work: Frame,
     /// Selected load and the name of its data; `None` after `FREELOAD`.
     pub payload: Option<(Option<String>, Payload)>,
-    /// `ENABLE NOWAIT`: statements behind a motion go on once it has started.
+    /// `ENABLE NOWAIT`: statements after a motion go on once it has started.
     pub nowait: bool,
     /// Overlap ratio of `PASS` in percent, 0 to 100; it holds while `passing`.
     pub pass: f64,

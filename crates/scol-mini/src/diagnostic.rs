@@ -33,14 +33,14 @@ pub const MAX_DIAGNOSTICS: usize = 100;
 pub enum Severity {
     /// There will be no program.
     Error,
-    /// The program runs, but look here.
+    /// The program compiles, but is likely wrong here.
     Warning,
 }
 
 /// A range of bytes of the source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Span {
-    /// First byte.
+    /// Index of the first byte in the source.
     pub start: usize,
     /// One past the last.
     pub end: usize,
@@ -57,7 +57,7 @@ impl Span {
     }
 }
 
-/// One remark.
+/// An error or a warning about a source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Error or warning.

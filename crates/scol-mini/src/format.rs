@@ -65,7 +65,7 @@ fn line_end(source: &str) -> &'static str {
     }
 }
 
-/// Where the layout stands.
+/// The state of the layout.
 #[derive(Default)]
 struct Layout {
     /// Inside GLOBAL, PROGRAM or DATA.
@@ -126,7 +126,7 @@ impl Layout {
         if head == "FOR" && self.block {
             self.loops = (self.loops + 1).min(MAX_FOR_NESTING);
         }
-        // A label stands out, so that the target of a jump is seen.
+        // A label is not indented, so that the target of a jump is seen.
         if labelled { 0 } else { depth }
     }
 
@@ -148,7 +148,7 @@ impl Layout {
         text
     }
 
-    /// `true` when a blank stands between `before` and `next`.
+    /// `true` when a blank belongs between `before` and `next`.
     fn parted(
         &self,
         earlier: Option<&Lexeme>,
@@ -200,7 +200,7 @@ fn comment<'a>(source: &'a str, line: Line, tokens: &[Lexeme]) -> &'a str {
         .trim_matches(' ')
 }
 
-/// The blanks between statement and comment stay: people line comments up. At least one stands there.
+/// The blanks between statement and comment stay, because people line comments up. There is at least one.
 fn gap<'a>(source: &'a str, tokens: &[Lexeme], comment: &str) -> &'a str {
     let start = tokens.last().map_or(0, |last| last.span.end);
     let rest = source.get(start..).unwrap_or_default();

@@ -19,13 +19,13 @@ pub(crate) enum Token {
     Integer(i64),
     /// Digits with a point or an exponent.
     Real(f32),
-    /// What stands between double quotes.
+    /// The text between double quotes.
     Text(String),
     /// An operator or punctuation.
     Sign(Sign),
 }
 
-/// Operators and punctuation.
+/// Operators and punctuation; an operator of two characters is one sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sign {
     Open,

@@ -263,7 +263,7 @@ impl Memory {
         }
     }
 
-    /// Positions that stand in a coordinate system follow when it is changed.
+    /// Positions that refer to a coordinate system follow when it is changed.
     fn move_work(&mut self, frame: &Arc<Frame>) {
         for value in &mut self.vectors {
             if let Value::Position(position) = value

@@ -103,7 +103,7 @@ impl Outline {
             .find(|part| part.first <= line && line <= part.last)
     }
 
-    /// Names of GLOBAL and DATA and where each stands first.
+    /// Names of GLOBAL and DATA and where each is declared first.
     pub fn shared(&self) -> BTreeMap<&str, Span> {
         let mut names = BTreeMap::new();
         for name in self.globals.iter().flat_map(Row::declared) {

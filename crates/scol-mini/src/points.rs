@@ -53,9 +53,9 @@ pub struct PointsError {
     pub line: usize,
     /// Character of the line, from 1.
     pub column: usize,
-    /// What could stand there.
+    /// What could be there.
     pub expected: String,
-    /// What stands there.
+    /// What is there.
     pub found: String,
 }
 

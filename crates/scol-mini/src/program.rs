@@ -88,7 +88,7 @@ pub(crate) enum Operation {
         arguments: Vec<Expression>,
     },
     Return,
-    /// Begins to watch; the action is the next step, `after` the one behind its `HandlerEnd`.
+    /// Starts a monitor; the action is the next step, `after` the one after its `HandlerEnd`.
     On {
         condition: Expression,
         after: usize,
@@ -141,7 +141,7 @@ pub(crate) struct Slot {
     pub zeroed: bool,
     /// Initial values by flat index.
     pub initial: Vec<(usize, Value)>,
-    /// Positions of DATA stand in this coordinate system.
+    /// Positions of DATA refer to this coordinate system.
     pub is_work: bool,
     /// Its first cell in the memory.
     pub base: usize,

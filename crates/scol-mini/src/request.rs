@@ -10,7 +10,7 @@ use alloc::vec::Vec;
 use crate::conditions::Conditions;
 use crate::value::Position;
 
-/// Most bytes one `PRINT` sends; what is more is cut in front of its CR (SER-03).
+/// Most bytes one `PRINT` sends; the rest is cut off before its CR (SER-03).
 pub const MAX_PRINT: usize = 256;
 
 /// What expressions may look at outside the program.
@@ -23,7 +23,7 @@ pub trait Inputs {
     }
     /// State of an output signal, counted from 1.
     fn dout(&self, line: u16) -> bool;
-    /// `MOTION`: how much of the present motion is done, in percent; 100 when the arm stands.
+    /// `MOTION`: how much of the present motion is done, in percent; 100 when the arm is at rest.
     fn motion_percent(&self) -> f64;
     /// `HERE`: the present position.
     fn here(&self) -> Position;
@@ -33,15 +33,15 @@ pub trait Inputs {
     fn timer(&self) -> f64 {
         0.0
     }
-    /// `MOTIONT`: how long the present motion has gone on, in seconds; 0 when the arm stands.
+    /// `MOTIONT`: how long the present motion has gone on, in seconds; 0 when the arm is at rest.
     fn motion_seconds(&self) -> f64 {
         0.0
     }
-    /// `REMAINT`: how long the present motion will still go on, in seconds; 0 when the arm stands.
+    /// `REMAINT`: how long the present motion will still go on, in seconds; 0 when the arm is at rest.
     fn remaining_seconds(&self) -> f64 {
         0.0
     }
-    /// `DEST`: where the present motion leads; `HERE` when the arm stands.
+    /// `DEST`: where the present motion leads; `HERE` when the arm is at rest.
     fn destination(&self) -> Position {
         self.here()
     }
@@ -50,7 +50,7 @@ pub trait Inputs {
 /// Why the machine returned.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Pause {
-    /// The fuel is used up, or the outside has to look (a new monitor, another coordinate system); the machine stands before a
+    /// The fuel is used up, or the caller has to act (a new monitor, another coordinate system); the machine is before a
     /// statement.
     Fuel,
     /// The statement under way wants something; give it with `answer`.
@@ -59,7 +59,7 @@ pub enum Pause {
     Waiting,
     /// The main program has come to its `END` (or `RETURN`).
     Ended,
-    /// The statement cannot be executed; the machine stands on it.
+    /// The statement cannot be executed; the machine stays on it.
     Fault(Fault),
 }
 
@@ -150,9 +150,9 @@ pub enum Request {
 /// What the world gives back.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Answer {
-    /// Done as asked.
+    /// The request was served.
     Done,
-    /// The numbers of an `INPUT`, exactly as many as wanted; the ID of a `TASK`.
+    /// The numbers of an `INPUT`, exactly as many as expected; the ID of a `TASK`.
     Values(Vec<Number>),
     /// The `INPUT` was cut short: what came until then; the other variables become 0 (INP-10).
     Cancelled(Vec<Number>),
@@ -180,7 +180,7 @@ pub struct Motion {
     pub own_frames: bool,
 }
 
-/// Where to and how. Positions still stand in their own coordinate system.
+/// Where to and how. Positions are still relative to their own coordinate system.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Path {
@@ -203,7 +203,7 @@ pub enum Path {
         rise: f64,
         /// Height of the way across over the higher of start and end, mm.
         height: f64,
-        /// Straight down behind the way across, mm.
+        /// Straight down after the way across, mm.
         descent: f64,
     },
     /// `MOVEA`: one axis to a value.

@@ -157,7 +157,7 @@ impl<'a> Rewriter<'a> {
         if !taught.is_empty() {
             changes.push(taught_site(self.source, &self.file, &taught));
         }
-        // Stable: elements of one array are put behind one line, in their order.
+        // Stable: elements of one array go after one line, in their order.
         changes.sort_by_key(|(span, _)| span.start);
         let (mut text, mut done) = (String::new(), 0);
         for (span, change) in changes {
@@ -232,7 +232,7 @@ fn line_end(source: &str, from: usize) -> (usize, &'static str) {
     (from + length, line_end)
 }
 
-/// Where new lines of DATA go, and what goes there: behind the heading, so that no WORK is in front of them; without
+/// Where new lines of DATA go, and what goes there: after the heading, so that no WORK precedes them; without
 /// DATA, a block at the end of the file.
 fn taught_site(source: &str, file: &File, lines: &[String]) -> (Span, String) {
     let at_heading = file.data_heading.map(|heading| line_end(source, heading.end));

@@ -123,7 +123,7 @@ impl Suggester<'_> {
             .iter()
             .partition(|lexeme| lexeme.span.start < diagnostic.span.start);
         let at = rest.first().copied();
-        // The first word of the statement the error is in: behind a label, THEN, ELSE or at the beginning.
+        // The first word of the statement the error is in: after a label, THEN, ELSE or at the beginning.
         let joints = |lexeme: &&Lexeme| {
             matches!(word(Some(lexeme)), "THEN" | "ELSE" | "DO")
                 || lexeme.token == Token::Sign(crate::lexer::Sign::Colon)
@@ -196,7 +196,7 @@ impl Suggester<'_> {
             .map(|name| format!("{found} is a label of PROGRAM {}", name.text))
     }
 
-    /// Where the first of two stands.
+    /// Where the first of two is declared.
     fn first(&self, found: &str, part: Option<&Part>, diagnostic: &Diagnostic) -> Option<String> {
         let label = diagnostic.message.starts_with("the label");
         let program = diagnostic.message.starts_with("the program");

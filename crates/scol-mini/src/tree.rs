@@ -19,10 +19,10 @@ pub(crate) struct Name {
     pub span: Span,
 }
 
-/// What a name stands for.
+/// What a name refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reference {
-    /// Not looked up yet; the compiler leaves none of these behind in a program.
+    /// Not resolved yet; a compiled program has none of these.
     Unresolved,
     /// A cell of the memory.
     Slot(usize),
@@ -64,7 +64,7 @@ pub(crate) enum Unary {
     Minus,
     Plus,
     Not,
-    /// Parentheses round a variable that is an argument of a call: its value is handed over, not itself.
+    /// Parentheses around a variable that is an argument of a call: it is passed by value.
     Value,
 }
 

@@ -157,7 +157,7 @@ pub struct Position {
     pub coords: [f64; 8],
     /// The posture; undefined = keep the present one.
     pub config: Configuration,
-    /// The coordinate system the position stands in, from a `WORK` line of DATA (DATA-09); `None` = the current one.
+    /// The coordinate system the position refers to, from a `WORK` line of DATA (DATA-09); `None` = the current one.
     #[cfg_attr(feature = "serde", serde(with = "crate::snapshot::shared"))]
     pub work: Option<Arc<Frame>>,
 }

@@ -20,7 +20,7 @@ use crate::tree::Name;
 use crate::value::{Payload, Position, Trans, Value, ValueKind};
 use crate::{MAX_ARRAY, MAX_DATA_NAME};
 
-/// Makes the variables of GLOBAL. One that cannot be made is suppressed from then on: nothing is said about its uses.
+/// Makes the variables of GLOBAL. One that cannot be made is suppressed: its uses are not reported.
 pub(super) fn globals(file: &mut File, options: &LanguageOptions, symbols: &mut Symbols, sink: &mut Sink) {
     for declaration in &file.globals {
         if let Err(problem) = global(declaration, options, symbols) {

@@ -82,7 +82,7 @@ impl Emitter<'_> {
         self.steps.len() - 1
     }
 
-    /// Statements of labels stand in for steps until `finish`.
+    /// The statement of a label; `finish` replaces it by its step.
     fn label(&mut self, name: &Name) -> usize {
         if let Some(statement) = self.labels.get(&name.text) {
             return *statement;
@@ -137,7 +137,7 @@ impl Emitter<'_> {
                 step,
                 ..
             } => {
-                // One that stands for a broken line: its name is not known, and its end not missed.
+                // It replaces a line with an error: its name is not known, and a missing end is not reported.
                 let broken = variable.name.span == span;
                 let name = if broken {
                     String::new()
@@ -298,7 +298,7 @@ impl Emitter<'_> {
         }
     }
 
-    /// Puts step numbers in place of statement numbers.
+    /// Replaces statement numbers by step numbers.
     fn finish(mut self, first: usize) -> Option<usize> {
         let open = core::mem::take(&mut self.loops);
         for (_, variable, span) in open.into_iter().filter(|(_, variable, _)| !variable.is_empty()) {

@@ -27,7 +27,7 @@ use crate::tree::Name;
 
 pub use direct::compile_direct;
 
-/// What became of a source.
+/// The result of a compilation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compilation {
     /// The program; `None` exactly when there is an error among the diagnostics.
@@ -42,7 +42,7 @@ pub fn compile(source: &str, options: &LanguageOptions) -> Compilation {
     compile_with_points(source, options, &[])
 }
 
-/// As [`compile`]; the programs of the file also see these points, as names of its DATA that stand nowhere in it.
+/// As [`compile`]; the programs of the file also see these points, as names of DATA that the file does not contain.
 /// GLOBAL and DATA of the file come first.
 #[must_use]
 pub fn compile_with_points(source: &str, options: &LanguageOptions, points: &[TaughtPoint]) -> Compilation {
@@ -131,7 +131,7 @@ struct Signature {
     parameters: usize,
 }
 
-/// Reports names that stand twice.
+/// Reports names that are declared twice.
 fn duplicates(names: &[&Name], what: &str, sink: &mut Sink) {
     let mut seen = alloc::collections::BTreeSet::new();
     for name in names.iter().filter(|name| !name.text.is_empty()) {

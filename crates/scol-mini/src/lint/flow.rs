@@ -28,7 +28,7 @@ fn span(row: &Row) -> Span {
     }
 }
 
-/// `true` when nothing behind this statement is executed.
+/// `true` when nothing after this statement is executed.
 fn leaves(segment: &[Lexeme]) -> bool {
     match word(segment.first()) {
         "GOTO" => sign(segment.get(1)) != Some(Sign::Open),
@@ -37,7 +37,7 @@ fn leaves(segment: &[Lexeme]) -> bool {
     }
 }
 
-/// W0603: statements behind a jump and before the next label; one remark for each stretch of them.
+/// W0603: statements after a jump and before the next label; one warning for each run of them.
 fn unreachable(part: &Part, broken: &BTreeSet<u32>, sink: &mut Sink) {
     let mut left: Option<(u32, &str)> = None;
     let mut reported = false;
@@ -77,7 +77,7 @@ fn leaving(row: &Row) -> Option<&str> {
     }
 }
 
-/// W0601: a PRINT behind a motion, with nothing between that waits for its end.
+/// W0601: a PRINT after a motion, without a statement between that waits for its end.
 fn overtaking(part: &Part, sink: &mut Sink) {
     let mut moving: Option<(u32, &str)> = None;
     for row in &part.rows {

@@ -18,14 +18,14 @@ use crate::request::{FaultKind, Inputs, Number};
 use crate::tree::{Binary, Condition, Expression, Node, Unary};
 use crate::value::{Value, ValueKind};
 
-/// Everything an expression can look at.
+/// Everything an expression can read.
 pub(super) struct Context<'a> {
     pub program: &'a Program,
     pub memory: &'a Memory,
     pub inputs: &'a dyn Inputs,
-    /// What was handed over to the program under way.
+    /// The arguments of all open calls.
     pub arguments: &'a [Argument],
-    /// Where in the stack of arguments those begin.
+    /// Where those of the running program begin.
     pub base: usize,
     /// ID of the task, for `TID`.
     pub task: u16,
@@ -128,7 +128,7 @@ impl Context<'_> {
         }
     }
 
-    /// Numbers, or a position or coordinate in front of a coordinate: the second one stands in the first.
+    /// Numbers, or a position or coordinate times a coordinate: the second one is relative to the first.
     fn product(&self, left: Value, right: Value) -> Result<Value, RuntimeError> {
         let arm = self.program.options.arm;
         match (left, right) {

@@ -88,14 +88,14 @@ impl Machine {
                 self.state = RunPhase::Ended;
                 return Ok(());
             }
-            // Instructions do them always.
+            // These are always instructions.
             Operation::Jump(_) | Operation::Return => {}
         }
         self.at = next;
         Ok(())
     }
 
-    /// Enters a program: its arguments are handed over, then it gets a frame.
+    /// Enters a program: its arguments are evaluated, then it gets a frame.
     fn call(
         &mut self,
         program: &Program,

@@ -65,7 +65,7 @@ impl RuntimeError {
 ///
 /// ```text
 ///            run: statement begins             request
-///  Ready ---------------------------> (step) ----------> Asked
+///  Ready ---------------------------> (step) ----------> Requested
 ///    ^  ^                                |  WAIT false      | answer, skip
 ///    |  |        WAIT true, skip         v                  |
 ///    |  +---------------------------- Waiting               |
@@ -78,9 +78,9 @@ pub struct Machine {
     /// The step under way or next.
     at: usize,
     frames: Vec<Frame>,
-    /// What was handed over to all programs under way, one behind the other.
+    /// The arguments of all open calls, one call after the other.
     arguments: Vec<Argument>,
-    /// The FOR loops of all programs under way.
+    /// The FOR loops of all open calls, one call after the other.
     loops: Vec<Loop>,
     state: RunPhase,
     /// ID of its task (`TID`).
@@ -95,9 +95,9 @@ pub struct Machine {
 enum RunPhase {
     /// Before a step.
     Ready,
-    /// A WAIT has begun and looks again at each run.
+    /// A WAIT has begun; each run evaluates its condition again, without fuel.
     Waiting,
-    /// A request is out.
+    /// A request waits for its answer.
     #[cfg_attr(feature = "serde", serde(rename = "Asked"))]
     Requested(PendingRequest),
     /// The statement could not be executed; it is tried again unless it is skipped.
@@ -125,7 +125,7 @@ struct Frame {
     loops: usize,
 }
 
-/// A FOR under way: its step, the one behind its NEXT, and the numbers it counts with.
+/// A FOR under way: its step, the one after its NEXT, and the numbers it counts with.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Loop {
@@ -143,8 +143,8 @@ impl Loop {
     }
 }
 
-/// Whether the outside has to look before the next statement: at a new monitor, or because HERE and DEST stand in another
-/// coordinate system now.
+/// Whether the caller has to act before the next statement: there is a new monitor, or HERE and DEST refer to another
+/// coordinate system.
 fn needs_host(operation: &Operation) -> bool {
     match operation {
         Operation::On { .. } => true,
@@ -154,7 +154,7 @@ fn needs_host(operation: &Operation) -> bool {
 }
 
 impl Machine {
-    /// Stands before step 1 of the main program.
+    /// A machine before step 1 of the main program.
     #[must_use]
     pub fn main(program: Arc<Program>) -> Self {
         Self {
@@ -170,7 +170,7 @@ impl Machine {
         }
     }
 
-    /// Stands before the first statement of the PROGRAM block of this number, counted from 0, as the task `task`.
+    /// A machine before the first statement of the PROGRAM block with this index, as the task `task`.
     #[must_use]
     pub fn task(program: Arc<Program>, block: usize, task: u16) -> Self {
         let at = program.blocks.get(block).map_or(0, |entry| entry.step);
@@ -187,7 +187,7 @@ impl Machine {
         self.task
     }
 
-    /// Stands before the statement of [`compile_direct`](crate::compile_direct), and ends after it.
+    /// A machine for the statement of [`compile_direct`](crate::compile_direct); it ends after it.
     #[must_use]
     pub fn direct(program: Arc<Program>) -> Self {
         Self {
@@ -209,7 +209,7 @@ impl Machine {
     ///
     /// Each statement takes 1 from `fuel` when it begins; labels, blank lines and comments cost nothing, END
     /// costs 1 too. A statement that has begun is finished without more fuel. While a request is pending, returns the same
-    /// request again. After a fault the machine stands on the statement at fault and a further run tries it again.
+    /// request again. After a fault the machine stays on the statement and the next run tries it again.
     pub fn run(&mut self, memory: &mut Memory, inputs: &dyn Inputs, fuel: &mut u32) -> Pause {
         match &self.state {
             RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),

@@ -18,11 +18,11 @@ use crate::request::{Fault, FaultKind, Inputs};
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Monitor {
-    /// Its step.
+    /// The step of its `ON`.
     pub(super) on: usize,
     /// How many programs were called when it was executed; a jump goes back to there.
     pub(super) depth: usize,
-    /// What its condition was when it was last looked at.
+    /// The value of its condition when it was last evaluated.
     #[cfg_attr(feature = "serde", serde(rename = "was"))]
     last_value: bool,
 }

@@ -23,7 +23,7 @@ use crate::value::Value;
 pub(super) enum ValuePlace {
     /// A variable, or an element of an array: its slot, and its cell in the memory.
     Cell { slot: usize, cell: usize },
-    /// An argument that was handed over by value, by its number in the stack of arguments.
+    /// An argument passed by value, by its index in the stack of arguments.
     Argument(usize),
 }
 
@@ -113,7 +113,7 @@ impl Context<'_> {
         })
     }
 
-    /// What is handed over for a parameter: a variable by reference, everything else by value.
+    /// The argument that an expression passes: a variable by reference, everything else by value.
     pub fn argument(&self, expression: &Expression) -> Result<Argument, RuntimeError> {
         match &expression.node {
             Node::Variable(variable) => self.place(variable).map(Argument::Place),
@@ -123,7 +123,7 @@ impl Context<'_> {
 }
 
 impl Argument {
-    /// A value handed over.
+    /// An argument passed by value.
     fn from_value(value: Value) -> Self {
         match as_number(&value) {
             Some(number) => Argument::Number(number),

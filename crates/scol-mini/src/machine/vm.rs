@@ -246,7 +246,7 @@ impl Machine {
         Some(!over)
     }
 
-    /// What was handed over for a parameter of the program under way.
+    /// The argument of a parameter of the running program.
     #[inline(always)]
     fn argument(&self, parameter: u16) -> Option<&Argument> {
         let first = self.frames.last()?.arguments;

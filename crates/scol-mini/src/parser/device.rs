@@ -115,7 +115,7 @@ impl Cursor<'_> {
         Ok(Simple::Switch(feature, on))
     }
 
-    /// `("NAME")` behind TASK; blanks in the name do not count.
+    /// `("NAME")` after TASK; blanks in the name are ignored.
     pub(super) fn task(&mut self, target: Option<Variable>) -> Result<Simple, Problem> {
         self.expect_sign(Sign::Open, "(")?;
         let span = self.span();

@@ -205,7 +205,7 @@ impl Cursor<'_> {
         })
     }
 
-    /// The next word as a configuration, if it is one and stands alone; the cursor stays before it.
+    /// The next word as a configuration, if it is one and no operand of an operator; the cursor stays before it.
     fn configuration_word(&self) -> Option<Expression> {
         let Some(Token::Word(word)) = self.peek() else {
             return None;
@@ -270,7 +270,7 @@ impl Cursor<'_> {
         })
     }
 
-    /// The next item of a list of digits: its place and its value. A number has the `place` where it stands.
+    /// The next item of a list of digits: its place and its value. A number has the `place` where it is written.
     fn configuration_digit(&self, place: i32) -> Result<(i32, i32), Problem> {
         match self.peek() {
             Some(Token::Integer(0)) => return Ok((place, 0)),
@@ -368,7 +368,7 @@ impl Cursor<'_> {
         matches!(self.peek(), Some(Token::Sign(sign)) if *sign == Sign::Comma || *sign == close)
     }
 
-    /// What `item` reads, told how many came before, separated by commas up to the closing sign; may be empty.
+    /// What `item` reads, called with the number of items before it, separated by commas up to the closing sign; may be empty.
     fn items<T>(
         &mut self,
         close: Sign,

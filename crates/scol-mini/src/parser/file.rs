@@ -89,7 +89,7 @@ impl Parser<'_> {
         }
     }
 
-    /// A FOR or a NEXT with an error still begins or ends its loop, so that nothing is said about the other one.
+    /// A FOR or a NEXT with an error still begins or ends its loop, so that the other one is not reported.
     fn keep_loops_paired(&mut self, line: Line, text: &str) {
         let (mut first, mut rest) = leading_word(text);
         if let Some(statement) = rest.trim_start().strip_prefix(':') {
@@ -320,7 +320,7 @@ impl Parser<'_> {
             return cursor.dim(&mut block.dims);
         }
         if cursor.word("END") {
-            // END behind a label closes the block as well.
+            // END after a label closes the block as well.
             cursor.end_of_line()?;
             self.close(line);
             return Ok(());
@@ -356,7 +356,7 @@ impl Parser<'_> {
     }
 }
 
-/// The word a text begins with, and what stands behind it.
+/// The word a text begins with, and what follows it.
 fn leading_word(text: &str) -> (&str, &str) {
     let text = text.trim_start();
     let end = text

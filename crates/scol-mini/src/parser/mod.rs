@@ -34,7 +34,7 @@ pub(crate) struct File {
     pub data: Vec<Datum>,
     /// The line that opens DATA.
     pub data_heading: Option<Span>,
-    /// Words of lines that did not parse: what they would have declared is not known, so nothing is said about them.
+    /// Words of lines that did not parse: what they would have declared is not known, so they are not reported.
     pub suppressed: BTreeSet<String>,
 }
 

@@ -184,7 +184,7 @@ impl Cursor<'_> {
         })
     }
 
-    /// An argument; a variable in parentheses is no plain one any more (scol.md 2.2) and is handed over by value.
+    /// An argument; a variable in parentheses is an expression (scol.md 2.2) and is passed by value.
     fn by_value(&self, argument: Expression) -> Expression {
         let enclosed = self
             .source
