@@ -17,6 +17,13 @@ pub enum ExpectedByte {
 /// # Errors
 /// What stands in angle brackets and means nothing.
 pub fn read(text: &str) -> Result<Vec<ExpectedByte>, String> {
+    let byte = |code: &str| match control_code(code) {
+        Some(byte) => Ok(byte),
+        None if code.len() == 2 => u8::from_str_radix(code, 16).map_err(|_| format!("<{code}> is no byte")),
+        None => Err(format!(
+            "<{code}> is neither a control code, nor a byte, nor a count"
+        )),
+    };
     let mut pieces = Vec::new();
     for unit in units(text) {
         match unit.map_err(|error| error.to_string())? {
@@ -30,22 +37,11 @@ pub fn read(text: &str) -> Result<Vec<ExpectedByte>, String> {
                     let count: usize = count.map_err(|_| format!("a number expected in <{code}>"))?;
                     pieces.extend(vec![ExpectedByte::Any; count]);
                 }
-                None => pieces.push(ExpectedByte::Byte(read_code(code)?)),
+                None => pieces.push(ExpectedByte::Byte(byte(code)?)),
             },
         }
     }
     Ok(pieces)
-}
-
-/// The name of a control code, or a byte of two digits.
-fn read_code(code: &str) -> Result<u8, String> {
-    match control_code(code) {
-        Some(byte) => Ok(byte),
-        None if code.len() == 2 => u8::from_str_radix(code, 16).map_err(|_| format!("<{code}> is no byte")),
-        None => Err(format!(
-            "<{code}> is neither a control code, nor a byte, nor a count"
-        )),
-    }
 }
 
 /// Reads the notation of known bytes, without `<*n>`.
