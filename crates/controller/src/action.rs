@@ -143,7 +143,7 @@ pub struct ActionError {
 pub enum Accepted {
     /// It has had its effect.
     Done,
-    /// A file it changes is to be persisted first ([`Output::Persist`]).
+    /// A file it changes is to be persisted first ([`Output::Persist`](crate::Output::Persist)).
     Pending,
 }
 

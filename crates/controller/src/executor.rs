@@ -1,22 +1,18 @@
-//! The selected file and what runs of it: automatic operation, and the one statement of DO. How it is
-//! carried forward is `run`'s; who may start and stop it is `ops`'.
+//! The selected file, its tasks, and the statement of DO.
 //!
-//! Automatic operation (SU STATUS, SF-06):
-//! ```text
-//!            RN                     END (cycle mode), RS,PRG, RS,STP, SL
-//!   Reset ---------> Running ------------------------------------------> Reset
-//!                     ^   |
-//!                  RN |   | SP, STOP, step and segment mode, alarm of level 2: the step ends  -> Continue
-//!                     +---+ BREAK, servo off, emergency stop, alarm of level 4 or 8: at once  -> Retry
-//! ```
+//! `run_state` has the states of automatic operation with their diagram, `scheduler` runs the tasks, `requests` serves
+//! what they ask for, `run_control` starts and stops. Commands reach it through `ops`.
 
 pub(crate) mod monitors;
 pub(crate) mod requests;
 pub(crate) mod run_control;
+mod run_state;
 pub(crate) mod scheduler;
 pub(crate) mod scol_inputs;
 pub(crate) mod selection;
 pub(crate) mod tasks;
+
+pub use run_state::{Operation, RunState, Standstill, StopCause};
 
 use crate::limits::STATEMENTS_PER_SCAN;
 use crate::port::Port;
@@ -33,33 +29,6 @@ use ts3100_proto::status::sm::MAX_ENDED;
 
 /// ID of the main program (M-58762 p.2-27).
 pub const MAIN_TASK: u16 = 1;
-
-/// Who wanted the program to stop: a host is not told of what it asked for (CMD-SP-09).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum StopCause {
-    /// A command of the host.
-    Host,
-    /// Anything else: panel, signal, alarm, end of the cycle.
-    Other,
-}
-
-/// Automatic operation.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum RunState {
-    /// At step 1.
-    Reset,
-    /// Runs; with a wish, until the present step has ended.
-    Running {
-        /// Who wants it to stop, if anyone.
-        stop: Option<StopCause>,
-    },
-    /// Stopped inside a step, which is done again.
-    Retry,
-    /// Stopped between steps.
-    Continue,
-}
 
 /// What a task is doing.
 #[derive(Debug, Clone, PartialEq)]
@@ -274,7 +243,7 @@ pub struct Executor {
     /// TIMER.
     pub timer: Stopwatch,
     /// Automatic operation.
-    pub course: RunState,
+    pub operation: Operation,
     /// The statement of DO, while it runs.
     pub direct: Option<Direct>,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
@@ -305,7 +274,7 @@ impl Executor {
             pass: 0.0,
             paused: false,
             timer: Stopwatch::default(),
-            course: RunState::Reset,
+            operation: Operation::RESET,
             direct: None,
             direct_ended: 0,
             run_shown_until: None,
@@ -317,7 +286,7 @@ impl Executor {
     /// Whether a program runs in automatic operation.
     #[must_use]
     pub fn program_runs(&self) -> bool {
-        matches!(self.course, RunState::Running { .. })
+        self.operation.is_running()
     }
 
     /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
@@ -332,7 +301,7 @@ impl Executor {
     /// The status that decides what is permitted: a DO under way is RUN too (D7).
     #[must_use]
     pub fn status(&self) -> ExecutionStatus {
-        match self.course {
+        match self.operation.state() {
             _ if self.direct.is_some() => ExecutionStatus::Running,
             RunState::Running { .. } => ExecutionStatus::Running,
             RunState::Reset => ExecutionStatus::Reset,
@@ -546,7 +515,7 @@ impl Executor {
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         let runs = self.program_runs();
-        let stopping = matches!(self.course, RunState::Running { stop: Some(_) });
+        let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
         let program = self
             .program_tasks()
             .filter(|_| runs)
@@ -578,7 +547,7 @@ impl Executor {
 
     /// Step 1, data kept (RS,STP, end of a cycle).
     pub fn rewind(&mut self, now: Time) {
-        self.course = RunState::Reset;
+        self.operation.stand(Standstill::FirstStep);
         self.run_shown_until = None;
         self.drop_tasks();
         self.main = self

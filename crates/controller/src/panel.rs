@@ -1,4 +1,6 @@
-//! What is done at the controller itself: panel, teach pendant, terminals, power.
+//! The operating panel, the teach pendant and the power switch, as far as they act on the robot.
+//!
+//! `endpoint::power` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
 use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
@@ -123,7 +125,7 @@ impl Robot {
             let name = FileName::parse(self.executor.file()).map_err(|error| error.to_string())?;
             self.select_file(&name).map_err(|error| error.to_string())?;
         }
-        if self.executor.course == RunState::Reset {
+        if self.executor.operation.state() == RunState::Reset {
             self.executor.rewind(self.now);
             self.clear_channels();
         }

@@ -1,6 +1,8 @@
-//! Files that are kept outside too: a change of the RAM drive happens, and is answered, when whoever keeps them has said
-//! that it is kept. Until then the controller stands still at this instant; a refusal leaves the drive as it was. What
-//! changes files is in `ops`, `action` and `run`; where they are kept is the edge's matter.
+//! Files that are stored outside too: a change of the RAM drive takes effect, and is answered, only after its owner has
+//! said that it is stored.
+//!
+//! Until then the controller stands still at this instant; a refusal leaves the drive as it was. The driver of the
+//! controller does the writing.
 
 use crate::action::Action;
 use crate::drive::DriveError;

@@ -1,5 +1,6 @@
-//! What someone who holds the controller may look at: everything, and nothing is changed by looking. Making a
-//! document of it is the edge's.
+//! Everything that the owner of a controller may read. Reading changes nothing.
+//!
+//! The control interface turns these values into documents.
 
 use crate::Controller;
 use crate::faults::Faults;

@@ -1,4 +1,7 @@
-//! A command on its way to the robot: the permission tables are asked, and the outcome is counted for coverage.
+//! The way of a command from a port to the robot: asks the permission tables of the manual (5.3.2), carries the command
+//! out, counts the outcome for coverage.
+//!
+//! `exchange` calls it with a parsed command and sends the answer. What each command does is in `ops`.
 
 use super::Endpoints;
 use crate::endpoint::session::{Outcome, Session};

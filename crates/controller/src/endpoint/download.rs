@@ -1,4 +1,6 @@
-//! The end of a download, and texts of a file that come where none is expected (FL-04).
+//! The end of a download (DL) and texts of a file that arrive when no download is open (FL-04).
+//!
+//! The exchange before that is in `exchange`; the RAM drive is `drive`.
 
 use super::Endpoints;
 use crate::findings::rules;

@@ -1,5 +1,9 @@
-//! The conversation on the ports: bytes in, texts cut, exchanges carried on, answers out. What a command
-//! does is decided in `ops`.
+//! The exchange of texts on a port: bytes are cut into texts, texts joined into commands, answers sent, silent hosts given
+//! up after 10 s.
+//!
+//! Start at `received_protocol()`. What is remembered of a port is in `session` (with the diagram of an exchange),
+//! `command` takes a command to the robot, `sending` sends. Bytes of COM1 and IP1 to IP3 go to the ring buffers of INPUT
+//! (`io::channel`).
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};

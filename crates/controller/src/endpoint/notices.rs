@@ -1,5 +1,6 @@
-//! SP, the text that tells hosts of a stop they have not asked for (CMD-SP-05), and the watchdog by which a host
-//! promises to be heard (WD).
+//! SP, the text that tells a host about a stop it did not ask for (CMD-SP-05), and the watchdog of WD.
+//!
+//! The robot leaves a [`RunNotice`] when the program starts or stops; this module decides which hosts are told, and when.
 
 use super::Endpoints;
 use crate::alarm;

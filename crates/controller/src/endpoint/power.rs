@@ -1,4 +1,6 @@
-//! The panel as far as the ports are concerned: a power cycle takes their peers, everything else is the robot's.
+//! The panel as far as the ports are concerned: power off and a power cycle drop every peer.
+//!
+//! Everything else that the panel does is in `panel`.
 
 use super::{Endpoints, fresh_lines};
 use crate::action::{ActionError, IoKind, no_line};

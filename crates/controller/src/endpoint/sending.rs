@@ -1,5 +1,7 @@
-//! Texts and bytes on their way out: in the form of the host's last text, as faults and variation make them leave. What is
-//! answered is decided in `exchange` and `ops`; what leaves later waits in `send_queue`.
+//! Texts and bytes on their way out: framed like the host's last text, then passed through faults and variation.
+//!
+//! `exchange` and `ops` decide what is answered. `send_queue` holds what leaves later, `serial_lines` what takes time on the
+//! line.
 
 use crate::endpoint::Endpoints;
 use crate::faults::InjectionPoint;

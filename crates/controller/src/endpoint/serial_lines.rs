@@ -1,6 +1,7 @@
-//! The serial lines HOST and COM1 as [U06] sets them (SER-01, SER-02): bytes of the edge go onto the line and come
-//! off it when their characters have passed, garbled where the two ends do not agree. The line itself is
-//! `line`'s, what the bytes mean is `talk`'s.
+//! The serial ports HOST and COM1 with the settings of \[U06\] (SER-01, SER-02): received bytes pass the line one character at
+//! a time, garbled where the settings of both ends differ, lost where HOST is half-duplex (2.2.2).
+//!
+//! The line itself is `serial_line`. `exchange` gets the characters that passed. Ethernet ports go straight through.
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};

@@ -1,5 +1,6 @@
-//! ON ... DO: when the conditions are looked at, and what becomes of the statement under way. What they are is
-//! the machine's matter.
+//! ON ... DO: when the conditions of a program are evaluated, and what happens to the statement that is interrupted.
+//!
+//! The conditions and handlers themselves belong to the machine of scol-mini.
 
 use crate::executor::scheduler::{Step, alarm_of};
 use crate::executor::scol_inputs::ScolInputs;

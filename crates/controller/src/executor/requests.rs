@@ -1,5 +1,6 @@
-//! Serves what a statement asks of the world: motion, PRINT, INPUT, DELAY, outputs. Waiting for it to be
-//! over is `run`'s.
+//! Serves what a statement requests from the robot: motion, PRINT, INPUT, DELAY, outputs.
+//!
+//! `scheduler` runs the program until it requests something, calls `serve()`, and waits until the request is done.
 
 use crate::alarm;
 use crate::arm::SpeedLimits;

@@ -1,8 +1,10 @@
-//! Everything that brings the robot to a stand: the end of a step, BREAK, servo off, emergency stop,
-//! alarms; and the SP text that tells the host of it (CMD-SP-05).
+//! Starts and stops: the end of a step, BREAK, servo off, emergency stop, and what an alarm of each level does.
+//!
+//! Panel, commands and system signals call this module. The state itself is in `run_state`; hosts learn of a stop from
+//! `endpoint::notices`.
 
 use crate::alarm::{self, Alarm, AlarmCode};
-use crate::executor::{MAIN_TASK, RunState, StopCause, Task, TaskState};
+use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
 use crate::io::system_signals::dout;
 use crate::output::Event;
 use crate::robot::{Robot, RunNotice};
@@ -15,7 +17,7 @@ impl Robot {
     /// Automatic operation starts or goes on.
     pub(crate) fn run_program(&mut self) {
         self.take_up_motion();
-        self.executor.course = RunState::Running { stop: None };
+        self.executor.operation.start();
         self.executor.run_shown_until = None;
         self.notices.push(RunNotice::Started);
         self.state.running_since = Some(self.now);
@@ -27,7 +29,7 @@ impl Robot {
     /// moved since, the statement is done again from where it stands now.
     fn take_up_motion(&mut self) {
         let locked = self.state.machine_lock;
-        if self.executor.course == RunState::Reset
+        if self.executor.operation.state() == RunState::Reset
             || locked
             || !self.arm.resume_interrupted(self.now, self.pace())
         {
@@ -37,8 +39,8 @@ impl Robot {
     }
 
     /// Automatic operation has come to a stand.
-    pub(crate) fn stop_program(&mut self, course: RunState, by: StopCause) {
-        self.executor.course = course;
+    pub(crate) fn stop_program(&mut self, place: Standstill, by: StopCause) {
+        self.executor.operation.stand(place);
         self.executor.paused = false;
         if let Some(since) = self.state.running_since.take() {
             self.state.run_total += self.now.since(since);
@@ -53,9 +55,7 @@ impl Robot {
     /// A motion guided by hand is no step and ends at once.
     pub(crate) fn stop_after_step(&mut self, by: StopCause) {
         self.stop_jog();
-        if self.executor.course == (RunState::Running { stop: None }) {
-            self.executor.course = RunState::Running { stop: Some(by) };
-        }
+        self.executor.operation.request_stop(by);
     }
 
     /// Everything stops at once: the motion is given up, the step will be done again (CMD-EC-04, CMD-BR-02).
@@ -69,18 +69,18 @@ impl Robot {
             return;
         }
         self.arm.interrupt(self.now);
-        let mut course = RunState::Retry;
+        let mut place = Standstill::InsideStep;
         for id in self.executor.order() {
             let Some(mut task) = self.executor.take_task(id) else {
                 continue;
             };
             let cancelled = self.abort_step(&mut task);
             if cancelled && id == MAIN_TASK {
-                course = RunState::Continue;
+                place = Standstill::BetweenSteps;
             }
             self.executor.put_task(task);
         }
-        self.stop_program(course, by);
+        self.stop_program(place, by);
     }
 
     /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its

@@ -1,10 +1,12 @@
-//! Carries what runs forward: lets the machine execute and stops it between steps where it is to stop.
-//! What a statement asks for is served in `serve`; who may start and stop is decided in `ops`.
+//! Runs the program, its tasks and the statement of DO as far as they go at one instant, and stops them between steps.
+//!
+//! Start at `settle()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
+//! and `panel`.
 
 use crate::alarm::{self, AlarmCode};
 use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
-use crate::executor::{Direct, Executor, RunState, StopCause, Task, TaskState};
+use crate::executor::{Direct, Executor, RunState, Standstill, StopCause, Task, TaskState};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
@@ -88,7 +90,7 @@ impl Robot {
 
     /// Takes one task one step further; false when all wait or nothing runs.
     fn step_program(&mut self, endpoints: &mut Endpoints) -> bool {
-        let RunState::Running { stop } = self.executor.course else {
+        let RunState::Running { stop } = self.executor.operation.state() else {
             return false;
         };
         let single = self.traced || self.state.run_mode == RunMode::Step;
@@ -116,7 +118,7 @@ impl Robot {
         }
         match stop {
             Some(by) if standing && !self.arm.is_moving() => {
-                self.stop_program(RunState::Continue, by);
+                self.stop_program(Standstill::BetweenSteps, by);
                 true
             }
             _ => false,
@@ -158,7 +160,7 @@ impl Robot {
 
     /// END of the main program (D8, CMD-SP-10).
     pub(crate) fn end_cycle(&mut self) {
-        let stop_wanted = self.executor.course != (RunState::Running { stop: None });
+        let stop_wanted = self.executor.operation.state() != (RunState::Running { stop: None });
         if self.state.run_mode == RunMode::Continuous && !stop_wanted {
             self.executor.drop_tasks();
             if let Some(task) = &mut self.executor.main {
@@ -171,14 +173,14 @@ impl Robot {
             self.show_cycle_end();
             return;
         }
-        let by = match self.executor.course {
+        let by = match self.executor.operation.state() {
             RunState::Running { stop: Some(by) } => by,
             RunState::Running { stop: None } | RunState::Reset | RunState::Retry | RunState::Continue => {
                 StopCause::Other
             }
         };
         self.executor.rewind(self.now);
-        self.stop_program(RunState::Reset, by);
+        self.stop_program(Standstill::FirstStep, by);
         self.show_cycle_end();
     }
 

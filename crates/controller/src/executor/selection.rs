@@ -1,6 +1,6 @@
 //! Which file is executed: SL, RS,SEL and the selection at the start. What runs of it is the scheduler's.
 
-use crate::executor::{RunState, Selected};
+use crate::executor::{Selected, Standstill};
 use crate::output::Event;
 use crate::robot::Robot;
 use alloc::string::{String, ToString};
@@ -83,7 +83,7 @@ impl Robot {
         self.executor.selected = None;
         self.executor.main = None;
         self.executor.drop_tasks();
-        self.executor.course = RunState::Reset;
+        self.executor.operation.stand(Standstill::FirstStep);
         self.event(Event::Selected(None));
     }
 }

@@ -1,4 +1,4 @@
-//! Tasks: TASK, SWITCH, KILL, and which of them moves the arm. How they take turns is `run`'s.
+//! TASK, SWITCH and KILL, and which task moves the arm. How tasks take turns is in `scheduler`.
 
 use crate::alarm;
 use crate::executor::scheduler::Step;

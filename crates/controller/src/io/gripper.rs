@@ -1,4 +1,4 @@
-//! Hands, pulses, and the statements that change the course of a motion: BREAK, PAUSE, RESUME.
+//! Hands, pulses, and the statements that change a motion under way: BREAK, PAUSE, RESUME.
 
 use crate::alarm;
 use crate::executor::scheduler::Step;

@@ -1,4 +1,4 @@
-//! UL DL ER CA: the files of the RAM drive.
+//! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
 use super::CommandContext;
 use crate::drive::Drive;

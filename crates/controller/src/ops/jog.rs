@@ -1,4 +1,4 @@
-//! MD RT SC JG: guiding the arm by hand from the host. While JG holds, the arm moves; JG ! ends it.
+//! MD RT SC JG: jogging from the host. The arm moves until JG ! ends it or the host disconnects.
 
 use crate::arm::{Jog, JogFrame};
 use crate::endpoint::session::Outcome;

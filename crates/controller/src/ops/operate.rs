@@ -1,7 +1,7 @@
-//! RN SP BR SO FD EC DO IW: the commands that move the robot or bring it to a stand.
+//! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
 
 use crate::endpoint::session::Outcome;
-use crate::executor::{Direct, RunState, StopCause, Task};
+use crate::executor::{Direct, Standstill, StopCause, Task};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
 use alloc::format;
@@ -146,8 +146,8 @@ impl Robot {
     }
 
     /// The robot stands at step 1 from here on; used by the resets and SL.
-    pub(super) fn stand_at(&mut self, course: RunState) {
-        self.executor.course = course;
+    pub(super) fn stand_at(&mut self, place: Standstill) {
+        self.executor.operation.stand(place);
         self.executor.run_shown_until = None;
         self.report_status();
     }

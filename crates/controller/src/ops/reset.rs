@@ -1,8 +1,8 @@
-//! RS and SL: back to a step, a signal state, a file.
+//! RS and SL: back to a step, the reset of signals, the selection of a file.
 
 use crate::SelectError;
 use crate::endpoint::session::Outcome;
-use crate::executor::{RunState, TaskState};
+use crate::executor::{Standstill, TaskState};
 use crate::findings::rules;
 use crate::port::Port;
 use crate::robot::Robot;
@@ -44,17 +44,17 @@ impl Robot {
                 self.reset_alarms();
                 self.renew_stale();
                 self.executor.initialise(self.now);
-                self.stand_at(RunState::Reset);
+                self.stand_at(Standstill::FirstStep);
             }
             Reset::Step => {
                 self.executor.rewind(self.now);
-                self.stand_at(RunState::Reset);
+                self.stand_at(Standstill::FirstStep);
             }
             Reset::Cycle => return self.cycle_reset(),
             Reset::Signal => self.signals.reset_outputs(),
             Reset::Select => {
                 self.deselect();
-                self.stand_at(RunState::Reset);
+                self.stand_at(Standstill::FirstStep);
             }
         }
         Ok(())
@@ -70,7 +70,7 @@ impl Robot {
         task.handler = None;
         self.executor.drop_tasks();
         self.arm.drop_interrupted();
-        self.stand_at(RunState::Continue);
+        self.stand_at(Standstill::BetweenSteps);
         Ok(())
     }
 
@@ -93,7 +93,7 @@ impl Robot {
     pub(super) fn op_select(&mut self, port: Port, name: &FileName) -> Outcome {
         match self.select_file(name) {
             Ok(()) => {
-                self.stand_at(RunState::Reset);
+                self.stand_at(Standstill::FirstStep);
                 Outcome::Ok
             }
             Err(error) => {

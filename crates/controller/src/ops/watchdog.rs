@@ -1,5 +1,6 @@
-//! WD: a host that promises to be heard in time, and the alarm when it is not (ste80722 S11). Every text of a host feeds
-//! it, in `talk`.
+//! WD: a host promises to send a text within a time, and an alarm follows if it does not (ste80722 S11).
+//!
+//! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
 use crate::endpoint::session::Outcome;
 use crate::robot::Robot;

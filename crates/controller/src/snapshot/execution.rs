@@ -3,7 +3,9 @@
 //! The `Saved*` types mirror those of `crate::executor`, which hold compiled programs.
 
 use super::SnapshotError;
-use crate::executor::{Direct, Executor, MAIN_TASK, RunState, Selected, Stopwatch, Task, TaskState};
+use crate::executor::{
+    Direct, Executor, MAIN_TASK, Operation, RunState, Selected, Stopwatch, Task, TaskState,
+};
 use crate::limits::STATEMENTS_PER_SCAN;
 use crate::options::Config;
 use crate::time::Time;
@@ -246,7 +248,7 @@ impl SavedExecution {
             pass: execution.pass,
             paused: execution.paused,
             timer: execution.timer,
-            course: execution.course,
+            course: execution.operation.state(),
             direct: execution.direct.as_ref().map(SavedDirect::new),
             direct_done: None,
             direct_ended: execution.direct_ended,
@@ -283,7 +285,7 @@ impl SavedExecution {
         execution.pass = self.pass;
         execution.paused = self.paused;
         execution.timer = self.timer;
-        execution.course = self.course;
+        execution.operation = Operation::restored(self.course);
         execution.direct_ended = self.direct_ended;
         execution.run_shown_until = self.run_shown_until;
         validate(&execution)?;
@@ -329,7 +331,7 @@ fn validate(execution: &Executor) -> Result<(), SnapshotError> {
         return fail(
             "course",
             "no operation without a file",
-            format!("{:?}", execution.course),
+            format!("{:?}", execution.operation.state()),
         );
     }
     if execution.program_runs() && execution.direct.is_some() {
