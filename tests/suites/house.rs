@@ -394,7 +394,7 @@ const CONTROLLER_LINES: usize = 250;
 /// Fields of the ports, which only the ports' own files write.
 const PORT_FIELDS: [&str; 3] = [".sessions", ".lines.get", ".send_queue"];
 /// Functions that return `Result<_, String>` outside tests. May only fall: an error has a type.
-const STRING_ERRORS: usize = 105;
+const STRING_ERRORS: usize = 103;
 
 #[test]
 fn the_controller_routes_and_only_the_ports_write_conversations() {
@@ -432,11 +432,9 @@ fn the_controller_routes_and_only_the_ports_write_conversations() {
 #[test]
 fn errors_without_a_type_do_not_become_more() {
     let inside = sources().into_iter().filter(|(path, _)| !is_test(path));
+    let untyped = |line: &&str| line.contains("Result<") && line.contains(", String>");
     let found: usize = inside
-        .map(|(_, text)| {
-            product(&text).matches(", String>").count()
-                - product(&text).matches("Map<String, String>").count()
-        })
+        .map(|(_, text)| product(&text).lines().filter(untyped).count())
         .sum();
     assert!(
         found <= STRING_ERRORS,
