@@ -196,7 +196,7 @@ fn what_ends_a_jog_and_what_forbids_it() {
         ("BR", |robot| robot.command(Port::Ip0, "BR")),
         ("EC,BREAK", |robot| robot.command(Port::Ip0, "EC,BREAK")),
         ("emergency stop", |robot| {
-            robot.panel(PanelAction::EmergencyStop(true))
+            robot.panel(PanelAction::EmergencyStop(true));
         }),
         ("SVOFF", |robot| {
             robot.panel(PanelAction::InputLine { line: 261, on: true });
@@ -418,10 +418,10 @@ fn a_move_that_is_cut_short_changes_dc() {
     type Cut = fn(&mut Robot);
     let ways: [(&str, Cut); 6] = [
         ("emergency stop", |robot| {
-            robot.panel(PanelAction::EmergencyStop(true))
+            robot.panel(PanelAction::EmergencyStop(true));
         }),
         ("safety switch", |robot| {
-            robot.panel(PanelAction::SafetySwitch(true))
+            robot.panel(PanelAction::SafetySwitch(true));
         }),
         ("servo off", |robot| robot.panel(PanelAction::Servo(false))),
         ("BR", |robot| robot.command(Port::Ip0, "BR")),
