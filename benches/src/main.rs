@@ -14,7 +14,7 @@ use table::Row;
 /// The loops; each stands in `programs` as `.scol`, `.lua` and `.py`.
 const LOOPS: [&str; 5] = ["count", "reals", "arrays", "calls", "jumps"];
 /// How often each contender runs each loop, unless `--rounds` says otherwise.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 9;
 
 fn main() -> ExitCode {
     let (mut check, mut rounds) = (false, ROUNDS);
@@ -61,7 +61,7 @@ fn run(check: bool, rounds: usize) -> Result<bool, String> {
         }
     }
     println!(
-        "Statements per second in millions, medians of {rounds} rounds in turn; ratios to the machine.\n"
+        "Statements per second in millions, medians of {rounds} rounds in turn; ratios to the machine of each round.\n"
     );
     let rows = LOOPS
         .iter()

@@ -16,8 +16,8 @@ const TOLERANCE: f64 = 0.02;
 pub struct Row {
     name: &'static str,
     statements: u32,
-    /// Median of the seconds.
-    seconds: BTreeMap<Contender, f64>,
+    /// The seconds of each round.
+    seconds: BTreeMap<Contender, Vec<f64>>,
 }
 
 impl Row {
@@ -37,17 +37,22 @@ impl Row {
         if most - least > TOLERANCE * most.abs().max(1.0) {
             return Err(format!("{name}: the contenders disagree, {least} to {most}"));
         }
-        let median = |laps: Vec<Lap>| median(laps.iter().map(|lap| lap.seconds).collect());
+        let seconds = |laps: Vec<Lap>| laps.iter().map(|lap| lap.seconds).collect();
         Ok(Row {
             name,
             statements,
-            seconds: laps.into_iter().map(|(who, laps)| (who, median(laps))).collect(),
+            seconds: laps.into_iter().map(|(who, laps)| (who, seconds(laps))).collect(),
         })
     }
 
-    /// How much faster `who` is than the machine.
+    /// How much faster `who` is than the machine: the median of the ratios of each round. The processor changes its
+    /// speed between rounds, by more than the margins; within a round both run at the same.
     fn ratio(&self, who: Contender) -> Option<f64> {
-        Some(self.seconds.get(&Contender::Machine)? / self.seconds.get(&who)?)
+        let machine = self.seconds.get(&Contender::Machine)?.iter();
+        let ratios = machine
+            .zip(self.seconds.get(&who)?)
+            .map(|(machine, who)| machine / who);
+        Some(median(ratios.collect()))
     }
 }
 
@@ -69,7 +74,7 @@ pub fn print(rows: &[Row], contenders: &[Contender]) {
     for row in rows {
         print!("{:10} {:>12}", row.name, row.statements);
         for who in contenders {
-            let seconds = row.seconds.get(who).copied().unwrap_or(f64::NAN);
+            let seconds = row.seconds.get(who).cloned().map_or(f64::NAN, median);
             print!(" {:>11.1}", f64::from(row.statements) / seconds / 1e6);
         }
         let ratio = |who| {

@@ -3,6 +3,7 @@
 //!
 //! Which functions there are, and how many arguments they take, is in `builtin`.
 
+use super::fast_sine;
 use alloc::format;
 use alloc::vec::Vec;
 
@@ -240,12 +241,12 @@ fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
 }
 
 /// The sine of an angle in degrees, exact at quarter turns: SIN(180) is 0.
-fn sine(degrees: f64) -> f64 {
+pub(super) fn sine(degrees: f64) -> f64 {
     sine_after(0, degrees)
 }
 
 /// The cosine of an angle in degrees, exact at quarter turns: COS(270) is 0, so TAN(90) has no value.
-fn cosine(degrees: f64) -> f64 {
+pub(super) fn cosine(degrees: f64) -> f64 {
     sine_after(1, degrees)
 }
 
@@ -273,8 +274,9 @@ fn sine_after(quarters: i32, degrees: f64) -> f64 {
 /// Functions of one or two reals; NaN outside the domain, and for functions that tell integers from reals.
 pub(super) fn scalar(builtin: Builtin, x: f64, y: f64) -> f64 {
     match builtin {
-        Builtin::Sin => sine(x),
-        Builtin::Cos => cosine(x),
+        // The result is rounded to a real, so the fast value is the same.
+        Builtin::Sin => fast_sine::sine(x).map_or_else(|| sine(x), f64::from),
+        Builtin::Cos => fast_sine::cosine(x).map_or_else(|| cosine(x), f64::from),
         Builtin::Tan => match cosine(x) {
             0.0 => f64::NAN,
             cosine => sine(x) / cosine + 0.0,

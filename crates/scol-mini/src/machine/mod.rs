@@ -9,6 +9,7 @@ mod arithmetic;
 mod compose;
 mod evaluate;
 mod execute;
+mod fast_sine;
 mod functions;
 mod loops;
 mod monitor;
