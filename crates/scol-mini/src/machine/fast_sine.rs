@@ -65,10 +65,10 @@ mod tests {
     use super::*;
     use crate::machine::functions;
 
-    /// Compares every `stride`-th real up to `MAX_DEGREES`, and its negative.
-    fn compare(stride: usize) -> (u32, u32) {
+    /// Compares every `step`-th real up to `MAX_DEGREES`, and its negative.
+    fn compare(step: usize) -> (u32, u32) {
         let (mut all, mut found) = (0, 0);
-        for bits in (0..=(MAX_DEGREES as f32).to_bits()).step_by(stride) {
+        for bits in (0..=(MAX_DEGREES as f32).to_bits()).step_by(step) {
             for degrees in [f32::from_bits(bits), -f32::from_bits(bits)] {
                 let angle = f64::from(degrees);
                 for (fast, slow) in [
