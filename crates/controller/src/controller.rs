@@ -143,8 +143,7 @@ impl Controller {
     }
 
     fn settle(&mut self) {
-        self.robot.settle(&mut self.endpoints);
-        self.endpoints.take_notices(&mut self.robot);
+        self.endpoints.settle(&mut self.robot);
     }
 
     fn advance_to(&mut self, now: Time) {

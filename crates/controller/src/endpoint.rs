@@ -67,8 +67,8 @@ impl Endpoints {
             .min()
     }
 
-    /// Serves what is due now, in the order in which a moment has always gone: what a fault has scheduled, what leaves
-    /// late, what has passed on the lines, then the time limits of hosts.
+    /// Serves what is due now. The order shows on the wire: an action of a fault comes before a text that leaves late,
+    /// characters come off a line before the limit of their host is looked at.
     pub(crate) fn advance(&mut self, robot: &mut Robot) {
         self.run_scheduled(robot);
         self.send_due(robot);
@@ -78,7 +78,7 @@ impl Endpoints {
     }
 
     /// Whether a host is in the middle of a text or owes an answer. While characters are on its line it owes nothing.
-    pub(crate) fn await_a_host(&self) -> bool {
+    pub(crate) fn host_owes_text(&self) -> bool {
         self.sessions.values().any(|session| {
             session.awaits_host()
                 && !self.line_is_busy(session.port)

@@ -124,7 +124,7 @@ impl Robot {
     /// A file is about to be stored, or with no content erased; every other reason against it was looked for before.
     ///
     /// # Errors
-    /// [`DriveError::Unkept`]: it is not kept, or that is asked only now ([`Keeping::is_asked`]).
+    /// [`DriveError::NotPersisted`]: it was not stored, or that is asked only now ([`Persistence::is_pending`]).
     pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
         let unkept = |reason: String| DriveError::NotPersisted {
             name: name.to_string(),

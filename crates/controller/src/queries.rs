@@ -376,7 +376,7 @@ impl Controller {
     /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
-        !self.endpoints.await_a_host() && self.robot.state.watchdog.is_none() && !self.robot.is_jogging()
+        !self.endpoints.host_owes_text() && self.robot.state.watchdog.is_none() && !self.robot.is_jogging()
     }
 
     /// The faults that are armed or were.

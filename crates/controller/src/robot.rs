@@ -61,7 +61,7 @@ pub(crate) struct Robot {
     pub(crate) traced: bool,
     pub(crate) maintenance: MaintenanceCounters,
     pub(crate) persistence: Persistence,
-    /// Taken by the endpoints before anything leaves; empty between two inputs.
+    /// Taken by `Endpoints::settle`; empty between two inputs.
     pub(crate) notices: Vec<RunNotice>,
     pub(crate) outputs: VecDeque<Output>,
 }

@@ -69,7 +69,6 @@ impl Endpoints {
         let known = command.clone();
         let outputs = robot.waiting().count();
         let outcome = robot.operate(&mut context, command);
-        self.take_notices(robot);
         if robot.persistence.is_pending() {
             return Outcome::Held;
         }

@@ -141,7 +141,7 @@ impl Endpoints {
             let taken = channel.push(rest);
             rest = rest.get(taken..).unwrap_or_default();
             let before = channel.len();
-            robot.settle(self);
+            self.settle(robot);
             let drained = robot
                 .channels
                 .get(&port)
@@ -186,7 +186,7 @@ impl Endpoints {
                 Decoded::Text(text) => self.text(robot, port, text),
             }
             // What the text started runs before the next text of the same segment is looked at.
-            robot.settle(self);
+            self.settle(robot);
         }
     }
 

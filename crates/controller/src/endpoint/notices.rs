@@ -15,8 +15,16 @@ use core::time::Duration;
 use ts3100_proto::reply::Reply;
 
 impl Endpoints {
-    /// What has become of the program reaches the sessions. To be called before anything is sent: an SP takes its
-    /// delay from the same sequence of random numbers as answers do.
+    /// Runs the robot as far as it goes at this instant, then sends the SP texts that are due.
+    pub(crate) fn settle(&mut self, robot: &mut Robot) {
+        robot.settle(self);
+        self.take_notices(robot);
+        if robot.state.powered && !robot.persistence.is_pending() {
+            self.release_sp(robot);
+        }
+    }
+
+    /// Notes in the sessions that the program has started or stopped.
     pub(crate) fn take_notices(&mut self, robot: &mut Robot) {
         for notice in core::mem::take(&mut robot.notices) {
             match notice {
@@ -62,7 +70,7 @@ impl Endpoints {
     }
 
     /// Sends the SP texts that no open exchange holds back any more (CMD-SP-07).
-    pub(crate) fn release_sp(&mut self, robot: &mut Robot) {
+    fn release_sp(&mut self, robot: &mut Robot) {
         let now = robot.now;
         for port in [Port::Host, Port::Ip0] {
             let taken = self.line_is_taken(robot, port);
@@ -97,7 +105,7 @@ impl Endpoints {
         self.send_unsolicited(robot, port, &Reply::Sp.encode());
     }
 
-    /// The watchdog's time is over: it barks once.
+    /// Raises the alarm of WD, once, if its time is over.
     pub(crate) fn expire_watchdog(&mut self, robot: &mut Robot) {
         let due = robot
             .state

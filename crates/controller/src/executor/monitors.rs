@@ -6,11 +6,9 @@ use crate::executor::scheduler::{Step, alarm_of};
 use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::{Task, TaskState};
 use crate::limits::SCAN;
-use crate::options::UnknownInput;
 use crate::robot::Robot;
 use alloc::boxed::Box;
 use alloc::format;
-use core::cell::Cell;
 use scol_mini::MonitorAction;
 
 impl Robot {
@@ -24,18 +22,16 @@ impl Robot {
         if !task.machine.has_monitors() {
             return None;
         }
-        let view = ScolInputs {
-            signals: &self.signals,
-            arm: &self.arm,
-            frames: self.arm.frames(self.executor.memory().conditions()),
-            run_mode: self.state.run_mode,
-            now: seen,
-            timer: self.executor.timer.read(seen),
-            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
-            changing: Cell::new(false),
-        };
+        let view = ScolInputs::new(
+            &self.signals,
+            &self.arm,
+            &self.executor,
+            self.state.run_mode,
+            seen,
+        )
+        .with_unknown_inputs(self.config.options.din_unknown);
         let found = task.machine.check_monitors(self.executor.memory_mut(), &view);
-        if view.changing.get() {
+        if view.is_changing() {
             task.look_at = Some(due.unwrap_or(self.now + SCAN));
         }
         match found {

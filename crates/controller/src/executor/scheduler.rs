@@ -8,7 +8,6 @@ use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::{Direct, Executor, RunState, Standstill, StopCause, Task, TaskState};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
-use crate::options::UnknownInput;
 use crate::options::WaitAfterStop;
 use crate::output::Event;
 use crate::robot::Robot;
@@ -16,7 +15,6 @@ use crate::time::Time;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use core::cell::Cell;
 use core::time::Duration;
 use scol_mini::{Answer, Fault, FaultKind, Pause};
 use ts3100_proto::command::RunMode;
@@ -82,8 +80,6 @@ impl Robot {
                 }
             }
             self.show_state();
-            endpoints.take_notices(self);
-            endpoints.release_sp(self);
         }
         self.update_maintenance();
     }
@@ -425,18 +421,16 @@ impl Robot {
     }
 
     fn run_machine(&mut self, task: &mut Task, fuel: &mut u32, seen: Time) -> (Pause, bool) {
-        let view = ScolInputs {
-            signals: &self.signals,
-            arm: &self.arm,
-            frames: self.arm.frames(self.executor.memory().conditions()),
-            run_mode: self.state.run_mode,
-            now: seen,
-            timer: self.executor.timer.read(seen),
-            unknown_inputs: self.config.options.din_unknown == UnknownInput::Zero,
-            changing: Cell::new(false),
-        };
+        let view = ScolInputs::new(
+            &self.signals,
+            &self.arm,
+            &self.executor,
+            self.state.run_mode,
+            seen,
+        )
+        .with_unknown_inputs(self.config.options.din_unknown);
         let pause = task.machine.run(self.executor.memory_mut(), &view, fuel);
-        (pause, view.changing.get())
+        (pause, view.is_changing())
     }
 }
 

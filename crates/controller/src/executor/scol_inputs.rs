@@ -2,34 +2,63 @@
 //!
 //! It implements the trait `Inputs` of scol-mini for one instant.
 
+use super::Executor;
 use crate::arm::{Arm, Frames};
 use crate::io::signals::Signals;
+use crate::options::UnknownInput;
 use crate::time::Time;
 use core::cell::Cell;
 use scol_mini::{Inputs, Position};
 use ts3100_proto::command::RunMode;
 
-/// The world as the program sees it at one instant.
-pub struct ScolInputs<'a> {
-    /// The lines.
-    pub signals: &'a Signals,
-    /// The arm.
-    pub arm: &'a Arm,
+/// What the program reads at one instant.
+pub(crate) struct ScolInputs<'a> {
+    signals: &'a Signals,
+    arm: &'a Arm,
     /// Base, work and tool when the machine began to run.
-    pub frames: Frames,
-    /// Operation mode.
-    pub run_mode: RunMode,
-    /// The instant.
-    pub now: Time,
+    frames: Frames,
+    run_mode: RunMode,
+    now: Time,
     /// TIMER, in seconds.
-    pub timer: f64,
+    timer: f64,
     /// Inputs that do not exist are off, and not refused.
-    pub unknown_inputs: bool,
-    /// Something was looked at that changes by time alone, so a WAIT must look again.
-    pub changing: Cell<bool>,
+    unknown_inputs: bool,
+    /// Something was read that changes by time alone, so a WAIT must look again.
+    changing: Cell<bool>,
 }
 
-impl ScolInputs<'_> {
+impl<'a> ScolInputs<'a> {
+    /// What the program reads at `now`; coordinate systems and TIMER are those of `executor`.
+    pub(crate) fn new(
+        signals: &'a Signals,
+        arm: &'a Arm,
+        executor: &Executor,
+        run_mode: RunMode,
+        now: Time,
+    ) -> ScolInputs<'a> {
+        ScolInputs {
+            signals,
+            arm,
+            frames: arm.frames(executor.memory().conditions()),
+            run_mode,
+            now,
+            timer: executor.timer.read(now),
+            unknown_inputs: false,
+            changing: Cell::new(false),
+        }
+    }
+
+    /// With the option `din_unknown`.
+    pub(crate) fn with_unknown_inputs(mut self, option: UnknownInput) -> ScolInputs<'a> {
+        self.unknown_inputs = option == UnknownInput::Zero;
+        self
+    }
+
+    /// Whether something was read that changes by time alone.
+    pub(crate) fn is_changing(&self) -> bool {
+        self.changing.get()
+    }
+
     fn looked_at_motion(&self) {
         if self.arm.is_moving() {
             self.changing.set(true);

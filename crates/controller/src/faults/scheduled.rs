@@ -52,5 +52,7 @@ impl Endpoints {
             ScheduledAction::Alarm(_) if !robot.state.powered => {}
             ScheduledAction::Alarm(code) => robot.raise(code, "a fault on purpose".to_string()),
         }
+        // Before the command that meets the fault is served: an extension command ends the SP of its host.
+        self.take_notices(robot);
     }
 }
