@@ -229,8 +229,21 @@ class Stepped:
     def __init__(self, binary, robot):
         self.binary, self.url = binary, robot.ready["control"]
         address = {name: ("127.0.0.1", port) for name, port in robot.ready["ports"].items()}
+        # One after the other: which of two sockets the system reports first is nobody's promise.
         self.host = Patient(address["ip0"], self)
+        self.until_connected("ip0")
         self.line = Patient(address["ip1"], self)
+        self.until_connected("ip1")
+
+    def until_connected(self, port):
+        """Waits until the emulator has a peer on the port."""
+        limit = time.monotonic() + RUN_LIMIT
+        while time.monotonic() < limit:
+            with urllib.request.urlopen(self.url + "/channels/" + port, timeout=10) as answer:
+                if json.load(answer).get("peer"):
+                    return
+            time.sleep(0.01)
+        raise Failed("%s has a peer within %.0f s\n     found    none" % (port, RUN_LIMIT))
 
     def clock(self, *words):
         """`ts3100 ctl clock ...`: what it says."""
