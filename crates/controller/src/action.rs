@@ -1,24 +1,15 @@
 //! Actions: what the control interface, a scenario or a test does to the controller itself.
 //!
-//! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen.
+//! An action that has no effect is answered by an [`ActionError`]. `crate::input` lists everything else that can happen;
+//! `endpoint::actions` passes each action to the part that does it.
 
-use crate::alarm::ALARMS;
-use crate::drive::DriveError;
-use crate::endpoint::session::Outcome;
-use crate::executor::selection::SelectError;
 use crate::faults::FaultAction;
 use crate::input::{Input, PanelAction};
-use crate::io::signals::Signals;
-use crate::robot::Robot;
-use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{AccessError, ValueKind};
 use thiserror::Error;
-use ts3100_proto::command::{Number, VariableKind, VariableWrite};
-use ts3100_proto::name::{FileName, VariableName};
-use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::command::Number;
 
 /// Something done to the controller by one who holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -175,192 +166,14 @@ impl ActionError {
             ..ActionError::missing(place, expected, found)
         }
     }
-}
 
-impl Robot {
-    /// Does what concerns the robot alone.
-    ///
-    /// # Errors
-    /// Why it had no effect.
-    pub(crate) fn act(&mut self, action: Action) -> Result<(), ActionError> {
-        match action {
-            // The controller routes these before.
-            Action::Panel(_) | Action::PowerOff | Action::PowerOn | Action::Fault(_) => Ok(()),
-            Action::FeedHold(on) => {
-                if self.state.feed_hold != on {
-                    self.feed_hold();
-                }
-                Ok(())
-            }
-            Action::RaiseAlarm { number, detail } => {
-                let row = ALARMS.iter().find(|row| row.number() == number).copied();
-                let row =
-                    row.ok_or_else(|| ActionError::missing("alarm", "a number of the alarm table", number))?;
-                self.raise(row, detail);
-                Ok(())
-            }
-            Action::Pulse {
-                side,
-                line,
-                on,
-                length,
-            } => self.pulse(side, line, on, length),
-            Action::SetOutput { line, on } => {
-                let range = "a user output, 1-64, 101-164 or 201-208";
-                if !Signals::is_user_output(line) {
-                    return Err(ActionError::missing("output", range, line.to_string()));
-                }
-                self.signals.set_output(line, on);
-                Ok(())
-            }
-            Action::Force { side, line, on } => self.force(side, line, Some(on)),
-            Action::Release { side, line } => self.force(side, line, None),
-            Action::SetVariable {
-                name,
-                values,
-                restore,
-            } => self.set_variable(&name, values, restore),
-            Action::Teach { name, restore } => self.teach(&name, restore),
-            Action::PutFile { name, content } => self.put(&name, &content),
-            Action::EraseFile { name } => self.erase(&name),
-            Action::Select { name } => self.select_by_name(&name),
-        }
-    }
-
-    fn pulse(&mut self, side: IoKind, line: u16, on: bool, length: Duration) -> Result<(), ActionError> {
-        if !Signals::exists(line) {
-            return Err(no_line(side, line));
-        }
-        let until = self.now + length;
-        match side {
-            IoKind::Input => {
-                self.drive_input(line, on);
-                self.signals.schedule_input(line, until, !on);
-            }
-            IoKind::Output => {
-                if !Signals::is_user_output(line) || !on {
-                    let expected = "a pulse to on of a user output, 1-64, 101-164 or 201-208";
-                    let found = format!("{line} to {}", if on { "on" } else { "off" });
-                    return Err(ActionError::conflict("output", expected, found));
-                }
-                self.signals.pulse_output(line, until);
-            }
-        }
-        Ok(())
-    }
-
-    fn force(&mut self, side: IoKind, line: u16, state: Option<bool>) -> Result<(), ActionError> {
-        let was = self.signals.input(line);
-        if !self.signals.force(side, line, state) {
-            return Err(no_line(side, line));
-        }
-        if side == IoKind::Input {
-            self.input_is_now(line, was);
-        }
-        Ok(())
-    }
-
-    fn set_variable(&mut self, name: &str, values: Vec<Number>, restore: bool) -> Result<(), ActionError> {
-        let variable = self.variable_name(name)?;
-        let write = VariableWrite {
-            restore,
-            variable,
-            kind: VariableKind::Unclarified,
-            values,
+    /// There is no such line.
+    pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
+        let place = match side {
+            IoKind::Input => "input",
+            IoKind::Output => "output",
         };
-        self.write_variable(&write, None)
-            .map_err(|reason| ActionError::conflict(name, "a value that fits", reason))
-    }
-
-    /// The name of a variable that exists.
-    fn variable_name(&self, name: &str) -> Result<VariableName, ActionError> {
-        let variable = VariableName::parse(name)
-            .map_err(|error| ActionError::missing(name, "the name of a variable", error.to_string()))?;
-        let selected = self.executor.selected.as_ref();
-        let selected = selected.ok_or_else(|| ActionError::conflict(name, "a selected file", "none"))?;
-        match selected
-            .memory
-            .global(&selected.program, &variable.name, &variable.subscripts)
-        {
-            Err(
-                error @ (AccessError::Unknown(_) | AccessError::NotGlobal(_) | AccessError::Subscript(_)),
-            ) => Err(ActionError::missing(
-                name,
-                "a variable of GLOBAL or DATA",
-                error.to_string(),
-            )),
-            _ => Ok(variable),
-        }
-    }
-
-    fn teach(&mut self, name: &str, restore: bool) -> Result<(), ActionError> {
-        let variable = self.variable_name(name)?;
-        let kind = self
-            .executor
-            .program()
-            .variable(&variable.name)
-            .and_then(|info| info.kind);
-        if let Some(kind) = kind.filter(|kind| *kind != ValueKind::Position) {
-            return Err(ActionError::conflict(name, "positional data", kind.description()));
-        }
-        let position = self.present_position();
-        let values = position.listed(self.arm.kind());
-        // The configuration stands last and is whole; the others may be written as reals throughout.
-        let values = values.into_iter().map(Number::Real).collect();
-        self.set_variable(name, values, restore)
-    }
-
-    fn put(&mut self, name: &str, content: &[u8]) -> Result<(), ActionError> {
-        let name = file_name(name)?;
-        let place = name.as_str();
-        if self.executor.status() == ExecutionStatus::Running && self.executor.file() == place {
-            let found = "a program is running";
-            return Err(ActionError::conflict(
-                place,
-                "another file, or the robot stopped",
-                found,
-            ));
-        }
-        self.store(&name, content).map_err(|error| match error {
-            DriveError::Name(error) => ActionError::missing(place, "a file name", error.to_string()),
-            error => ActionError::conflict(place, "a file the RAM drive takes", error.to_string()),
-        })
-    }
-
-    fn erase(&mut self, name: &str) -> Result<(), ActionError> {
-        let name = file_name(name)?;
-        let place = name.as_str();
-        if !self.drive.contains(place) {
-            return Err(ActionError::missing(
-                place,
-                "a file of the RAM drive",
-                "no such file",
-            ));
-        }
-        match self.op_erase(&name) {
-            Outcome::Ng(reason) => Err(ActionError::conflict(place, "a file that can be erased", reason)),
-            Outcome::Ok | Outcome::Held | Outcome::File(_) | Outcome::Receive(..) => Ok(()),
-        }
-    }
-
-    fn select_by_name(&mut self, name: &str) -> Result<(), ActionError> {
-        let name = file_name(name)?;
-        let place = name.as_str();
-        let refused = |error: SelectError| match error {
-            SelectError::Name(_) | SelectError::Missing(_) => {
-                ActionError::missing(place, "a file of the RAM drive", error.to_string())
-            }
-            SelectError::Parameter(_) | SelectError::Running | SelectError::Errors { .. } => {
-                ActionError::conflict(
-                    place,
-                    "a program that compiles, the robot stopped",
-                    error.to_string(),
-                )
-            }
-        };
-        self.select_file(&name).map_err(refused)?;
-        self.report_status();
-        Ok(())
+        ActionError::missing(place, "1-64, 101-164 or 201-264", line.to_string())
     }
 }
 
@@ -384,19 +197,14 @@ impl Action {
                     | PanelAction::Keys(_)
                     | PanelAction::ControlRight(_)
             ),
-            _ => true,
+            Action::FeedHold(_)
+            | Action::RaiseAlarm { .. }
+            | Action::SetOutput { .. }
+            | Action::SetVariable { .. }
+            | Action::Teach { .. }
+            | Action::PutFile { .. }
+            | Action::EraseFile { .. }
+            | Action::Select { .. } => true,
         }
     }
-}
-
-pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
-    let place = match side {
-        IoKind::Input => "input",
-        IoKind::Output => "output",
-    };
-    ActionError::missing(place, "1-64, 101-164 or 201-264", line.to_string())
-}
-
-fn file_name(name: &str) -> Result<FileName, ActionError> {
-    FileName::parse(name).map_err(|error| ActionError::missing(name, "a file name", error.to_string()))
 }

@@ -197,7 +197,7 @@ impl Controller {
     fn act(&mut self, action: Action) -> Result<Accepted, ActionError> {
         let not_persisted = self.robot.persistence.refusal();
         let again = self.robot.persistence.is_enabled().then(|| action.clone());
-        let Err(mut error) = self.try_action(action) else {
+        let Err(mut error) = self.endpoints.act(&mut self.robot, action) else {
             return Ok(Accepted::Done);
         };
         match (again, not_persisted) {
@@ -215,28 +215,5 @@ impl Controller {
         }
         self.robot.event(Event::ActionRefused(error.clone()));
         Err(error)
-    }
-
-    fn try_action(&mut self, action: Action) -> Result<(), ActionError> {
-        let (robot, endpoints) = (&mut self.robot, &mut self.endpoints);
-        if !robot.state.powered && action.needs_power() {
-            return Err(ActionError::conflict("power", "on", "off"));
-        }
-        match action {
-            Action::Panel(action) => endpoints.try_panel(robot, action),
-            Action::PowerOff => {
-                endpoints.power_off(robot);
-                robot.push_output(Output::PowerOff);
-                Ok(())
-            }
-            Action::PowerOn => {
-                if !robot.state.powered {
-                    robot.power_on();
-                }
-                Ok(())
-            }
-            Action::Fault(order) => endpoints.fault_order(robot, order),
-            action => robot.act(action),
-        }
     }
 }

@@ -2,11 +2,11 @@
 //! (HOST, IP0) has a [`Session`]; HOST and COM1 have a serial line in front; faults and variation act on what passes.
 //! What a command does is `ops`'; the data of INPUT waits in the robot's channels.
 
+mod actions;
 mod command;
 mod download;
 pub(crate) mod exchange;
 mod notices;
-mod power;
 pub(crate) mod send_queue;
 pub(crate) mod sending;
 pub mod serial_line;

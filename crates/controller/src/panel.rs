@@ -4,7 +4,7 @@
 
 use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
-use crate::input::{KeySwitch, PanelAction};
+use crate::input::KeySwitch;
 use crate::io::channel::Channel;
 use crate::limits::SERVO_ONS;
 use crate::output::{Event, Output};
@@ -20,41 +20,21 @@ use ts3100_proto::name::FileName;
 pub(crate) const SERVO_IS_OFF: &str = "servo power is off";
 
 impl Robot {
-    /// Does what is done at the controller itself, the power apart.
-    ///
-    /// # Errors
-    /// Why it had no effect.
-    pub(crate) fn press(&mut self, panel: PanelAction) -> Result<(), String> {
-        match panel {
-            PanelAction::Key(key) => return self.turn_key(key),
-            PanelAction::ControlRight(right) => self.state.control_right = right,
-            PanelAction::EmergencyStop(pressed) => self.emergency_stop(pressed),
-            PanelAction::SafetySwitch(open) => self.safety_switch(open),
-            PanelAction::Servo(true) => return self.servo_on(),
-            PanelAction::Servo(false) => self.servo_off(StopCause::Other),
-            PanelAction::Start => return self.start(),
-            PanelAction::Stop => self.stop_after_step(StopCause::Other),
-            PanelAction::FeedHold => self.feed_hold(),
-            PanelAction::AlarmReset => self.reset_alarms(),
-            PanelAction::MachineLock(on) => self.state.machine_lock = on,
-            PanelAction::InputLine { line, on } => self.drive_input(line, on),
-            PanelAction::Battery(low) => {
-                if low && !self.state.battery_low && self.state.powered {
-                    self.raise(crate::alarm::BATTERY, String::new());
-                }
-                self.state.battery_low = low;
-            }
-            PanelAction::Keys(figures) => {
-                self.keys.push(figures.as_bytes());
-            }
-            // The ports lose their power too: the endpoints do it.
-            PanelAction::PowerCycle => {}
+    /// The battery of the RAM drive is low or good again.
+    pub(crate) fn battery(&mut self, low: bool) {
+        if low && !self.state.battery_low && self.state.powered {
+            self.raise(crate::alarm::BATTERY, String::new());
         }
-        Ok(())
+        self.state.battery_low = low;
+    }
+
+    /// Figures are typed at the teach pendant.
+    pub(crate) fn type_keys(&mut self, figures: &str) {
+        self.keys.push(figures.as_bytes());
     }
 
     /// Turning the key while a program runs stops it behind the present step.
-    fn turn_key(&mut self, key: KeySwitch) -> Result<(), String> {
+    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), String> {
         let controller = self.config.controller;
         if key == KeySwitch::Internal && !controller.has_internal() {
             return Err(format!(
@@ -187,9 +167,9 @@ impl Robot {
         }
     }
 
-    /// Feed hold ends without the motion going on.
-    pub(crate) fn clear_feed_hold(&mut self) {
-        if self.state.feed_hold {
+    /// Feed hold is on from now, or off.
+    pub(crate) fn set_feed_hold(&mut self, on: bool) {
+        if self.state.feed_hold != on {
             self.feed_hold();
         }
     }
@@ -223,6 +203,9 @@ impl Robot {
 
     /// Power on: links are made anew.
     pub(crate) fn power_on(&mut self) {
+        if self.state.powered {
+            return;
+        }
         let file = FileName::parse(self.executor.file());
         let run_mode = self.state.run_mode;
         self.state = self.state.as_left_by_hand(self.now);

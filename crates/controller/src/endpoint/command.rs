@@ -4,9 +4,9 @@
 //! `exchange` calls it with a parsed command and sends the answer. What each command does is in `ops`.
 
 use super::Endpoints;
-use crate::endpoint::session::{Outcome, Session};
+use crate::endpoint::session::Session;
 use crate::findings::rules;
-use crate::ops::CommandContext;
+use crate::ops::{CommandContext, Outcome};
 use crate::output::{Event, Verdict};
 use crate::port::Port;
 use crate::robot::Robot;

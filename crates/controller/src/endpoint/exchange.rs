@@ -7,11 +7,12 @@
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
-use crate::endpoint::session::{Exchange, Outcome};
+use crate::endpoint::session::Exchange;
 use crate::faults::InjectionPoint;
 use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
 use crate::limits::HOST_DELAY;
+use crate::ops::Outcome;
 use crate::output::Event;
 use crate::persistence::PendingChange;
 use crate::port::Port;

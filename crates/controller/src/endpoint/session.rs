@@ -21,7 +21,6 @@ use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
-use alloc::vec::Vec;
 use ts3100_proto::file::{FlReceiver, FlSender};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;
@@ -199,33 +198,5 @@ impl Session {
     pub fn push(&mut self, at: Time, bytes: &[u8]) {
         self.heard_at = at;
         self.decoder.push(bytes);
-    }
-}
-
-/// What a command comes to.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Outcome {
-    /// OK.
-    Ok,
-    /// NG, with the reason for the author of the host program.
-    Ng(String),
-    /// FL with these texts.
-    File(FlSender),
-    /// Nothing yet: a file it changes is kept first.
-    Held,
-    /// OK, and the file's texts are awaited.
-    Receive(FileName, FlReceiver),
-}
-
-impl Outcome {
-    /// NG with a reason.
-    pub fn ng(reason: impl Into<String>) -> Outcome {
-        Outcome::Ng(reason.into())
-    }
-
-    /// FL with a body that is cut into texts as needed.
-    #[must_use]
-    pub fn file(content: Vec<u8>) -> Outcome {
-        Outcome::File(FlSender::new(content))
     }
 }

@@ -1,9 +1,9 @@
 //! SM AC AH IO HI HO PR VL ZS: what real host programs ask beyond the manual (hosts.md 2). Served only
 //! with the option `extensions`.
 
+use super::Outcome;
 use super::variables::in_range;
 use crate::alarm::Alarm;
-use crate::endpoint::session::Outcome;
 use crate::io::signals::Signals;
 use crate::io::system_signals::din;
 use crate::ops::status::NOISE;

@@ -1,8 +1,8 @@
 //! UL DL ER CA: the files of the RAM drive. The end of a download is in `endpoint::download`.
 
 use super::CommandContext;
+use super::Outcome;
 use crate::drive::Drive;
-use crate::endpoint::session::Outcome;
 use crate::output::Output;
 use crate::robot::Robot;
 use alloc::format;

@@ -1,7 +1,7 @@
 //! MD RT SC JG: jogging from the host. The arm moves until JG ! ends it or the host disconnects.
 
+use super::Outcome;
 use crate::arm::{Jog, JogFrame};
-use crate::endpoint::session::Outcome;
 use crate::limits::{INCHING_STEP, JOG_SPEED};
 use crate::port::Port;
 use crate::robot::Robot;

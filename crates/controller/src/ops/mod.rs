@@ -3,6 +3,7 @@
 //! The methods of a group of commands are in a file of their own. Whether a command is served and valid is decided by the
 //! caller of [`Robot::operate`].
 
+mod actions;
 mod extended;
 mod files;
 mod jog;
@@ -14,7 +15,6 @@ mod watchdog;
 
 pub(crate) use variables::numbers;
 
-use crate::endpoint::session::Outcome;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;
@@ -25,9 +25,38 @@ use ts3100_proto::command::{
     Command, CommandHandler, CommandRow, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset,
     VariableRead, VariableWrite, ZsFrame,
 };
+use ts3100_proto::file::{FlReceiver, FlSender};
 use ts3100_proto::name::{FileName, VariableName};
 use ts3100_proto::status::AlarmLevel;
 use ts3100_proto::status::su::StatusBody;
+
+/// What a command comes to.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Outcome {
+    /// OK.
+    Ok,
+    /// NG, with the reason for the author of the host program.
+    Ng(String),
+    /// FL with these texts.
+    File(FlSender),
+    /// Nothing yet: a file it changes is kept first.
+    Held,
+    /// OK, and the file's texts are awaited.
+    Receive(FileName, FlReceiver),
+}
+
+impl Outcome {
+    /// NG with a reason.
+    pub(crate) fn ng(reason: impl Into<String>) -> Outcome {
+        Outcome::Ng(reason.into())
+    }
+
+    /// FL with a body that is cut into texts as needed.
+    #[must_use]
+    pub(crate) fn file(content: Vec<u8>) -> Outcome {
+        Outcome::File(FlSender::new(content))
+    }
+}
 
 /// What a command finds at the port it came on.
 pub(crate) struct CommandContext<'a> {

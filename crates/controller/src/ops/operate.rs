@@ -1,6 +1,6 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
 
-use crate::endpoint::session::Outcome;
+use super::Outcome;
 use crate::executor::{Direct, Standstill, StopCause, Task};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
@@ -26,7 +26,7 @@ impl Robot {
     pub(super) fn op_stop(&mut self) -> Outcome {
         if self.is_held() && self.executor.status() == ExecutionStatus::Running {
             self.interrupt(StopCause::Host);
-            self.clear_feed_hold();
+            self.set_feed_hold(false);
         } else {
             self.stop_after_step(StopCause::Host);
             self.cancel_direct_input();

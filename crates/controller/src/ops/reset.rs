@@ -1,7 +1,7 @@
 //! RS and SL: back to a step, the reset of signals, the selection of a file.
 
+use super::Outcome;
 use crate::SelectError;
-use crate::endpoint::session::Outcome;
 use crate::executor::{Standstill, TaskState};
 use crate::findings::rules;
 use crate::port::Port;
@@ -40,7 +40,7 @@ impl Robot {
     pub(crate) fn reset_program(&mut self, reset: Reset) -> Result<(), String> {
         match reset {
             Reset::Program => {
-                self.clear_feed_hold();
+                self.set_feed_hold(false);
                 self.reset_alarms();
                 self.renew_stale();
                 self.executor.initialise(self.now);

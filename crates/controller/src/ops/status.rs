@@ -1,8 +1,8 @@
 //! SU SF EU VR: what the controller tells about itself. The layouts are in `ts3100_proto::status`.
 
 use super::CommandContext;
+use super::Outcome;
 use crate::alarm::Alarm;
-use crate::endpoint::session::Outcome;
 use crate::options::SfTexts;
 use crate::robot::Robot;
 use crate::variation::Variation;

@@ -1,7 +1,7 @@
 //! MR and MW: the global variables and the data of the selected file.
 
+use super::Outcome;
 use crate::alarm;
-use crate::endpoint::session::Outcome;
 use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;

@@ -2,7 +2,7 @@
 //!
 //! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
-use crate::endpoint::session::Outcome;
+use super::Outcome;
 use crate::robot::Robot;
 use crate::state::Watchdog;
 use core::time::Duration;
