@@ -15,6 +15,7 @@ use ts3100_controller::alarm::{ALARMS, Alarm, AlarmCode};
 use ts3100_controller::input::PanelAction;
 use ts3100_proto::calendar::CalendarTime;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Longest detail of an alarm in characters.
 const MAX_DETAIL: usize = 200;
@@ -134,11 +135,11 @@ pub fn add(table: RouteTable) -> RouteTable {
             "alarms",
             "Active alarms, the error history, and the table with text, cause and remedy.",
         )
-        .route::<__path_get_alarms, _, _>(get_alarms)
-        .route::<__path_raise_alarm, _, _>(raise_alarm)
-        .route::<__path_reset_alarms, _, _>(reset_alarms)
-        .route::<__path_get_alarm_table, _, _>(get_alarm_table)
-        .route::<__path_get_alarm_row, _, _>(get_alarm_row)
+        .routes(routes!(get_alarms))
+        .routes(routes!(raise_alarm))
+        .routes(routes!(reset_alarms))
+        .routes(routes!(get_alarm_table))
+        .routes(routes!(get_alarm_row))
 }
 
 /// Active alarms and the history

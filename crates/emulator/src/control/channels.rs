@@ -17,6 +17,7 @@ use ts3100_controller::port::Port;
 use ts3100_controller::queries::PortView;
 use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// A communication port.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -100,10 +101,10 @@ pub fn add(table: RouteTable) -> RouteTable {
             "channels",
             "The communication ports HOST, COM1, IP0 to IP3: peers and buffers.",
         )
-        .route::<__path_get_channels, _, _>(get_channels)
-        .route::<__path_get_channel, _, _>(get_channel)
-        .route::<__path_inject, _, _>(inject)
-        .route::<__path_drop_peer, _, _>(drop_peer)
+        .routes(routes!(get_channels))
+        .routes(routes!(get_channel))
+        .routes(routes!(inject))
+        .routes(routes!(drop_peer))
 }
 
 /// All communication ports

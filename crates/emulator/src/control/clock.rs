@@ -22,6 +22,7 @@ use ts3100_controller::action::IoKind;
 use ts3100_controller::port::Port;
 use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Longest time on the wall a call may wait, and what it waits if it does not say.
 pub const MAX_WALL: Duration = Duration::from_secs(600);
@@ -268,11 +269,11 @@ pub fn add(table: RouteTable) -> RouteTable {
             "clock",
             "How time passes, moving it by hand, and waiting for something.",
         )
-        .route::<__path_get_clock, _, _>(get_clock)
-        .route::<__path_put_clock, _, _>(put_clock)
-        .route::<__path_advance, _, _>(advance)
-        .route::<__path_advance_until, _, _>(advance_until)
-        .route::<__path_wait, _, _>(wait)
+        .routes(routes!(get_clock))
+        .routes(routes!(put_clock))
+        .routes(routes!(advance))
+        .routes(routes!(advance_until))
+        .routes(routes!(wait))
 }
 
 /// The clock

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use std::task::{Context, Poll, ready};
 use tokio::sync::{OwnedSemaphorePermit, watch};
 use utoipa::IntoParams;
+use utoipa_axum::routes;
 
 /// Events taken out of the journal at once.
 const BATCH: usize = 64;
@@ -50,7 +51,7 @@ struct MissedEvents {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("events", "What happens, as it happens.")
-        .route::<__path_get_events, _, _>(get_events)
+        .routes(routes!(get_events))
 }
 
 /// What happens, as it happens: Server-Sent Events

@@ -21,6 +21,7 @@ use ts3100_controller::faults::{
     Fault, FaultAction, FaultError, FaultKind, FaultReport, InjectionPoint, KINDS, Parameter, ParameterType,
 };
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Most parameters of one request: no kind has as many.
 const MAX_PARAMETERS: usize = 16;
@@ -311,12 +312,12 @@ pub fn add(table: RouteTable) -> RouteTable {
             "faults",
             "What is broken on purpose: armed, bitten, never fired; docs/FAULTS.md explains the kinds.",
         )
-        .route::<__path_get_faults, _, _>(get_faults)
-        .route::<__path_arm_fault, _, _>(arm_fault)
-        .route::<__path_clear_faults, _, _>(clear_faults)
-        .route::<__path_get_fault_kinds, _, _>(get_fault_kinds)
-        .route::<__path_get_fault, _, _>(get_fault)
-        .route::<__path_disarm_fault, _, _>(disarm_fault)
+        .routes(routes!(get_faults))
+        .routes(routes!(arm_fault))
+        .routes(routes!(clear_faults))
+        .routes(routes!(get_fault_kinds))
+        .routes(routes!(get_fault))
+        .routes(routes!(disarm_fault))
 }
 
 /// The faults and what has become of them

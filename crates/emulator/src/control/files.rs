@@ -15,6 +15,7 @@ use axum::extract::State;
 use serde::Serialize;
 use ts3100_controller::action::Action;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// The RAM drive.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -74,11 +75,11 @@ impl DriveStatus {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("files", "The RAM drive.")
-        .route::<__path_get_files, _, _>(get_files)
-        .route::<__path_get_file, _, _>(get_file)
-        .route::<__path_put_file, _, _>(put_file)
-        .route::<__path_delete_file, _, _>(delete_file)
-        .route::<__path_select_file, _, _>(select_file)
+        .routes(routes!(get_files))
+        .routes(routes!(get_file))
+        .routes(routes!(put_file))
+        .routes(routes!(delete_file))
+        .routes(routes!(select_file))
 }
 
 async fn file_content(handle: &DriverHandle, name: String) -> Result<Json<FileContent>, Problem> {

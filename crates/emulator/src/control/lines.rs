@@ -14,6 +14,7 @@ use ts3100_controller::action::{Action, IoKind};
 use ts3100_controller::input::PanelAction;
 use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// The lines of one direction.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -133,18 +134,18 @@ pub fn add(table: RouteTable) -> RouteTable {
             "lines",
             "Digital inputs and outputs, by the numbers of the manual: 1-64, 101-164, 201-264.",
         )
-        .route::<__path_get_inputs, _, _>(get_inputs)
-        .route::<__path_get_input, _, _>(get_input)
-        .route::<__path_put_input, _, _>(put_input)
-        .route::<__path_pulse_input, _, _>(pulse_input)
-        .route::<__path_force_input, _, _>(force_input)
-        .route::<__path_release_input, _, _>(release_input)
-        .route::<__path_get_outputs, _, _>(get_outputs)
-        .route::<__path_get_output, _, _>(get_output)
-        .route::<__path_put_output, _, _>(put_output)
-        .route::<__path_pulse_output, _, _>(pulse_output)
-        .route::<__path_force_output, _, _>(force_output)
-        .route::<__path_release_output, _, _>(release_output)
+        .routes(routes!(get_inputs))
+        .routes(routes!(get_input))
+        .routes(routes!(put_input))
+        .routes(routes!(pulse_input))
+        .routes(routes!(force_input))
+        .routes(routes!(release_input))
+        .routes(routes!(get_outputs))
+        .routes(routes!(get_output))
+        .routes(routes!(put_output))
+        .routes(routes!(pulse_output))
+        .routes(routes!(force_output))
+        .routes(routes!(release_output))
 }
 
 /// All inputs

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 type Answer<T> = Result<Json<T>, Problem>;
 
@@ -97,25 +98,25 @@ pub fn add(table: RouteTable) -> RouteTable {
             "panel",
             "Key switch, control right, switches and buttons of the operating panel.",
         )
-        .route::<__path_get_key_switch, _, _>(get_key_switch)
-        .route::<__path_put_key_switch, _, _>(put_key_switch)
-        .route::<__path_get_control_right, _, _>(get_control_right)
-        .route::<__path_put_control_right, _, _>(put_control_right)
-        .route::<__path_get_emergency_stop, _, _>(get_emergency_stop)
-        .route::<__path_put_emergency_stop, _, _>(put_emergency_stop)
-        .route::<__path_get_safety_switch, _, _>(get_safety_switch)
-        .route::<__path_put_safety_switch, _, _>(put_safety_switch)
-        .route::<__path_get_servo, _, _>(get_servo)
-        .route::<__path_put_servo, _, _>(put_servo)
-        .route::<__path_get_feed_hold, _, _>(get_feed_hold)
-        .route::<__path_put_feed_hold, _, _>(put_feed_hold)
-        .route::<__path_get_machine_lock, _, _>(get_machine_lock)
-        .route::<__path_put_machine_lock, _, _>(put_machine_lock)
-        .route::<__path_get_battery, _, _>(get_battery)
-        .route::<__path_put_battery, _, _>(put_battery)
-        .route::<__path_get_program, _, _>(get_program)
-        .route::<__path_start, _, _>(start)
-        .route::<__path_stop, _, _>(stop)
+        .routes(routes!(get_key_switch))
+        .routes(routes!(put_key_switch))
+        .routes(routes!(get_control_right))
+        .routes(routes!(put_control_right))
+        .routes(routes!(get_emergency_stop))
+        .routes(routes!(put_emergency_stop))
+        .routes(routes!(get_safety_switch))
+        .routes(routes!(put_safety_switch))
+        .routes(routes!(get_servo))
+        .routes(routes!(put_servo))
+        .routes(routes!(get_feed_hold))
+        .routes(routes!(put_feed_hold))
+        .routes(routes!(get_machine_lock))
+        .routes(routes!(put_machine_lock))
+        .routes(routes!(get_battery))
+        .routes(routes!(put_battery))
+        .routes(routes!(get_program))
+        .routes(routes!(start))
+        .routes(routes!(stop))
 }
 
 /// Position of the key switch

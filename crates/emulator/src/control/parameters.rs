@@ -13,6 +13,7 @@ use ts3100_controller::port::Port;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::AlarmLevel;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Parameters in effect.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -125,7 +126,7 @@ impl Parameters {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("parameters", "USER.PAR and ETHERNET.PAR as of the last power-on.")
-        .route::<__path_get_parameters, _, _>(get_parameters)
+        .routes(routes!(get_parameters))
 }
 
 /// Parameters in effect

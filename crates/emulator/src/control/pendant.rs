@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Most characters typed at once: the buffer holds 256 bytes.
 const MAX_KEYS: usize = 256;
@@ -43,8 +44,8 @@ pub struct KeysRequest {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("pendant", "What the teach pendant shows, and its keys.")
-        .route::<__path_get_pendant, _, _>(get_pendant)
-        .route::<__path_press_keys, _, _>(press_keys)
+        .routes(routes!(get_pendant))
+        .routes(routes!(press_keys))
 }
 
 /// What the teach pendant shows

@@ -13,6 +13,7 @@ use serde::Serialize;
 use ts3100_controller::action::Action;
 use ts3100_controller::input::PanelAction;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// The power, and the ports it keeps open.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -39,11 +40,11 @@ type Answer = Result<Json<PowerStatus>, Problem>;
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("power", "Power off, on, cycle; reset between tests.")
-        .route::<__path_get_power, _, _>(get_power)
-        .route::<__path_power_off, _, _>(power_off)
-        .route::<__path_power_on, _, _>(power_on)
-        .route::<__path_power_cycle, _, _>(power_cycle)
-        .route::<__path_reset, _, _>(reset)
+        .routes(routes!(get_power))
+        .routes(routes!(power_off))
+        .routes(routes!(power_on))
+        .routes(routes!(power_cycle))
+        .routes(routes!(reset))
 }
 
 /// Whether the power is on

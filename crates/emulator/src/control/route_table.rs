@@ -6,16 +6,15 @@
 use super::handle::DriverHandle;
 use super::problem::Problem;
 use axum::Router;
-use axum::handler::Handler;
 use axum::http::{Method, StatusCode, Uri};
-use axum::routing::{MethodFilter, on};
 use utoipa::openapi::path::{HttpMethod, Operation, PathItem, Paths};
 use utoipa::openapi::schema::{AdditionalProperties, Schema};
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityRequirement, SecurityScheme};
 use utoipa::openapi::{
     Components, ContentBuilder, Info, License, OpenApi, OpenApiBuilder, Ref, RefOr, ResponseBuilder, Tag,
 };
-use utoipa::{PartialSchema as _, Path, ToSchema as _};
+use utoipa::{PartialSchema as _, ToSchema as _};
+use utoipa_axum::router::UtoipaMethodRouter;
 
 /// What the OpenAPI document says first.
 const DESCRIPTION: &str = "Everything a real controller denies a test: look at all of it, set any of it, move \
@@ -54,26 +53,27 @@ impl RouteTable {
         self
     }
 
-    /// Adds the handler that `P`, made by `#[utoipa::path]` beside it, describes.
+    /// Adds what [`utoipa_axum::routes!`] makes of handlers of one path.
     #[must_use]
-    pub fn route<P, H, T>(mut self, handler: H) -> RouteTable
-    where
-        P: Path + utoipa::__dev::SchemaReferences,
-        H: Handler<T, DriverHandle>,
-        T: 'static,
-    {
-        let path = P::path();
-        let methods = P::methods();
-        let filters = methods.iter().map(method_filter);
-        if let Some(filter) = filters.reduce(MethodFilter::or) {
-            self.router = self.router.route(&path, on(filter, handler));
+    pub fn routes(mut self, (schemas, mut paths, methods): UtoipaMethodRouter<DriverHandle>) -> RouteTable {
+        self.schemas.extend(schemas);
+        for (path, item) in &mut paths.paths {
+            self.router = self.router.route(path, methods.clone());
+            let PathItem {
+                get,
+                put,
+                post,
+                delete,
+                ..
+            } = item;
+            for (operation, changes) in [(get, false), (put, true), (post, true), (delete, true)] {
+                if let Some(operation) = operation {
+                    operation.tags = Some(vec![self.tag.clone()]);
+                    add_error_responses(operation, changes);
+                }
+            }
         }
-        let changes = methods.iter().any(|method| *method != HttpMethod::Get);
-        let mut operation = P::operation();
-        operation.tags = Some(vec![self.tag.clone()]);
-        add_error_responses(&mut operation, changes);
-        self.paths.add_path_operation(&path, methods, operation);
-        P::schemas(&mut self.schemas);
+        self.paths.merge(paths);
         self
     }
 
@@ -184,15 +184,6 @@ fn add_error_responses(operation: &mut Operation, changes: bool) {
             .responses
             .entry(status.to_owned())
             .or_insert(response.into());
-    }
-}
-
-fn method_filter(method: &HttpMethod) -> MethodFilter {
-    match method {
-        HttpMethod::Put => MethodFilter::PUT,
-        HttpMethod::Post => MethodFilter::POST,
-        HttpMethod::Delete => MethodFilter::DELETE,
-        _ => MethodFilter::GET,
     }
 }
 

@@ -16,6 +16,7 @@ use axum::response::IntoResponse;
 use serde::Serialize;
 use ts3100_proto::status::ExecutionStatus;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Media type of the text format of Prometheus.
 const PROMETHEUS: &str = "text/plain; version=0.0.4; charset=utf-8";
@@ -77,10 +78,10 @@ pub struct Version {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("service", "For those who look after the emulator and its hosts.")
-        .route::<__path_get_health, _, _>(get_health)
-        .route::<__path_get_version, _, _>(get_version)
-        .route::<__path_get_metrics, _, _>(get_metrics)
-        .route::<__path_get_findings, _, _>(get_findings)
+        .routes(routes!(get_health))
+        .routes(routes!(get_version))
+        .routes(routes!(get_metrics))
+        .routes(routes!(get_findings))
 }
 
 /// Whether the emulator answers

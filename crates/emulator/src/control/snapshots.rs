@@ -18,6 +18,7 @@ use axum::response::IntoResponse;
 use serde::Serialize;
 use ts3100_controller::Time;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// The snapshots under names.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -46,13 +47,13 @@ pub fn add(table: RouteTable) -> RouteTable {
             "snapshots",
             "The whole controller at a moment, kept and put back.",
         )
-        .route::<__path_get_snapshots, _, _>(get_snapshots)
-        .route::<__path_put_snapshot, _, _>(put_snapshot)
-        .route::<__path_restore_snapshot, _, _>(restore_snapshot)
-        .route::<__path_delete_snapshot, _, _>(delete_snapshot)
-        .route::<__path_get_named, _, _>(get_named)
-        .route::<__path_get_snapshot, _, _>(get_snapshot)
-        .route::<__path_load_snapshot, _, _>(load_snapshot)
+        .routes(routes!(get_snapshots))
+        .routes(routes!(put_snapshot))
+        .routes(routes!(restore_snapshot))
+        .routes(routes!(delete_snapshot))
+        .routes(routes!(get_named))
+        .routes(routes!(get_snapshot))
+        .routes(routes!(load_snapshot))
 }
 
 /// The snapshots there are

@@ -23,6 +23,7 @@ use std::sync::Arc;
 use ts3100_controller::action::IoKind;
 use ts3100_controller::port::Port;
 use utoipa::ToSchema;
+use utoipa_axum::routes;
 
 /// Everything at one moment.
 #[derive(Debug, Clone, Serialize, ToSchema)]
@@ -306,7 +307,7 @@ fn arm_pose(view: &View<'_>) -> ArmPose {
 pub fn add(table: RouteTable) -> RouteTable {
     table
         .group("state", "Everything at one moment.")
-        .route::<__path_get_state, _, _>(get_state)
+        .routes(routes!(get_state))
 }
 
 /// Everything at one moment

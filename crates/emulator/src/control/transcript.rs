@@ -13,6 +13,7 @@ use axum::response::IntoResponse;
 use serde::Deserialize;
 use utoipa::IntoParams;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
+use utoipa_axum::routes;
 
 /// The form of a transcript.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
@@ -60,7 +61,7 @@ pub fn add(table: RouteTable) -> RouteTable {
             "transcript",
             "What went over the ports and what was done at the controller.",
         )
-        .route::<__path_get_transcript, _, _>(get_transcript)
+        .routes(routes!(get_transcript))
 }
 
 /// The transcript since the start or the last reset, the last 16384 records of it

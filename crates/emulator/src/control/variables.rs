@@ -18,6 +18,7 @@ use ts3100_proto::command::Number;
 use ts3100_proto::name::VariableName;
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{ArrayBuilder, ObjectBuilder, OneOfBuilder, Schema, Type};
+use utoipa_axum::routes;
 
 /// Values a variable takes at most.
 const MAX_VALUES: usize = 16;
@@ -227,13 +228,13 @@ pub fn add(table: RouteTable) -> RouteTable {
             "variables",
             "GLOBAL and DATA of the selected file; positions among them.",
         )
-        .route::<__path_get_variables, _, _>(get_variables)
-        .route::<__path_get_variable, _, _>(get_variable)
-        .route::<__path_put_variable, _, _>(put_variable)
-        .route::<__path_get_positions, _, _>(get_positions)
-        .route::<__path_get_position, _, _>(get_position)
-        .route::<__path_put_position, _, _>(put_position)
-        .route::<__path_teach_position, _, _>(teach_position)
+        .routes(routes!(get_variables))
+        .routes(routes!(get_variable))
+        .routes(routes!(put_variable))
+        .routes(routes!(get_positions))
+        .routes(routes!(get_position))
+        .routes(routes!(put_position))
+        .routes(routes!(teach_position))
 }
 
 /// All of the selected file.
