@@ -3,7 +3,7 @@
 
     python3 tests/wireshark.py
 
-The captures of the emulator are those of crates/emulator/tests/wireshark.rs, whose tests are ignored where nobody asks
+The captures of the emulator are those of tests/suites/wireshark.rs, whose tests are ignored where nobody asks
 for them. The other one is made here, byte by byte: TCP at a port nobody has told the dissector. Without tshark this
 fails (apt-get install tshark). The exit code is 0 when everything was read as it should be."""
 
@@ -93,7 +93,7 @@ def main():
     with tempfile.TemporaryDirectory(prefix="ts3100-wire-") as directory:
         another_wire(directory)
     # With the whole workspace, as everything else is built: the package alone would be built anew, with other features.
-    tests = ["cargo", "test", "-q", "--locked", "--workspace", "--test", "wireshark", "--", "--include-ignored"]
+    tests = ["cargo", "test", "-q", "--locked", "--workspace", "--test", "suites", "--", "--include-ignored", "wireshark::"]
     code = subprocess.run(tests, cwd=ROOT, check=False).returncode
     if code != 0:
         sys.exit("the captures of the emulator are not read as they should be")

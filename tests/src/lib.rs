@@ -5,12 +5,15 @@
 
 #![expect(
     clippy::panic,
+    clippy::unwrap_used,
     reason = "what does not hold in a helper of the suites fails the test"
 )]
 
 pub mod clauses;
 pub mod kinematics;
 pub mod round_trip;
+#[path = "../../crates/emulator/src/testing.rs"]
+pub mod testing;
 pub mod transcript;
 
 pub use ts3100_emulator::transcript::notation;

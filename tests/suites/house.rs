@@ -214,15 +214,11 @@ const CLOCKS: [&str; 2] = ["sleep(", "Instant::now("];
 /// Where tests may have them all the same: file, word, reason.
 const MAY_WATCH_THE_CLOCK: [(&str, &str, &str); 7] = [
     (
-        "crates/emulator/src/testing/eventually.rs",
+        "crates/emulator/src/testing.rs",
         "sleep(",
         "the one place that looks again and again, with a bound",
     ),
-    (
-        "crates/emulator/src/testing/eventually.rs",
-        "Instant::now(",
-        "its bound",
-    ),
+    ("crates/emulator/src/testing.rs", "Instant::now(", "its bound"),
     (
         "crates/emulator/src/driver/tests.rs",
         "sleep(",

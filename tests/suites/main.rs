@@ -2,7 +2,8 @@
 //! rules.
 //!
 //! Unit tests are in their crates and are not repeated here. A suite begins with what it tests and where its neighbours
-//! are; `ts3100_tests::Robot` is the controller they all use.
+//! are. `ts3100_tests::Robot` is a controller in virtual time; `embedded` and `control` start emulators in this process,
+//! `binary` starts the program itself.
 
 #![expect(
     clippy::panic,
@@ -11,9 +12,12 @@
 )]
 
 mod architecture;
+mod binary;
+mod control;
 mod coverage;
 mod docs;
 mod effects;
+mod embedded;
 mod exchange;
 mod extensions;
 mod faults;
@@ -48,4 +52,5 @@ mod status;
 mod transcripts;
 mod variables;
 mod wire;
+mod wireshark;
 mod words;

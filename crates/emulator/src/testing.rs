@@ -1,10 +1,9 @@
-//! Helpers for the unit tests of this crate: a temporary directory that is removed on drop, and [`eventually`] for
-//! conditions outside the controller.
-
-pub mod eventually;
+//! Helpers for the unit tests of this crate and for the whole-system suites (`ts3100_tests::testing` is this file): a
+//! temporary directory that is removed on drop, and [`eventually`] for conditions outside the controller.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
 
 /// A directory of its own below the system's temporary directory, removed on drop.
 pub struct TempDir(PathBuf);
@@ -28,5 +27,26 @@ impl TempDir {
 impl Drop for TempDir {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Timeout; reached only by failing tests.
+const LIMIT: Duration = Duration::from_secs(30);
+/// Pause between two polls.
+const PAUSE: Duration = Duration::from_millis(10);
+
+/// Polls `look` for things that send no event: a file, a terminal, a port. This is the only place in the tests that
+/// sleeps; for everything else wait for the event.
+///
+/// # Panics
+/// With `what` after the timeout.
+pub fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let started = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(started.elapsed() < LIMIT, "{what}: not within {LIMIT:?}");
+        std::thread::sleep(PAUSE);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::embed::single_threaded;
-use crate::testing::eventually::eventually;
+use crate::testing::eventually;
 use crate::transcript::{Format, Recording};
 use socket2::SockRef;
 use std::io::{ErrorKind, Read, Write};

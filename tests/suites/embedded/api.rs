@@ -1,8 +1,6 @@
 //! The embedding API: several emulators in one process, each with its own state, actions at the panel, and
 //! a power cycle.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
-
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::Duration;
@@ -83,7 +81,7 @@ fn the_panel_starts_the_program() {
         .start()
         .unwrap();
     let mut program = dial(&robot, Port::Ip1);
-    // The panel and the connection reach the hub by different ways; the host's answer shows that it has
+    // The panel and the connection reach the driver by different ways; the host's answer shows that it has
     // served the connection.
     exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::Start).unwrap();
@@ -200,7 +198,7 @@ fn a_client_channel_dials_its_peer() {
     assert_eq!(robot.ports().keys().copied().collect::<Vec<_>>(), [Port::Ip0]);
     let (mut stream, _) = peer.accept().unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
-    // A later connection is served, so the hub knows of this one.
+    // A later connection is served, so the driver knows of this one.
     exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::Start).unwrap();
     assert_eq!(text_until(&mut stream, b'\r'), b"HELLO\r");
@@ -214,7 +212,7 @@ fn a_peer_that_does_not_read_blocks_nobody() {
         .servo_on(true)
         .start()
         .unwrap();
-    let _deaf = dial(&robot, Port::Ip1);
+    let _stalled = dial(&robot, Port::Ip1);
     let mut host = dial(&robot, Port::Ip0);
     exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
     for _ in 0..20 {

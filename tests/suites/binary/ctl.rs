@@ -1,6 +1,6 @@
 //! `ts3100 ctl` and `completions` against a running `ts3100 serve`: exit codes, both forms of an answer, the token.
 
-use crate::support::{Serve, TempDir, run, stderr, stdout, ts3100};
+use super::support::{Serve, TempDir, run, stderr, stdout, ts3100};
 use serde_json::{Value, json};
 use std::process::Output;
 

@@ -1,15 +1,6 @@
 //! Transcripts of running emulators: the same inputs give the same bytes in every form, and what was done is in
 //! the file at once.
 
-#![expect(
-    clippy::unwrap_used,
-    reason = "what does not hold in a helper of the tests fails the test"
-)]
-
-#[path = "../src/testing/eventually.rs"]
-mod eventually;
-
-use eventually::eventually;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
@@ -23,6 +14,7 @@ use ts3100_emulator::control::ControlSettings;
 use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::transcript::{LinkRecord, PeerId, RecordKind, Recording, Side};
+use ts3100_tests::testing::eventually;
 
 const LONG: Duration = Duration::from_secs(30);
 

@@ -1,7 +1,7 @@
 //! `ts3100 serve` with serial lines: what the ready line says of them, the links of pseudo terminals through signals,
 //! errors at the start.
 
-use crate::support::{Serve, TempDir, run, stderr};
+use super::support::{Serve, TempDir, run, stderr};
 use serialport::TTYPort;
 use std::io::{Read, Write};
 use std::path::Path;

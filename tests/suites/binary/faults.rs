@@ -1,10 +1,10 @@
 //! Faults and legal variation from the command line: flags, files, the report, the list.
 
-use crate::support::{Serve, TempDir, run, stderr, stdout};
+use super::support::{Serve, TempDir, run, stderr, stdout};
 use serde_json::Value;
 
 #[test]
-fn faults_of_flags_and_files_bite_and_those_that_never_did_are_reported() {
+fn faults_of_flags_and_files_fire_and_those_that_never_did_are_reported() {
     let directory = TempDir::new();
     let file = directory.file(
         "faults.toml",
@@ -53,7 +53,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
         let serve = Serve::start(&[faults.as_slice(), reports.as_slice()].concat());
         let mut host = serve.dial(0);
         std::io::Write::write_all(&mut host, b"\x02SO\r\x03").unwrap();
-        crate::support::exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
+        super::support::exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
         serve.signal("TERM")
     };
     // What is denied of findings has nothing to do with faults.
@@ -66,16 +66,11 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
         stderr(&output)
     );
     let report: Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).unwrap();
-    let [bitten, never] = [0, 1].map(|index| &report["faults"]["faults"][index]);
-    assert_eq!(bitten["bites"][0]["what"], "the answer to SO is not sent");
-    assert_eq!(bitten["bites"][0]["port"], "IP0");
-    assert_eq!(bitten["bites"][0]["t"], bitten["at"][0]);
-    assert!(
-        bitten["host"]
-            .as_str()
-            .unwrap()
-            .starts_with("Wait for the answer")
-    );
+    let [fired, never] = [0, 1].map(|index| &report["faults"]["faults"][index]);
+    assert_eq!(fired["bites"][0]["what"], "the answer to SO is not sent");
+    assert_eq!(fired["bites"][0]["port"], "IP0");
+    assert_eq!(fired["bites"][0]["t"], fired["at"][0]);
+    assert!(fired["host"].as_str().unwrap().starts_with("Wait for the answer"));
     assert_eq!(never["bites"], serde_json::json!([]));
     let waits = never["waits_for"].as_str().unwrap();
     assert_eq!(waits, "a command or an FL text that came in; command CA; block 0");

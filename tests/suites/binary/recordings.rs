@@ -1,7 +1,7 @@
 //! `serve --transcript`, `tap` and `diff` as commands: what one records, another plays; a killed process leaves a
 //! whole transcript.
 
-use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
+use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;

@@ -1,11 +1,5 @@
 //! Faults where the edge has to act: real connections that are reset, closed, or half-open, by the embedding API.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
-
-#[path = "../src/testing/eventually.rs"]
-mod eventually;
-
-use eventually::eventually;
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
@@ -15,6 +9,7 @@ use ts3100_emulator::client::Client;
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::control::ControlSettings;
 use ts3100_emulator::embed::{ArmError, Builder, Emulator};
+use ts3100_tests::testing::eventually;
 
 const LONG: Duration = Duration::from_secs(30);
 const SO: &[u8] = b"\x02SO\r\x03";
@@ -68,8 +63,8 @@ fn advance(robot: &Emulator, seconds: f64) {
     assert_eq!(status, 200, "{answer}");
 }
 
-/// Waits until a fault has bitten.
-fn bitten(robot: &Emulator) -> String {
+/// Waits until a fault was applied.
+fn applied(robot: &Emulator) -> String {
     let fired = |output: &Output| match output {
         Output::Event(Event::Fault {
             fired: true, message, ..
@@ -111,7 +106,7 @@ fn a_half_open_connection_is_silent_and_open_until_the_robot_gives_it_up() {
         .unwrap();
     let mut host = dial(&robot);
     host.write_all(SO).unwrap();
-    bitten(&robot);
+    applied(&robot);
     advance(&robot, 0.699);
     assert!(is_open(&mut host));
     // Still open: it takes what nobody reads.
@@ -134,7 +129,7 @@ fn a_host_that_waits_behind_a_half_open_connection_it_has_closed_is_served_next(
         .unwrap();
     let mut host = dial(&robot);
     host.write_all(SO).unwrap();
-    bitten(&robot);
+    applied(&robot);
     assert!(is_open(&mut host));
     drop(host);
     served(&robot);
@@ -151,7 +146,7 @@ fn faults_are_armed_reported_and_disarmed_while_it_runs() {
     let mut answer = [0; 5];
     host.read_exact(&mut answer).unwrap();
     assert_eq!(&answer, b"\x02NG\r\x03");
-    assert_eq!(bitten(&robot), "SO is refused");
+    assert_eq!(applied(&robot), "SO is refused");
     robot.disarm(2).unwrap();
     let reports = robot.faults().unwrap();
     let seen: Vec<_> = reports

@@ -1,6 +1,6 @@
 //! The whole robot at once: its state, its transcript, its snapshots; and other ways to say the same.
 
-use crate::support::{Host, Robot, builder, running};
+use super::support::{Host, Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;

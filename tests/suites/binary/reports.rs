@@ -1,7 +1,7 @@
 //! Reports at the end of a run: findings in three forms, coverage of the permission tables, lines executed, and
 //! the exit codes that follow.
 
-use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout};
+use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout};
 use serde_json::Value;
 use std::io::Write;
 

@@ -1,7 +1,7 @@
 //! `ts3100 host` with variables of every type and with the commands beyond the manual.
 
-use crate::client::{ok, peer};
-use crate::support::{Serve, TempDir, run, stderr, stdout};
+use super::client::{ok, peer};
+use super::support::{Serve, TempDir, run, stderr, stdout};
 use serde_json::Value;
 
 const KINDS: &str = "GLOBAL\nCOUNT = 7\nLEVEL = 1.5\nDIM TABLE(3) AS INTEGER\nEND\nPROGRAM KINDS\nCOUNT = 7\nEND\n\
@@ -109,7 +109,7 @@ fn the_commands_beyond_the_manual_are_sent_and_their_answers_decoded() {
 }
 
 #[test]
-fn guidance_goes_by_words_or_numbers() {
+fn jogging_goes_by_words_or_numbers() {
     let serve = Serve::start(&["--servo-on"]);
     for words in [
         &["md", "inching"][..],

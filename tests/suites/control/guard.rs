@@ -1,6 +1,6 @@
 //! Who may call: token, Host, Origin, kinds of body, sizes, garbage.
 
-use crate::support::{Robot, builder};
+use super::support::{Robot, builder};
 use ts3100_emulator::client::Client;
 use ts3100_emulator::control::{ControlSettings, operations};
 
@@ -58,7 +58,7 @@ fn what_others_have_made_up_is_shown_and_not_obeyed() {
 
 #[test]
 fn numbers_beyond_what_the_controller_holds_are_refused() {
-    let robot = crate::support::running("GLOBAL\nX = 1.5\nEND\nPROGRAM TEST\nDELAY 1\nEND\n");
+    let robot = super::support::running("GLOBAL\nX = 1.5\nEND\nPROGRAM TEST\nDELAY 1\nEND\n");
     for (method, path, bodies) in [
         (
             "PUT",

@@ -1,16 +1,5 @@
 //! The serial lines as a host meets them: pseudo terminals, RFC 2217, bare TCP, a real port. No test waits for time to
 //! pass: each waits for bytes, or for the controller to have put something out.
-#![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "helpers of tests, which may fail as tests do"
-)]
-
-#[path = "../src/testing/eventually.rs"]
-mod eventually;
-
-use eventually::eventually;
 use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serialport::{SerialPort, TTYPort};
@@ -27,6 +16,7 @@ use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::{Builder, Emulator};
 use ts3100_emulator::serial::SerialEndpoint;
 use ts3100_emulator::transcript::{RecordKind, Recording};
+use ts3100_tests::testing::eventually;
 
 /// Longest wait for anything.
 const LIMIT: Duration = Duration::from_secs(20);

@@ -1,8 +1,6 @@
 //! Snapshots of a running emulator: kept under names, put back between two tests while the hosts stay connected,
 //! written to files and begun with. Embedded, and as the binary.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
-
 use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
@@ -137,11 +135,11 @@ fn what_a_fault_made_half_open_does_not_outlast_the_state_it_came_with() {
     robot.arm("half-open:command=SU,lasts=600000").unwrap();
     let mut host = Host::dial(&robot, Port::Ip0);
     host.0.write_all(b"\x02SU\r\x03").unwrap();
-    let bitten = |output: &Output| match output {
+    let applied = |output: &Output| match output {
         Output::Event(Event::Fault { fired: true, .. }) => Some(()),
         _ => None,
     };
-    robot.wait_for(LONG, bitten).unwrap();
+    robot.wait_for(LONG, applied).unwrap();
     robot.restore("ready").unwrap();
     assert!(host.0.read(&mut [0]).is_err(), "the connection is reset");
     assert!(robot.faults().unwrap().is_empty(), "armed behind the snapshot");

@@ -1,7 +1,7 @@
 //! `ts3100 host` and `ts3100 check` against a running emulator, and against peers that answer nothing or
 //! nonsense.
 
-use crate::support::{Serve, TempDir, read_until, run, stderr, stdout};
+use super::support::{Serve, TempDir, read_until, run, stderr, stdout};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 

@@ -1,6 +1,6 @@
 //! What each call does, and that hosts see it.
 
-use crate::support::{Robot, builder, running};
+use super::support::{Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;
@@ -466,7 +466,7 @@ fn events_are_told_in_order_and_the_missed_are_counted() {
 }
 
 #[test]
-fn a_fault_is_armed_bites_and_is_reported() {
+fn a_fault_is_armed_fires_and_is_reported() {
     let robot = running(DATA);
     let mut host = robot.host();
     let armed = robot.post("/faults", r#"{"kind":"ng","on":{"command":"FD"},"times":2}"#);
@@ -479,8 +479,8 @@ fn a_fault_is_armed_bites_and_is_reported() {
     assert_eq!(robot.get("/faults/9")["parameters"], json!({"delay": "2000"}));
     assert_eq!(robot.get("/faults/9")["probability"], 0.5);
     assert_eq!(host.command("FD"), "NG");
-    let bitten = robot.get("/faults/1");
-    assert_eq!((&bitten["fired"], &bitten["armed"]), (&json!(1), &json!(true)));
+    let fired = robot.get("/faults/1");
+    assert_eq!((&fired["fired"], &fired["armed"]), (&json!(1), &json!(true)));
     assert_eq!(robot.ok("DELETE", "/faults/1", "")["armed"], false);
     assert_eq!(host.command("FD"), "OK");
     let metrics = robot.call_text("GET", "/metrics", "").1;

@@ -1,6 +1,6 @@
 //! Time in the hand of the test: advance, advance until, wait, the modes.
 
-use crate::support::{Robot, builder, running};
+use super::support::{Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;

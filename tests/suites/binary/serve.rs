@@ -1,6 +1,6 @@
 //! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
 
-use crate::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
+use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
 

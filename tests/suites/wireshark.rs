@@ -2,8 +2,6 @@
 //! texts cut anywhere, SF with control codes in it, serial ports, the panel. What needs tshark is ignored by default
 //! and run by tests/wireshark.py, where a missing tshark is a failure.
 
-#![expect(clippy::unwrap_used, reason = "helpers of tests, which may fail as tests do")]
-
 use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
@@ -13,7 +11,7 @@ use ts3100_proto::status::sf::table::{SfFieldKind, sf_fields};
 use ts3100_proto::status::sf::{SfLayout, SystemStatus};
 
 fn script() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../packaging/wireshark/ts3100.lua")
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../packaging/wireshark/ts3100.lua")
 }
 
 #[test]
@@ -188,7 +186,7 @@ fn the_fields_of_sf_are_read_by_name_in_both_layouts() {
         "ts3100.sf.joint.6",
         "ts3100.sf.name.work",
     ];
-    // The other texts have no such field; the filter is that of docs/EVIDENCE.md.
+    // The other texts have no such field; the filter is that of the docs.
     let lines = tshark("sf", whats, "ts3100.sf", &fields);
     assert_eq!(lines, ["1|512|65535|771|0x1a03|12.5|JIG"; 3]);
 }

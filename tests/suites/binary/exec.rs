@@ -1,11 +1,8 @@
 //! `ts3100 exec`: an emulator for the time of one command.
 
-use super::support::{TempDir, run, stderr, stdout, ts3100};
+use super::support::{TS3100, TempDir, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
-
-/// The binary as a command of `sh`.
-const TS3100: &str = env!("CARGO_BIN_EXE_ts3100");
 
 fn exec(words: &[&str], script: &str) -> std::process::Output {
     let script = format!("ts3100() {{ '{TS3100}' \"$@\"; }}\n{script}");

@@ -40,9 +40,15 @@ impl Drop for TempDir {
     }
 }
 
-/// The binary, without the caller's configuration.
+/// Where the program is.
+pub const TS3100: &str = env!("CARGO_BIN_EXE_ts3100-suites");
+
+/// The program, without the caller's configuration.
 pub fn ts3100(words: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_ts3100"));
+    let mut command = Command::new(TS3100);
+    // Usage lines begin with the name it was called by.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::arg0(&mut command, "ts3100");
     command.args(words);
     for (name, _) in std::env::vars_os() {
         if name.to_string_lossy().starts_with("TS3100_") {
