@@ -101,20 +101,8 @@ fn running() -> Result<Controller, String> {
 /// Sends SU; whether something came back.
 fn su(controller: &mut Controller, now: Time) -> bool {
     let bytes = b"SU,STATUS\r\x03".to_vec();
-    let outputs = controller.feed(
-        now,
-        Input::Received {
-            port: Port::Ip0,
-            bytes,
-        },
-    );
+    let outputs = controller.feed(now, Input::received(Port::Ip0, bytes));
     let replied = outputs.iter().any(|output| matches!(output, Output::Send { .. }));
-    controller.feed(
-        now,
-        Input::Received {
-            port: Port::Ip0,
-            bytes: b"OK\r\x03".to_vec(),
-        },
-    );
+    controller.feed(now, Input::received(Port::Ip0, b"OK\r\x03".as_slice()));
     replied
 }

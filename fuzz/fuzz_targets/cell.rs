@@ -23,7 +23,7 @@ fuzz_target!(|data: &[u8]| {
     let mode = ["CYC", "CONT", "STEP", "SEG"][usize::from(choices.byte() % 4)];
     let text = format!("\x02EC,MODE {mode}\r\x03").into_bytes();
     let port = ts3100_controller::Port::Ip0;
-    let answer = cell.feed_and_collect(Input::Received { port, bytes: text });
+    let answer = cell.feed_and_collect(Input::received(port, text));
     assert_eq!(answer, b"\x02OK\r\x03", "a mode is set while the robot stands");
     cell.feed(Input::Panel(PanelAction::Start));
     cell.advance(50);

@@ -142,7 +142,7 @@ impl Cell {
     pub fn ask(&mut self, command: &str) -> Vec<u8> {
         let bytes = [b"\x02", command.as_bytes(), b"\r\x03"].concat();
         let port = Port::Ip0;
-        let answer = self.feed_and_collect(Input::Received { port, bytes });
+        let answer = self.feed_and_collect(Input::received(port, bytes));
         let data = answer
             .strip_prefix(b"\x02")
             .and_then(|rest| rest.strip_suffix(b"\x03"));
@@ -214,15 +214,15 @@ impl Cell {
         match choice % 24 {
             0..=8 => {
                 let bytes = choices.chunk().to_vec();
-                self.feed(Input::Received { port, bytes });
+                self.feed(Input::received(port, bytes));
             }
             9 | 10 => {
                 let text = [b"\x02", choices.chunk(), b"\r\x03"].concat();
-                self.feed(Input::Received { port, bytes: text });
+                self.feed(Input::received(port, text));
             }
             11 => {
                 let text = b"\x02OK\r\x03".to_vec();
-                self.feed(Input::Received { port, bytes: text });
+                self.feed(Input::received(port, text));
             }
             12 => self.advance(u64::from(choices.byte())),
             13 => self.advance(u64::from(choices.word())),

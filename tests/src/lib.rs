@@ -158,10 +158,7 @@ impl Robot {
 
     /// Bytes come in on a port, as one segment.
     pub fn raw(&mut self, port: Port, bytes: &[u8]) {
-        self.feed(Input::Received {
-            port,
-            bytes: bytes.to_vec(),
-        });
+        self.feed(Input::received(port, bytes.to_vec()));
     }
 
     /// A text comes in: its data section, STX and ETX added here.

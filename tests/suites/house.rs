@@ -16,7 +16,7 @@ const DEPENDENCIES: [(&str, &[&str], usize); 4] = [
     ("scol-mini", &["libm", "thiserror", "serde"], 3),
     (
         "controller",
-        &["libm", "scol-mini", "thiserror", "ts3100-proto", "serde"],
+        &["bytes", "libm", "scol-mini", "thiserror", "ts3100-proto", "serde"],
         6,
     ),
     ("emulator", &[], 20),

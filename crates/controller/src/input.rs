@@ -7,6 +7,7 @@ use crate::endpoint::serial_line::HostEnd;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 
 /// One thing that happened outside.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,7 @@ pub enum Input {
         /// The port.
         port: Port,
         /// The bytes.
-        bytes: Vec<u8>,
+        bytes: Bytes,
     },
     /// How the host has opened its end of a serial line, as far as the edge can tell; before the bytes it holds
     /// for. Nothing on the Ethernet channels. A new peer starts with nothing known.
@@ -75,6 +76,14 @@ pub enum Input {
     /// Something that only the owner of the controller can do; a refusal is the result of
     /// [`Controller::handle`](crate::Controller::handle).
     Action(Action),
+}
+
+impl Input {
+    /// [`Input::Received`] from any form of bytes.
+    pub fn received(port: Port, bytes: impl Into<Bytes>) -> Input {
+        let bytes = bytes.into();
+        Input::Received { port, bytes }
+    }
 }
 
 /// Something done at the controller itself.

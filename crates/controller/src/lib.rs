@@ -8,12 +8,12 @@
 //! Text framing, commands and bodies are `ts3100-proto`'s, the robot language is `scol-mini`'s.
 //!
 //! ```
-//! use ts3100_controller::{Config, Controller, Dialect, Input, Output, Port, Time};
+//! use ts3100_controller::{Bytes, Config, Controller, Dialect, Input, Output, Port, Time};
 //! let mut robot = Controller::new(Config::new(Dialect::Field), Vec::new()).unwrap();
 //! robot.feed(Time::ZERO, Input::Connected { port: Port::Ip0, peer: "a test".into() });
-//! let bytes = b"\x02SO\r\x03".to_vec();
+//! let bytes = Bytes::from_static(b"\x02SO\r\x03");
 //! let outputs = robot.feed(Time::from_millis(1), Input::Received { port: Port::Ip0, bytes });
-//! assert!(outputs.contains(&Output::Send { port: Port::Ip0, bytes: b"\x02OK\r\x03".to_vec() }));
+//! assert!(outputs.contains(&Output::Send { port: Port::Ip0, bytes: Bytes::from_static(b"\x02OK\r\x03") }));
 //! ```
 #![no_std]
 extern crate alloc;
@@ -57,6 +57,7 @@ pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
 pub use arm::ArmPose;
+pub use bytes::Bytes;
 pub use command_coverage::CommandCoverage;
 pub use controller::Controller;
 pub use drive::DriveError;

@@ -7,6 +7,7 @@ use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 use ts3100_proto::text::Framing;
 
@@ -18,7 +19,7 @@ pub enum Output {
         /// The port.
         port: Port,
         /// The bytes, at most [`crate::limits::MAX_SEND`].
-        bytes: Vec<u8>,
+        bytes: Bytes,
     },
     /// A file of the RAM drive is about to be stored or erased: keep it so, whole or not at all, and answer by
     /// [`Input::Persisted`](crate::Input::Persisted). Only after [`Controller::persist_outside`](crate::Controller::persist_outside).
@@ -95,7 +96,7 @@ pub enum Event {
         /// With or without STX.
         framing: Framing,
         /// Its data section.
-        data: Vec<u8>,
+        data: Bytes,
     },
     /// A text goes out.
     TextOut {
@@ -104,7 +105,7 @@ pub enum Event {
         /// With or without STX.
         framing: Framing,
         /// Its data section.
-        data: Vec<u8>,
+        data: Bytes,
     },
     /// Bytes that belong to no text, or a text that was given up.
     Dropped {

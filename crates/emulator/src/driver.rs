@@ -417,9 +417,9 @@ impl Driver {
             Output::Send { port, bytes } => {
                 self.clock.note_activity();
                 if self.serial_lines.has(port) {
-                    self.serial_lines.send(port, bytes);
+                    self.serial_lines.send(port, bytes.into());
                 } else {
-                    inputs.extend(self.channels.send(port, bytes).await);
+                    inputs.extend(self.channels.send(port, bytes.into()).await);
                 }
             }
             // `step` has persisted the change already, before the controller applied it.

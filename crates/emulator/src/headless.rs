@@ -315,7 +315,7 @@ impl Runner {
         };
         record.push(b'\r');
         let input = match port {
-            Some(port) => Input::Received { port, bytes: record },
+            Some(port) => Input::received(port, record),
             None => Input::Panel(PanelAction::Keys(String::from_utf8_lossy(&record).into_owned())),
         };
         self.feed(self.controller.now(), input, listen);

@@ -5,7 +5,7 @@
 //! [`crate::command`], [`crate::file`] and [`crate::reply`].
 
 use alloc::vec::Vec;
-use bytes::{Buf, BytesMut};
+use bytes::{Buf, Bytes, BytesMut};
 
 /// STX, the first byte of a text.
 pub const STX: u8 = 0x02;
@@ -85,7 +85,7 @@ pub struct Text {
     pub framing: Framing,
     /// The bytes between STX and ETX. An over-long text keeps only the first [`MAX_DATA`].
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
-    pub data: Vec<u8>,
+    pub data: Bytes,
     /// What is wrong with it, if anything.
     #[cfg_attr(feature = "serde", serde(rename = "fault"))]
     pub error: Option<TextError>,
@@ -139,9 +139,9 @@ pub enum Decoded {
 )]
 struct Partial {
     framing: Framing,
-    /// The first bytes of the data section, at most the limit given to `add`.
+    /// The first bytes of the data section, at most the limit given to `take`.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_latin1"))]
-    data: Vec<u8>,
+    data: BytesMut,
     /// Bytes of the data section so far, those that were not kept included.
     length: usize,
     sum: u8,
@@ -151,18 +151,19 @@ impl Partial {
     fn new(framing: Framing) -> Partial {
         Partial {
             framing,
-            data: Vec::new(),
+            data: BytesMut::new(),
             length: 0,
             sum: 0,
         }
     }
 
-    fn add(&mut self, byte: u8, kept: usize) {
-        self.length = self.length.saturating_add(1);
-        self.sum = self.sum.wrapping_add(byte);
-        if self.data.len() < kept {
-            self.data.push(byte);
-        }
+    /// Takes the next `count` bytes of the input. What follows on what it has is not copied.
+    fn take(&mut self, input: &mut BytesMut, count: usize, kept: usize) {
+        let mut run = input.split_to(count);
+        self.length = self.length.saturating_add(count);
+        self.sum = run.iter().fold(self.sum, |sum, &byte| sum.wrapping_add(byte));
+        run.truncate(kept.saturating_sub(self.data.len()));
+        self.data.unsplit(run);
     }
 
     /// Bytes received for it, STX included.
@@ -184,7 +185,7 @@ impl Partial {
         let fault = over_long.then_some(TextError::OverLong { length: self.length });
         Text {
             framing: self.framing,
-            data: self.data,
+            data: self.data.freeze(),
             error: fault,
         }
     }
@@ -375,8 +376,7 @@ impl TextDecoder {
         let binary = self.binary.filter(|&length| partial.length <= length);
         match binary {
             Some(length) if partial.length < length && !(byte == ETX && partial.is_reply()) => {
-                self.input.advance(1);
-                partial.add(byte, length);
+                partial.take(&mut self.input, 1, length);
                 self.state = DecoderState::Inside(partial);
                 None
             }
@@ -397,8 +397,9 @@ impl TextDecoder {
                 None
             }
             _ => {
-                self.input.advance(1);
-                partial.add(byte, MAX_DATA);
+                let ends = |byte: &u8| matches!(*byte, STX | ETX);
+                let run = self.input.iter().position(ends).unwrap_or(self.input.len());
+                partial.take(&mut self.input, run, MAX_DATA);
                 self.state = DecoderState::Inside(partial);
                 None
             }

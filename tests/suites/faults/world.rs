@@ -95,9 +95,9 @@ impl World {
     fn perform(&mut self, output: Output, inputs: &mut VecDeque<Input>) {
         match output {
             Output::Send { port, bytes } => {
-                self.sent.push((self.now, port, bytes.clone()));
+                self.sent.push((self.now, port, bytes.to_vec()));
                 if self.connected.contains(&port) && !self.stalled.contains(&port) {
-                    self.segments.entry(port).or_default().push_back(bytes);
+                    self.segments.entry(port).or_default().push_back(bytes.into());
                 }
             }
             Output::Disconnect { port, .. } => {
@@ -158,7 +158,7 @@ impl World {
         }
         if !self.stalled.contains(&port) {
             let bytes = bytes.to_vec();
-            self.put(Input::Received { port, bytes });
+            self.put(Input::received(port, bytes));
         }
         Ok(())
     }

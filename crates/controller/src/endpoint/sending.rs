@@ -13,6 +13,7 @@ use crate::robot::Robot;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{Framing, encode_text};
@@ -52,7 +53,7 @@ impl Endpoints {
         robot.event(Event::TextOut {
             port,
             framing,
-            data: data.to_vec(),
+            data: Bytes::copy_from_slice(data),
         });
         let site = FaultSite {
             point: InjectionPoint::Reply,

@@ -293,11 +293,17 @@ impl Endpoints {
     pub(crate) fn put_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) -> Time {
         let now = robot.now;
         let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
-            robot.push_output(Output::Send { port, bytes });
+            robot.push_output(Output::Send {
+                port,
+                bytes: bytes.into(),
+            });
             return now;
         };
         let Some(far) = line.host_settings(own) else {
-            robot.push_output(Output::Send { port, bytes });
+            robot.push_output(Output::Send {
+                port,
+                bytes: bytes.into(),
+            });
             return now;
         };
         if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
@@ -332,6 +338,7 @@ impl Endpoints {
 
     fn push_send(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) {
         if !bytes.is_empty() {
+            let bytes = bytes.into();
             robot.push_output(Output::Send { port, bytes });
         }
     }

@@ -7,6 +7,7 @@ use crate::input::PanelAction;
 use crate::output::{DisconnectMode, Output};
 use crate::{Config, Dialect, HostEnd, Input};
 use alloc::boxed::Box;
+use bytes::Bytes;
 use core::time::Duration;
 
 mod occasions;
@@ -32,7 +33,7 @@ fn ask(robot: &mut Controller, command: &[u8], until: u64) -> Vec<(u64, Output)>
     let mut found = Vec::new();
     let end = robot.now() + Duration::from_millis(until);
     let mut now = robot.now();
-    let mut outputs = robot.feed(now, Input::Received { port, bytes });
+    let mut outputs = robot.feed(now, Input::received(port, bytes));
     loop {
         let seen = outputs
             .into_iter()
@@ -48,7 +49,7 @@ fn ask(robot: &mut Controller, command: &[u8], until: u64) -> Vec<(u64, Output)>
 }
 
 fn sent(at: u64, bytes: &[u8]) -> (u64, Output) {
-    let (port, bytes) = (Port::Ip0, bytes.to_vec());
+    let (port, bytes) = (Port::Ip0, Bytes::copy_from_slice(bytes));
     (at, Output::Send { port, bytes })
 }
 
@@ -306,7 +307,7 @@ fn a_serial_line_goes_on_behind_what_is_lost_of_a_text() {
         arm(&mut robot, spec);
         let mut told = |wait: u64| {
             let bytes = b"\x02SU\r\x03".to_vec();
-            let mut outputs = robot.feed(robot.now(), Input::Received { port, bytes });
+            let mut outputs = robot.feed(robot.now(), Input::received(port, bytes));
             outputs.extend(robot.feed(robot.now() + Duration::from_millis(wait), Input::Tick));
             assert!(
                 !outputs
@@ -333,17 +334,17 @@ fn a_full_drive_refuses_at_the_text_that_does_not_fit_and_keeps_the_file() {
     let text = [b"\x02FL,".as_slice(), &b"N\n".repeat(60), b"\x1a\x03"].concat();
     let port = Port::Ip0;
     let bytes = text.clone();
-    let answer = robot.feed(robot.now(), Input::Received { port, bytes });
+    let answer = robot.feed(robot.now(), Input::received(port, bytes));
     assert!(answer.contains(&Output::Send {
         port,
-        bytes: b"\x02NG\r\x03".to_vec()
+        bytes: Bytes::from_static(b"\x02NG\r\x03")
     }));
     assert_eq!(robot.drive().get("A"), Some(b"OLD\n".as_slice()));
     ask(&mut robot, b"DL,A", 1);
-    let answer = robot.feed(robot.now(), Input::Received { port, bytes: text });
+    let answer = robot.feed(robot.now(), Input::received(port, text));
     assert!(answer.contains(&Output::Send {
         port,
-        bytes: b"\x02OK\r\x03".to_vec()
+        bytes: Bytes::from_static(b"\x02OK\r\x03")
     }));
     robot
         .put_file("V", b"GLOBAL\nN = 1\nEND\nPROGRAM V\nEND\n")
@@ -353,9 +354,9 @@ fn a_full_drive_refuses_at_the_text_that_does_not_fit_and_keeps_the_file() {
     for answer in [b"\x02NG\r\x03", b"\x02OK\r\x03"] {
         let found = ask(&mut robot, b"MW,1 N 0 2", 100);
         assert!(
-            found
-                .iter()
-                .any(|(_, output)| matches!(output, Output::Send { bytes, .. } if bytes == answer))
+            found.iter().any(
+                |(_, output)| matches!(output, Output::Send { bytes, .. } if bytes == answer.as_slice())
+            )
         );
     }
 }
@@ -368,7 +369,7 @@ fn the_power_goes_in_the_middle_of_a_download() {
     ask(&mut robot, b"DL,A", 1);
     let port = Port::Ip0;
     let bytes = b"\x02FL,NEW\n\x1a\x03".to_vec();
-    let outputs = robot.feed(robot.now(), Input::Received { port, bytes });
+    let outputs = robot.feed(robot.now(), Input::received(port, bytes));
     assert!(outputs.contains(&Output::PowerCycled));
     assert!(
         !outputs
@@ -419,7 +420,7 @@ fn records_are_lost_whole_however_they_come() {
     for bytes in [b"1,2".as_slice(), b"\r3", b",4\r\n5\r", b"6\r"] {
         let bytes = bytes.to_vec();
         let port = Port::Ip1;
-        robot.feed(robot.now(), Input::Received { port, bytes });
+        robot.feed(robot.now(), Input::received(port, bytes));
     }
     let channel = robot.robot.channels.get(&Port::Ip1).unwrap();
     assert_eq!(channel.len(), b"1,2\r\n6\r".len());
@@ -440,7 +441,7 @@ fn a_parity_error_takes_one_character_on_a_modelled_line_and_on_a_real_one() {
         robot.feed(Time::ZERO, Input::SerialOpened { port, host });
         arm(&mut robot, "parity-error:character=1");
         let bytes = b"\x02SO\r\x03".to_vec();
-        let mut outputs = robot.feed(Time::ZERO, Input::Received { port, bytes });
+        let mut outputs = robot.feed(Time::ZERO, Input::received(port, bytes));
         outputs.extend(robot.feed(Time::from_millis(100), Input::Tick));
         let lost = Output::Event(Event::Dropped {
             port,

@@ -77,7 +77,7 @@ impl Robot {
 
     fn bytes(&mut self, port: Port, bytes: &[u8]) {
         let bytes = bytes.to_vec();
-        self.feed(Input::Received { port, bytes });
+        self.feed(Input::received(port, bytes));
     }
 
     fn command(&mut self, command: &str) {
@@ -108,7 +108,7 @@ fn a_download_is_answered_when_it_is_kept() {
     robot.command("DL,A");
     assert_eq!(robot.sent(Port::Ip0), " OK  ");
     let (port, bytes) = (Port::Ip0, b"\x02FL,NEW\n\x1a\x03".to_vec());
-    let outputs = robot.controller.feed(Time::ZERO, Input::Received { port, bytes });
+    let outputs = robot.controller.feed(Time::ZERO, Input::received(port, bytes));
     let shown = |output: &Output| matches!(output, Output::Send { .. } | Output::Stored { .. });
     assert!(!outputs.iter().any(shown), "{outputs:?}");
     assert!(outputs.contains(&Output::Persist {
@@ -227,7 +227,7 @@ fn restore_of_a_program_that_is_not_kept_raises_its_alarm() {
 fn an_input_that_comes_in_place_of_the_answer_says_no() {
     let mut robot = Robot::new(true);
     let (port, bytes) = (Port::Ip0, b"\x02ER,A\r\x03".to_vec());
-    robot.controller.feed(Time::ZERO, Input::Received { port, bytes });
+    robot.controller.feed(Time::ZERO, Input::received(port, bytes));
     robot.feed(Input::Tick);
     assert_eq!(
         (robot.sent(Port::Ip0).as_str(), robot.file("A")),

@@ -263,8 +263,7 @@ impl Player {
             }
             self.refusals.remove(&port);
             self.remarks.remove(&port);
-            let bytes = bytes.to_vec();
-            self.feed(Input::Received { port, bytes });
+            self.feed(Input::received(port, bytes.to_vec()));
         }
     }
 

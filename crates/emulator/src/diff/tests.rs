@@ -87,7 +87,7 @@ impl Real {
 
     fn send(&mut self, port: Port, bytes: &[u8]) {
         let bytes = bytes.to_vec();
-        self.feed(Input::Received { port, bytes }, Side::Host);
+        self.feed(Input::received(port, bytes), Side::Host);
         self.pass(Duration::from_millis(60));
     }
 

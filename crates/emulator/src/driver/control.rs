@@ -78,7 +78,7 @@ impl Driver {
         match action {
             LinkAction::Inject { port, bytes } => {
                 self.require_peer(port, port.protocol().is_some())?;
-                self.feed(Input::Received { port, bytes }).await;
+                self.feed(Input::received(port, bytes)).await;
                 Ok(())
             }
             LinkAction::Drop { port } => {

@@ -124,10 +124,7 @@ impl ScenarioAction {
         let input = match name {
             "channel" => {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
-                Input::Received {
-                    port: parse_scol_port(port)?,
-                    bytes: parse_bytes(text)?,
-                }
+                Input::received(parse_scol_port(port)?, parse_bytes(text)?)
             }
             _ => match action(words)? {
                 Action::Panel(panel) => Input::Panel(panel),

@@ -236,7 +236,7 @@ impl Stage {
     fn host(&mut self, command: &str) {
         let bytes = format!("\x02{command}\r\x03").into_bytes();
         let port = Port::Ip0;
-        self.step(self.controller.now(), Input::Received { port, bytes });
+        self.step(self.controller.now(), Input::received(port, bytes));
     }
 
     fn verdicts(&self) -> Vec<Verdict> {

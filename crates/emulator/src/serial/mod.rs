@@ -271,7 +271,7 @@ impl SerialLines {
             }
             SerialEvent::Received(bytes) => {
                 line.outstanding = line.outstanding.saturating_sub(bytes.len());
-                Input::Received { port, bytes }
+                Input::received(port, bytes)
             }
             SerialEvent::Faults(bytes) => Input::SerialErrors { port, bytes },
             SerialEvent::Purged => Input::SerialPurged { port },

@@ -213,7 +213,7 @@ impl Channels {
                 on_drop,
             } => self.on_connected(port, (stream, peer, on_drop)),
             ChannelMessage::Received { port, id, bytes } if self.is_current(port, id) => {
-                vec![Input::Received { port, bytes }]
+                vec![Input::received(port, bytes)]
             }
             ChannelMessage::Ended { port, id } if self.is_current(port, id) => self.on_ended(port),
             ChannelMessage::Overdue { port, peer } => self.on_overdue(port, peer).into_iter().collect(),

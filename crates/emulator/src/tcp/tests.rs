@@ -73,7 +73,7 @@ fn second_peer(stream: &TcpStream, kept: bool) -> Input {
 fn received(bytes: &[u8]) -> Input {
     Input::Received {
         port: Port::Ip0,
-        bytes: bytes.to_vec(),
+        bytes: bytes.to_vec().into(),
     }
 }
 

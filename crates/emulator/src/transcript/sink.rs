@@ -36,7 +36,7 @@ impl Observer {
             })),
             Input::SerialErrors { port, bytes } => Some(RecordKind::Link(LinkRecord::SerialErrors {
                 port: *port,
-                bytes: bytes.clone(),
+                bytes: bytes.to_vec(),
             })),
             Input::SerialPurged { port } => Some(RecordKind::Link(LinkRecord::Purged { port: *port })),
             Input::SecondPeer { port, peer, kept } => Some(RecordKind::Link(LinkRecord::SecondPeer {
@@ -54,7 +54,7 @@ impl Observer {
             }
             Input::Received { port, bytes } => Some(RecordKind::FromHost {
                 line: PeerId::first(*port),
-                bytes: bytes.clone(),
+                bytes: bytes.to_vec(),
             }),
             Input::Disconnected { port } => {
                 self.connected.remove(port);
@@ -77,7 +77,7 @@ impl Observer {
         match output {
             Output::Send { port, bytes } if self.connected.contains(port) => Some(RecordKind::FromRobot {
                 line: PeerId::first(*port),
-                bytes: bytes.clone(),
+                bytes: bytes.to_vec(),
             }),
             Output::Disconnect {
                 port,

@@ -257,7 +257,7 @@ fn what_nobody_is_there_to_receive_is_not_in_a_transcript() {
     let port = Port::Ip1;
     let print = Output::Send {
         port,
-        bytes: b"REQ\r".to_vec(),
+        bytes: b"REQ\r".to_vec().into(),
     };
     assert_eq!(observer.output(&print), None);
     let peer = "127.0.0.1:5000".to_owned();

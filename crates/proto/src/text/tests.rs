@@ -19,7 +19,7 @@ const SUMMED: TextOptions = TextOptions {
 fn text(framing: Framing, data: &[u8]) -> Decoded {
     Decoded::Text(Text {
         framing,
-        data: data.to_vec(),
+        data: Bytes::copy_from_slice(data),
         error: None,
     })
 }
@@ -27,7 +27,7 @@ fn text(framing: Framing, data: &[u8]) -> Decoded {
 fn faulty(framing: Framing, data: &[u8], fault: TextError) -> Decoded {
     Decoded::Text(Text {
         framing,
-        data: data.to_vec(),
+        data: Bytes::copy_from_slice(data),
         error: Some(fault),
     })
 }

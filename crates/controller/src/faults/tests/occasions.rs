@@ -55,7 +55,7 @@ struct Day {
 impl Day {
     fn hear(&mut self, port: Port, bytes: Vec<u8>) -> usize {
         let now = self.robot.now() + Duration::from_millis(60);
-        let outputs = self.robot.feed(now, Input::Received { port, bytes });
+        let outputs = self.robot.feed(now, Input::received(port, bytes));
         let sent = outputs.iter().filter_map(|output| match output {
             Output::Send { port: from, bytes } if *from == port => Some(bytes),
             _ => None,

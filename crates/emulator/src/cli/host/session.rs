@@ -470,11 +470,11 @@ impl Session {
             self.decoder.push(&std::mem::take(&mut self.received));
             match self.decoder.next() {
                 Some(Decoded::Text(text)) => match text.error {
-                    None => return Ok(text.data),
+                    None => return Ok(text.data.into()),
                     Some(_) => {
                         return Err(HostError::Unexpected {
                             expected,
-                            found: text.data,
+                            found: text.data.into(),
                         });
                     }
                 },
