@@ -4,166 +4,31 @@
 //! what they ask for, `run_control` starts and stops. Commands reach it through `ops`.
 
 pub(crate) mod monitors;
+#[cfg(feature = "serde")]
+mod relink;
 pub(crate) mod requests;
 pub(crate) mod run_control;
 mod run_state;
 pub(crate) mod scheduler;
 pub(crate) mod scol_inputs;
 pub(crate) mod selection;
+mod task;
 pub(crate) mod tasks;
 
 pub use run_state::{Operation, RunState, Standstill, StopCause};
+pub use task::{Task, TaskState};
 
-use crate::limits::STATEMENTS_PER_SCAN;
 use crate::port::Port;
 use crate::time::Time;
-use alloc::boxed::Box;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::sync::Arc;
-use alloc::vec::Vec;
-use core::time::Duration;
-use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Number, Program, compile_direct};
+use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program, compile_direct};
 use ts3100_proto::status::ExecutionStatus;
 use ts3100_proto::status::sm::MAX_ENDED;
 
 /// ID of the main program (M-58762 p.2-27).
 pub const MAIN_TASK: u16 = 1;
-
-/// What a task is doing.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum TaskState {
-    /// Nothing: the next statement may run.
-    Ready,
-    /// The statements of this scan are used up.
-    Pausing {
-        /// The next scan.
-        until: Time,
-    },
-    /// A motion statement waits for the feed hold to end before it begins.
-    Holding,
-    /// A motion is under way.
-    Moving {
-        /// How long before its end the statement is over.
-        lead: Duration,
-    },
-    /// A motion has been put behind the one under way (PASS); the statement becomes `Moving` when it begins.
-    Queued {
-        /// As of `Moving`.
-        lead: Duration,
-        /// The motion behind it is read when it begins.
-        passing: bool,
-    },
-    /// The statement waits for the arm to rest before it begins.
-    Resting,
-    /// DELAY.
-    Delaying {
-        /// Its end.
-        until: Time,
-    },
-    /// INPUT waits for values.
-    Reading {
-        /// Where from.
-        channel: Channel,
-        /// How many values it takes.
-        wanted: usize,
-        /// Those it has.
-        got: Vec<Number>,
-    },
-    /// WAIT: its condition was false.
-    Watching {
-        /// When to look again; `None` when only something from outside can change it.
-        again: Option<Time>,
-    },
-}
-
-impl TaskState {
-    /// Whether the statement waits for its motion.
-    #[must_use]
-    pub fn is_motion(&self) -> bool {
-        matches!(self, TaskState::Moving { .. } | TaskState::Queued { .. })
-    }
-}
-
-/// A machine and what it is doing.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Task {
-    /// The interpreter.
-    pub machine: Machine,
-    /// What it is doing.
-    pub doing: TaskState,
-    /// Statements left in the present scan.
-    pub budget: u32,
-    /// When the present scan began.
-    pub scan_at: Time,
-    /// What a monitor has begun; the task goes on behind it.
-    pub handler: Option<Box<Task>>,
-    /// When the monitors are to be looked at again, if time alone can change them.
-    pub look_at: Option<Time>,
-}
-
-impl Task {
-    /// A task that stands at its first statement.
-    #[must_use]
-    pub fn new(machine: Machine, now: Time) -> Task {
-        Task {
-            machine,
-            doing: TaskState::Ready,
-            budget: STATEMENTS_PER_SCAN,
-            scan_at: now,
-            handler: None,
-            look_at: None,
-        }
-    }
-
-    /// ID of the task: 1 the main program, 0 the statement of DO.
-    #[must_use]
-    pub fn id(&self) -> u16 {
-        self.machine.task_id()
-    }
-
-    /// The handler while it has something to do, otherwise the task itself.
-    #[must_use]
-    pub fn acting(&self) -> &Task {
-        match self.handler.as_deref() {
-            Some(handler) if handler.doing != TaskState::Ready => handler,
-            _ => self,
-        }
-    }
-
-    /// The task, and the handler in front of it.
-    pub fn parts(&self) -> impl Iterator<Item = &Task> {
-        core::iter::once(self).chain(self.handler.as_deref())
-    }
-
-    /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
-    /// beside it.
-    #[must_use]
-    pub fn sleeps(&self, now: Time) -> bool {
-        let watched = self.look_at.is_some() || self.machine.has_monitors();
-        self.handler.is_none()
-            && !watched
-            && matches!(self.doing, TaskState::Pausing { until } if until > now)
-    }
-
-    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
-    #[must_use]
-    pub fn deadline(&self, stopping: bool) -> Option<Time> {
-        let own = match &self.acting().doing {
-            TaskState::Pausing { until } | TaskState::Delaying { until } => Some(*until),
-            TaskState::Watching { again } => *again,
-            TaskState::Ready
-            | TaskState::Holding
-            | TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Resting
-            | TaskState::Reading { .. } => None,
-        };
-        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
-        own.into_iter().chain(look_at).min()
-    }
-}
 
 /// The running timer of TIMER.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -189,12 +54,18 @@ impl Stopwatch {
 
 /// The selected file.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Selected {
     /// Its name.
     pub name: String,
     /// Its text.
     pub source: String,
     /// Its program.
+    #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
     pub program: Arc<Program>,
     /// Its data.
     pub memory: Memory,
@@ -204,6 +75,11 @@ pub struct Selected {
 
 /// The statement of a DO command.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Direct {
     /// Its text.
     pub statement: String,
@@ -212,6 +88,7 @@ pub struct Direct {
     /// When it was accepted.
     pub since: Time,
     /// It has begun something that takes time.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub begun: bool,
     /// It has moved the arm.
     pub moved: bool,
@@ -221,6 +98,11 @@ pub struct Direct {
 
 /// Everything that runs.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Executor {
     /// The selected file.
     pub selected: Option<Selected>,
@@ -243,18 +125,32 @@ pub struct Executor {
     /// TIMER.
     pub timer: Stopwatch,
     /// Automatic operation.
+    #[cfg_attr(feature = "serde", serde(rename = "course"))]
     pub operation: Operation,
     /// The statement of DO, while it runs.
     pub direct: Option<Direct>,
+    /// What older snapshots say instead of `direct_ended`.
+    #[cfg(feature = "serde")]
+    #[serde(default, skip_serializing)]
+    direct_done: serde::de::IgnoredAny,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
+    #[cfg_attr(feature = "serde", serde(default))]
     pub direct_ended: u8,
     /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
     /// refused for it.
+    #[cfg_attr(feature = "serde", serde(default))]
     pub run_shown_until: Option<Time>,
     /// The program of DO while no file is selected.
+    #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
     spare_program: Arc<Program>,
     /// Its data.
     spare_memory: Memory,
+}
+
+/// The program of what was read back, until it is compiled again.
+#[cfg(feature = "serde")]
+fn no_program() -> Arc<Program> {
+    Program::empty(&LanguageOptions::default())
 }
 
 impl Executor {
@@ -276,6 +172,8 @@ impl Executor {
             timer: Stopwatch::default(),
             operation: Operation::RESET,
             direct: None,
+            #[cfg(feature = "serde")]
+            direct_done: serde::de::IgnoredAny,
             direct_ended: 0,
             run_shown_until: None,
             spare_program,
@@ -308,23 +206,6 @@ impl Executor {
             RunState::Retry => ExecutionStatus::Retry,
             RunState::Continue => ExecutionStatus::Continue,
         }
-    }
-
-    /// What the data of DO is while no file is selected.
-    #[cfg(feature = "serde")]
-    #[must_use]
-    pub fn spare_state(&self) -> scol_mini::MemoryState {
-        self.spare_memory.state(&self.spare_program)
-    }
-
-    /// The data of DO while no file is selected becomes this.
-    ///
-    /// # Errors
-    /// It does not fit the program without anything.
-    #[cfg(feature = "serde")]
-    pub fn restore_spare(&mut self, state: scol_mini::MemoryState) -> Result<(), scol_mini::RestoreError> {
-        self.spare_memory = Memory::restore(&self.spare_program, state)?;
-        Ok(())
     }
 
     /// The program whose names a DO statement sees.
@@ -370,6 +251,7 @@ impl Executor {
             direct.task.machine.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
+            selected.memory.relocate(&program);
             selected.program = program;
         }
     }

@@ -70,13 +70,13 @@ pub use memory::{AccessError, Memory};
 pub use options::{Arm, IntDivision, LanguageOptions};
 pub use outline::{print_channels, starts_tasks};
 pub use points::{PointsError, TaughtPoint, parse_points};
-pub use program::{Program, VariableInfo};
+pub use program::{Program, STATE_VERSION, VariableInfo};
 pub use request::{
     Answer, Channel, Fault, FaultKind, Inputs, MAX_PRINT, Motion, Number, Path, Pause, Request,
 };
 pub use rewrite::{restore_values, rewrite_value};
 #[cfg(feature = "serde")]
-pub use snapshot::{MachineState, MemoryState, RestoreError, STATE_VERSION};
+pub use snapshot::RestoreError;
 pub use value::{Configuration, Payload, Position, Trans, Value, ValueKind};
 
 /// Longest file the language accepts, in bytes: the size field of the protocol has five digits (RAM-03).

@@ -5,7 +5,7 @@
 
 mod locals;
 #[cfg(feature = "serde")]
-pub(crate) mod snapshot;
+mod snapshot;
 
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
@@ -14,7 +14,7 @@ use alloc::vec::Vec;
 
 use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
-use crate::program::{Owner, Program, Slot};
+use crate::program::{Owner, Program, Slot, StateVersion};
 use crate::value::{Value, ValueKind};
 use locals::Locals;
 
@@ -61,13 +61,19 @@ pub enum AccessError {
 /// once for each task that has run; [`drop_task`](Memory::drop_task) drops those of a task that has ended.
 ///
 /// Made for one [`Program`]; programs of [`compile_direct`](crate::compile_direct) with that base share it.
-#[derive(Debug, Clone)]
+///
+/// With the feature `serde` what is read back is to be given to `relink` before it is used.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Memory {
-    /// GLOBAL and DATA, then the variables of the programs as the present task has them, then what the code of the
-    /// program works with: temporaries, constants.
-    cells: Vec<Cell>,
-    /// How many of the cells are variables.
-    variables: usize,
+    version: StateVersion,
+    /// Fingerprint of the program.
+    source: u64,
+    cells: Cells,
     /// The kind of each slot, fixed by a declaration or the first assignment.
     kinds: Vec<Option<ValueKind>>,
     /// The values that are no numbers.
@@ -81,16 +87,44 @@ pub struct Memory {
     conditions: Conditions,
 }
 
-impl PartialEq for Memory {
-    /// Temporaries hold nothing beyond their statement, so they do not count.
+/// The cells of a memory: GLOBAL and DATA, then the variables of the programs as the present task has them, then what
+/// the code of the program works with: temporaries, constants. Those hold nothing beyond their statement, so they do
+/// not count in comparisons and are not written.
+#[derive(Debug, Clone)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(from = "Vec<Cell>", into = "Vec<Cell>")
+)]
+struct Cells {
+    all: Vec<Cell>,
+    /// How many of them are variables.
+    variables: usize,
+}
+
+impl Cells {
+    fn variables(&self) -> &[Cell] {
+        self.all.get(..self.variables).unwrap_or_default()
+    }
+}
+
+impl PartialEq for Cells {
     fn eq(&self, other: &Self) -> bool {
-        self.cells.get(..self.variables) == other.cells.get(..other.variables)
-            && self.kinds == other.kinds
-            && self.vectors == other.vectors
-            && self.free == other.free
-            && self.task == other.task
-            && self.parked == other.parked
-            && self.conditions == other.conditions
+        self.variables() == other.variables()
+    }
+}
+
+impl From<Vec<Cell>> for Cells {
+    fn from(all: Vec<Cell>) -> Self {
+        let variables = all.len();
+        Self { all, variables }
+    }
+}
+
+impl From<Cells> for Vec<Cell> {
+    fn from(mut cells: Cells) -> Self {
+        cells.all.truncate(cells.variables);
+        cells.all
     }
 }
 
@@ -99,9 +133,16 @@ impl Memory {
     #[must_use]
     pub fn new(program: &Program) -> Self {
         let symbols = &program.symbols;
+        let mut cells = Vec::with_capacity(symbols.cells + program.code.extra_cells());
+        cells.resize(symbols.cells, Cell::EMPTY);
+        cells.extend(program.code.working_cells());
         let mut memory = Self {
-            cells: Vec::with_capacity(symbols.cells + program.code.extra_cells()),
-            variables: symbols.cells,
+            version: StateVersion,
+            source: program.fingerprint(),
+            cells: Cells {
+                all: cells,
+                variables: symbols.cells,
+            },
             kinds: symbols.slots.iter().map(|slot| slot.kind).collect(),
             vectors: Vec::new(),
             free: Vec::new(),
@@ -109,8 +150,6 @@ impl Memory {
             parked: BTreeMap::new(),
             conditions: Conditions::default(),
         };
-        memory.cells.resize(symbols.cells, Cell::EMPTY);
-        memory.cells.extend(program.code.working_cells());
         memory.begin(&symbols.slots);
         memory
     }
@@ -144,6 +183,11 @@ impl Memory {
                 }
             }
         }
+    }
+
+    /// From now on the memory is that of `program`, which has the same variables.
+    pub fn relocate(&mut self, program: &Program) {
+        self.source = program.fingerprint();
     }
 
     /// Reads a variable of GLOBAL or DATA; `subscripts` is empty for a plain variable. Case does not matter.
@@ -203,7 +247,7 @@ impl Memory {
     }
 
     pub(crate) fn value(&self, cell: usize) -> Option<Value> {
-        match self.cells.get(cell)?.held() {
+        match self.cells.all.get(cell)?.held() {
             Held::Nothing => None,
             Held::Integer(value) => Some(Value::Integer(value)),
             Held::Real(value) => Some(Value::Real(value)),
@@ -217,7 +261,7 @@ impl Memory {
 
     /// The cells the code of the program works on.
     pub(crate) fn registers(&mut self) -> &mut [Cell] {
-        &mut self.cells
+        &mut self.cells.all
     }
 
     /// Stores a value that fits the kind; the first one fixes it. A slot this memory lacks is left alone.
@@ -240,7 +284,7 @@ impl Memory {
     }
 
     fn put(&mut self, cell: usize, value: Value) {
-        let Some(place) = self.cells.get_mut(cell) else {
+        let Some(place) = self.cells.all.get_mut(cell) else {
             return;
         };
         match (value, place.held()) {

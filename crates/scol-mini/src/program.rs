@@ -13,6 +13,13 @@ use crate::options::LanguageOptions;
 use crate::tree::{Expression, Simple, Variable};
 use crate::value::{Value, ValueKind};
 
+/// Version of the states of machines and memories this version of the language writes and reads.
+pub const STATE_VERSION: u32 = 1;
+
+/// The field `version` of a state: [`STATE_VERSION`] whenever it is written, and nothing else is read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct StateVersion;
+
 /// A compiled file: made by [`compile`](crate::compile), run by [`Machine`](crate::Machine).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
@@ -264,8 +271,12 @@ impl Program {
     /// A program without blocks, variables and steps: what a statement is executed in when no file is selected.
     #[must_use]
     pub fn empty(options: &LanguageOptions) -> Arc<Program> {
-        Arc::new(Program {
-            fingerprint: fingerprint(0, "", options),
+        Arc::new(Program::without_steps(fingerprint(0, "", options), options))
+    }
+
+    pub(crate) fn without_steps(fingerprint: u64, options: &LanguageOptions) -> Program {
+        Program {
+            fingerprint,
             options: *options,
             symbols: Arc::default(),
             blocks: Vec::new(),
@@ -273,7 +284,7 @@ impl Program {
             code: Code::default(),
             rcycle: None,
             created: 0,
-        })
+        }
     }
 
     /// A number that tells this program from those of other sources and options.

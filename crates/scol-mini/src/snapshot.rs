@@ -1,21 +1,16 @@
-//! What the saved states of machines and memories share: their version, their checks, the error of restoring.
+//! What the written states of machines and memories share: their version, their checks, the error of restoring.
 //!
-//! A state holds what changes while a program runs and nothing of the program itself. It is restored against a program of the
-//! same source and validated in full. `machine::snapshot` and `memory::snapshot` do the two halves; the serialized form is left to
-//! the caller.
+//! A state holds what changes while a program runs, and of the program its fingerprint. What is read back is validated
+//! against a program of the same source: `machine::snapshot` and `memory::snapshot` do the two halves. The names in the
+//! written form are fixed by `fixtures/snapshots`.
 
 use alloc::format;
 use alloc::string::String;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::conditions::{Conditions, Frame};
-use crate::program::Program;
+use crate::program::{Program, STATE_VERSION, StateVersion};
 use crate::value::{Payload, Position, Trans, Value};
-
-pub use crate::machine::snapshot::MachineState;
-pub use crate::memory::snapshot::MemoryState;
-
-/// Version of the states this version of the language writes and reads.
-pub const STATE_VERSION: u32 = 1;
 
 /// Why a state cannot be restored.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -44,11 +39,23 @@ pub(crate) fn expect(holds: bool, expected: &str) -> Result<(), RestoreError> {
     Err(RestoreError::Invalid(format!("expected {expected}")))
 }
 
-/// Whether a state was written by this version, for this program.
-pub(crate) fn belongs(version: u32, source: u64, program: &Program) -> Result<(), RestoreError> {
-    if version != STATE_VERSION {
-        return Err(RestoreError::Version(version));
+impl Serialize for StateVersion {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        STATE_VERSION.serialize(to)
     }
+}
+
+impl<'de> Deserialize<'de> for StateVersion {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<StateVersion, D::Error> {
+        match u32::deserialize(from)? {
+            STATE_VERSION => Ok(StateVersion),
+            found => Err(serde::de::Error::custom(RestoreError::Version(found))),
+        }
+    }
+}
+
+/// Whether a state was written for this program.
+pub(crate) fn belongs(source: u64, program: &Program) -> Result<(), RestoreError> {
     let expected = program.fingerprint();
     if source != expected {
         return Err(RestoreError::Program {
@@ -155,5 +162,22 @@ pub(crate) mod shared {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Option<Arc<Frame>>, D::Error> {
         Ok(Option::<Frame>::deserialize(from)?.map(Arc::new))
+    }
+}
+
+/// A program is written as its fingerprint, and read back as one without steps that has it.
+pub(crate) mod source {
+    use alloc::sync::Arc;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::program::Program;
+
+    pub fn serialize<S: Serializer>(program: &Arc<Program>, to: S) -> Result<S::Ok, S::Error> {
+        program.fingerprint().serialize(to)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Program>, D::Error> {
+        let fingerprint = u64::deserialize(from)?;
+        Ok(Arc::new(Program::without_steps(fingerprint, &Default::default())))
     }
 }

@@ -12,9 +12,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use common::{World, answers, compiled, describe, programs};
-use scol_mini::{
-    Answer, Machine, MachineState, Memory, MemoryState, Number, Pause, Program, Request, RestoreError,
-};
+use scol_mini::{Answer, Machine, Memory, Number, Pause, Program, Request, RestoreError};
 use serde_json::Value as Json;
 
 /// Most statements of a program that are run.
@@ -85,22 +83,21 @@ impl Play {
         }
     }
 
-    fn written(&self, program: &Program) -> (String, String) {
-        let machine = serde_json::to_string(&self.machine.state()).unwrap();
-        (
-            machine,
-            serde_json::to_string(&self.memory.state(program)).unwrap(),
-        )
+    fn written(&self) -> (String, String) {
+        let machine = serde_json::to_string(&self.machine).unwrap();
+        (machine, serde_json::to_string(&self.memory).unwrap())
     }
 
     /// The same, from paper.
     fn read(&self, program: &Arc<Program>) -> Play {
-        let (machine, memory) = self.written(program);
-        let machine: MachineState = serde_json::from_str(&machine).unwrap();
-        let memory: MemoryState = serde_json::from_str(&memory).unwrap();
+        let (machine, memory) = self.written();
+        let mut machine: Machine = serde_json::from_str(&machine).unwrap();
+        let mut memory: Memory = serde_json::from_str(&memory).unwrap();
+        machine.relink(Arc::clone(program)).unwrap();
+        memory.relink(program).unwrap();
         Play {
-            machine: Machine::restore(Arc::clone(program), machine).unwrap(),
-            memory: Memory::restore(program, memory).unwrap(),
+            machine,
+            memory,
             ..self.clone()
         }
     }
@@ -122,15 +119,10 @@ fn a_run_goes_on_from_every_statement_as_the_whole_run() {
             }
             if step % every == 0 {
                 let mut restored = play.read(&again);
-                assert_eq!(restored.written(&again), play.written(&program));
+                assert_eq!(restored.written(), play.written());
                 restored.finish(STATEMENTS - step);
                 assert_eq!(restored.lines, whole.lines, "{} from step {step}", path.display());
-                assert_eq!(
-                    restored.written(&again),
-                    whole.written(&program),
-                    "{}",
-                    path.display()
-                );
+                assert_eq!(restored.written(), whole.written(), "{}", path.display());
                 taken += 1;
             }
             play.step();
@@ -145,8 +137,8 @@ fn another_program_or_version_is_refused_with_words() {
         compiled("PROGRAM A\nI = 1\nEND\n"),
         compiled("PROGRAM A\nI = 2\nEND\n"),
     );
-    let (machine, memory) = (Machine::main(Arc::clone(&one)), Memory::new(&one));
-    let error = Machine::restore(Arc::clone(&other), machine.state()).unwrap_err();
+    let (mut machine, mut memory) = (Machine::main(Arc::clone(&one)), Memory::new(&one));
+    let error = machine.relink(Arc::clone(&other)).unwrap_err();
     assert_eq!(
         error,
         RestoreError::Program {
@@ -158,14 +150,11 @@ fn another_program_or_version_is_refused_with_words() {
         error.to_string().starts_with("expected a state of the program "),
         "{error}"
     );
-    assert_eq!(Memory::restore(&other, memory.state(&one)).unwrap_err(), error);
-    let mut json = serde_json::to_value(memory.state(&one)).unwrap();
+    assert_eq!(memory.relink(&other).unwrap_err(), error);
+    let mut json = serde_json::to_value(&memory).unwrap();
     json["version"] = 2.into();
-    let newer: MemoryState = serde_json::from_value(json).unwrap();
-    assert_eq!(
-        Memory::restore(&one, newer).unwrap_err(),
-        RestoreError::Version(2)
-    );
+    let error = serde_json::from_value::<Memory>(json).unwrap_err();
+    assert_eq!(error.to_string(), RestoreError::Version(2).to_string());
 }
 
 /// A program whose state has something of everything.
@@ -237,8 +226,8 @@ fn a_state_that_was_tampered_with_is_refused_or_runs_but_never_panics() {
     let mut play = Play::new(&program, RICH);
     while !play.over {
         for _ in 0..60 {
-            let mut machine = serde_json::to_value(play.machine.state()).unwrap();
-            let mut memory = serde_json::to_value(play.memory.state(&program)).unwrap();
+            let mut machine = serde_json::to_value(&play.machine).unwrap();
+            let mut memory = serde_json::to_value(&play.memory).unwrap();
             for _ in 0..=random.below(3) {
                 tamper(
                     if random.below(2) == 0 {
@@ -249,10 +238,12 @@ fn a_state_that_was_tampered_with_is_refused_or_runs_but_never_panics() {
                     &mut random,
                 );
             }
-            let machine = serde_json::from_value::<MachineState>(machine).ok();
-            let memory = serde_json::from_value::<MemoryState>(memory).ok();
-            let machine = machine.and_then(|state| Machine::restore(Arc::clone(&program), state).ok());
-            let memory = memory.and_then(|state| Memory::restore(&program, state).ok());
+            let machine = serde_json::from_value::<Machine>(machine).ok();
+            let memory = serde_json::from_value::<Memory>(memory).ok();
+            let linked =
+                |mut machine: Machine| machine.relink(Arc::clone(&program)).is_ok().then_some(machine);
+            let machine = machine.and_then(linked);
+            let memory = memory.and_then(|mut memory| memory.relink(&program).is_ok().then_some(memory));
             let Some((machine, memory)) = machine.zip(memory) else {
                 refused += 1;
                 continue;
@@ -288,17 +279,18 @@ fn what_no_run_leads_to_is_refused() {
             None => (false, path),
         };
         let mut json = if memory {
-            serde_json::to_value(play.memory.state(&program)).unwrap()
+            serde_json::to_value(&play.memory).unwrap()
         } else {
-            serde_json::to_value(play.machine.state()).unwrap()
+            serde_json::to_value(&play.machine).unwrap()
         };
         *json
             .pointer_mut(pointer)
-            .unwrap_or_else(|| panic!("{path} in {}", serde_json::json!(play.machine.state()))) = value;
+            .unwrap_or_else(|| panic!("{path} in {}", serde_json::json!(play.machine))) = value;
         let error = if memory {
-            Memory::restore(&program, serde_json::from_value(json).unwrap()).map(drop)
+            serde_json::from_value::<Memory>(json).unwrap().relink(&program)
         } else {
-            Machine::restore(Arc::clone(&program), serde_json::from_value(json).unwrap()).map(drop)
+            let mut machine: Machine = serde_json::from_value(json).unwrap();
+            machine.relink(Arc::clone(&program))
         };
         assert!(
             matches!(error, Err(RestoreError::Invalid(_))),
@@ -322,7 +314,7 @@ fn what_no_run_leads_to_is_refused() {
     refuse("memory/conditions/speed", 0.0.into());
     refuse("memory/conditions/gain/3", 101.0.into());
     // Q(1) and P hold different positions.
-    let held = serde_json::to_value(play.memory.state(&program)).unwrap();
+    let held = serde_json::to_value(&play.memory).unwrap();
     let cells = held["cells"].as_array().unwrap();
     let vector = |at: u64| cells.iter().position(|cell| cell["Vector"] == at).unwrap();
     let twice = serde_json::json!({ "Vector": 0 });
@@ -336,11 +328,12 @@ fn an_input_that_wants_more_numbers_than_it_has_variables_is_refused() {
     let program = compiled("PROGRAM M\nINPUT A, B\nEND\n");
     let (mut machine, mut memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
     machine.run(&mut memory, &World, &mut 1);
-    let mut json = serde_json::to_value(machine.state()).unwrap();
+    let mut json = serde_json::to_value(&machine).unwrap();
     let expected = json.pointer_mut("/state/Asked/request/Input/wanted").unwrap();
     assert_eq!(*expected, 2);
     *expected = usize::MAX.into();
-    let error = Machine::restore(program, serde_json::from_value(json).unwrap()).unwrap_err();
+    let mut machine: Machine = serde_json::from_value(json).unwrap();
+    let error = machine.relink(program).unwrap_err();
     assert_eq!(
         error.to_string(),
         "the state does not fit the program: expected a variable for each number of INPUT"

@@ -39,6 +39,11 @@ pub enum RunState {
 
 /// Automatic operation: the state, and the only ways to change it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(transparent)
+)]
 pub struct Operation {
     state: RunState,
 }
@@ -48,13 +53,6 @@ impl Operation {
     pub const RESET: Operation = Operation {
         state: RunState::Reset,
     };
-
-    /// The state as a snapshot has it.
-    #[cfg(feature = "serde")]
-    #[must_use]
-    pub const fn restored(state: RunState) -> Operation {
-        Operation { state }
-    }
 
     /// The state now.
     #[must_use]

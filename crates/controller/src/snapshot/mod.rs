@@ -4,11 +4,10 @@
 //! state that cannot occur is rejected with what was expected, what was found, and where. The emulator gives snapshots
 //! names and files.
 //!
-//! Programs are stored as source and compiled again. Outputs that were not drained are not part of a snapshot: drain them
+//! Programs are stored as source and compiled again (`executor::relink`). Outputs that were not drained are not part of a snapshot: drain them
 //! first, as [`Controller::feed`] does.
 
-mod check;
-mod execution;
+mod bounds;
 pub(crate) mod field;
 
 use crate::Controller;
@@ -19,6 +18,7 @@ use crate::endpoint::Endpoints;
 use crate::endpoint::send_queue::SendQueue;
 use crate::endpoint::serial_line::SerialLine;
 use crate::endpoint::session::Session;
+use crate::executor::Executor;
 use crate::faults::Faults;
 use crate::io::channel::Channel;
 use crate::io::signals::Signals;
@@ -33,7 +33,6 @@ use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::string::{String, ToString};
-use execution::SavedExecution;
 use scol_mini::RestoreError;
 use thiserror::Error;
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
@@ -80,6 +79,19 @@ impl SnapshotError {
         let place = place.to_string();
         SnapshotError::Run { place, reason }
     }
+}
+
+/// Fails unless `holds`, with the place, what could stand there, and what does.
+pub(crate) fn check(
+    holds: bool,
+    place: &str,
+    expected: &str,
+    found: impl ToString,
+) -> Result<(), SnapshotError> {
+    if holds {
+        return Ok(());
+    }
+    Err(SnapshotError::value(place, expected, found))
 }
 
 /// What stands at the head of every snapshot, to be read before the rest is believed to be one.
@@ -132,7 +144,8 @@ pub struct Snapshot {
     lines: BTreeMap<Port, SerialLine>,
     keys: Channel,
     pendant: String,
-    execution: SavedExecution,
+    #[serde(rename = "execution")]
+    executor: Executor,
     arm: Arm,
     jogging: Option<Port>,
     ethernet: EthernetParameters,
@@ -175,7 +188,7 @@ impl Controller {
             lines: self.endpoints.lines.clone(),
             keys: self.robot.keys.clone(),
             pendant: self.robot.pendant.clone(),
-            execution: SavedExecution::new(&self.robot.executor),
+            executor: self.robot.executor.clone(),
             arm: self.robot.arm.clone(),
             jogging: self.robot.jogging,
             ethernet: self.robot.ethernet.clone(),
@@ -208,7 +221,7 @@ impl Controller {
             lines,
             keys,
             pendant,
-            execution,
+            mut executor,
             arm,
             jogging,
             ethernet,
@@ -221,9 +234,9 @@ impl Controller {
             send_queue,
         } = snapshot;
         SnapshotHeader { format, version }.validate()?;
-        check::check_config(&config)?;
+        bounds::check_config(&config)?;
         let arm = arm.with_model(config.model.clone());
-        let execution = execution.restore(&config)?;
+        executor.relink(&config)?;
         let controller = Controller {
             robot: Robot {
                 config,
@@ -235,7 +248,7 @@ impl Controller {
                 channels,
                 keys,
                 pendant,
-                executor: execution,
+                executor,
                 arm,
                 jogging,
                 ethernet,
@@ -255,7 +268,7 @@ impl Controller {
                 send_queue,
             },
         };
-        check::controller(&controller)?;
+        bounds::controller(&controller)?;
         Ok(controller)
     }
 }

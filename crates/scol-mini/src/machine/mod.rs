@@ -17,7 +17,7 @@ mod place;
 mod print;
 mod request_values;
 #[cfg(feature = "serde")]
-pub(crate) mod snapshot;
+mod snapshot;
 #[cfg(test)]
 mod tests;
 mod vm;
@@ -30,7 +30,7 @@ use alloc::vec::Vec;
 use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
-use crate::program::{Operation, Program};
+use crate::program::{Operation, Program, StateVersion};
 use crate::request::{Answer, Fault, FaultKind, Inputs, Number, Pause, Request};
 use crate::tree::{Expression, Simple};
 use crate::value::{Position, Value};
@@ -73,8 +73,18 @@ impl RuntimeError {
 ///    +------------------------------------------------------+
 ///  END of the main program: Ended, until restart or go_to_rcycle
 /// ```
+///
+/// With the feature `serde` a machine is written without its program and says only which it is. What is read back stands
+/// still until `relink` gives it the program.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
 pub struct Machine {
+    version: StateVersion,
+    #[cfg_attr(feature = "serde", serde(rename = "source", with = "crate::snapshot::source"))]
     program: Arc<Program>,
     /// The step under way or next.
     at: usize,
@@ -88,6 +98,7 @@ pub struct Machine {
     task: u16,
     monitors: Vec<monitor::Monitor>,
     /// The last word was `ENABLE`, not `DISABLE`: the conditions of the monitors are evaluated.
+    #[cfg_attr(feature = "serde", serde(rename = "awake"))]
     monitors_enabled: bool,
 }
 
@@ -159,6 +170,7 @@ impl Machine {
     #[must_use]
     pub fn main(program: Arc<Program>) -> Self {
         Self {
+            version: StateVersion,
             program,
             at: 0,
             frames: Self::base_frame(),

@@ -1,77 +1,40 @@
-//! The state of a machine as it is saved: its place in the program, open calls and loops, the pending request.
+//! Validates a machine that was read back against the steps of its program, before it runs.
 //!
-//! Names in the saved form are fixed by `fixtures/snapshots`. What is restored is validated against the steps of the program.
-//! The state of the variables is in `memory::snapshot`.
+//! The variables are validated in `memory::snapshot`.
 
 use alloc::sync::Arc;
-use alloc::vec::Vec;
 
-use super::monitor::Monitor;
 use super::place::{Argument, ValuePlace};
-use super::{Frame, Loop, Machine, PendingRequest, RunPhase};
+use super::{Loop, Machine, PendingRequest, RunPhase};
 use crate::program::{Operation, Program};
 use crate::request::{MAX_PRINT, Path, Request};
-use crate::snapshot::{self, RestoreError, STATE_VERSION, expect};
+use crate::snapshot::{self, RestoreError, expect};
 use crate::{MAX_CALL_NESTING, MAX_MONITORS};
 
 /// Most axes a motion of one axis can name.
 const MAX_AXIS: u8 = 8;
 
-/// Where a [`Machine`] is, to be written down.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MachineState {
-    version: u32,
-    source: u64,
-    at: usize,
-    frames: Vec<Frame>,
-    arguments: Vec<Argument>,
-    loops: Vec<Loop>,
-    state: RunPhase,
-    task: u16,
-    monitors: Vec<Monitor>,
-    #[serde(rename = "awake")]
-    monitors_enabled: bool,
-}
-
 impl Machine {
-    /// Where this machine is.
-    #[must_use]
-    pub fn state(&self) -> MachineState {
-        MachineState {
-            version: STATE_VERSION,
-            source: self.program.fingerprint(),
-            at: self.at,
-            frames: self.frames.clone(),
-            arguments: self.arguments.clone(),
-            loops: self.loops.clone(),
-            state: self.state.clone(),
-            task: self.task,
-            monitors: self.monitors.clone(),
-            monitors_enabled: self.monitors_enabled,
-        }
-    }
-
-    /// The machine that `state` was taken from; it runs `program` on.
+    /// Gives a machine that was read back its program; it goes on where the one that was written was.
     ///
     /// # Errors
-    /// [`RestoreError`]: the state is of another version or program, or no run of the program leads to it.
-    pub fn restore(program: Arc<Program>, state: MachineState) -> Result<Machine, RestoreError> {
-        snapshot::belongs(state.version, state.source, &program)?;
+    /// [`RestoreError`]: the state is of another program, or no run of the program leads to it.
+    pub fn relink(&mut self, program: Arc<Program>) -> Result<(), RestoreError> {
+        snapshot::belongs(self.program.fingerprint(), &program)?;
         let steps = program.steps.len();
-        expect(state.at <= steps, "a step of the program")?;
-        state.check_frames(steps)?;
-        for argument in &state.arguments {
-            check_argument(argument, &program, state.arguments.len())?;
+        expect(self.at <= steps, "a step of the program")?;
+        self.check_frames(steps)?;
+        for argument in &self.arguments {
+            check_argument(argument, &program, self.arguments.len())?;
         }
-        for open in &state.loops {
+        for open in &self.loops {
             check_loop(open, &program)?;
         }
         expect(
-            state.monitors.len() <= MAX_MONITORS,
+            self.monitors.len() <= MAX_MONITORS,
             "no more monitors than a task has",
         )?;
-        for monitor in &state.monitors {
+        for monitor in &self.monitors {
             let on = program.steps.get(monitor.on).map(|step| &step.operation);
             expect(
                 matches!(on, Some(Operation::On { .. })),
@@ -83,25 +46,14 @@ impl Machine {
                 "monitors of programs that were called",
             )?;
         }
-        if let RunPhase::Requested(pending) = &state.state {
-            expect(state.at < steps, "a statement that asks")?;
-            check_pending(pending, &program, state.arguments.len())?;
+        if let RunPhase::Requested(pending) = &self.state {
+            expect(self.at < steps, "a statement that asks")?;
+            check_pending(pending, &program, self.arguments.len())?;
         }
-        Ok(Machine {
-            program,
-            at: state.at,
-            frames: state.frames,
-            arguments: state.arguments,
-            loops: state.loops,
-            state: state.state,
-            task: state.task,
-            monitors: state.monitors,
-            monitors_enabled: state.monitors_enabled,
-        })
+        self.program = program;
+        Ok(())
     }
-}
 
-impl MachineState {
     /// The frames divide the arguments and the loops among them in their order.
     fn check_frames(&self, steps: usize) -> Result<(), RestoreError> {
         let depth = 1..=MAX_CALL_NESTING + 1;

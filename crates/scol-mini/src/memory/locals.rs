@@ -37,7 +37,7 @@ impl Memory {
             return;
         }
         let slots = &program.symbols.slots;
-        let (first, range) = extent(slots, self.variables);
+        let (first, range) = extent(slots, self.cells.variables);
         let locals = slots.get(first..).unwrap_or_default();
         let own = self.parked.remove(&task);
         let (fresh, own) = match own {
@@ -49,7 +49,7 @@ impl Memory {
             }
         };
         let others = Locals {
-            cells: self.cells.splice(range, own.cells).collect(),
+            cells: self.cells.all.splice(range, own.cells).collect(),
             kinds: self
                 .kinds
                 .splice(first.min(self.kinds.len()).., own.kinds)

@@ -1,96 +1,51 @@
-//! The state of a memory as it is saved: all values and the motion conditions.
+//! Validates a memory that was read back against the variables of its program.
 //!
-//! What is restored is validated against the variables of the program. Names in the saved form are fixed by
-//! `fixtures/snapshots`; the state of a machine is in `machine::snapshot`.
+//! Machines are validated in `machine::snapshot`.
 
-use alloc::collections::{BTreeMap, BTreeSet};
-use alloc::vec::Vec;
+use alloc::collections::BTreeSet;
 
 use super::Memory;
-use super::locals::{Locals, extent};
+use super::locals::extent;
 use crate::MAX_TASKS;
 use crate::cell::{Cell, Held};
-use crate::conditions::Conditions;
 use crate::program::{Program, Slot};
-use crate::snapshot::{self, RestoreError, STATE_VERSION, expect};
+use crate::snapshot::{self, RestoreError, expect};
 use crate::value::{Value, ValueKind};
 
-/// What a [`Memory`] holds, to be written down.
-#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MemoryState {
-    version: u32,
-    source: u64,
-    cells: Vec<Cell>,
-    kinds: Vec<Option<ValueKind>>,
-    vectors: Vec<Value>,
-    free: Vec<u32>,
-    task: u16,
-    parked: BTreeMap<u16, Locals>,
-    conditions: Conditions,
-}
-
 impl Memory {
-    /// What this memory of `program` holds.
-    #[must_use]
-    pub fn state(&self, program: &Program) -> MemoryState {
-        MemoryState {
-            version: STATE_VERSION,
-            source: program.fingerprint(),
-            cells: self.cells.iter().copied().take(self.variables).collect(),
-            kinds: self.kinds.clone(),
-            vectors: self.vectors.clone(),
-            free: self.free.clone(),
-            task: self.task,
-            parked: self.parked.clone(),
-            conditions: self.conditions.clone(),
-        }
-    }
-
-    /// The memory that `state` was taken from.
+    /// Takes a memory that was read back into use for its program.
     ///
     /// # Errors
-    /// [`RestoreError`]: the state is of another version or program, or no run of the program leads to it.
-    pub fn restore(program: &Program, state: MemoryState) -> Result<Memory, RestoreError> {
-        snapshot::belongs(state.version, state.source, program)?;
+    /// [`RestoreError`]: the state is of another program, or no run of the program leads to it.
+    pub fn relink(&mut self, program: &Program) -> Result<(), RestoreError> {
+        snapshot::belongs(self.source, program)?;
         let slots = &program.symbols.slots;
-        snapshot::conditions(&state.conditions)?;
-        state.vectors.iter().try_for_each(snapshot::value)?;
-        expect(state.parked.len() < MAX_TASKS, "no more than 4 tasks")?;
+        snapshot::conditions(&self.conditions)?;
+        self.vectors.iter().try_for_each(snapshot::value)?;
+        expect(self.parked.len() < MAX_TASKS, "no more than 4 tasks")?;
         expect(
-            !state.parked.contains_key(&state.task),
+            !self.parked.contains_key(&self.task),
             "the variables of a task only once",
         )?;
         let mut places = Places {
-            vectors: &state.vectors,
-            left: (0..state.vectors.len()).collect(),
+            vectors: &self.vectors,
+            left: (0..self.vectors.len()).collect(),
         };
-        places.check(slots, &state.cells, &state.kinds, 0)?;
+        places.check(slots, self.cells.variables(), &self.kinds, 0)?;
         let (first, range) = extent(slots, program.symbols.cells);
-        for locals in state.parked.values() {
+        for locals in self.parked.values() {
             let slots = slots.get(first..).unwrap_or_default();
             places.check(slots, &locals.cells, &locals.kinds, range.start)?;
         }
-        for at in &state.free {
+        for at in &self.free {
             expect(
                 places.left.remove(&(*at as usize)),
                 "free places that nothing holds",
             )?;
         }
         expect(places.left.is_empty(), "every place to be held or free")?;
-        let mut cells = state.cells;
-        let variables = cells.len();
-        cells.extend(program.code.working_cells());
-        Ok(Memory {
-            cells,
-            variables,
-            kinds: state.kinds,
-            vectors: state.vectors,
-            free: state.free,
-            task: state.task,
-            parked: state.parked,
-            conditions: state.conditions,
-        })
+        self.cells.all.extend(program.code.working_cells());
+        Ok(())
     }
 }
 

@@ -1,6 +1,6 @@
 //! Validates the parts of a restored controller: every bound that the rest of the code keeps by construction.
 //!
-//! Tasks and programs are validated in `execution`, single fields by their types.
+//! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
 use super::SnapshotError;
 use crate::Controller;

@@ -1,0 +1,182 @@
+//! An executor that was read back from a snapshot gets its programs, compiled again from their sources, and is
+//! validated: what no run leads to is refused.
+
+use super::{Direct, Executor, MAIN_TASK, Selected, Task, TaskState};
+use crate::limits::STATEMENTS_PER_SCAN;
+use crate::options::Config;
+use crate::snapshot::{SnapshotError, check};
+use alloc::format;
+use alloc::string::String;
+use alloc::sync::Arc;
+use scol_mini::{Diagnostic, MAX_TASKS, Program, compile_direct};
+use ts3100_proto::name::FileName;
+use ts3100_proto::status::sm::MAX_ENDED;
+
+impl Executor {
+    pub(crate) fn relink(&mut self, config: &Config) -> Result<(), SnapshotError> {
+        self.spare_program = Program::empty(&config.language());
+        self.spare_memory
+            .relink(&self.spare_program)
+            .map_err(|reason| SnapshotError::program("execution.spare_memory", reason))?;
+        if let Some(selected) = &mut self.selected {
+            selected.relink(config)?;
+        }
+        let program = Arc::clone(self.program());
+        if let Some(main) = &mut self.main {
+            main.relink("execution.main", &program)?;
+        }
+        for (id, task) in &mut self.tasks {
+            let place = format!("execution.tasks.{id}");
+            task.relink(&place, &program)?;
+            let fits = task.id() == *id && *id > MAIN_TASK;
+            check(fits, &place, "the task of that number", task.id())?;
+        }
+        if let Some(direct) = &mut self.direct {
+            direct.relink(&program)?;
+        }
+        self.validate()
+    }
+
+    fn validate(&self) -> Result<(), SnapshotError> {
+        let word = |is: bool| if is { "one" } else { "none" };
+        let selected = self.selected.is_some();
+        check(
+            self.main.is_some() == selected,
+            "execution.main",
+            "a main program exactly while a file is selected",
+            word(self.main.is_some()),
+        )?;
+        let main = self.main.as_ref().map_or(MAIN_TASK, Task::id);
+        check(
+            main == MAIN_TASK,
+            "execution.main",
+            "task 1",
+            format!("task {main}"),
+        )?;
+        let count = self.tasks.len();
+        check(
+            count < MAX_TASKS && (count == 0 || selected),
+            "execution.tasks",
+            &format!("fewer than {MAX_TASKS} tasks of a selected file"),
+            count,
+        )?;
+        let last = self.tasks.keys().next_back().copied().unwrap_or_default();
+        let next = self.next_task;
+        check(
+            next >= last,
+            "execution.next_task",
+            &format!("more than {last}"),
+            next,
+        )?;
+        check(next > MAIN_TASK, "execution.next_task", "2 or more", next)?;
+        let runs = self.program_runs();
+        check(
+            selected || !runs,
+            "execution.course",
+            "no operation without a file",
+            format!("{:?}", self.operation.state()),
+        )?;
+        check(
+            self.direct.is_none() || !runs,
+            "execution.direct",
+            "none while a program runs",
+            "one",
+        )?;
+        let ended = self.direct_ended;
+        check(
+            ended <= MAX_ENDED,
+            "execution.direct_ended",
+            &format!("at most {MAX_ENDED}"),
+            ended,
+        )?;
+        let percent = (0.0..=100.0).contains(&self.pass);
+        check(percent, "execution.pass", "0 to 100 percent", self.pass)?;
+        let seconds = self.timer.seconds;
+        check(
+            seconds.is_finite(),
+            "execution.timer.seconds",
+            "a number",
+            seconds,
+        )
+    }
+}
+
+impl Task {
+    fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
+        self.machine
+            .relink(Arc::clone(program))
+            .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;
+        if let Some(handler) = &mut self.handler {
+            let place = format!("{place}.handler");
+            let nested = handler.handler.is_some();
+            check(
+                !nested,
+                &format!("{place}.handler"),
+                "none: a handler has none",
+                "one",
+            )?;
+            handler.relink(&place, program)?;
+        }
+        check(
+            self.budget <= STATEMENTS_PER_SCAN,
+            &format!("{place}.budget"),
+            &format!("at most {STATEMENTS_PER_SCAN}"),
+            self.budget,
+        )?;
+        let place = format!("{place}.doing");
+        if let TaskState::Reading { wanted, got, .. } = &self.doing {
+            let expected = format!("at most {wanted} values");
+            check(got.len() <= *wanted, &place, &expected, got.len())?;
+        }
+        check(
+            !self.doing.needs_answer() || self.machine.pending().is_some(),
+            &place,
+            "a statement that waits for its answer",
+            "none",
+        )
+    }
+}
+
+impl Selected {
+    fn relink(&mut self, config: &Config) -> Result<(), SnapshotError> {
+        let name = FileName::parse(&self.name).ok();
+        check(
+            name.is_some_and(|name| name.as_str() == self.name && !name.is_parameter()),
+            "execution.selected.name",
+            "the name of a user file, in upper case",
+            &self.name,
+        )?;
+        let compilation = config.compile(&self.source);
+        self.program = compilation.program.ok_or_else(|| {
+            let found = first_of(&compilation.diagnostics, &self.source, &self.name);
+            SnapshotError::value("execution.selected.source", "a program that compiles", found)
+        })?;
+        self.memory
+            .relink(&self.program)
+            .map_err(|reason| SnapshotError::program("execution.selected.memory", reason))
+    }
+}
+
+impl Direct {
+    fn relink(&mut self, program: &Program) -> Result<(), SnapshotError> {
+        let place = "execution.direct.task";
+        let program = compile_direct(&self.statement, program).map_err(|diagnostics| {
+            let found = first_of(&diagnostics, &self.statement, "DO");
+            let expected = "a statement that can be executed";
+            SnapshotError::value("execution.direct.statement", expected, found)
+        })?;
+        self.task.relink(place, &program)?;
+        let (id, alone) = (self.task.id(), self.task.handler.is_none());
+        check(
+            id == 0 && alone,
+            place,
+            "task 0 without a handler",
+            format!("task {id}"),
+        )
+    }
+}
+
+fn first_of(diagnostics: &[Diagnostic], source: &str, name: &str) -> String {
+    let first = diagnostics.first();
+    first.map_or_else(String::new, |error| error.render(source, name))
+}

@@ -1,0 +1,166 @@
+//! A task: a machine, what it is doing, and how many statements are left in its scan.
+//!
+//! How tasks take turns is in `scheduler`.
+
+use crate::limits::STATEMENTS_PER_SCAN;
+use crate::time::Time;
+use alloc::boxed::Box;
+use alloc::vec::Vec;
+use core::time::Duration;
+use scol_mini::{Channel, Machine, Number};
+
+/// What a task is doing.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum TaskState {
+    /// Nothing: the next statement may run.
+    Ready,
+    /// The statements of this scan are used up.
+    Pausing {
+        /// The next scan.
+        until: Time,
+    },
+    /// A motion statement waits for the feed hold to end before it begins.
+    Holding,
+    /// A motion is under way.
+    Moving {
+        /// How long before its end the statement is over.
+        lead: Duration,
+    },
+    /// A motion has been put behind the one under way (PASS); the statement becomes `Moving` when it begins.
+    Queued {
+        /// As of `Moving`.
+        lead: Duration,
+        /// The motion behind it is read when it begins.
+        passing: bool,
+    },
+    /// The statement waits for the arm to rest before it begins.
+    Resting,
+    /// DELAY.
+    Delaying {
+        /// Its end.
+        until: Time,
+    },
+    /// INPUT waits for values.
+    Reading {
+        /// Where from.
+        channel: Channel,
+        /// How many values it takes.
+        wanted: usize,
+        /// Those it has.
+        got: Vec<Number>,
+    },
+    /// WAIT: its condition was false.
+    Watching {
+        /// When to look again; `None` when only something from outside can change it.
+        again: Option<Time>,
+    },
+}
+
+impl TaskState {
+    /// Whether the statement has asked for something and waits for the answer.
+    #[cfg(feature = "serde")]
+    pub(super) fn needs_answer(&self) -> bool {
+        match self {
+            TaskState::Ready
+            | TaskState::Pausing { .. }
+            | TaskState::Resting
+            | TaskState::Watching { .. } => false,
+            TaskState::Holding
+            | TaskState::Moving { .. }
+            | TaskState::Queued { .. }
+            | TaskState::Delaying { .. }
+            | TaskState::Reading { .. } => true,
+        }
+    }
+
+    /// Whether the statement waits for its motion.
+    #[must_use]
+    pub fn is_motion(&self) -> bool {
+        matches!(self, TaskState::Moving { .. } | TaskState::Queued { .. })
+    }
+}
+
+/// A machine and what it is doing.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Task {
+    /// The interpreter.
+    pub machine: Machine,
+    /// What it is doing.
+    pub doing: TaskState,
+    /// Statements left in the present scan.
+    pub budget: u32,
+    /// When the present scan began.
+    pub scan_at: Time,
+    /// What a monitor has begun; the task goes on behind it.
+    pub handler: Option<Box<Task>>,
+    /// When the monitors are to be looked at again, if time alone can change them.
+    pub look_at: Option<Time>,
+}
+
+impl Task {
+    /// A task that stands at its first statement.
+    #[must_use]
+    pub fn new(machine: Machine, now: Time) -> Task {
+        Task {
+            machine,
+            doing: TaskState::Ready,
+            budget: STATEMENTS_PER_SCAN,
+            scan_at: now,
+            handler: None,
+            look_at: None,
+        }
+    }
+
+    /// ID of the task: 1 the main program, 0 the statement of DO.
+    #[must_use]
+    pub fn id(&self) -> u16 {
+        self.machine.task_id()
+    }
+
+    /// The handler while it has something to do, otherwise the task itself.
+    #[must_use]
+    pub fn acting(&self) -> &Task {
+        match self.handler.as_deref() {
+            Some(handler) if handler.doing != TaskState::Ready => handler,
+            _ => self,
+        }
+    }
+
+    /// The task, and the handler in front of it.
+    pub fn parts(&self) -> impl Iterator<Item = &Task> {
+        core::iter::once(self).chain(self.handler.as_deref())
+    }
+
+    /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
+    /// beside it.
+    #[must_use]
+    pub fn sleeps(&self, now: Time) -> bool {
+        let watched = self.look_at.is_some() || self.machine.has_monitors();
+        self.handler.is_none()
+            && !watched
+            && matches!(self.doing, TaskState::Pausing { until } if until > now)
+    }
+
+    /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
+    #[must_use]
+    pub fn deadline(&self, stopping: bool) -> Option<Time> {
+        let own = match &self.acting().doing {
+            TaskState::Pausing { until } | TaskState::Delaying { until } => Some(*until),
+            TaskState::Watching { again } => *again,
+            TaskState::Ready
+            | TaskState::Holding
+            | TaskState::Moving { .. }
+            | TaskState::Queued { .. }
+            | TaskState::Resting
+            | TaskState::Reading { .. } => None,
+        };
+        let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
+        own.into_iter().chain(look_at).min()
+    }
+}
