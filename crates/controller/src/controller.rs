@@ -3,7 +3,7 @@
 
 use crate::action::{Accepted, Action, ActionError, ActionErrorKind};
 use crate::alarm::Alarm;
-use crate::drive::DriveError;
+use crate::drive::{DriveError, PersistError};
 use crate::endpoint::Endpoints;
 use crate::executor::selection::SelectError;
 use crate::input::Input;
@@ -54,7 +54,7 @@ impl Controller {
         }
         while self.robot.persistence.is_pending() {
             // Whoever did not wait for the answer does not wait for the result either.
-            let _late = self.persisted(Err("nobody has answered".to_string()));
+            let _late = self.persisted(Err(PersistError::NoAnswer));
         }
         self.advance_to(now);
         if self.robot.persistence.is_pending() {
@@ -160,7 +160,7 @@ impl Controller {
     }
 
     /// The answer has come: what waited for it goes on, and then what came at the same instant.
-    fn persisted(&mut self, answer: Result<(), String>) -> Result<Accepted, ActionError> {
+    fn persisted(&mut self, answer: Result<(), PersistError>) -> Result<Accepted, ActionError> {
         if !self.robot.persistence.is_pending() {
             return Ok(Accepted::Done);
         }
@@ -208,7 +208,7 @@ impl Controller {
             (_, Some(reason)) => {
                 error = ActionError {
                     kind: ActionErrorKind::NotPersisted,
-                    ..ActionError::conflict(&error.place, "a change that can be kept", reason)
+                    ..ActionError::conflict(&error.place, "a change that can be kept", reason.to_string())
                 };
             }
             _ => {}

@@ -13,6 +13,17 @@ use ts3100_proto::file::{FileError, FileRule, check_file};
 use ts3100_proto::name::{FileName, NameError};
 use ts3100_proto::status::ca::DirectoryEntry;
 
+/// Why the embedding program has not kept a change of a file.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum PersistError {
+    /// Another input came instead of the answer.
+    #[error("nobody has answered")]
+    NoAnswer,
+    /// Its own reason.
+    #[error("{0}")]
+    Refused(String),
+}
+
 /// Why a file was not stored.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DriveError {
@@ -51,7 +62,7 @@ pub enum DriveError {
         /// The file.
         name: String,
         /// Reason given by the embedding program.
-        reason: String,
+        reason: PersistError,
     },
     /// The drive holds the maximum number of files already.
     #[error("file {name}: the RAM drive holds at most {MAX_FILES} files")]

@@ -3,6 +3,7 @@
 //! The embedding program knows who caused it: a socket, a serial device, a test, a scenario.
 
 use crate::action::Action;
+use crate::drive::PersistError;
 use crate::endpoint::serial_line::HostEnd;
 use crate::port::Port;
 use alloc::string::String;
@@ -70,7 +71,7 @@ pub enum Input {
     },
     /// The answer to [`Output::Persist`](crate::output::Output::Persist): the change is kept, or why it is not. It comes before
     /// any other input; one that comes first says that it is not.
-    Persisted(Result<(), String>),
+    Persisted(Result<(), PersistError>),
     /// Something done at the operating panel, the teach pendant or the terminals.
     Panel(PanelAction),
     /// Something that only the owner of the controller can do; a refusal is the result of

@@ -60,7 +60,7 @@ pub use arm::ArmPose;
 pub use bytes::Bytes;
 pub use command_coverage::CommandCoverage;
 pub use controller::Controller;
-pub use drive::DriveError;
+pub use drive::{DriveError, PersistError};
 pub use endpoint::serial_line;
 pub use endpoint::serial_line::{HostEnd, HostSettings};
 pub use executor::selection::SelectError;

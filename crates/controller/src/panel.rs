@@ -2,6 +2,7 @@
 //!
 //! `endpoint::power` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
+use crate::executor::selection::SelectError;
 use crate::executor::{Executor, RunState, StopCause};
 use crate::findings::rules;
 use crate::input::KeySwitch;
@@ -12,12 +13,39 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::state::PanelState;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
+use thiserror::Error;
 use ts3100_proto::name::FileName;
 
-/// Why RN is refused when nothing but servo power is missing.
-pub(crate) const SERVO_IS_OFF: &str = "servo power is off";
+/// Why something at the panel had no effect, or the command or signal that does the same.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(crate) enum OperateError {
+    #[error("the {0} has no INTERNAL position (5.3.2)")]
+    NoInternal(&'static str),
+    #[error("the emergency stop is on")]
+    EmergencyStop,
+    #[error("the safety switch is open")]
+    SafetyOpen,
+    #[error("an alarm of level 8 is active")]
+    ServoAlarm,
+    #[error("an alarm of level 4 or 8 is active")]
+    StartAlarm,
+    #[error("servo power is off")]
+    ServoOff,
+    #[error("feed hold is on")]
+    FeedHold,
+    #[error("a DO statement is under way")]
+    Direct,
+    #[error("the arm is being guided by JG")]
+    Jogging,
+    #[error("no file is selected")]
+    NoFile,
+    #[error("the program has no label RCYCLE")]
+    NoRcycle,
+    #[error(transparent)]
+    Select(#[from] SelectError),
+}
 
 impl Robot {
     /// The battery of the RAM drive is low or good again.
@@ -34,13 +62,10 @@ impl Robot {
     }
 
     /// Turning the key while a program runs stops it behind the present step.
-    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), String> {
+    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
         let controller = self.config.controller;
         if key == KeySwitch::Internal && !controller.has_internal() {
-            return Err(format!(
-                "the {} has no INTERNAL position (5.3.2)",
-                controller.name()
-            ));
+            return Err(OperateError::NoInternal(controller.name()));
         }
         if key != self.state.key {
             self.stop_after_step(StopCause::Other);
@@ -52,15 +77,15 @@ impl Robot {
 
     /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
     /// the same (assumed).
-    pub(crate) fn servo_on(&mut self) -> Result<(), String> {
+    pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
         if self.state.emergency_stop {
-            return Err("the emergency stop is on".to_string());
+            return Err(OperateError::EmergencyStop);
         }
         if self.state.safety_open {
-            return Err("the safety switch is open".to_string());
+            return Err(OperateError::SafetyOpen);
         }
         if self.alarms.blocks_servo() {
-            return Err("an alarm of level 8 is active".to_string());
+            return Err(OperateError::ServoAlarm);
         }
         if self.state.servo || self.state.servo_due.is_some() {
             return Ok(());
@@ -90,7 +115,7 @@ impl Robot {
     }
 
     /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
-    pub(crate) fn start(&mut self) -> Result<(), String> {
+    pub(crate) fn start(&mut self) -> Result<(), OperateError> {
         if self.executor.program_runs() {
             self.end_pause();
             return Ok(());
@@ -102,8 +127,8 @@ impl Robot {
             .as_ref()
             .is_some_and(|selected| selected.stale);
         if stale {
-            let name = FileName::parse(self.executor.file()).map_err(|error| error.to_string())?;
-            self.select_file(&name).map_err(|error| error.to_string())?;
+            let name = FileName::parse(self.executor.file()).map_err(SelectError::from)?;
+            self.select_file(&name)?;
         }
         if self.executor.operation.state() == RunState::Reset {
             self.executor.rewind(self.now);
@@ -134,27 +159,26 @@ impl Robot {
         self.keys.clear();
     }
 
-    fn may_start(&self) -> Result<(), String> {
-        let reason = if self.executor.selected.is_none() {
-            "no file is selected"
+    fn may_start(&self) -> Result<(), OperateError> {
+        Err(if self.executor.selected.is_none() {
+            OperateError::NoFile
         } else if self.executor.direct.is_some() {
-            "a DO statement is under way"
+            OperateError::Direct
         } else if self.is_jogging() {
-            "the arm is being guided by JG"
+            OperateError::Jogging
         } else if self.state.emergency_stop {
-            "the emergency stop is on"
+            OperateError::EmergencyStop
         } else if self.state.safety_open {
-            "the safety switch is open"
+            OperateError::SafetyOpen
         } else if self.alarms.blocks_start() {
-            "an alarm of level 4 or 8 is active"
+            OperateError::StartAlarm
         } else if !self.state.servo {
-            SERVO_IS_OFF
+            OperateError::ServoOff
         } else if self.state.feed_hold {
-            "feed hold is on"
+            OperateError::FeedHold
         } else {
             return Ok(());
-        };
-        Err(reason.to_string())
+        })
     }
 
     /// FEED HOLD: alternate action (CMD-FD-02).

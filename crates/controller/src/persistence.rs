@@ -5,7 +5,7 @@
 //! controller does the writing.
 
 use crate::action::Action;
-use crate::drive::DriveError;
+use crate::drive::{DriveError, PersistError};
 use crate::input::Input;
 use crate::output::Output;
 use crate::port::Port;
@@ -54,7 +54,7 @@ enum State {
     /// A change was asked for.
     Asked,
     /// The change that comes next was asked for, and this is the answer.
-    Answered(Result<(), String>),
+    Answered(Result<(), PersistError>),
 }
 
 /// Where a controller is between a change of a file and the answer to it.
@@ -83,7 +83,7 @@ impl Persistence {
     }
 
     /// Why the change that was asked for is not kept.
-    pub fn refusal(&self) -> Option<String> {
+    pub fn refusal(&self) -> Option<PersistError> {
         match &self.state {
             State::Answered(Err(reason)) => Some(reason.clone()),
             State::Inside | State::Outside | State::Asked | State::Answered(Ok(())) => None,
@@ -102,7 +102,7 @@ impl Persistence {
     }
 
     /// The answer has come; what waited for it is to be done once more, with it.
-    pub fn begin_answer(&mut self, answer: Result<(), String>) -> Option<PendingChange> {
+    pub fn begin_answer(&mut self, answer: Result<(), PersistError>) -> Option<PendingChange> {
         self.state = State::Answered(answer);
         self.held.take().map(|held| *held)
     }
@@ -126,7 +126,7 @@ impl Robot {
     /// # Errors
     /// [`DriveError::NotPersisted`]: it was not stored, or that is asked only now ([`Persistence::is_pending`]).
     pub(crate) fn persist(&mut self, name: &str, content: Option<&[u8]>) -> Result<(), DriveError> {
-        let unkept = |reason: String| DriveError::NotPersisted {
+        let unkept = |reason| DriveError::NotPersisted {
             name: name.to_string(),
             reason,
         };
@@ -142,7 +142,7 @@ impl Robot {
                     name: name.to_string(),
                     content: content.map(<[u8]>::to_vec),
                 });
-                Err(unkept("nobody has answered".to_string()))
+                Err(unkept(PersistError::NoAnswer))
             }
         }
     }

@@ -10,10 +10,11 @@ use crate::findings::rules;
 use crate::input::PanelAction;
 use crate::io::signals::Signals;
 use crate::output::Output;
+use crate::panel::OperateError;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::String;
+use alloc::string::ToString;
 
 impl Endpoints {
     /// What has no effect is a finding.
@@ -85,12 +86,12 @@ impl Endpoints {
             "panel"
         };
         self.do_at_panel(robot, panel)
-            .map_err(|reason| ActionError::conflict(place, "a state that allows it", reason))
+            .map_err(|reason| ActionError::conflict(place, "a state that allows it", reason.to_string()))
     }
 
     /// # Errors
     /// Why it had no effect.
-    fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), String> {
+    fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), OperateError> {
         match panel {
             PanelAction::Key(key) => return robot.turn_key(key),
             PanelAction::ControlRight(right) => robot.state.control_right = right,

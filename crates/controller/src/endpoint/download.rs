@@ -3,16 +3,27 @@
 //! The exchange before that is in `exchange`; the RAM drive is `drive`.
 
 use super::Endpoints;
+use crate::drive::DriveError;
 use crate::findings::rules;
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use alloc::vec::Vec;
+use thiserror::Error;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
+
+/// Why a whole file was refused.
+#[derive(Debug, Clone, PartialEq, Error)]
+enum DownloadError {
+    #[error("the robot was started during the download")]
+    Running,
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+}
 
 impl Endpoints {
     /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
@@ -22,15 +33,20 @@ impl Endpoints {
         port: Port,
         name: &FileName,
         content: &[u8],
-    ) -> Result<(), String> {
+    ) -> Result<(), DownloadError> {
         if robot.executor.status() == ExecutionStatus::Running {
-            let reason = "the robot was started during the download";
-            robot.report(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
-            return Err(reason.to_string());
+            let reason = DownloadError::Running;
+            robot.report(
+                &rules::REFUSED_BY_STATE,
+                port,
+                name.as_str().as_bytes(),
+                reason.to_string(),
+            );
+            return Err(reason);
         }
         robot.store(name, content).map_err(|error| {
             robot.check_store(port, &error);
-            error.to_string()
+            error.into()
         })
     }
 
@@ -54,7 +70,7 @@ impl Endpoints {
                 content,
                 last: last.to_vec(),
             }),
-            Err(reason) => self.refuse_block(robot, port, last, &reason),
+            Err(reason) => self.refuse_block(robot, port, last, &reason.to_string()),
         }
     }
 

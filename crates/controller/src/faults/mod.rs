@@ -255,7 +255,8 @@ impl Faults {
         Ok(())
     }
 
-    fn arm(&mut self, mut fault: Fault) -> Result<u32, String> {
+    /// Arms a fault; its number, or `None` if there are [`MAX_FAULTS`] already.
+    fn arm(&mut self, mut fault: Fault) -> Option<u32> {
         if fault.id == 0 {
             let last = self.reports.iter().map(|report| report.fault.id).max();
             fault.id = last.unwrap_or(0).saturating_add(1);
@@ -271,13 +272,11 @@ impl Faults {
         let full = self.reports.len() >= MAX_FAULTS;
         match self.reports.iter_mut().find(|report| report.fault.id == id) {
             Some(report) => *report = fresh,
-            None if full => {
-                return Err("one more".to_string());
-            }
+            None if full => return None,
             None => self.reports.push(fresh),
         }
         self.reports.sort_by_key(|report| report.fault.id);
-        Ok(id)
+        Some(id)
     }
 
     /// Counts the site for every armed fault that matches it, and returns the one that fires: the first by number
@@ -362,8 +361,8 @@ impl Endpoints {
                     ActionError::conflict(&spec, "a fault that can fire", error.to_string())
                 })?;
                 let armed = self.faults.arm(*fault);
-                let id = armed.map_err(|found| {
-                    ActionError::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), found)
+                let id = armed.ok_or_else(|| {
+                    ActionError::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), "one more")
                 })?;
                 robot.event(Event::Fault {
                     id,

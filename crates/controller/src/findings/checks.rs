@@ -10,7 +10,7 @@ use crate::endpoint::Endpoints;
 use crate::endpoint::session::Exchange;
 use crate::limits::HOST_DELAY;
 use crate::output::{Event, Output};
-use crate::panel::SERVO_IS_OFF;
+use crate::panel::OperateError;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
@@ -165,7 +165,7 @@ impl Robot {
             return;
         }
         let rule = match command {
-            Command::Rn if reason == SERVO_IS_OFF => &rules::START_SERVO_OFF,
+            Command::Rn if reason == OperateError::ServoOff.to_string() => &rules::START_SERVO_OFF,
             Command::Fl(_) => &rules::FILE_WITHOUT_DOWNLOAD,
             _ => &rules::REFUSED_BY_STATE,
         };

@@ -7,10 +7,11 @@ use crate::findings::rules;
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
 use crate::options::Strobe;
+use crate::panel::OperateError;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use thiserror::Error;
 use ts3100_proto::command::{Reset, RunMode};
 use ts3100_proto::status::{ExecutionStatus, MasterMode};
 
@@ -56,6 +57,19 @@ const RESETS: [u16; 4] = [din::PRG_RST, din::STEP_RST, din::CYC_RST, din::DO_RST
 /// Inputs that ACK does not answer; they act in EXT (SIG) only (PRM-LEG-08, S40, S41). EX_SVON before RUN: with
 /// `sig.strobe = required` one STROBE can do both.
 const UNANSWERED: [u16; 3] = [din::ALM_RST, din::EX_SVON, din::RUN];
+
+/// Why a command input had no effect.
+#[derive(Debug, Clone, PartialEq, Error)]
+enum SignalError {
+    #[error("servo power is on already (SV_RDY)")]
+    ServoOn,
+    #[error("a reset is accepted only in stop mode")]
+    Running,
+    #[error("of several inputs at once only the first is processed")]
+    NotFirst,
+    #[error(transparent)]
+    Operate(#[from] OperateError),
+}
 
 impl Robot {
     /// An input line is driven from outside.
@@ -115,9 +129,9 @@ impl Robot {
             return;
         }
         let result = match line {
-            din::RUN => self.start(),
-            din::EX_SVON if self.state.servo => Err("servo power is on already (SV_RDY)".to_string()),
-            din::EX_SVON => self.servo_on(),
+            din::RUN => self.start().map_err(SignalError::from),
+            din::EX_SVON if self.state.servo => Err(SignalError::ServoOn),
+            din::EX_SVON => self.servo_on().map_err(SignalError::from),
             din::ALM_RST => {
                 self.reset_alarms();
                 Ok(())
@@ -131,12 +145,12 @@ impl Robot {
         self.answer_signal(line, result);
     }
 
-    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), String> {
+    fn reset_by_signal(&mut self, reset: Reset) -> Result<(), SignalError> {
         self.first_at_once()?;
         if self.executor.status() == ExecutionStatus::Running {
-            return Err("a reset is accepted only in stop mode".to_string());
+            return Err(SignalError::Running);
         }
-        self.reset_program(reset)
+        Ok(self.reset_program(reset)?)
     }
 
     /// Of several inputs at once the first alone is processed (S40). At once is the same instant (assumed): ACK began
@@ -144,14 +158,14 @@ impl Robot {
     ///
     /// # Errors
     /// Another was the first.
-    fn first_at_once(&self) -> Result<(), String> {
+    fn first_at_once(&self) -> Result<(), SignalError> {
         if self.signals.pulse_end(dout::ACK) == Some(self.now + PULSE) {
-            return Err("of several inputs at once only the first is processed".to_string());
+            return Err(SignalError::NotFirst);
         }
         Ok(())
     }
 
-    fn answer_signal(&mut self, line: u16, result: Result<(), String>) {
+    fn answer_signal(&mut self, line: u16, result: Result<(), SignalError>) {
         match result {
             Ok(()) if UNANSWERED.contains(&line) => {}
             Ok(()) => {

@@ -95,7 +95,7 @@ impl Robot {
             values,
         };
         self.write_variable(&write, None)
-            .map_err(|reason| ActionError::conflict(name, "a value that fits", reason))
+            .map_err(|reason| ActionError::conflict(name, "a value that fits", reason.to_string()))
     }
 
     /// The name of a variable that exists.

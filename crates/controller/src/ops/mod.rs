@@ -19,7 +19,7 @@ use crate::port::Port;
 use crate::robot::Robot;
 use crate::variation::Variation;
 use alloc::format;
-use alloc::string::String;
+use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use ts3100_proto::command::{
     Command, CommandHandler, CommandRow, InternalCommand, JogDirection, LineWrite, PositionQuery, Reset,
@@ -49,6 +49,11 @@ impl Outcome {
     /// NG with a reason.
     pub(crate) fn ng(reason: impl Into<String>) -> Outcome {
         Outcome::Ng(reason.into())
+    }
+
+    /// OK, or NG with the error's words.
+    pub(crate) fn of(result: Result<(), impl ToString>) -> Outcome {
+        result.map_or_else(|error| Outcome::Ng(error.to_string()), |()| Outcome::Ok)
     }
 
     /// FL with a body that is cut into texts as needed.

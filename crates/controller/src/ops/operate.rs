@@ -11,14 +11,10 @@ use scol_mini::{Machine, compile_direct};
 use ts3100_proto::command::{InternalCommand, LineWrite};
 use ts3100_proto::status::ExecutionStatus;
 
-fn outcome(result: Result<(), String>) -> Outcome {
-    result.map_or_else(Outcome::Ng, |()| Outcome::Ok)
-}
-
 impl Robot {
     /// RN (CMD-RN-01, CMD-RN-05).
     pub(super) fn op_start(&mut self) -> Outcome {
-        outcome(self.start())
+        Outcome::of(self.start())
     }
 
     /// SP: the present step ends, an INPUT that waits is cancelled (CMD-SP-03). In feed hold the step is left
@@ -58,7 +54,7 @@ impl Robot {
 
     /// SO (CMD-SO-01, CMD-SO-02).
     pub(super) fn op_servo_on(&mut self) -> Outcome {
-        outcome(self.servo_on())
+        Outcome::of(self.servo_on())
     }
 
     /// FD (CMD-FD-01).

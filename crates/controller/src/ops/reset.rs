@@ -4,9 +4,10 @@ use super::Outcome;
 use crate::SelectError;
 use crate::executor::{Standstill, TaskState};
 use crate::findings::rules;
+use crate::panel::OperateError;
 use crate::port::Port;
 use crate::robot::Robot;
-use alloc::string::{String, ToString};
+use alloc::string::ToString;
 use ts3100_proto::command::Reset;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::ExecutionStatus;
@@ -20,8 +21,7 @@ impl Robot {
         if self.executor.status() == ExecutionStatus::Running {
             return Outcome::ng(STOP_MODE_ONLY);
         }
-        self.reset_program(reset)
-            .map_or_else(Outcome::Ng, |()| Outcome::Ok)
+        Outcome::of(self.reset_program(reset))
     }
 
     /// RS,ERR, in stop mode only (decision D6).
@@ -37,7 +37,7 @@ impl Robot {
     ///
     /// # Errors
     /// Why it had no effect.
-    pub(crate) fn reset_program(&mut self, reset: Reset) -> Result<(), String> {
+    pub(crate) fn reset_program(&mut self, reset: Reset) -> Result<(), OperateError> {
         match reset {
             Reset::Program => {
                 self.set_feed_hold(false);
@@ -61,10 +61,10 @@ impl Robot {
     }
 
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
-    fn cycle_reset(&mut self) -> Result<(), String> {
-        let task = self.executor.main.as_mut().ok_or("no file is selected")?;
+    fn cycle_reset(&mut self) -> Result<(), OperateError> {
+        let task = self.executor.main.as_mut().ok_or(OperateError::NoFile)?;
         if !task.machine.go_to_rcycle() {
-            return Err("the program has no label RCYCLE".to_string());
+            return Err(OperateError::NoRcycle);
         }
         task.doing = TaskState::Ready;
         task.handler = None;

@@ -2,6 +2,7 @@
 
 use super::Outcome;
 use crate::alarm;
+use crate::drive::DriveError;
 use crate::output::Output;
 use crate::persistence::PendingChange;
 use crate::robot::Robot;
@@ -9,27 +10,54 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
-use scol_mini::{Arm, Payload, Position, Trans, Value, ValueKind};
+use scol_mini::{AccessError, Arm, Payload, Position, Trans, Value, ValueKind};
+use thiserror::Error;
 use ts3100_proto::command::{Number, VariableKind, VariableRead, VariableWrite};
 use ts3100_proto::name::VariableName;
 use ts3100_proto::status::mr::encode_values;
+
+/// Why a variable was not read or written.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(crate) enum VariableError {
+    #[error("no file is selected")]
+    NoFile,
+    #[error("no variable is called {0}")]
+    Unknown(String),
+    #[error("the type of {0} is not known")]
+    UnknownKind(String),
+    #[error("{name} is {}, {} was asked for", found.description(), asked.description())]
+    Kind {
+        name: String,
+        found: ValueKind,
+        asked: ValueKind,
+    },
+    #[error("type {code} and the subscripts of {name} do not fit")]
+    Subscripts { code: i32, name: String },
+    #[error("{expected} expected, `{found}` found")]
+    Value { expected: &'static str, found: String },
+    #[error("the file was downloaded anew; select it first")]
+    Stale,
+    #[error("the file does not compile with that value")]
+    Compile,
+    #[error(transparent)]
+    Access(#[from] AccessError),
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+}
 
 impl Robot {
     /// MR (CMD-MR-01 to CMD-MR-06, MR-01 to MR-05).
     pub(super) fn op_read_variable(&mut self, read: &VariableRead) -> Outcome {
         match self.read_variable(&read.variable, read.kind) {
             Ok(value) => Outcome::file(encode_values(&numbers(&value, self.arm.kind()))),
-            Err(reason) => Outcome::Ng(reason),
+            Err(reason) => Outcome::Ng(reason.to_string()),
         }
     }
 
-    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, String> {
-        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
+    fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, VariableError> {
+        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
         let VariableName { name, subscripts } = variable;
-        let value = selected
-            .memory
-            .global(&selected.program, name, subscripts)
-            .map_err(|error| error.to_string())?;
+        let value = selected.memory.global(&selected.program, name, subscripts)?;
         self.check_kind(variable, kind, value.kind())?;
         Ok(value)
     }
@@ -40,47 +68,39 @@ impl Robot {
         variable: &VariableName,
         kind: VariableKind,
         found: ValueKind,
-    ) -> Result<(), String> {
+    ) -> Result<(), VariableError> {
         let Some(asked) = kind_of(kind) else { return Ok(()) };
         if asked != found {
-            return Err(format!(
-                "{} is {}, {} was asked for",
-                variable.name,
-                found.description(),
-                asked.description()
-            ));
+            let name = variable.name.clone();
+            return Err(VariableError::Kind { name, found, asked });
         }
         if kind.is_array() == variable.subscripts.is_empty() {
-            return Err(format!(
-                "type {} and the subscripts of {} do not fit",
-                kind.code(),
-                variable.name
-            ));
+            let (code, name) = (kind.code(), variable.name.clone());
+            return Err(VariableError::Subscripts { code, name });
         }
         Ok(())
     }
 
     /// MW (CMD-MW-01 to CMD-MW-06).
     pub(super) fn op_write_variable(&mut self, write: &VariableWrite, room: Option<usize>) -> Outcome {
-        self.write_variable(write, room)
-            .map_or_else(Outcome::Ng, |()| Outcome::Ok)
+        Outcome::of(self.write_variable(write, room))
     }
 
     pub(crate) fn write_variable(
         &mut self,
         write: &VariableWrite,
         room: Option<usize>,
-    ) -> Result<(), String> {
+    ) -> Result<(), VariableError> {
         let arm = self.arm.kind();
         let VariableName { name, subscripts } = &write.variable;
-        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
         let info = selected
             .program
             .variable(name)
-            .ok_or_else(|| format!("no variable is called {name}"))?;
+            .ok_or_else(|| VariableError::Unknown(name.clone()))?;
         let kind = kind_of(write.kind)
             .or(info.kind)
-            .ok_or_else(|| format!("the type of {name} is not known"))?;
+            .ok_or_else(|| VariableError::UnknownKind(name.clone()))?;
         self.check_kind(&write.variable, write.kind, info.kind.unwrap_or(kind))?;
         let value = value(kind, &write.values, arm)?;
         let changed = if write.restore {
@@ -88,12 +108,9 @@ impl Robot {
         } else {
             None
         };
-        let selected = self.executor.selected.as_mut().ok_or("no file is selected")?;
+        let selected = self.executor.selected.as_mut().ok_or(VariableError::NoFile)?;
         let program = &selected.program;
-        selected
-            .memory
-            .set_global(program, name, subscripts, value)
-            .map_err(|error| error.to_string())?;
+        selected.memory.set_global(program, name, subscripts, value)?;
         if let Some((source, program)) = changed {
             self.take_rewritten(source, program);
         }
@@ -114,11 +131,10 @@ impl Robot {
         }
     }
 
-    fn restored(&mut self, names: &[String]) -> Result<(), String> {
-        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
+    fn restored(&mut self, names: &[String]) -> Result<(), VariableError> {
+        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
         let (program, memory) = (&selected.program, &selected.memory);
-        let source = scol_mini::restore_values(&selected.source, program, memory, names)
-            .map_err(|error| error.to_string())?;
+        let source = scol_mini::restore_values(&selected.source, program, memory, names)?;
         let program = self.stored(&source, None)?;
         self.take_rewritten(source, program);
         Ok(())
@@ -130,35 +146,35 @@ impl Robot {
         variable: &VariableName,
         value: &Value,
         room: Option<usize>,
-    ) -> Result<(String, Arc<scol_mini::Program>), String> {
-        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
+    ) -> Result<(String, Arc<scol_mini::Program>), VariableError> {
+        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
         let VariableName { name, subscripts } = variable;
-        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)
-            .map_err(|error| error.to_string())?;
+        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)?;
         let program = self.stored(&source, room)?;
         Ok((source, program))
     }
 
     /// Stores the selected file with new initial values on the drive; its program.
-    fn stored(&mut self, source: &str, room: Option<usize>) -> Result<Arc<scol_mini::Program>, String> {
-        let selected = self.executor.selected.as_ref().ok_or("no file is selected")?;
+    fn stored(
+        &mut self,
+        source: &str,
+        room: Option<usize>,
+    ) -> Result<Arc<scol_mini::Program>, VariableError> {
+        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
         if selected.stale {
-            return Err("the file was downloaded anew; select it first".to_string());
+            return Err(VariableError::Stale);
         }
-        let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(|error| error.to_string())?;
+        let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(DriveError::from)?;
         let compilation = self.config.compile(source);
-        let program = compilation
-            .program
-            .ok_or("the file does not compile with that value")?;
+        let program = compilation.program.ok_or(VariableError::Compile)?;
         if let Some(free) = room.filter(|free| source.len() > *free) {
             let size = source.len();
             let name = selected.name.clone();
-            return Err(crate::DriveError::Full { name, size, free }.to_string());
+            return Err(DriveError::Full { name, size, free }.into());
         }
         let source = source.as_bytes();
-        let kept = self.drive.check(&file, source);
-        kept.and_then(|()| self.persist(file.as_str(), Some(source)))
-            .map_err(|error| error.to_string())?;
+        self.drive.check(&file, source)?;
+        self.persist(file.as_str(), Some(source))?;
         self.drive.store_checked(&file, source);
         Ok(program)
     }
@@ -179,13 +195,13 @@ impl Robot {
 }
 
 fn kind_of(kind: VariableKind) -> Option<ValueKind> {
-    match kind.scalar() {
-        VariableKind::Integer => Some(ValueKind::Integer),
-        VariableKind::Real => Some(ValueKind::Real),
-        VariableKind::Load => Some(ValueKind::Load),
-        VariableKind::Coordinate => Some(ValueKind::Coordinate),
-        VariableKind::Position => Some(ValueKind::Position),
-        _ => None,
+    match kind {
+        VariableKind::Unclarified => None,
+        VariableKind::Integer | VariableKind::IntegerArray => Some(ValueKind::Integer),
+        VariableKind::Real | VariableKind::RealArray => Some(ValueKind::Real),
+        VariableKind::Load | VariableKind::LoadArray => Some(ValueKind::Load),
+        VariableKind::Coordinate | VariableKind::CoordinateArray => Some(ValueKind::Coordinate),
+        VariableKind::Position | VariableKind::PositionArray => Some(ValueKind::Position),
     }
 }
 
@@ -207,10 +223,13 @@ pub(super) fn in_range(numbers: &[f64]) -> bool {
 }
 
 /// The value that the numbers of MW make, their count as the arm's positions have it (CMD-MW-04).
-fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, String> {
+fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, VariableError> {
     let reals: Vec<f64> = numbers.iter().map(|number| number.as_f64()).collect();
     let found: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-    let wrong = |what: &str| format!("{what} expected, `{}` found", found.join(" "));
+    let wrong = |expected| VariableError::Value {
+        expected,
+        found: found.join(" "),
+    };
     if kind == ValueKind::Real && !in_range(&reals) {
         return Err(wrong("numbers in the range of a real"));
     }

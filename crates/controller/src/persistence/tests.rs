@@ -18,7 +18,7 @@ const FULL: &str = "the disk is full";
 struct Robot {
     controller: Controller,
     /// The answers to come; then everything is kept.
-    answers: VecDeque<Result<(), String>>,
+    answers: VecDeque<Result<(), PersistError>>,
     asked: Vec<(String, Option<usize>)>,
     outputs: Vec<Output>,
 }
@@ -50,7 +50,7 @@ impl Robot {
 
     fn full() -> Robot {
         let mut robot = Robot::new(true);
-        robot.answers = core::iter::repeat_n(Err(FULL.to_string()), 100).collect();
+        robot.answers = core::iter::repeat_n(Err(PersistError::Refused(FULL.to_string())), 100).collect();
         robot
     }
 
@@ -121,7 +121,7 @@ fn a_download_is_answered_when_it_is_kept() {
     assert_eq!(robot.sent(Port::Ip0), " OK  ");
     // An answer to nothing is none.
     let before = robot.controller.clone();
-    robot.feed(Input::Persisted(Err(FULL.to_string())));
+    robot.feed(Input::Persisted(Err(PersistError::Refused(FULL.to_string()))));
     assert_eq!(robot.controller, before);
 }
 

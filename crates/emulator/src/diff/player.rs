@@ -11,7 +11,7 @@ use crate::transcript::{EndReason, LinkRecord, PeerId, Record, RecordKind, Recor
 use std::collections::{BTreeMap, VecDeque};
 use ts3100_controller::findings::Rule;
 use ts3100_controller::output::{DisconnectMode, Event};
-use ts3100_controller::{Action, Controller, Input, Output, PanelAction, Port, Time};
+use ts3100_controller::{Action, Controller, Input, Output, PanelAction, PersistError, Port, Time};
 use ts3100_proto::parameter::OpenMode;
 use ts3100_proto::text::TextOptions;
 
@@ -364,7 +364,8 @@ impl Player {
                     }
                     Output::Persist { name, .. } => {
                         let answer = self.persist_result(&name);
-                        let _refusal_is_an_event = self.controller.handle(self.now, Input::Persisted(answer));
+                        let answer = Input::Persisted(answer.map_err(PersistError::Refused));
+                        let _refusal_is_an_event = self.controller.handle(self.now, answer);
                     }
                     // Of a half-open line the controller hears and says nothing by itself.
                     Output::Stall { .. } => {}

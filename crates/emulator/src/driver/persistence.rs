@@ -4,7 +4,7 @@
 
 use super::Driver;
 use crate::transcript::LinkRecord;
-use ts3100_controller::{Accepted, ActionError, Controller, Input, Time};
+use ts3100_controller::{Accepted, ActionError, Controller, Input, PersistError, Time};
 
 impl Driver {
     /// Persists a change and feeds the result back to the controller at the same virtual time.
@@ -23,7 +23,8 @@ impl Driver {
             self.transcript
                 .link(at, LinkRecord::NotPersisted { name, reason });
         }
-        self.controller.handle(at, Input::Persisted(answer))
+        self.controller
+            .handle(at, Input::Persisted(answer.map_err(PersistError::Refused)))
     }
 
     /// Retries the files that could not be saved earlier; called after a change succeeded.

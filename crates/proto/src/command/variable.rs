@@ -109,23 +109,17 @@ impl VariableKind {
         VariableKind::ALL.into_iter().find(|kind| kind.code() == code)
     }
 
-    /// The type of an element, for an array type; otherwise the type itself.
-    #[must_use]
-    pub fn scalar(self) -> VariableKind {
-        match self {
-            VariableKind::IntegerArray => VariableKind::Integer,
-            VariableKind::RealArray => VariableKind::Real,
-            VariableKind::LoadArray => VariableKind::Load,
-            VariableKind::CoordinateArray => VariableKind::Coordinate,
-            VariableKind::PositionArray => VariableKind::Position,
-            other => other,
-        }
-    }
-
     /// Whether it is an array type.
     #[must_use]
     pub fn is_array(self) -> bool {
-        self.scalar() != self
+        matches!(
+            self,
+            VariableKind::IntegerArray
+                | VariableKind::RealArray
+                | VariableKind::LoadArray
+                | VariableKind::CoordinateArray
+                | VariableKind::PositionArray
+        )
     }
 }
 
