@@ -58,11 +58,13 @@ fn findings_are_written_in_three_forms_at_the_end() {
         "{xml}"
     );
     assert!(
-        xml.contains("name=\"lower-case\" time=\"0\">\n      <system-out>"),
+        xml.contains(
+            "name=\"lower-case\" classname=\"ts3100.findings.note\" time=\"0.000\">\n            <system-out>"
+        ),
         "a note fails nothing: {xml}"
     );
     assert!(
-        xml.contains("name=\"no-cr\" time=\"0\"/>"),
+        xml.contains("name=\"no-cr\" classname=\"ts3100.findings.error\" time=\"0.000\"/>"),
         "a rule that was kept is a case that passed"
     );
     let sarif = json(&sarif);

@@ -5,9 +5,11 @@
 //! that clap rejects, by looking for `--junit` directly.
 
 use crate::files;
-use crate::reports::escape;
+use crate::reports::junit;
+use quick_junit::{NonSuccessKind, TestCaseStatus};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// What the report says until the run has ended.
 pub(super) const NOT_FINISHED: &str = "the run was not carried to its end";
@@ -16,14 +18,12 @@ const VARIABLE: &str = "TS3100_JUNIT";
 
 /// The report: one test case with an error, which is why.
 pub(super) fn document(why: &str) -> String {
-    let why = escape(why.trim_end());
-    let first = why.lines().next().unwrap_or_default();
-    format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n  \
-         <testsuite name=\"ts3100\" tests=\"1\" failures=\"0\" errors=\"1\" skipped=\"0\" time=\"0\">\n    \
-         <testcase classname=\"ts3100\" name=\"start\" time=\"0\">\n      \
-         <error message=\"{first}\">{why}</error>\n    </testcase>\n  </testsuite>\n</testsuites>\n"
-    )
+    let why = why.trim_end();
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Error);
+    status.set_message(why.lines().next().unwrap_or_default());
+    status.set_description(why);
+    let case = junit::case("ts3100", "start", Duration::ZERO, status);
+    junit::report("ts3100", Duration::ZERO, [case])
 }
 
 /// Writes the report, where one was asked for, and says so on stderr if that fails.

@@ -3,11 +3,13 @@
 
 use super::fault_json;
 use crate::control::event::seconds;
-use crate::reports::{ReportError, Reports, escape};
+use crate::reports::{ReportError, Reports, junit};
+use quick_junit::TestCaseStatus;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use tracing::{info, warn};
 use ts3100_controller::faults::{Fault, FaultReport, Faults};
 use ts3100_controller::limits::MAX_FAULT_TIMES;
@@ -116,51 +118,28 @@ fn document(faults: &Faults, log: &FaultLog) -> String {
 
 /// One test case for each fault. A fault that never fired counts as failed: the host was not tested against it.
 fn junit(faults: &Faults, log: &FaultLog) -> String {
-    let (all, never) = (faults.reports().count(), faults.never_fired().count());
-    let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
-    // Writing to a String cannot fail.
-    let _ = writeln!(
-        xml,
-        "  <testsuite name=\"ts3100 faults\" tests=\"{all}\" failures=\"{never}\" errors=\"0\" skipped=\"0\" time=\"0\">"
-    );
-    for report in faults.reports() {
+    let cases = faults.reports().map(|report| {
         let fault = &report.fault;
-        let _ = writeln!(
-            xml,
-            "    <testcase classname=\"ts3100.faults.{}\" name=\"fault {} {}\" time=\"0\">",
-            fault.kind.name,
-            fault.id,
-            escape(&fault.to_string())
-        );
+        let class = format!("ts3100.faults.{}", fault.kind.name);
+        let name = format!("fault {} {fault}", fault.id);
         if report.fired == 0 {
-            let text = format!(
-                "{}\nIt waits for: {}\n",
-                fault.kind.summary,
-                trigger_description(fault)
-            );
-            let (message, text) = (escape(&report.summary()), escape(&text));
-            let _ = writeln!(
-                xml,
-                "      <failure message=\"{message}\" type=\"fault-never-fired\">{text}</failure>"
-            );
-        } else {
-            let mut text = format!("{}\n", report.summary());
-            for AppliedFault {
-                at,
-                port,
-                message: what,
-            } in log.applications(fault.id)
-            {
-                let place = port.map(|port| format!("{port} ")).unwrap_or_default();
-                let _ = writeln!(text, "{place}at {at} s: {what}");
-            }
-            let _ = writeln!(text, "The host: {}", fault.kind.remedy);
-            let _ = writeln!(xml, "      <system-out>{}</system-out>", escape(&text));
+            let trigger = trigger_description(fault);
+            let text = format!("{}\nIt waits for: {trigger}\n", fault.kind.summary);
+            let mut status = junit::failure(&report.summary(), &text);
+            status.set_type("fault-never-fired");
+            return junit::case(&class, &name, Duration::ZERO, status);
         }
-        xml.push_str("    </testcase>\n");
-    }
-    xml.push_str("  </testsuite>\n</testsuites>\n");
-    xml
+        let mut text = format!("{}\n", report.summary());
+        for AppliedFault { at, port, message } in log.applications(fault.id) {
+            let place = port.map(|port| format!("{port} ")).unwrap_or_default();
+            let _ = writeln!(text, "{place}at {at} s: {message}");
+        }
+        let _ = writeln!(text, "The host: {}", fault.kind.remedy);
+        let mut case = junit::case(&class, &name, Duration::ZERO, TestCaseStatus::success());
+        case.set_system_out(text);
+        case
+    });
+    junit::report("ts3100 faults", Duration::ZERO, cases)
 }
 
 /// Creates the files, so that errors show before the run.

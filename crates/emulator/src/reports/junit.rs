@@ -1,29 +1,47 @@
-//! Findings as JUnit XML: one test case a rule, so that a CI shows each rule that was kept, too.
+//! JUnit reports: the one suite that every report of ours holds, and the findings as test cases, one for each rule, so
+//! that CI shows the rules that were kept, too. The XML is `quick_junit`'s.
 
 use super::findings::line;
 use super::settings::Deny;
+use quick_junit::{NonSuccessKind, Report, TestCase, TestCaseStatus, TestSuite};
 use std::fmt::Write as _;
+use std::time::Duration;
 use ts3100_controller::findings::{Findings, RULES, Rule, Tally};
 
-/// The document. A broken rule is a failure if it is denied; without any denial, if it is a warning or an error.
+/// A report of one suite.
+pub(crate) fn report(name: &str, time: Duration, cases: impl IntoIterator<Item = TestCase>) -> String {
+    let mut suite = TestSuite::new(name);
+    suite.set_time(time);
+    suite.add_test_cases(cases);
+    let mut report = Report::unnamed();
+    report.add_test_suite(suite);
+    // Writing into memory cannot fail.
+    report.to_string().unwrap_or_default()
+}
+
+/// A test case; `time` is virtual.
+pub(crate) fn case(class: &str, name: &str, time: Duration, status: TestCaseStatus) -> TestCase {
+    let mut case = TestCase::new(name, status);
+    case.set_classname(class);
+    case.set_time(time);
+    case
+}
+
+/// The status of a case that failed: `message` is one line, `text` all of it.
+pub(crate) fn failure(message: &str, text: &str) -> TestCaseStatus {
+    let mut status = TestCaseStatus::non_success(NonSuccessKind::Failure);
+    status.set_message(message);
+    status.set_description(text);
+    status
+}
+
+/// A broken rule is a failure if it is denied; without any denial, if it is a warning or an error.
 pub(super) fn document(findings: &Findings, fails: impl Fn(&Rule) -> bool) -> String {
-    let broken: Vec<(&Rule, &Tally)> = findings.broken().collect();
-    let failures = broken.iter().filter(|(rule, _)| fails(rule)).count();
-    let counts = format!(
-        "tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"0\" time=\"0\"",
-        RULES.len()
-    );
-    let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
-    let _ = writeln!(xml, "  <testsuite name=\"ts3100 findings\" {counts}>");
-    for rule in RULES {
-        let tally = broken
-            .iter()
-            .find(|(other, _)| *other == rule)
-            .map(|(_, tally)| *tally);
-        case(&mut xml, rule, tally, fails(rule));
-    }
-    xml.push_str("  </testsuite>\n</testsuites>\n");
-    xml
+    let cases = RULES.iter().map(|rule| {
+        let tally = findings.broken().find(|(broken, _)| broken == rule);
+        rule_case(rule, tally.map(|(_, tally)| tally), fails(rule))
+    });
+    report("ts3100 findings", Duration::ZERO, cases)
 }
 
 /// Whether a broken rule fails its test case when these are denied.
@@ -35,15 +53,12 @@ pub(super) fn fails(deny: &[Deny], rule: &Rule) -> bool {
     deny.iter().any(|deny| deny.covers(rule))
 }
 
-fn case(xml: &mut String, rule: &Rule, tally: Option<&Tally>, fails: bool) {
+fn rule_case(rule: &Rule, tally: Option<&Tally>, fails: bool) -> TestCase {
     let severity = rule.severity.as_str();
-    let head = format!(
-        "    <testcase classname=\"ts3100.findings.{severity}\" name=\"{}\" time=\"0\"",
-        rule.id
-    );
+    let class = format!("ts3100.findings.{severity}");
+    let with = |status| case(&class, rule.id, Duration::ZERO, status);
     let Some(tally) = tally else {
-        let _ = writeln!(xml, "{head}/>");
-        return;
+        return with(TestCaseStatus::success());
     };
     let mut text = format!("{}\nManual: {}\nDo: {}\n", rule.title, rule.source, rule.remedy);
     for finding in &tally.first {
@@ -53,48 +68,12 @@ fn case(xml: &mut String, rule: &Rule, tally: Option<&Tally>, fails: bool) {
     if more > 0 {
         let _ = writeln!(text, "and {more} more");
     }
-    let message = escape(&format!("{} ({} times)", rule.title, tally.count));
-    let _ = writeln!(xml, "{head}>");
-    let text = escape(&text);
     if fails {
-        let _ = writeln!(
-            xml,
-            "      <failure message=\"{message}\" type=\"{severity}\">{text}</failure>"
-        );
-    } else {
-        let _ = writeln!(xml, "      <system-out>{text}</system-out>");
+        let mut status = failure(&format!("{} ({} times)", rule.title, tally.count), &text);
+        status.set_type(severity);
+        return with(status);
     }
-    xml.push_str("    </testcase>\n");
-}
-
-/// Text in XML; what XML 1.0 cannot hold becomes `?`.
-pub(crate) fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\n' | '\t' => escaped.push(letter),
-            control if control.is_control() || matches!(control, '\u{FFFE}' | '\u{FFFF}') => {
-                escaped.push('?');
-            }
-            plain => escaped.push(plain),
-        }
-    }
-    escaped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::escape;
-
-    #[test]
-    fn what_xml_cannot_hold_is_not_written() {
-        assert_eq!(
-            escape("<a & \"b\">\u{1}\u{FFFE}ä\n"),
-            "&lt;a &amp; &quot;b&quot;&gt;??ä\n"
-        );
-    }
+    let mut case = with(TestCaseStatus::success());
+    case.set_system_out(text);
+    case
 }

@@ -5,14 +5,13 @@
 pub mod coverage;
 pub mod findings;
 mod html;
-mod junit;
+pub(crate) mod junit;
 pub mod lcov;
 mod sarif;
 mod settings;
 
 pub use coverage::CoverageReport;
 pub use findings::FindingsView;
-pub(crate) use junit::escape;
 pub use settings::{
     BELOW_COVERAGE, DENIED, Deny, FindingsFormat, ReportError, ReportOutcome, Reports, coverage_text,
 };

@@ -1,8 +1,8 @@
 //! The outcome of a scenario, for people and as JUnit XML: one test case for each expectation and for each step with a
 //! condition.
 
-use crate::reports::escape;
-use std::fmt::Write as _;
+use crate::reports::junit;
+use quick_junit::TestCaseStatus;
 use std::time::Duration;
 
 /// What came of one entry.
@@ -59,44 +59,21 @@ impl ScenarioOutcome {
         self.entries.iter().filter(|entry| is(&entry.verdict)).count()
     }
 
-    /// As JUnit XML. Times are virtual seconds, with three decimals: more is none to the schema that CIs use.
+    /// As JUnit XML, with times in virtual seconds.
     #[must_use]
     pub fn junit(&self) -> String {
-        let failures = self.count(|verdict| matches!(verdict, Verdict::Failed(_)));
-        let skipped = self.count(|verdict| matches!(verdict, Verdict::Skipped(_)));
-        let name = escape(&self.name);
-        let mut xml = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
-        // Writing to a String cannot fail.
-        let _ = writeln!(
-            xml,
-            "  <testsuite name=\"{name}\" tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\" time=\"{:.3}\">",
-            self.entries.len(),
-            self.time.as_secs_f64()
-        );
-        for entry in &self.entries {
-            let head = format!(
-                "    <testcase classname=\"{name}\" name=\"{}\" time=\"{:.3}\"",
-                escape(&entry.name),
-                entry.time.as_secs_f64()
-            );
-            let _ = match &entry.verdict {
-                Verdict::Held => writeln!(xml, "{head}/>"),
-                Verdict::Failed(reason) => writeln!(
-                    xml,
-                    "{head}>\n      <failure message=\"{}\">line {}</failure>\n    </testcase>",
-                    escape(reason),
-                    entry.line
-                ),
+        let cases = self.entries.iter().map(|entry| {
+            let status = match &entry.verdict {
+                Verdict::Held => TestCaseStatus::success(),
+                Verdict::Failed(reason) => junit::failure(reason, &format!("line {}", entry.line)),
                 Verdict::Skipped(reason) => {
-                    writeln!(
-                        xml,
-                        "{head}>\n      <skipped message=\"{}\"/>\n    </testcase>",
-                        escape(reason)
-                    )
+                    let mut status = TestCaseStatus::skipped();
+                    status.set_message(reason.as_str());
+                    status
                 }
             };
-        }
-        xml.push_str("  </testsuite>\n</testsuites>\n");
-        xml
+            junit::case(&self.name, &entry.name, entry.time, status)
+        });
+        junit::report(&self.name, self.time, cases)
     }
 }

@@ -389,7 +389,7 @@ fn a_host_that_does_not_fails_with_words() {
     assert!(outcome.has_failed() && outcome.failures().count() == 5);
     let xml = outcome.junit();
     assert!(
-        xml.contains("<testsuite name=\"s\" tests=\"7\" failures=\"5\" errors=\"0\" skipped=\"1\""),
+        xml.contains("<testsuite name=\"s\" tests=\"7\" skipped=\"1\" errors=\"0\" failures=\"5\""),
         "{xml}"
     );
     assert!(xml.contains("after `status running`, which never came"), "{xml}");
