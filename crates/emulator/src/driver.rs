@@ -17,7 +17,6 @@ use crate::log::EventLog;
 use crate::reports::RunRecord;
 use crate::scenario::Play;
 use crate::serial::{SerialEndpoint, SerialError, SerialLines};
-use crate::snapshot::handle::{SnapshotHandle, SnapshotRequest};
 use crate::snapshot::{self, SnapshotStore};
 use crate::store::backing::Backing;
 use crate::tcp::{ChannelError, Channels};
@@ -111,9 +110,7 @@ pub struct Driver {
     backing: Option<Backing>,
     log: EventLog,
     requests: mpsc::Receiver<Request>,
-    snapshot_requests: mpsc::Receiver<SnapshotRequest>,
     rotation: SourceRotation,
-    snapshot_handle: SnapshotHandle,
     snapshot_store: SnapshotStore,
     observer: Option<WatchSender>,
     transcript: TranscriptSink,
@@ -143,7 +140,6 @@ impl Driver {
         let powered = loading::power_on(settings)?;
         let transcript = TranscriptSink::create(settings, &powered)?;
         let (sender, requests) = mpsc::channel(REQUEST_QUEUE);
-        let (snapshot_handle, orders) = SnapshotHandle::channel();
         let mut clock = Clock::start(settings.time).with_gap(settings.time_gap);
         clock.set(powered.controller.now());
         let mut driver = Driver {
@@ -156,9 +152,7 @@ impl Driver {
             backing: powered.backing,
             log: EventLog::default(),
             requests,
-            snapshot_requests: orders,
             rotation: SourceRotation::default(),
-            snapshot_handle,
             snapshot_store: SnapshotStore::default(),
             observer: None,
             transcript,
@@ -207,12 +201,6 @@ impl Driver {
         self.has_demo
     }
 
-    /// Handle that sends snapshot requests to this driver.
-    #[must_use]
-    pub fn snapshot_handle(&self) -> SnapshotHandle {
-        self.snapshot_handle.clone()
-    }
-
     /// Starts a scenario; it sees every input and output from now on.
     pub fn set_scenario(&mut self, scenario: Play) {
         scenario.start(&self.controller);
@@ -255,7 +243,7 @@ impl Driver {
         // Handle what is already due, so that the returned state and the report agree.
         self.feed(Input::Tick).await;
         faults::log_summary(self.controller.faults());
-        self.channels.close().await;
+        self.channels.close();
         self.serial_lines.close().await;
         self.controller
     }
@@ -403,7 +391,7 @@ impl Driver {
 
     /// Closes every channel and opens those of the current network parameters.
     async fn reopen_channels(&mut self, inputs: &mut VecDeque<Input>) -> Result<(), ChannelError> {
-        let gone = self.channels.close().await;
+        let gone = self.channels.close();
         inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
         self.ports.clear();
         if self.controller.state().powered {
@@ -419,7 +407,7 @@ impl Driver {
                 if self.serial_lines.has(port) {
                     self.serial_lines.send(port, bytes.into());
                 } else {
-                    inputs.extend(self.channels.send(port, bytes.into()).await);
+                    inputs.extend(self.channels.send(port, bytes));
                 }
             }
             // `step` has persisted the change already, before the controller applied it.
@@ -427,7 +415,7 @@ impl Driver {
             Output::Stored { .. } | Output::Erased { .. } => self.retry_unsaved_files(),
             Output::PowerOff => {
                 info!("power off; no port is open");
-                let gone = self.channels.close().await;
+                let gone = self.channels.close();
                 inputs.extend(gone.into_iter().map(|port| Input::Disconnected { port }));
                 self.ports.clear();
             }

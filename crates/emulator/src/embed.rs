@@ -22,7 +22,7 @@ use crate::driver::{Driver, StartError};
 use crate::reports::{CoverageReport, RunRecord};
 use crate::serial::SerialEndpoint;
 use crate::snapshot;
-use crate::snapshot::handle::{SnapshotHandle, SnapshotReply, SnapshotRequestError, SnapshotTask};
+use crate::snapshot::handle::{SnapshotReply, SnapshotRequest, SnapshotRequestError, SnapshotTask};
 use crate::transcript::FormatError;
 use crate::watch::{WaitError, Watch, channel};
 use std::collections::BTreeMap;
@@ -220,9 +220,9 @@ impl Builder {
                     Ok((runtime, mut driver, requests, control)) => {
                         driver.set_observer(observer);
                         let (ports, evidence) = (driver.ports().clone(), driver.run_record());
-                        let (serial, snapshots) = (driver.serial_endpoints(), driver.snapshot_handle());
+                        let serial = driver.serial_endpoints();
                         if started_sender
-                            .send(Ok((ports, serial, control, requests, snapshots, evidence)))
+                            .send(Ok((ports, serial, control, requests, evidence)))
                             .is_ok()
                         {
                             runtime.block_on(driver.run(async {
@@ -240,13 +240,12 @@ impl Builder {
                 reason,
             })?;
         match started.recv() {
-            Ok(Ok((ports, serial, control, requests, snapshots, evidence))) => Ok(Emulator {
+            Ok(Ok((ports, serial, control, requests, evidence))) => Ok(Emulator {
                 listen,
                 ports,
                 serial,
                 control,
                 requests,
-                snapshots,
                 evidence,
                 controller,
                 watch,
@@ -298,7 +297,6 @@ pub struct Emulator {
     serial: BTreeMap<Port, SerialEndpoint>,
     control: Option<SocketAddr>,
     requests: mpsc::Sender<Request>,
-    snapshots: SnapshotHandle,
     evidence: RunRecord,
     controller: Config,
     watch: Watch,
@@ -397,13 +395,20 @@ impl Emulator {
         is_done.recv().map_err(|_| PanelError)?.map_err(ArmError::from)
     }
 
+    fn request_snapshot(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
+        let (done, is_done) = oneshot::channel();
+        let request = Request::Snapshot(SnapshotRequest { task, done });
+        let sent = self.requests.try_send(request);
+        sent.map_err(|_| SnapshotRequestError::Busy)?;
+        is_done.blocking_recv().map_err(|_| SnapshotRequestError::Busy)?
+    }
+
     /// Keeps the present state in memory under a name.
     ///
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn snapshot(&self, name: &str) -> Result<(), SnapshotRequestError> {
-        self.snapshots
-            .request_blocking(SnapshotTask::Save(name.to_owned()))
+        self.request_snapshot(SnapshotTask::Save(name.to_owned()))
             .map(drop)
     }
 
@@ -413,8 +418,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn restore(&self, name: &str) -> Result<(), SnapshotRequestError> {
-        self.snapshots
-            .request_blocking(SnapshotTask::Restore(name.to_owned()))
+        self.request_snapshot(SnapshotTask::Restore(name.to_owned()))
             .map(drop)
     }
 
@@ -423,7 +427,7 @@ impl Emulator {
     /// # Errors
     /// [`SnapshotRequestError`].
     pub fn write_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
-        if let SnapshotReply::State(controller) = self.snapshots.request_blocking(SnapshotTask::Get)? {
+        if let SnapshotReply::State(controller) = self.request_snapshot(SnapshotTask::Get)? {
             snapshot::write(path, &controller)?;
         }
         Ok(())
@@ -435,9 +439,7 @@ impl Emulator {
     /// [`SnapshotRequestError`].
     pub fn read_snapshot(&self, path: &Path) -> Result<(), SnapshotRequestError> {
         let controller = Box::new(snapshot::read(path)?);
-        self.snapshots
-            .request_blocking(SnapshotTask::Replace(controller))
-            .map(drop)
+        self.request_snapshot(SnapshotTask::Replace(controller)).map(drop)
     }
 
     /// The findings so far: which rules hosts broke, how often, and the first occurrences.

@@ -135,7 +135,7 @@ impl Driver {
     /// # Errors
     /// Why the backing directory lacks some of the initial files; everything else is reset.
     async fn reset(&mut self) -> Result<(), String> {
-        for port in self.channels.close().await {
+        for port in self.channels.close() {
             self.transcript
                 .link(self.clock.now(), LinkRecord::Dropped { port });
             let _ = self.feed_from(Input::Disconnected { port }, Side::Robot).await;

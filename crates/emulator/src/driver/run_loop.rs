@@ -1,5 +1,5 @@
-//! The loop of the driver: it takes work from four sources in rotation (requests, snapshot requests, TCP channels, serial
-//! lines) and lets time pass when there is none.
+//! The loop of the driver: it takes work from requests, TCP channels and serial lines in rotation, and lets time pass when
+//! there is none.
 //!
 //! What the work means is handled elsewhere: requests in `control` and `snapshots`, inputs in `Driver::feed`. When to wake
 //! is decided by [`crate::clock::Clock`].
@@ -8,8 +8,6 @@ use super::Driver;
 use super::request::Request;
 use crate::clock::Wake;
 use crate::serial::SerialMessage;
-use crate::snapshot::handle::SnapshotRequest;
-use crate::tcp::ChannelMessage;
 use std::collections::BTreeSet;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
@@ -19,23 +17,24 @@ use tokio::task::yield_now;
 use tracing::warn;
 use ts3100_controller::input::Input;
 
-/// Yields before virtual time jumps. The runtime polls its sockets in the first, a connection task reads in the
-/// second, and its message is queued in the third.
-const YIELDS_BEFORE_JUMP: u32 = 3;
-/// Yields before a request is served, so that bytes that reached a socket before the request are read first.
-const YIELDS_BEFORE_REQUEST: u32 = 3;
-/// Most portions of bytes that are handled in each of these yields.
+/// Yields in which the tasks of serial lines, of the control interface and of the process's signals can report what they
+/// have received: the runtime polls its sources in the first, a task reads in the second, and its message is queued in the
+/// third. The channels need none; the driver reads them itself.
+const YIELDS_TO_TASKS: u32 = 3;
+/// Most portions of bytes that are handled in each round before a request.
 const MAX_DRAINED_PORTIONS: u32 = 64;
 /// Time after which no second portion of the same port is handled before a request.
 const DRAIN_TIME: Duration = Duration::from_micros(100);
-/// Longest time the driver works without yielding to the tasks of the ports and of the control interface.
+/// Longest time the driver works without yielding to other tasks.
 const MAX_TIME_WITHOUT_YIELD: Duration = Duration::from_micros(100);
+/// Requests, channels, serial lines.
+const SOURCES: usize = 3;
 
 /// One unit of work.
 enum Work {
     Request(Request),
-    Snapshot(SnapshotRequest),
-    Channel(ChannelMessage),
+    /// What has come of an event on a channel.
+    Channel(Vec<Input>),
     Serial(SerialMessage),
     /// The wake time has come.
     Tick,
@@ -61,36 +60,6 @@ impl Default for SourceRotation {
     }
 }
 
-type Source = fn(&mut Driver, &mut Context<'_>) -> Poll<Option<Work>>;
-
-/// Sources of work. The request queues can end; channels and serial lines never do.
-const SOURCES: [Source; 4] = [
-    |driver, context| {
-        driver
-            .requests
-            .poll_recv(context)
-            .map(|request| request.map(Work::Request))
-    },
-    |driver, context| {
-        driver
-            .snapshot_requests
-            .poll_recv(context)
-            .map(|request| request.map(Work::Snapshot))
-    },
-    |driver, context| {
-        driver
-            .channels
-            .poll_next(context)
-            .map(|message| Some(Work::Channel(message)))
-    },
-    |driver, context| {
-        driver
-            .serial_lines
-            .poll_next(context)
-            .map(|message| Some(Work::Serial(message)))
-    },
-];
-
 impl Driver {
     /// Runs the loop until `stop` completes.
     pub(super) async fn serve(&mut self, stop: impl Future<Output = ()>) {
@@ -110,6 +79,10 @@ impl Driver {
                 warn!("the emulator was stopped for {missed:.1?}: skipped (`skipped` of /clock)");
             }
             if let (Work::Tick, Wake::JumpAfter(_), Some(deadline)) = (&work, wake, deadline) {
+                // Time does not pass a host that has sent something.
+                if self.drain_once().await {
+                    continue;
+                }
                 self.clock.jump(deadline);
             }
             self.do_work(work).await;
@@ -117,14 +90,26 @@ impl Driver {
     }
 
     fn poll_work(&mut self, context: &mut Context<'_>) -> Poll<Work> {
-        for _ in SOURCES {
-            let source = SOURCES.get(self.rotation.next);
-            self.rotation.next = (self.rotation.next + 1) % SOURCES.len();
-            if let Some(Poll::Ready(Some(work))) = source.map(|poll| poll(self, context)) {
+        for _ in 0..SOURCES {
+            let source = self.rotation.next;
+            self.rotation.next = (source + 1) % SOURCES;
+            let work = match source {
+                // Ends when nobody can send requests any more.
+                0 => match self.requests.poll_recv(context) {
+                    Poll::Ready(Some(request)) => Poll::Ready(Work::Request(request)),
+                    Poll::Ready(None) | Poll::Pending => Poll::Pending,
+                },
+                1 => {
+                    let inputs = self.channels.poll_next(Some(context));
+                    inputs.map(|(_, inputs)| Work::Channel(inputs))
+                }
+                _ => self.serial_lines.poll_next(context).map(Work::Serial),
+            };
+            if work.is_ready() {
                 if std::mem::take(&mut self.rotation.idle) {
                     self.rotation.last_yield = Instant::now();
                 }
-                return Poll::Ready(work);
+                return work;
             }
         }
         self.rotation.idle = true;
@@ -137,12 +122,11 @@ impl Driver {
                 self.drain_links().await;
                 self.serve_request(request).await;
             }
-            Work::Snapshot(request) => {
-                self.drain_links().await;
-                self.serve_snapshot_request(request).await;
+            Work::Channel(inputs) => self.feed_received(inputs).await,
+            Work::Serial(message) => {
+                let input = self.serial_lines.handle_message(message);
+                self.feed_received(input).await;
             }
-            Work::Channel(message) => self.handle_channel_message(message).await,
-            Work::Serial(message) => self.handle_serial_message(message).await,
             Work::Tick => self.feed(Input::Tick).await,
             Work::ClockCheck => {}
         }
@@ -152,50 +136,54 @@ impl Driver {
         }
     }
 
-    async fn handle_channel_message(&mut self, message: ChannelMessage) {
+    async fn feed_received(&mut self, inputs: impl IntoIterator<Item = Input>) {
         self.clock.note_activity();
-        for input in self.channels.handle_message(message) {
-            self.feed(input).await;
-        }
-    }
-
-    async fn handle_serial_message(&mut self, message: SerialMessage) {
-        self.clock.note_activity();
-        if let Some(input) = self.serial_lines.handle_message(message) {
+        for input in inputs {
             self.feed(input).await;
         }
     }
 
     /// Handles what hosts have sent before a request is served. A test that sends a command and then moves the
-    /// clock expects this order, although the two arrive on different connections. Each port with data is
-    /// served in each round; a host that sends without pause does not delay the request further.
+    /// clock expects this order, although the two arrive on different connections.
     async fn drain_links(&mut self) {
-        let mut context = Context::from_waker(Waker::noop());
-        for _ in 0..YIELDS_BEFORE_REQUEST {
-            yield_now().await;
-            let begun = Instant::now();
-            let mut served_ports = BTreeSet::new();
-            for _ in 0..MAX_DRAINED_PORTIONS {
-                let (link, line) = (
-                    self.channels.poll_next(&mut context),
-                    self.serial_lines.poll_next(&mut context),
-                );
-                let mut again = false;
-                if let Poll::Ready(message) = link {
-                    again |= !served_ports.insert(message.port());
-                    self.handle_channel_message(message).await;
-                } else if line.is_pending() {
-                    break;
-                }
-                if let Poll::Ready(message) = line {
-                    again |= !served_ports.insert(message.port());
-                    self.handle_serial_message(message).await;
-                }
-                if again && begun.elapsed() > DRAIN_TIME {
-                    break;
-                }
+        self.drain_once().await;
+        if self.serial_lines.is_open() {
+            for _ in 0..YIELDS_TO_TASKS {
+                yield_now().await;
+                self.drain_once().await;
             }
         }
+    }
+
+    /// Each port with data is served once, and again only for a short time: a host that sends without pause does not
+    /// delay the request further. Whether anything was served.
+    async fn drain_once(&mut self) -> bool {
+        let mut context = Context::from_waker(Waker::noop());
+        let begun = Instant::now();
+        let mut served_ports = BTreeSet::new();
+        for _ in 0..MAX_DRAINED_PORTIONS {
+            let mut again = false;
+            let (channel, line) = (
+                self.channels.poll_next(None),
+                self.serial_lines.poll_next(&mut context),
+            );
+            if channel.is_pending() && line.is_pending() {
+                break;
+            }
+            if let Poll::Ready((port, inputs)) = channel {
+                again |= !served_ports.insert(port);
+                self.feed_received(inputs).await;
+            }
+            if let Poll::Ready(message) = line {
+                again |= !served_ports.insert(message.port());
+                let input = self.serial_lines.handle_message(message);
+                self.feed_received(input).await;
+            }
+            if again && begun.elapsed() > DRAIN_TIME {
+                break;
+            }
+        }
+        !served_ports.is_empty()
     }
 }
 
@@ -209,10 +197,10 @@ async fn clock_check(beats: Option<Duration>) {
 async fn sleep(wake: Wake) {
     match wake {
         Wake::Never => std::future::pending().await,
-        // Something is due already, but the connection tasks get one turn.
+        // Something is due already, but other tasks get one turn.
         Wake::After(duration) if duration.is_zero() => yield_now().await,
         Wake::JumpAfter(duration) if duration.is_zero() => {
-            for _ in 0..YIELDS_BEFORE_JUMP {
+            for _ in 0..YIELDS_TO_TASKS {
                 yield_now().await;
             }
         }

@@ -54,7 +54,7 @@ impl Driver {
             }
         })
         .await;
-        self.channels.close().await;
+        self.channels.close();
         self.controller = before;
         self.clock.set(self.controller.now());
         self.update_idle();

@@ -294,6 +294,12 @@ impl SerialLines {
         }
     }
 
+    /// Whether any line is open.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        !self.open.is_empty()
+    }
+
     /// Whether the port has an open serial line.
     #[must_use]
     pub fn has(&self, port: Port) -> bool {

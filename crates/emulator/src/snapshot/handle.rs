@@ -1,12 +1,8 @@
-//! [`SnapshotHandle`] sends snapshot requests to the driver, for callers outside of it: the embedding API and the control
-//! interface. The driver serves a request between two inputs (`driver::snapshots`).
+//! What may be asked of the driver about snapshots; it serves such a request between two inputs (`driver::snapshots`).
 
 use super::{FileError, NamedError, ParseError};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::oneshot;
 use ts3100_controller::Controller;
-
-/// Requests that may be queued; more fail with [`SnapshotRequestError::Busy`].
-pub const REQUEST_QUEUE: usize = 16;
 
 /// Why a snapshot request failed.
 #[derive(Debug, thiserror::Error)]
@@ -68,46 +64,4 @@ pub struct SnapshotRequest {
     pub task: SnapshotTask,
     /// Receives the reply.
     pub done: oneshot::Sender<Result<SnapshotReply, SnapshotRequestError>>,
-}
-
-/// Sends requests to the driver; clones share the queue.
-#[derive(Debug, Clone)]
-pub struct SnapshotHandle(mpsc::Sender<SnapshotRequest>);
-
-impl SnapshotHandle {
-    /// Creates a handle and the driver's end of its queue.
-    #[must_use]
-    pub fn channel() -> (SnapshotHandle, mpsc::Receiver<SnapshotRequest>) {
-        let (sender, receiver) = mpsc::channel(REQUEST_QUEUE);
-        (SnapshotHandle(sender), receiver)
-    }
-
-    fn send(
-        &self,
-        task: SnapshotTask,
-    ) -> Result<oneshot::Receiver<Result<SnapshotReply, SnapshotRequestError>>, SnapshotRequestError> {
-        let (done, is_done) = oneshot::channel();
-        self.0
-            .try_send(SnapshotRequest { task, done })
-            .map_err(|_| SnapshotRequestError::Busy)?;
-        Ok(is_done)
-    }
-
-    /// Sends a request and awaits the reply.
-    ///
-    /// # Errors
-    /// [`SnapshotRequestError`].
-    pub async fn request(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
-        self.send(task)?.await.map_err(|_| SnapshotRequestError::Busy)?
-    }
-
-    /// Sends a request and blocks until the reply; not for use inside a runtime.
-    ///
-    /// # Errors
-    /// [`SnapshotRequestError`].
-    pub fn request_blocking(&self, task: SnapshotTask) -> Result<SnapshotReply, SnapshotRequestError> {
-        self.send(task)?
-            .blocking_recv()
-            .map_err(|_| SnapshotRequestError::Busy)?
-    }
 }

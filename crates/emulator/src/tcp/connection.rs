@@ -1,20 +1,21 @@
-//! One TCP connection: a reading and a writing task that share a socket. Each text leaves in one write. The end is
-//! reported exactly once, whatever caused it. Which connection a channel serves is decided in [`super`].
+//! One TCP connection: what is sent is written at once, as far as the system takes it; what was received is read when
+//! the driver polls. Each text leaves in one write. Which connection a channel serves is decided in [`super`].
 
-use super::ChannelMessage;
+use super::NewConnection;
+use crate::port_queues::split_bytes;
 use crate::socket;
+use bytes::Bytes;
 use socket2::{SockRef, TcpKeepalive};
+use std::collections::VecDeque;
 use std::future::Future;
-use std::io;
+use std::io::{self, Read as _};
 use std::net::{Shutdown, SocketAddr};
 use std::pin::pin;
-use std::sync::Arc;
-use std::task::{Context, Poll, Waker};
+use std::task::{Context, Poll, Waker, ready};
 use std::time::Duration;
 use tokio::io::Interest;
 use tokio::net::TcpStream;
-use tokio::sync::{mpsc, oneshot};
-use tokio::task::JoinHandle;
+use tokio::sync::oneshot;
 use tokio::time::timeout;
 use tracing::{debug, trace};
 use ts3100_controller::port::Port;
@@ -23,8 +24,6 @@ use ts3100_proto::escape::Escaped;
 /// Queued writes for a peer that does not read: with texts of 255 bytes about 64 KiB, in addition to the
 /// buffers of the system.
 pub(super) const WRITE_QUEUE: usize = 256;
-/// Yields in which the writing task can empty a full queue into the buffers of the system.
-const WRITE_YIELDS: u32 = 8;
 /// Bytes per read.
 const READ_BUFFER: usize = 4_096;
 /// How long a peer that has closed its sending half may take to read the queued bytes.
@@ -42,17 +41,41 @@ const KEEPALIVE_PROBES: u32 = 3;
 #[cfg(target_os = "linux")]
 const ACKNOWLEDGE_TIMEOUT: Duration = Duration::from_secs(30);
 
-/// The write queue of a connection is full.
+/// Too many writes are unsent.
 pub(super) struct Overflow;
 
-/// A connection with its two tasks.
+/// Writes that the system has not taken yet.
+#[derive(Default)]
+struct Unsent {
+    writes: VecDeque<Bytes>,
+    /// Bytes of the first write that the system has taken.
+    written: usize,
+}
+
+impl Unsent {
+    /// Writes until nothing is left or the system takes no more ([`io::ErrorKind::WouldBlock`]).
+    fn write_to(&mut self, stream: &TcpStream) -> io::Result<()> {
+        while let Some(bytes) = self.writes.front() {
+            let rest = bytes.get(self.written..).unwrap_or_default();
+            // Not `try_write()`: on a new connection the runtime does not know yet that the socket is writable.
+            self.written += SockRef::from(stream).send(rest)?;
+            if self.written >= bytes.len() {
+                self.writes.pop_front();
+                self.written = 0;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A connection, read and written by whoever polls it.
 pub(super) struct Connection {
-    id: u64,
+    port: Port,
     peer: SocketAddr,
-    stream: Arc<TcpStream>,
-    queue: mpsc::Sender<Vec<u8>>,
-    reader: JoinHandle<()>,
-    writer: JoinHandle<()>,
+    stream: TcpStream,
+    unsent: Unsent,
+    /// Bytes that were read and exceed a portion.
+    rest: Vec<u8>,
     /// A fault has stalled the connection: nothing is read or written.
     stalled: bool,
     /// Dropped with the connection.
@@ -60,54 +83,109 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    /// Starts the reading and the writing task.
-    pub(super) fn start(
-        port: Port,
-        id: u64,
-        stream: TcpStream,
-        peer: SocketAddr,
-        on_drop: Option<oneshot::Sender<()>>,
-        driver: mpsc::Sender<ChannelMessage>,
-    ) -> Connection {
-        let stream = Arc::new(stream);
-        let (queue, queued) = mpsc::channel(WRITE_QUEUE);
-        let reader = tokio::spawn(read(port, id, Arc::clone(&stream), driver));
-        let writer = tokio::spawn(write(port, Arc::clone(&stream), queued));
+    pub(super) fn new(port: Port, (stream, peer, on_drop): NewConnection) -> Connection {
         Connection {
-            id,
+            port,
             peer,
             stream,
-            queue,
-            reader,
-            writer,
+            unsent: Unsent::default(),
+            rest: Vec::new(),
             stalled: false,
             _on_drop: on_drop,
         }
-    }
-
-    pub(super) fn id(&self) -> u64 {
-        self.id
     }
 
     pub(super) fn peer(&self) -> SocketAddr {
         self.peer
     }
 
-    /// Queues one write. A full queue does not prove that the peer does not read, because the controller may
-    /// send much at once: let the writing task run first.
-    pub(super) async fn send(&self, mut bytes: Vec<u8>) -> Result<(), Overflow> {
+    /// Writes at once what the system takes; the rest waits until the socket is writable.
+    pub(super) fn send(&mut self, bytes: Bytes) -> Result<(), Overflow> {
         if self.stalled {
             return Ok(());
         }
-        for _ in 0..=WRITE_YIELDS {
-            match self.queue.try_send(bytes) {
-                // Closed: the writing task failed, and the reading task is about to report the end.
-                Ok(()) | Err(mpsc::error::TrySendError::Closed(_)) => return Ok(()),
-                Err(mpsc::error::TrySendError::Full(back)) => bytes = back,
-            }
-            tokio::task::yield_now().await;
+        log_bytes(self.port, '>', &bytes);
+        self.unsent.writes.push_back(bytes);
+        let written = self.unsent.write_to(&self.stream);
+        self.note_written(written);
+        if self.unsent.writes.len() > WRITE_QUEUE {
+            return Err(Overflow);
         }
-        Err(Overflow)
+        Ok(())
+    }
+
+    fn note_written(&mut self, written: io::Result<()>) {
+        match written {
+            Err(error) if error.kind() != io::ErrorKind::WouldBlock => {
+                debug!(port = self.port.name(), "{}: writing ended: {error}", self.port);
+                self.unsent = Unsent::default();
+                // The next read reports the end.
+                close(&self.stream, Shutdown::Both);
+            }
+            Ok(()) | Err(_) => {}
+        }
+    }
+
+    /// Writes what is unsent if the socket is writable; registers for waking otherwise.
+    fn poll_write(&mut self, context: &mut Context<'_>) {
+        // Twice: the second call registers for waking after a socket that was thought to be writable was not.
+        for _ in 0..2 {
+            if self.unsent.writes.is_empty() || self.stream.poll_write_ready(context).is_pending() {
+                return;
+            }
+            let (stream, unsent) = (&self.stream, &mut self.unsent);
+            let written = stream.try_io(Interest::WRITABLE, || unsent.write_to(stream));
+            self.note_written(written);
+        }
+    }
+
+    /// Writes what is unsent, and returns the next portion that was received; `None` when the peer has closed.
+    /// Without a context it asks the system itself, whatever the runtime knows of the socket.
+    pub(super) fn poll(&mut self, mut context: Option<&mut Context<'_>>) -> Poll<Option<Vec<u8>>> {
+        if self.stalled {
+            return Poll::Pending;
+        }
+        if let Some(context) = &mut context {
+            self.poll_write(context);
+        }
+        if self.rest.is_empty() {
+            match ready!(self.poll_read(context)) {
+                Ok(bytes) if bytes.is_empty() => return Poll::Ready(None),
+                Ok(bytes) => self.rest = bytes,
+                Err(error) => {
+                    debug!(port = self.port.name(), "{}: reading ended: {error}", self.port);
+                    return Poll::Ready(None);
+                }
+            }
+            log_bytes(self.port, '<', &self.rest);
+            acknowledge(&self.stream);
+        }
+        let rest = split_bytes(self.port, &mut self.rest).unwrap_or_default();
+        Poll::Ready(Some(std::mem::replace(&mut self.rest, rest)))
+    }
+
+    fn poll_read(&self, mut context: Option<&mut Context<'_>>) -> Poll<io::Result<Vec<u8>>> {
+        let mut buffer = [0; READ_BUFFER];
+        loop {
+            let read = match &mut context {
+                Some(context) => {
+                    ready!(self.stream.poll_read_ready(context))?;
+                    self.stream.try_read(&mut buffer)
+                }
+                None => (&*SockRef::from(&self.stream)).read(&mut buffer),
+            };
+            match read {
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                    if context.is_none() {
+                        return Poll::Pending;
+                    }
+                }
+                read => {
+                    let bytes = |count| buffer.get(..count).unwrap_or_default().to_vec();
+                    return Poll::Ready(read.map(bytes));
+                }
+            }
+        }
     }
 
     /// Whether the system knows that the peer has closed, though its last bytes may still be unread.
@@ -115,46 +193,38 @@ impl Connection {
         has_closed(&self.stream)
     }
 
-    /// Closes the connection at once, without a further message.
+    /// Closes the connection at once.
     pub(super) fn abort(self) {
-        self.reader.abort();
-        self.writer.abort();
         close(&self.stream, Shutdown::Both);
     }
 
     /// Ends the connection by a TCP reset; unsent data is lost.
     pub(super) fn reset(self) {
-        self.reader.abort();
-        self.writer.abort();
-        // The reset is sent when the last of the three owners of the socket drops it, which is when the tasks
-        // end.
-        if let Err(error) = SockRef::from(&*self.stream).set_linger(Some(Duration::ZERO)) {
+        if let Err(error) = SockRef::from(&self.stream).set_linger(Some(Duration::ZERO)) {
             debug!("no reset, an orderly end: {error}");
         }
     }
 
     /// Stops reading and writing; the connection stays open.
     pub(super) fn stall(&mut self) {
-        self.reader.abort();
-        self.writer.abort();
         self.stalled = true;
     }
 
-    /// The peer has closed its half: queued bytes are still sent, for at most [`FLUSH_TIMEOUT`].
-    pub(super) fn finish(self) {
-        let Connection {
-            queue,
-            mut writer,
-            reader,
-            ..
-        } = self;
-        reader.abort();
-        drop(queue);
-        tokio::spawn(async move {
-            if timeout(FLUSH_TIMEOUT, &mut writer).await.is_err() {
-                writer.abort();
+    /// The peer has closed its half: unsent bytes are still sent, for at most [`FLUSH_TIMEOUT`].
+    pub(super) fn finish(mut self) {
+        let flush = async move {
+            while !self.unsent.writes.is_empty() {
+                socket::writable(&self.stream).await?;
+                let (stream, unsent) = (&self.stream, &mut self.unsent);
+                match stream.try_io(Interest::WRITABLE, || unsent.write_to(stream)) {
+                    Err(error) if error.kind() != io::ErrorKind::WouldBlock => return Err(error),
+                    Ok(()) | Err(_) => {}
+                }
             }
-        });
+            close(&self.stream, Shutdown::Write);
+            Ok(())
+        };
+        tokio::spawn(timeout(FLUSH_TIMEOUT, flush));
     }
 }
 
@@ -198,37 +268,6 @@ fn close(stream: &TcpStream, how: Shutdown) {
     let _ = SockRef::from(stream).shutdown(how);
 }
 
-async fn read(port: Port, id: u64, stream: Arc<TcpStream>, driver: mpsc::Sender<ChannelMessage>) {
-    let mut buffer = [0; READ_BUFFER];
-    loop {
-        if socket::readable(&stream).await.is_err() {
-            break;
-        }
-        match stream.try_read(&mut buffer) {
-            Ok(0) => break,
-            Ok(length) => {
-                let bytes = buffer.get(..length).unwrap_or_default().to_vec();
-                log_bytes(port, '<', &bytes);
-                acknowledge(&stream);
-                if driver
-                    .send(ChannelMessage::Received { port, id, bytes })
-                    .await
-                    .is_err()
-                {
-                    return;
-                }
-            }
-            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
-            Err(error) => {
-                debug!(port = port.name(), "{port}: reading ended: {error}");
-                break;
-            }
-        }
-    }
-    // Fails only when the driver has ended.
-    let _ = driver.send(ChannelMessage::Ended { port, id }).await;
-}
-
 /// Has the system tell the peer at once that its bytes have come. A host that sends OK to an FL text, which nothing
 /// answers, and then its next command would otherwise hold that back (Nagle) until the acknowledgement, which the
 /// system delays by 40 ms in the hope of an answer to send with it.
@@ -239,19 +278,6 @@ fn acknowledge(stream: &TcpStream) {
     }
     #[cfg(not(target_os = "linux"))]
     let _ = stream;
-}
-
-async fn write(port: Port, stream: Arc<TcpStream>, mut queued: mpsc::Receiver<Vec<u8>>) {
-    while let Some(bytes) = queued.recv().await {
-        log_bytes(port, '>', &bytes);
-        if let Err(error) = socket::write_all(&stream, &bytes).await {
-            debug!(port = port.name(), "{port}: writing ended: {error}");
-            // Wakes the reading task, which reports the end.
-            close(&stream, Shutdown::Both);
-            return;
-        }
-    }
-    close(&stream, Shutdown::Write);
 }
 
 /// On a channel without texts the bytes are all there is to show.

@@ -1,7 +1,7 @@
 //! Client channels (ETH-04, ETH-05): dialled at power-on, and again after each lost connection.
 //! [`super::Channels`] starts one dialling task for each client channel.
 
-use super::ChannelMessage;
+use super::NewConnection;
 use super::connection::prepare;
 use std::net::SocketAddr;
 use std::time::Duration;
@@ -19,23 +19,14 @@ pub(super) async fn dial(
     port: Port,
     peer: SocketAddr,
     pause: Duration,
-    driver: mpsc::Sender<ChannelMessage>,
+    dialled: mpsc::Sender<NewConnection>,
 ) {
     loop {
         match timeout(CONNECT_TIMEOUT, TcpStream::connect(peer)).await {
             Ok(Ok(stream)) => {
                 prepare(port, &stream);
                 let (on_drop, lost) = oneshot::channel();
-                if driver
-                    .send(ChannelMessage::Connected {
-                        port,
-                        stream,
-                        peer,
-                        on_drop: Some(on_drop),
-                    })
-                    .await
-                    .is_err()
-                {
+                if dialled.send((stream, peer, Some(on_drop))).await.is_err() {
                     return;
                 }
                 // Completes with an error when the connection is dropped.

@@ -1,13 +1,16 @@
 //! Server channels: binds ports, with errors that name the remedies, and accepts connections. Which connection is served
 //! is decided in [`super::Channels`].
 
-use super::ChannelMessage;
+use super::NewConnection;
 use super::connection::prepare;
+use std::future::Future;
 use std::io;
 use std::net::SocketAddr;
+use std::pin::Pin;
+use std::task::{Context, Poll, ready};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpSocket};
-use tokio::sync::mpsc;
+use tokio::time::Sleep;
 use tracing::warn;
 use ts3100_controller::port::Port;
 
@@ -164,31 +167,38 @@ pub(crate) fn bind(channel: Port, address: SocketAddr) -> Result<(TcpListener, u
     opened.map_err(|reason| ChannelError::from_io(channel, address, reason))
 }
 
-/// Accepts until the driver ends; the driver decides which connection is served.
-pub(super) async fn accept(port: Port, listener: TcpListener, driver: mpsc::Sender<ChannelMessage>) {
-    loop {
-        match listener.accept().await {
-            Ok((stream, peer)) => {
-                prepare(port, &stream);
-                if driver
-                    .send(ChannelMessage::Connected {
-                        port,
-                        stream,
-                        peer,
-                        on_drop: None,
-                    })
-                    .await
-                    .is_err()
-                {
-                    return;
-                }
+/// The listening socket of a channel.
+pub(super) struct Acceptor {
+    listener: TcpListener,
+    /// After a failed accept nothing is accepted until then.
+    pause: Option<Pin<Box<Sleep>>>,
+}
+
+impl Acceptor {
+    pub(super) fn new(listener: TcpListener) -> Acceptor {
+        Acceptor {
+            listener,
+            pause: None,
+        }
+    }
+
+    /// The next connection; whether it is served is decided by the caller.
+    pub(super) fn poll(&mut self, port: Port, context: &mut Context<'_>) -> Poll<NewConnection> {
+        loop {
+            if let Some(pause) = &mut self.pause {
+                ready!(pause.as_mut().poll(context));
+                self.pause = None;
             }
-            Err(error) => {
-                warn!(
-                    port = port.name(),
-                    "{port}: a connection was not accepted: {error}"
-                );
-                tokio::time::sleep(ACCEPT_PAUSE).await;
+            match ready!(self.listener.poll_accept(context)) {
+                Ok((stream, peer)) => {
+                    prepare(port, &stream);
+                    return Poll::Ready((stream, peer, None));
+                }
+                Err(error) => {
+                    let name = port.name();
+                    warn!(port = name, "{port}: a connection was not accepted: {error}");
+                    self.pause = Some(Box::pin(tokio::time::sleep(ACCEPT_PAUSE)));
+                }
             }
         }
     }

@@ -1,8 +1,8 @@
 //! The Ethernet channels IP0 to IP3 as TCP sockets: who is connected to which channel, and bytes in both directions.
 //! Nothing here knows what the bytes mean.
 //!
-//! The driver owns [`Channels`] and is the only one that changes it. Accepting (`listen`), dialling (`dial`), reading and
-//! writing (`connection`) are tasks that send it [`ChannelMessage`]s. Start with [`Channels::handle_message`].
+//! The driver owns [`Channels`] and polls it: accepting (`listen`), reading and writing (`connection`) happen in its own
+//! task; only dialling (`dial`) is a task of its own. Start with [`Channels::poll_next`].
 
 mod connection;
 mod dial;
@@ -13,84 +13,25 @@ pub use listen::ChannelError;
 pub(crate) use listen::{bind, open};
 
 use crate::config::{LinkOptions, Ports, SecondConnection};
-use crate::port_queues::{PortQueues, SplitPortion, split_bytes};
+use bytes::Bytes;
 use connection::Connection;
-use listen::ReservedPort;
+use listen::{Acceptor, ReservedPort};
 use std::collections::{BTreeMap, VecDeque};
+use std::future::Future;
 use std::net::{IpAddr, SocketAddr};
-use std::task::{Context, Poll};
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
 use std::time::Duration;
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::oneshot;
+use tokio::sync::{mpsc, oneshot};
 use tokio::task::JoinHandle;
+use tokio::time::{Sleep, sleep};
 use tracing::{debug, info, warn};
 use ts3100_controller::input::Input;
 use ts3100_controller::output::DisconnectMode;
 use ts3100_controller::port::Port;
 use ts3100_controller::{ChannelConfig, NetworkConfig};
 use ts3100_proto::parameter::OpenMode;
-
-/// A message of a connection task to the driver.
-#[derive(Debug)]
-pub enum ChannelMessage {
-    /// A peer has connected or was dialled.
-    Connected {
-        /// Channel it connected to.
-        port: Port,
-        /// The accepted or dialled connection.
-        stream: TcpStream,
-        /// Address of the peer.
-        peer: SocketAddr,
-        /// Dropped with the connection, which tells the dialling task to dial again.
-        on_drop: Option<oneshot::Sender<()>>,
-    },
-    /// Bytes were received.
-    Received {
-        /// Channel that received them.
-        port: Port,
-        /// Number of the connection.
-        id: u64,
-        /// The bytes as read from the socket.
-        bytes: Vec<u8>,
-    },
-    /// A waiting connection has waited 50 ms for the previous one to end.
-    Overdue {
-        /// Channel it waits for.
-        port: Port,
-        /// Address of the waiting peer.
-        peer: SocketAddr,
-    },
-    /// The peer has closed; the last message of a connection.
-    Ended {
-        /// Channel it was connected to.
-        port: Port,
-        /// Number of the connection.
-        id: u64,
-    },
-}
-
-impl ChannelMessage {
-    /// Port that the message concerns.
-    #[must_use]
-    pub fn port(&self) -> Port {
-        match self {
-            ChannelMessage::Connected { port, .. }
-            | ChannelMessage::Received { port, .. }
-            | ChannelMessage::Overdue { port, .. }
-            | ChannelMessage::Ended { port, .. } => *port,
-        }
-    }
-}
-
-impl SplitPortion for ChannelMessage {
-    fn split_portion(&mut self, port: Port) -> Option<ChannelMessage> {
-        let ChannelMessage::Received { id, bytes, .. } = self else {
-            return None;
-        };
-        let (id, bytes) = (*id, split_bytes(port, bytes)?);
-        Some(ChannelMessage::Received { port, id, bytes })
-    }
-}
 
 /// How long a second connection waits before it is refused. A host that reconnects at once may be seen here
 /// before its close, when the machine is busy.
@@ -102,13 +43,85 @@ const MAX_WAITING_CONNECTIONS: usize = 4;
 /// A connection that has no channel yet: stream, peer, and the sender to drop with it.
 type NewConnection = (TcpStream, SocketAddr, Option<oneshot::Sender<()>>);
 
+/// A connection that waits for its predecessor to end.
+struct Waiting {
+    connection: NewConnection,
+    /// When it is refused if its predecessor stays; `None` afterwards.
+    overdue: Option<Pin<Box<Sleep>>>,
+}
+
+impl Waiting {
+    fn new(connection: NewConnection) -> Waiting {
+        let overdue = Some(Box::pin(sleep(CLOSE_GRACE)));
+        Waiting { connection, overdue }
+    }
+}
+
+/// Where the connections of a channel come from.
+enum Source {
+    Accepted(Acceptor),
+    Dialled(JoinHandle<()>, mpsc::Receiver<NewConnection>),
+}
+
 #[derive(Default)]
 struct Channel {
-    /// The accepting or dialling task.
-    source: Option<JoinHandle<()>>,
+    source: Option<Source>,
     connection: Option<Connection>,
     /// In the order of their arrival.
-    waiting: VecDeque<NewConnection>,
+    waiting: VecDeque<Waiting>,
+    /// A new connection is taken before the present one is read again.
+    accepts_first: bool,
+}
+
+/// What has happened on a channel.
+enum ChannelEvent {
+    Incoming(NewConnection),
+    Received(Vec<u8>),
+    Ended,
+    /// This waiting connection has waited long enough.
+    Overdue(usize),
+}
+
+impl Channel {
+    /// The next event. Without a context sockets are read whatever the runtime knows of them.
+    fn poll(&mut self, port: Port, mut context: Option<&mut Context<'_>>) -> Poll<ChannelEvent> {
+        for accepts in [self.accepts_first, !self.accepts_first] {
+            let context = context.as_deref_mut();
+            let event = if accepts {
+                self.poll_incoming(port, context.unwrap_or(&mut Context::from_waker(Waker::noop())))
+            } else {
+                let connection = self.connection.as_mut();
+                connection.map_or(Poll::Pending, |connection| {
+                    let received = connection.poll(context);
+                    received.map(|bytes| bytes.map_or(ChannelEvent::Ended, ChannelEvent::Received))
+                })
+            };
+            if event.is_ready() {
+                self.accepts_first = !accepts;
+                return event;
+            }
+        }
+        Poll::Pending
+    }
+
+    fn poll_incoming(&mut self, port: Port, context: &mut Context<'_>) -> Poll<ChannelEvent> {
+        let incoming = match &mut self.source {
+            Some(Source::Accepted(acceptor)) => acceptor.poll(port, context).map(Some),
+            Some(Source::Dialled(_, dialled)) => dialled.poll_recv(context),
+            None => Poll::Pending,
+        };
+        if let Poll::Ready(Some(incoming)) = incoming {
+            return Poll::Ready(ChannelEvent::Incoming(incoming));
+        }
+        for (index, waiting) in self.waiting.iter_mut().enumerate() {
+            let overdue = waiting.overdue.as_mut();
+            if overdue.is_some_and(|overdue| overdue.as_mut().poll(context).is_ready()) {
+                waiting.overdue = None;
+                return Poll::Ready(ChannelEvent::Overdue(index));
+            }
+        }
+        Poll::Pending
+    }
 }
 
 /// All Ethernet channels and their connections.
@@ -120,9 +133,8 @@ pub struct Channels {
     /// Own port of ETHERNET.PAR and the free port used instead (`--ports auto`); kept, so that a power cycle
     /// gets the same port.
     reserved: BTreeMap<Port, (u16, ReservedPort)>,
-    next_id: u64,
-    /// Messages of the tasks; when a queue is full, TCP flow control stops the peer.
-    messages: PortQueues<ChannelMessage>,
+    /// The channel that is polled first.
+    first: usize,
 }
 
 impl Channels {
@@ -136,8 +148,7 @@ impl Channels {
             options,
             channels,
             reserved,
-            next_id: 0,
-            messages: PortQueues::default(),
+            first: 0,
         }
     }
 
@@ -153,36 +164,32 @@ impl Channels {
         }
         let mut ports = BTreeMap::new();
         for (port, (listener, actual)) in bound {
-            let source = tokio::spawn(listen::accept(port, listener, self.messages.sender(port)));
+            let source = Source::Accepted(Acceptor::new(listener));
             self.channels.entry(port).or_default().source = Some(source);
             ports.insert(port, actual);
         }
         for (port, channel) in planned(plan, OpenMode::Client) {
             let peer = SocketAddr::new(IpAddr::from(channel.peer_address), channel.peer_port);
             info!(port = port.name(), "{port} dials {peer}");
-            let driver = self.messages.sender(port);
-            let source = tokio::spawn(dial::dial(port, peer, self.options.redial, driver));
-            self.channels.entry(port).or_default().source = Some(source);
+            let (sender, dialled) = mpsc::channel(1);
+            let task = tokio::spawn(dial::dial(port, peer, self.options.redial, sender));
+            self.channels.entry(port).or_default().source = Some(Source::Dialled(task, dialled));
         }
         Ok(ports)
     }
 
     /// Closes every channel and connection; returns the channels that were connected.
-    pub async fn close(&mut self) -> Vec<Port> {
+    pub fn close(&mut self) -> Vec<Port> {
         let mut connected = Vec::new();
         for (port, channel) in std::mem::take(&mut self.channels) {
-            if let Some(source) = channel.source {
-                source.abort();
-                // A listening socket is free only when its task is gone.
-                let _ = source.await;
+            if let Some(Source::Dialled(task, _)) = channel.source {
+                task.abort();
             }
             if let Some(connection) = channel.connection {
                 connection.abort();
                 connected.push(port);
             }
         }
-        // Messages of closed connections are dropped with the old queues.
-        self.messages = PortQueues::default();
         connected
     }
 
@@ -198,40 +205,45 @@ impl Channels {
         self.on_ended(port)
     }
 
-    /// Returns the next message of a connection task, taking the channels in rotation.
-    pub fn poll_next(&mut self, context: &mut Context<'_>) -> Poll<ChannelMessage> {
-        self.messages.poll_next(context)
+    /// The inputs of the controller that result from the next event on a channel, taking the channels in rotation. A
+    /// host that sends without pause delays only itself: each turn serves at most one portion of its bytes. Without a
+    /// context sockets are read whatever the runtime knows of them, so that nothing that has arrived is overlooked.
+    pub fn poll_next(&mut self, mut context: Option<&mut Context<'_>>) -> Poll<(Port, Vec<Input>)> {
+        for turn in 0..Port::ETHERNET.len() {
+            let index = (self.first + turn) % Port::ETHERNET.len();
+            let found = Port::ETHERNET.get(index).copied();
+            let Some((port, channel)) = found.and_then(|port| Some((port, self.channels.get_mut(&port)?)))
+            else {
+                continue;
+            };
+            if let Poll::Ready(event) = channel.poll(port, context.as_deref_mut()) {
+                self.first = index + 1;
+                return Poll::Ready((port, self.handle_event(port, event)));
+            }
+        }
+        Poll::Pending
     }
 
-    /// Handles a message and returns the resulting inputs of the controller.
-    pub fn handle_message(&mut self, message: ChannelMessage) -> Vec<Input> {
-        match message {
-            ChannelMessage::Connected {
-                port,
-                stream,
-                peer,
-                on_drop,
-            } => self.on_connected(port, (stream, peer, on_drop)),
-            ChannelMessage::Received { port, id, bytes } if self.is_current(port, id) => {
-                vec![Input::received(port, bytes)]
-            }
-            ChannelMessage::Ended { port, id } if self.is_current(port, id) => self.on_ended(port),
-            ChannelMessage::Overdue { port, peer } => self.on_overdue(port, peer).into_iter().collect(),
-            ChannelMessage::Received { .. } | ChannelMessage::Ended { .. } => Vec::new(),
+    fn handle_event(&mut self, port: Port, event: ChannelEvent) -> Vec<Input> {
+        match event {
+            ChannelEvent::Incoming(incoming) => self.on_connected(port, incoming),
+            ChannelEvent::Received(bytes) => vec![Input::received(port, bytes)],
+            ChannelEvent::Ended => self.on_ended(port),
+            ChannelEvent::Overdue(index) => self.on_overdue(port, index).into_iter().collect(),
         }
     }
 
     /// Queues bytes for the peer of a port. If the peer has left too much unread, the connection is closed and
     /// the resulting inputs are returned.
-    pub async fn send(&mut self, port: Port, bytes: Vec<u8>) -> Vec<Input> {
+    pub fn send(&mut self, port: Port, bytes: Bytes) -> Vec<Input> {
         let Some(channel) = self.channels.get_mut(&port) else {
             return Vec::new();
         };
-        let Some(connection) = &channel.connection else {
+        let Some(connection) = &mut channel.connection else {
             debug!(port = port.name(), "{port}: no peer for {} bytes", bytes.len());
             return Vec::new();
         };
-        if connection.send(bytes).await.is_ok() {
+        if connection.send(bytes).is_ok() {
             return Vec::new();
         }
         warn!(
@@ -301,13 +313,6 @@ impl Channels {
         listen::bind(port, SocketAddr::new(self.listen, requested))
     }
 
-    fn is_current(&self, port: Port, id: u64) -> bool {
-        self.channels
-            .get(&port)
-            .and_then(|channel| channel.connection.as_ref())
-            .is_some_and(|connection| connection.id() == id)
-    }
-
     fn on_connected(&mut self, port: Port, incoming: NewConnection) -> Vec<Input> {
         let second = self.options.second;
         let channel = self.channels.entry(port).or_default();
@@ -319,9 +324,7 @@ impl Channels {
                 if channel.waiting.len() < MAX_WAITING_CONNECTIONS
                     && (old.peer_has_closed() || second == SecondConnection::Refuse) =>
             {
-                let peer = incoming.1;
-                channel.waiting.push_back(incoming);
-                self.remind(port, peer);
+                channel.waiting.push_back(Waiting::new(incoming));
                 Vec::new()
             }
             Some(old) if second == SecondConnection::Refuse => {
@@ -344,37 +347,18 @@ impl Channels {
         }
     }
 
-    /// Schedules the check of a waiting connection after [`CLOSE_GRACE`].
-    fn remind(&self, port: Port, peer: SocketAddr) {
-        let sender = self.messages.sender(port);
-        tokio::spawn(async move {
-            tokio::time::sleep(CLOSE_GRACE).await;
-            // Fails only when the driver has ended.
-            let _ = sender.send(ChannelMessage::Overdue { port, peer }).await;
-        });
-    }
-
     /// Refuses a waiting connection if the previous one is still open and not about to close.
-    fn on_overdue(&mut self, port: Port, peer: SocketAddr) -> Option<Input> {
+    fn on_overdue(&mut self, port: Port, index: usize) -> Option<Input> {
         let channel = self.channels.entry(port).or_default();
         let old = channel.connection.as_ref().filter(|old| !old.peer_has_closed())?;
-        let place = channel.waiting.iter().position(|waiting| waiting.1 == peer);
-        let incoming = place.and_then(|place| channel.waiting.remove(place))?;
+        let incoming = channel.waiting.remove(index)?.connection;
         Some(refuse(port, &incoming, old))
     }
 
-    fn connect(&mut self, port: Port, (stream, peer, on_drop): NewConnection) -> Input {
-        self.next_id += 1;
+    fn connect(&mut self, port: Port, incoming: NewConnection) -> Input {
+        let peer = incoming.1;
         info!(port = port.name(), "{port}: {peer} connected");
-        let connection = Connection::start(
-            port,
-            self.next_id,
-            stream,
-            peer,
-            on_drop,
-            self.messages.sender(port),
-        );
-        self.channels.entry(port).or_default().connection = Some(connection);
+        self.channels.entry(port).or_default().connection = Some(Connection::new(port, incoming));
         Input::Connected {
             port,
             peer: peer.to_string(),
@@ -393,14 +377,13 @@ impl Channels {
     /// The connection of a channel has ended; the first waiting connection takes its place.
     fn next_peer(&mut self, port: Port) -> Vec<Input> {
         let channel = self.channels.entry(port).or_default();
-        let waiting = channel.waiting.pop_front();
-        let others: Vec<SocketAddr> = channel.waiting.iter().map(|waiting| waiting.1).collect();
-        let mut inputs = vec![Input::Disconnected { port }];
-        inputs.extend(waiting.map(|incoming| self.connect(port, incoming)));
+        let next = channel.waiting.pop_front();
         // The others now wait for a new connection, which may stay.
-        for peer in others {
-            self.remind(port, peer);
+        for waiting in &mut channel.waiting {
+            waiting.overdue = Some(Box::pin(sleep(CLOSE_GRACE)));
         }
+        let mut inputs = vec![Input::Disconnected { port }];
+        inputs.extend(next.map(|waiting| self.connect(port, waiting.connection)));
         inputs
     }
 }

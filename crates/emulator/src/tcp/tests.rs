@@ -42,13 +42,16 @@ async fn dial(port: u16) -> TcpStream {
     TcpStream::connect(("127.0.0.1", port)).await.unwrap()
 }
 
-/// The inputs of the next message that means something.
+/// What comes of the next event.
+async fn event(links: &mut Channels) -> Vec<Input> {
+    let event = timeout(LONG, poll_fn(|context| links.poll_next(Some(context)))).await;
+    event.expect("an event").1
+}
+
+/// The inputs of the next event that means something.
 async fn next(links: &mut Channels) -> Vec<Input> {
     loop {
-        let message = timeout(LONG, poll_fn(|context| links.poll_next(context)))
-            .await
-            .expect("a message");
-        let inputs = links.handle_message(message);
+        let inputs = event(links).await;
         if !inputs.is_empty() {
             return inputs;
         }
@@ -87,13 +90,17 @@ async fn bytes_pass_both_ways_and_the_end_is_reported_once() {
     assert_eq!(next(&mut links).await, [connected(&host)]);
     host.write_all(b"\x02SU\r\x03").await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"\x02SU\r\x03")]);
-    assert_eq!(links.send(Port::Ip0, b"\x02NG\r\x03".to_vec()).await, []);
+    assert_eq!(links.send(Port::Ip0, b"\x02NG\r\x03".to_vec().into()), []);
     let mut answer = [0; 5];
     host.read_exact(&mut answer).await.unwrap();
     assert_eq!(&answer, b"\x02NG\r\x03");
     drop(host);
     assert_eq!(next(&mut links).await, [GONE]);
-    assert_eq!(links.send(Port::Ip0, b"SP".to_vec()).await, [], "nobody is there");
+    assert_eq!(
+        links.send(Port::Ip0, b"SP".to_vec().into()),
+        [],
+        "nobody is there"
+    );
     let again = dial(port).await;
     assert_eq!(
         next(&mut links).await,
@@ -109,15 +116,13 @@ async fn a_second_connection_is_closed_and_the_first_untouched() {
     let mut first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
-        links.handle_message(message),
+        event(&mut links).await,
         [],
         "it may wait for a predecessor that is about to end"
     );
-    let message = poll_fn(|context| links.poll_next(context)).await;
     assert_eq!(
-        links.handle_message(message),
+        event(&mut links).await,
         [second_peer(&second, false)],
         "that time is over"
     );
@@ -134,11 +139,9 @@ async fn a_host_that_is_back_before_its_close_is_seen_is_served() {
     let first = dial(port).await;
     next(&mut links).await;
     let mut second = dial(port).await;
-    let message = poll_fn(|context| links.poll_next(context)).await;
-    assert_eq!(links.handle_message(message), [], "the first is still there");
+    assert_eq!(event(&mut links).await, [], "the first is still there");
     let passing = dial(port).await;
-    let message = poll_fn(|context| links.poll_next(context)).await;
-    assert_eq!(links.handle_message(message), [], "so is the second");
+    assert_eq!(event(&mut links).await, [], "so is the second");
     drop((first, passing));
     assert_eq!(next(&mut links).await, [GONE, connected(&second)]);
     second.write_all(b"x").await.unwrap();
@@ -189,7 +192,7 @@ async fn a_host_that_has_finished_sending_still_gets_its_answer() {
     host.write_all(b"SU").await.unwrap();
     host.shutdown().await.unwrap();
     assert_eq!(next(&mut links).await, [received(b"SU")]);
-    links.send(Port::Ip0, b"FL".to_vec()).await;
+    links.send(Port::Ip0, b"FL".to_vec().into());
     assert_eq!(next(&mut links).await, [GONE]);
     let mut answer = Vec::new();
     timeout(LONG, host.read_to_end(&mut answer))
@@ -222,7 +225,7 @@ async fn a_peer_that_does_not_read_is_closed_and_never_blocks() {
     // Ends when the system's buffers and the queue are full; no send waits for the peer.
     let end = async {
         loop {
-            let end = links.send(Port::Ip0, vec![b' '; 512]).await;
+            let end = links.send(Port::Ip0, vec![b' '; 512].into());
             if !end.is_empty() {
                 return end;
             }
@@ -245,7 +248,7 @@ async fn much_said_at_once_reaches_a_peer_that_reads() {
     let mut host = dial(port).await;
     next(&mut links).await;
     for _ in 0..WRITES {
-        assert_eq!(links.send(Port::Ip0, vec![b' '; 12]).await, []);
+        assert_eq!(links.send(Port::Ip0, vec![b' '; 12].into()), []);
     }
     let mut said = vec![0; WRITES * 12];
     timeout(LONG, host.read_exact(&mut said)).await.unwrap().unwrap();
@@ -285,7 +288,7 @@ async fn opened_again_after_a_power_cycle_the_ports_are_the_same() {
     let (mut links, port) = server(SecondConnection::Refuse);
     let mut host = dial(port).await;
     next(&mut links).await;
-    assert_eq!(links.close().await, [Port::Ip0]);
+    assert_eq!(links.close(), [Port::Ip0]);
     assert!(matches!(
         timeout(LONG, host.read(&mut [0; 8])).await.unwrap(),
         Ok(0) | Err(_)
