@@ -96,8 +96,7 @@ impl Controller {
     /// When the controller wants to be called again, at the latest.
     #[must_use]
     pub fn poll_deadline(&self) -> Option<Time> {
-        let ports = self.endpoints.deadline(&self.robot);
-        ports.into_iter().chain(self.robot.deadline()).min()
+        self.endpoints.deadline(&self.robot)
     }
 
     /// Handles one input and drains what comes of it. The refusal of an action is among the events
@@ -150,7 +149,6 @@ impl Controller {
         while let Some(due) = self.poll_deadline().filter(|&due| due <= now) {
             self.robot.now = self.robot.now.max(due);
             self.endpoints.advance(&mut self.robot);
-            self.settle();
             if self.robot.persistence.is_pending() {
                 return;
             }

@@ -52,29 +52,9 @@ impl Endpoints {
         }
     }
 
-    /// When something happens on a port by itself.
-    pub(crate) fn deadline(&self, robot: &Robot) -> Option<Time> {
-        let sessions = self.sessions.values().filter_map(|session| {
-            let sp = session
-                .sp_due()
-                .filter(|_| !self.line_is_taken(robot, session.port));
-            session.deadline().into_iter().chain(sp).min()
-        });
-        sessions
-            .chain(self.line_deadline(robot))
-            .chain(self.send_queue.deadline())
-            .chain(self.faults.deadline())
-            .min()
-    }
-
-    /// Serves what is due now. The order shows on the wire: an action of a fault comes before a text that leaves late,
-    /// characters come off a line before the limit of their host is looked at.
-    pub(crate) fn advance(&mut self, robot: &mut Robot) {
-        self.run_scheduled(robot);
-        self.send_due(robot);
-        self.serve_lines(robot);
-        self.expire_sessions(robot);
-        self.expire_watchdog(robot);
+    /// When a port gives up waiting for its host.
+    pub(crate) fn host_deadline(&self) -> Option<Time> {
+        self.sessions.values().filter_map(Session::deadline).min()
     }
 
     /// Whether a host is in the middle of a text or owes an answer. While characters are on its line it owes nothing.

@@ -53,6 +53,7 @@ mod snapshot;
 pub mod state;
 pub mod statement_coverage;
 pub mod time;
+mod timers;
 pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};

@@ -15,7 +15,7 @@ use crate::options::Config;
 use crate::output::{Event, Output};
 use crate::persistence::Persistence;
 use crate::port::Port;
-use crate::state::{PanelState, Watchdog};
+use crate::state::PanelState;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
@@ -140,17 +140,12 @@ impl Robot {
         (executed, analysed)
     }
 
-    /// When something happens by itself.
-    pub(crate) fn deadline(&self) -> Option<Time> {
-        let deadlines = [
-            self.arm.ends_at(),
-            self.arrives_at(),
-            self.executor.deadline(),
-            self.signals.deadline(),
-            self.state.servo_due,
-            self.state.watchdog.as_ref().map(Watchdog::deadline),
-        ];
-        deadlines.into_iter().flatten().min()
+    /// The motion ends if its time has come.
+    pub(crate) fn end_motion(&mut self) {
+        if self.arm.finish_due(self.now) {
+            // Whatever moves next is no guided motion any more.
+            self.jogging = None;
+        }
     }
 
     pub(crate) fn push_output(&mut self, output: Output) {

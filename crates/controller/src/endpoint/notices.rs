@@ -3,25 +3,33 @@
 //! The robot leaves a [`RunNotice`] when the program starts or stops; this module decides which hosts are told, and when.
 
 use super::Endpoints;
+use super::session::Session;
 use crate::alarm;
 use crate::findings::rules;
 use crate::limits::MAX_SP_DELAY;
 use crate::options::UnsolicitedSp;
 use crate::port::Port;
 use crate::robot::{Robot, RunNotice};
+use crate::time::Time;
 use crate::variation::Variation;
 use alloc::format;
 use core::time::Duration;
 use ts3100_proto::reply::Reply;
 
 impl Endpoints {
-    /// Runs the robot as far as it goes at this instant, then sends the SP texts that are due.
-    pub(crate) fn settle(&mut self, robot: &mut Robot) {
-        robot.settle(self);
+    /// Sends the SP texts that are due.
+    pub(crate) fn tell_of_stops(&mut self, robot: &mut Robot) {
         self.take_notices(robot);
         if robot.state.powered && !robot.persistence.is_pending() {
             self.release_sp(robot);
         }
+    }
+
+    /// When an SP may be sent that waits.
+    pub(crate) fn sp_deadline(&self, robot: &Robot) -> Option<Time> {
+        let silent = |session: &&Session| !self.line_is_taken(robot, session.port);
+        let sessions = self.sessions.values().filter(silent);
+        sessions.filter_map(Session::sp_due).min()
     }
 
     /// Notes in the sessions that the program has started or stopped.

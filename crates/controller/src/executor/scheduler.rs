@@ -1,6 +1,6 @@
 //! Runs the program, its tasks and the statement of DO as far as they go at one instant, and stops them between steps.
 //!
-//! Start at `settle()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
+//! Start at `run()`. A statement that needs the robot is served in `requests`; who may start and stop is decided in `ops`
 //! and `panel`.
 
 use crate::alarm::{self, AlarmCode};
@@ -59,21 +59,9 @@ impl Step {
 }
 
 impl Robot {
-    /// Runs everything as far as it goes at this instant.
-    pub(crate) fn settle(&mut self, endpoints: &mut Endpoints) {
-        if self.persistence.is_pending() {
-            return;
-        }
-        if self.arm.finish_due(self.now) {
-            // Whatever moves next is no guided motion any more.
-            self.jogging = None;
-        }
-        self.signals.end_due_pulses(self.now);
-        for (line, on) in self.signals.take_due_inputs(self.now) {
-            self.drive_input(line, on);
-        }
+    /// Runs the program and the statement of DO as far as they go at this instant.
+    pub(crate) fn run(&mut self, endpoints: &mut Endpoints) {
         if self.state.powered {
-            self.end_servo_interval();
             while self.step_direct(endpoints) || self.step_program(endpoints) {
                 if self.persistence.is_pending() {
                     return;
@@ -338,8 +326,14 @@ impl Robot {
         !self.arm.is_moving() || self.arm.ends_at().is_some_and(|end| end - lead <= self.now)
     }
 
+    /// When the program or the statement of DO can go on by itself.
+    pub(crate) fn program_deadline(&self) -> Option<Time> {
+        let deadlines = [self.executor.deadline(), self.arrives_at()];
+        deadlines.into_iter().flatten().min()
+    }
+
     /// When a motion counts as arrived before its end.
-    pub(crate) fn arrives_at(&self) -> Option<Time> {
+    fn arrives_at(&self) -> Option<Time> {
         let end = self.arm.ends_at()?;
         let tasks = self.executor.program_tasks();
         let direct = self.executor.direct.as_ref().map(|direct| &direct.task);

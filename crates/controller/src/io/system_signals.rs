@@ -72,6 +72,14 @@ enum SignalError {
 }
 
 impl Robot {
+    /// Ends the pulses of outputs that are over, and drives the inputs whose time has come.
+    pub(crate) fn change_due_lines(&mut self) {
+        self.signals.end_due_pulses(self.now);
+        for (line, on) in self.signals.take_due_inputs(self.now) {
+            self.drive_input(line, on);
+        }
+    }
+
     /// An input line is driven from outside.
     pub(crate) fn drive_input(&mut self, line: u16, on: bool) {
         let was = self.signals.input(line);
