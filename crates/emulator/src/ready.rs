@@ -127,9 +127,10 @@ pub fn banner(
     }
     for (port, place) in serial {
         let place = place.to_string();
-        let purpose = match port {
-            Port::Host => "commands of the host (simple protocol)",
-            _ => "PRINT and INPUT of the SCOL program",
+        let purpose = if port.protocol().is_some() {
+            "commands of the host (simple protocol)"
+        } else {
+            "PRINT and INPUT of the SCOL program"
         };
         let _ = writeln!(text, "  {port:<4} {place:<22} {purpose}");
     }

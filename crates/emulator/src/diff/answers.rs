@@ -175,7 +175,11 @@ pub(super) fn events(recording: &Recording, options: TextOptions) -> Vec<Recorde
                 }
             }
             RecordKind::Remark(_) => {}
-            input => {
+            input @ (RecordKind::Connected { .. }
+            | RecordKind::FromHost { .. }
+            | RecordKind::Ended { .. }
+            | RecordKind::Action(_)
+            | RecordKind::Link(_)) => {
                 for (line, splitter) in &mut splitters {
                     events.extend(splitter.flush().map(|answer| answer_event(*line, answer)));
                 }

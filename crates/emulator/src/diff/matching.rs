@@ -157,17 +157,19 @@ impl<'a> Matching<'a> {
         }
         self.player.play(what);
         self.report.inputs += 1;
-        self.anchor = match what {
-            // Times go on from another moment, on both sides.
-            RecordKind::Link(edge) if edge.new_time().is_some() => TimeAnchor {
-                recorded: edge.new_time().unwrap_or(at),
-                played: self.player.now(),
-            },
-            _ => TimeAnchor {
-                recorded: at,
-                played: due,
-            },
+        self.anchor = TimeAnchor {
+            recorded: at,
+            played: due,
         };
+        if let RecordKind::Link(edge) = what
+            && let Some(recorded) = edge.new_time()
+        {
+            // Times go on from another moment, on both sides.
+            self.anchor = TimeAnchor {
+                recorded,
+                played: self.player.now(),
+            };
+        }
     }
 
     /// A question of a host to a robot in which something goes on: the answer may be another one a moment later.
@@ -330,11 +332,10 @@ impl<'a> Matching<'a> {
         let window = later.iter().take_while(|event| {
             !matches!(&event.event, Event::Input(RecordKind::FromHost { line: other, .. }) if *other == line)
         });
-        let mut coming = window.filter_map(|event| match &event.event {
-            Event::Answer(other, answer) if *other == line => Some(answer),
-            _ => None,
-        });
-        if coming.any(|answer| answer.bytes == emulated.bytes) {
+        let mut coming = window.map(|event| &event.event);
+        if coming.any(|event| {
+            matches!(event, Event::Answer(other, answer) if *other == line && answer.bytes == emulated.bytes)
+        }) {
             return MatchResult::Later;
         }
         match self.player.second(line) {

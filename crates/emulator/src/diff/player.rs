@@ -412,10 +412,8 @@ impl Player {
 
 /// A change that was not kept, if that is what was recorded.
 fn not_persisted(record: &Record) -> Option<(Time, String, String)> {
-    match &record.kind {
-        RecordKind::Link(LinkRecord::NotPersisted { name, reason }) => {
-            Some((record.at, name.clone(), reason.clone()))
-        }
-        _ => None,
-    }
+    let RecordKind::Link(LinkRecord::NotPersisted { name, reason }) = &record.kind else {
+        return None;
+    };
+    Some((record.at, name.clone(), reason.clone()))
 }

@@ -170,15 +170,24 @@ pub enum OutputStyle {
 impl Command {
     /// How its answer is shown.
     pub fn output_style(&self) -> OutputStyle {
-        match self {
+        let is_file = matches!(
+            self,
             Command::File {
-                action: Some(FileCommand::Get { .. }),
-            } => OutputStyle::Text,
-            Command::Snapshot {
-                action: Some(SnapshotCommand::Show { .. }),
+                action: Some(FileCommand::Get { .. })
             }
-            | Command::Transcript { .. } => OutputStyle::Verbatim,
-            _ => OutputStyle::Document,
+        );
+        let is_snapshot = matches!(
+            self,
+            Command::Snapshot {
+                action: Some(SnapshotCommand::Show { .. })
+            }
+        );
+        if is_file {
+            OutputStyle::Text
+        } else if is_snapshot || matches!(self, Command::Transcript { .. }) {
+            OutputStyle::Verbatim
+        } else {
+            OutputStyle::Document
         }
     }
 }
