@@ -3,6 +3,7 @@
 //! `run_state` has the states of automatic operation with their diagram, `scheduler` runs the tasks, `requests` serves
 //! what they ask for, `run_control` starts and stops. Commands reach it through `ops`.
 
+pub(crate) mod direct;
 pub(crate) mod monitors;
 #[cfg(feature = "serde")]
 mod relink;
@@ -15,17 +16,23 @@ pub(crate) mod selection;
 mod task;
 pub(crate) mod tasks;
 
+use direct::Direct;
 pub use run_state::{Operation, RunState, Standstill, StopCause};
 pub use task::{Task, TaskState};
 
 use crate::port::Port;
+use crate::queries::TaskView;
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 use alloc::sync::Arc;
-use scol_mini::{Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program, compile_direct};
+use alloc::vec::Vec;
+use scol_mini::{
+    AccessError, Channel, LanguageOptions, MAX_TASKS, Machine, Memory, Program, Value, compile_direct,
+    restore_values, rewrite_value,
+};
+use ts3100_proto::name::VariableName;
 use ts3100_proto::status::ExecutionStatus;
-use ts3100_proto::status::sm::MAX_ENDED;
 
 /// ID of the main program (M-58762 p.2-27).
 pub const MAIN_TASK: u16 = 1;
@@ -39,9 +46,40 @@ pub const MAIN_TASK: u16 = 1;
 )]
 pub struct Stopwatch {
     /// When it was set.
-    pub set_at: Time,
+    set_at: Time,
     /// To how many seconds.
-    pub seconds: f64,
+    seconds: f64,
+}
+
+impl Selected {
+    /// Its name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file was downloaded anew since it was selected.
+    #[must_use]
+    pub fn is_stale(&self) -> bool {
+        self.stale
+    }
+
+    /// Its text with another initial value for a variable.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
+        let VariableName { name, subscripts } = variable;
+        rewrite_value(&self.source, &self.program, name, subscripts, value)
+    }
+
+    /// Its text with the present values of these variables as initial values; none: of all.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub fn restored(&self, names: &[String]) -> Result<String, AccessError> {
+        restore_values(&self.source, &self.program, &self.memory, names)
+    }
 }
 
 impl Stopwatch {
@@ -61,39 +99,16 @@ impl Stopwatch {
 )]
 pub struct Selected {
     /// Its name.
-    pub name: String,
+    name: String,
     /// Its text.
-    pub source: String,
+    source: String,
     /// Its program.
     #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
-    pub program: Arc<Program>,
+    program: Arc<Program>,
     /// Its data.
-    pub memory: Memory,
+    memory: Memory,
     /// The file was downloaded anew; the next start takes it (CMD-DL-07).
-    pub stale: bool,
-}
-
-/// The statement of a DO command.
-#[derive(Debug, Clone, PartialEq)]
-#[cfg_attr(
-    feature = "serde",
-    derive(serde::Serialize, serde::Deserialize),
-    serde(deny_unknown_fields)
-)]
-pub struct Direct {
-    /// Its text.
-    pub statement: String,
-    /// Its machine.
-    pub task: Task,
-    /// When it was accepted.
-    pub since: Time,
-    /// It has begun something that takes time.
-    #[cfg_attr(feature = "serde", serde(default))]
-    pub begun: bool,
-    /// It has moved the arm.
-    pub moved: bool,
-    /// It counts as under way until then, and the next DO is refused; set once the statement is over.
-    pub shown_until: Option<Time>,
+    stale: bool,
 }
 
 /// Everything that runs.
@@ -105,41 +120,41 @@ pub struct Direct {
 )]
 pub struct Executor {
     /// The selected file.
-    pub selected: Option<Selected>,
+    selected: Option<Selected>,
     /// Its main program; there is one exactly while a file is selected.
-    pub main: Option<Task>,
+    main: Option<Task>,
     /// The tasks it has started, by their IDs.
-    pub tasks: BTreeMap<u16, Task>,
+    tasks: BTreeMap<u16, Task>,
     /// Whose turn it is to execute statements.
-    pub turn: u16,
+    turn: u16,
     /// ID of the next task.
-    pub next_task: u16,
+    next_task: u16,
     /// The task that moves the arm: the first that did.
-    pub arm_owner: Option<u16>,
+    arm_owner: Option<u16>,
     /// Line of the last motion statement that began.
-    pub motion_line: u32,
+    motion_line: u32,
     /// PASS of that motion, in percent; 0 where the arm is to rest at its end.
-    pub pass: f64,
+    pass: f64,
     /// The motion is held by PAUSE.
-    pub paused: bool,
+    paused: bool,
     /// TIMER.
-    pub timer: Stopwatch,
+    timer: Stopwatch,
     /// Automatic operation.
     #[cfg_attr(feature = "serde", serde(rename = "course"))]
-    pub operation: Operation,
+    operation: Operation,
     /// The statement of DO, while it runs.
-    pub direct: Option<Direct>,
+    direct: Option<Direct>,
     /// What older snapshots say instead of `direct_ended`.
     #[cfg(feature = "serde")]
     #[serde(default, skip_serializing)]
     direct_done: serde::de::IgnoredAny,
     /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
     #[cfg_attr(feature = "serde", serde(default))]
-    pub direct_ended: u8,
+    direct_ended: u8,
     /// Until then SF, SU and SM show RUN for a DO statement that is over or has failed already (hosts 8.10). Nothing is
     /// refused for it.
     #[cfg_attr(feature = "serde", serde(default))]
-    pub run_shown_until: Option<Time>,
+    run_shown_until: Option<Time>,
     /// The program of DO while no file is selected.
     #[cfg_attr(feature = "serde", serde(skip, default = "no_program"))]
     spare_program: Arc<Program>,
@@ -154,9 +169,9 @@ fn no_program() -> Arc<Program> {
 }
 
 impl Executor {
-    /// No file selected.
+    /// Power has come on at `now`; no file is selected.
     #[must_use]
-    pub fn new(language: &LanguageOptions) -> Executor {
+    pub fn new(language: &LanguageOptions, now: Time) -> Executor {
         let spare_program = Program::empty(language);
         let spare_memory = Memory::new(&spare_program);
         Executor {
@@ -169,7 +184,10 @@ impl Executor {
             motion_line: 0,
             pass: 0.0,
             paused: false,
-            timer: Stopwatch::default(),
+            timer: Stopwatch {
+                set_at: now,
+                seconds: 0.0,
+            },
             operation: Operation::RESET,
             direct: None,
             #[cfg(feature = "serde")]
@@ -234,7 +252,7 @@ impl Executor {
 
     /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
     /// its lines are those of the file (SF-24).
-    pub fn replace_program(&mut self, program: Arc<Program>) {
+    fn replace_program(&mut self, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         for task in tasks {
             task.machine.relocate(&program);
@@ -256,12 +274,107 @@ impl Executor {
         }
     }
 
+    /// The selected file.
+    #[must_use]
+    pub fn selected(&self) -> Option<&Selected> {
+        self.selected.as_ref()
+    }
+
     /// Name of the selected file, empty if none.
     #[must_use]
     pub fn file(&self) -> &str {
         self.selected
             .as_ref()
             .map_or("", |selected| selected.name.as_str())
+    }
+
+    /// A variable of GLOBAL or DATA of the selected file.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub fn global(&self, variable: &VariableName) -> Result<Value, AccessError> {
+        let VariableName { name, subscripts } = variable;
+        self.memory().global(self.program(), name, subscripts)
+    }
+
+    /// The variable of GLOBAL or DATA becomes this.
+    ///
+    /// # Errors
+    /// See [`AccessError`].
+    pub fn set_global(&mut self, variable: &VariableName, value: Value) -> Result<(), AccessError> {
+        let VariableName { name, subscripts } = variable;
+        let program = Arc::clone(self.program());
+        self.memory_mut().set_global(&program, name, subscripts, value)
+    }
+
+    /// A file was downloaded: if it is the selected one, the next start takes it (CMD-DL-07).
+    pub fn mark_stale(&mut self, name: &str, now: Time) {
+        if let Some(selected) = self.selected.as_mut().filter(|selected| selected.name == name) {
+            selected.stale = true;
+            if !self.program_runs() {
+                self.rewind(now);
+            }
+        }
+    }
+
+    /// The selected file has this source now; what runs of it goes on in its program.
+    pub fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
+        self.replace_program(program);
+        if let Some(selected) = &mut self.selected {
+            selected.source = source;
+        }
+    }
+
+    /// PAUSE holds the motion; false if no program runs, or it is held already.
+    pub fn pause(&mut self) -> bool {
+        self.program_runs() && !core::mem::replace(&mut self.paused, true)
+    }
+
+    /// PAUSE is over; false if it was before.
+    pub fn end_pause(&mut self) -> bool {
+        core::mem::take(&mut self.paused)
+    }
+
+    /// Whether PAUSE holds the motion.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.paused
+    }
+
+    /// The program stands at its first step.
+    #[must_use]
+    pub fn is_reset(&self) -> bool {
+        self.operation.state() == RunState::Reset
+    }
+
+    /// The program, which does not run, stands there from here on.
+    pub fn stand(&mut self, place: Standstill) {
+        self.operation.stand(place);
+        self.run_shown_until = None;
+    }
+
+    /// To the label `RCYCLE` of the main program; false (and nothing done) without one.
+    pub fn go_to_rcycle(&mut self) -> bool {
+        let found = self.main.as_mut().is_some_and(Task::go_to_rcycle);
+        if found {
+            self.drop_tasks();
+        }
+        found
+    }
+
+    /// Power is off: the selection stays, what ran of it does not.
+    pub fn power_off(&mut self, now: Time) {
+        self.direct = None;
+        self.rewind(now);
+    }
+
+    /// The main program, its tasks, and the statement of DO, as they are shown.
+    #[must_use]
+    pub fn task_views(&self) -> Vec<TaskView> {
+        let program = self.program_tasks().map(|task| task.view(self.program_runs()));
+        program
+            .chain(self.direct.iter().map(|direct| direct.task.view(true)))
+            .collect()
     }
 
     /// File line at which the program stands; 0 when no file is selected (SF-24).
@@ -387,10 +500,9 @@ impl Executor {
         let tasks = self
             .program_tasks()
             .chain(self.direct.as_ref().map(|direct| &direct.task));
-        tasks.flat_map(Task::parts).filter_map(|task| match &task.doing {
-            TaskState::Reading { channel, .. } => Some(*channel),
-            _ => None,
-        })
+        tasks
+            .flat_map(Task::parts)
+            .filter_map(|task| task.doing.channel())
     }
 
     /// When something that runs can go on by itself.
@@ -412,11 +524,6 @@ impl Executor {
             .chain(direct)
             .chain(self.run_shown_until)
             .min()
-    }
-
-    /// A DO statement that was under way has ended: a host that waits for it sees the count change (hosts 8.1).
-    pub fn count_direct(&mut self) {
-        self.direct_ended = (self.direct_ended + 1) % (MAX_ENDED + 1);
     }
 
     /// Step 1 with the data as the file gives it (RS,PRG).

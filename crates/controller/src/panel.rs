@@ -3,7 +3,7 @@
 //! `endpoint::power` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
 
 use crate::executor::selection::SelectError;
-use crate::executor::{Executor, RunState, StopCause};
+use crate::executor::{Executor, StopCause};
 use crate::findings::rules;
 use crate::input::KeySwitch;
 use crate::io::channel::Channel;
@@ -121,16 +121,8 @@ impl Robot {
             return Ok(());
         }
         self.may_start()?;
-        let stale = self
-            .executor
-            .selected
-            .as_ref()
-            .is_some_and(|selected| selected.stale);
-        if stale {
-            let name = FileName::parse(self.executor.file()).map_err(SelectError::from)?;
-            self.select_file(&name)?;
-        }
-        if self.executor.operation.state() == RunState::Reset {
+        self.renew_stale()?;
+        if self.executor.is_reset() {
             self.executor.rewind(self.now);
             self.clear_channels();
         }
@@ -160,9 +152,9 @@ impl Robot {
     }
 
     fn may_start(&self) -> Result<(), OperateError> {
-        Err(if self.executor.selected.is_none() {
+        Err(if self.executor.selected().is_none() {
             OperateError::NoFile
-        } else if self.executor.direct.is_some() {
+        } else if self.executor.has_direct() {
             OperateError::Direct
         } else if self.is_jogging() {
             OperateError::Jogging
@@ -186,7 +178,7 @@ impl Robot {
         self.state.feed_hold = !self.state.feed_hold;
         if self.state.feed_hold {
             self.arm.hold(self.now);
-        } else if !self.executor.paused {
+        } else if !self.executor.is_paused() {
             self.arm.resume(self.now);
         }
     }
@@ -219,10 +211,7 @@ impl Robot {
         for buffer in self.channels.values_mut() {
             *buffer = Channel::default();
         }
-        // The source and the file of the selection stay; what ran of it does not.
-        self.executor.direct = None;
-        self.executor.run_shown_until = None;
-        self.executor.rewind(self.now);
+        self.executor.power_off(self.now);
     }
 
     /// Power on: links are made anew.
@@ -236,8 +225,7 @@ impl Robot {
         if self.state.key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
-        self.executor = Executor::new(&self.config.language());
-        self.executor.timer.set_at = self.now;
+        self.executor = Executor::new(&self.config.language(), self.now);
         if let Ok(name) = file
             && let Err(error) = self.select_file(&name)
         {

@@ -16,7 +16,6 @@ use crate::alarm::Alarms;
 use crate::arm::ArmPose;
 use crate::drive::Drive;
 use crate::endpoint::session::Exchange;
-use crate::executor::{Task, TaskState};
 use crate::io::gripper::HANDS;
 use crate::io::signals::Signals;
 use crate::ops::numbers;
@@ -154,12 +153,7 @@ impl Controller {
     /// The main program, its tasks, and the statement of DO.
     #[must_use]
     pub fn tasks(&self) -> Vec<TaskView> {
-        let direct = self.robot.executor.direct.as_ref().map(|direct| &direct.task);
-        let tasks = self.robot.executor.program_tasks().chain(direct);
-        let runs = self.robot.executor.program_runs();
-        tasks
-            .map(|task| task_view(task, runs || task.id() == 0))
-            .collect()
+        self.robot.executor.task_views()
     }
 
     /// Lines of the selected file that are executed and analysed (SF-24).
@@ -282,9 +276,10 @@ impl Controller {
     }
 
     fn value_of(&self, name: &str, subscripts: &[i32]) -> Option<Vec<Number>> {
-        let memory = self.robot.executor.memory();
-        let value = memory
-            .global(self.robot.executor.program(), name, subscripts)
+        let executor = &self.robot.executor;
+        let value = executor
+            .memory()
+            .global(executor.program(), name, subscripts)
             .ok()?;
         Some(numbers(&value, self.robot.arm.kind()))
     }
@@ -444,27 +439,5 @@ impl Controller {
         value: &str,
     ) -> Result<(), ParameterError> {
         self.robot.set_parameter(file, section, key, value)
-    }
-}
-
-fn task_view(task: &Task, runs: bool) -> TaskView {
-    let acting = task.acting();
-    let (doing, reads) = match &acting.doing {
-        _ if !runs => ("stopped", None),
-        TaskState::Ready => ("ready", None),
-        TaskState::Pausing { .. } => ("running", None),
-        TaskState::Holding => ("held", None),
-        TaskState::Moving { .. } => ("moving", None),
-        TaskState::Queued { .. } => ("queued", None),
-        TaskState::Resting => ("resting", None),
-        TaskState::Delaying { .. } => ("delay", None),
-        TaskState::Reading { channel, .. } => ("input", Some(*channel)),
-        TaskState::Watching { .. } => ("wait", None),
-    };
-    TaskView {
-        id: task.id(),
-        line: acting.machine.line(),
-        doing,
-        reads,
     }
 }

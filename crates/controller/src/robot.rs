@@ -97,7 +97,7 @@ impl Robot {
                 .into(),
             keys: Channel::default(),
             pendant: String::new(),
-            executor: Executor::new(&config.language()),
+            executor: Executor::new(&config.language(), Time::ZERO),
             arm: Arm::new(config.model.clone()),
             jogging: None,
             network: NetworkConfig::new(&ethernet),
@@ -208,16 +208,6 @@ impl Robot {
             name: name.as_str().to_string(),
             content: content.to_vec(),
         });
-        if let Some(selected) = self
-            .executor
-            .selected
-            .as_mut()
-            .filter(|selected| selected.name == name.as_str())
-        {
-            selected.stale = true;
-            if !self.executor.program_runs() {
-                self.executor.rewind(self.now);
-            }
-        }
+        self.executor.mark_stale(name.as_str(), self.now);
     }
 }

@@ -42,7 +42,7 @@ impl Robot {
                     self.arm.stop(self.now);
                 }
                 // An INPUT ends as at a stop: what has not come is 0.
-                self.end_reading(task);
+                task.end_reading(self.executor.memory_mut());
                 task.machine.jump(jump);
                 task.doing = TaskState::Ready;
                 Some(Step::DONE)

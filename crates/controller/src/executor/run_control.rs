@@ -4,13 +4,12 @@
 //! `endpoint::notices`.
 
 use crate::alarm::{self, Alarm, AlarmCode};
-use crate::executor::{MAIN_TASK, RunState, Standstill, StopCause, Task, TaskState};
+use crate::executor::{MAIN_TASK, Standstill, StopCause, Task, TaskState};
 use crate::io::system_signals::dout;
 use crate::output::Event;
 use crate::robot::{Robot, RunNotice};
 use crate::state::PanelState;
 use alloc::string::String;
-use scol_mini::Answer;
 use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
@@ -29,10 +28,7 @@ impl Robot {
     /// moved since, the statement is done again from where it stands now.
     fn take_up_motion(&mut self) {
         let locked = self.state.machine_lock;
-        if self.executor.operation.state() == RunState::Reset
-            || locked
-            || !self.arm.resume_interrupted(self.now, self.pace())
-        {
+        if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.now, self.pace()) {
             self.arm.drop_interrupted();
             self.executor.redo_motions();
         }
@@ -65,7 +61,8 @@ impl Robot {
         self.executor.run_shown_until = None;
         if !self.executor.program_runs() {
             self.arm.stop(self.now);
-            self.end_direct();
+            let rest = self.arm.ends_at().unwrap_or(self.now);
+            self.executor.end_direct(rest, self.now);
             return;
         }
         self.arm.interrupt(self.now);
@@ -90,25 +87,11 @@ impl Robot {
             self.abort_step(&mut handler);
             task.handler = Some(handler);
         }
-        let reading = self.end_reading(task);
+        let reading = task.end_reading(self.executor.memory_mut());
         if !(task.doing.is_motion() && self.arm.is_interrupted()) {
             task.doing = TaskState::Ready;
         }
         reading
-    }
-
-    /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
-    pub(crate) fn end_reading(&mut self, task: &mut Task) -> bool {
-        let TaskState::Reading { got, .. } = &task.doing else {
-            return false;
-        };
-        let answer = Answer::Cancelled(got.clone());
-        // A value the variable cannot hold is lost with the INPUT.
-        if task.machine.answer(self.executor.memory_mut(), answer).is_err() {
-            task.machine.skip();
-        }
-        task.doing = TaskState::Ready;
-        true
     }
 
     /// Servo power goes off, and with it everything that moves.

@@ -6,7 +6,7 @@
 use crate::alarm::{self, AlarmCode};
 use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
-use crate::executor::{Direct, Executor, RunState, Standstill, StopCause, Task, TaskState};
+use crate::executor::{Executor, RunState, Standstill, StopCause, Task, TaskState};
 use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
 use crate::options::WaitAfterStop;
 use crate::output::Event;
@@ -185,7 +185,7 @@ impl Robot {
             | TaskState::Holding
             | TaskState::Delaying { .. } => return false,
             TaskState::Reading { .. } => {
-                self.end_reading(task);
+                task.end_reading(self.executor.memory_mut());
             }
             TaskState::Watching { .. } => match self.config.options.wait_after_stop {
                 WaitAfterStop::Next => task.machine.skip(),
@@ -196,84 +196,15 @@ impl Robot {
         true
     }
 
-    /// Takes the statement of DO one step further.
-    fn step_direct(&mut self, endpoints: &mut Endpoints) -> bool {
-        if self
-            .executor
-            .run_shown_until
-            .is_some_and(|until| until <= self.now)
-        {
-            self.executor.run_shown_until = None;
-            self.report_status();
-        }
-        let Some(mut direct) = self.executor.direct.take() else {
-            return false;
-        };
-        if let Some(until) = direct.shown_until {
-            let over = until <= self.now;
-            if over {
-                self.executor.count_direct();
-                self.report_status();
-            } else {
-                self.executor.direct = Some(direct);
-            }
-            return over;
-        }
-        match self.advance(endpoints, &mut direct.task, false, false) {
-            Step::Blocked => {
-                self.executor.direct = Some(direct);
-                return false;
-            }
-            Step::Begun => {
-                self.executor.direct = Some(Direct {
-                    begun: true,
-                    ..direct
-                });
-            }
-            // Tasks are not started and ended by DO.
-            Step::Switch { .. } | Step::Killed { .. } => {
-                self.executor.direct = Some(direct);
-            }
-            Step::Done { motion } => {
-                self.executor.direct = Some(Direct {
-                    moved: direct.moved || motion,
-                    ..direct
-                });
-            }
-            Step::Restore { names } => {
-                self.executor.direct = Some(direct);
-                self.restore_data(names, true);
-            }
-            Step::Stopped | Step::Ended if direct.moved => {
-                let until = direct.since + self.config.options.do_min_run;
-                self.executor.direct = Some(Direct {
-                    shown_until: Some(until.max(self.now)),
-                    ..direct
-                });
-            }
-            Step::Stopped | Step::Ended => self.leave_direct(&direct),
-            Step::Trouble(code, detail) => {
-                self.raise(code, detail);
-                self.leave_direct(&direct);
-            }
-        }
-        true
-    }
-
-    /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts
-    /// that wait to see RUN see it for a while all the same (hosts 8.1, 8.10).
-    fn leave_direct(&mut self, direct: &Direct) {
-        if direct.begun || direct.moved {
-            self.executor.count_direct();
-        }
-        let until = direct.since + self.config.options.do_min_run;
-        self.executor.run_shown_until = Some(until).filter(|until| *until > self.now);
-        self.report_status();
-    }
-
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
     /// everything is to stop and it stands between its statements.
-    fn advance(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool, stopping: bool) -> Step {
+    pub(super) fn advance(
+        &mut self,
+        endpoints: &mut Endpoints,
+        task: &mut Task,
+        single: bool,
+        stopping: bool,
+    ) -> Step {
         if stopping || task.handler.is_some() {
             // Nobody looks at the monitors now: a time to do so would come again and again.
             task.look_at = None;

@@ -78,6 +78,18 @@ impl Robot {
         Ok(())
     }
 
+    /// A file that was downloaded anew since it was selected is taken now.
+    ///
+    /// # Errors
+    /// See [`SelectError`].
+    pub(crate) fn renew_stale(&mut self) -> Result<(), SelectError> {
+        if let Some(stale) = self.executor.selected().filter(|selected| selected.is_stale()) {
+            let name = FileName::parse(stale.name())?;
+            return self.select_file(&name);
+        }
+        Ok(())
+    }
+
     /// No file is selected any more (RS,SEL).
     pub(crate) fn deselect(&mut self) {
         self.executor.selected = None;

@@ -3,11 +3,12 @@
 //! How tasks take turns is in `scheduler`.
 
 use crate::limits::STATEMENTS_PER_SCAN;
+use crate::queries::TaskView;
 use crate::time::Time;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Channel, Machine, Number};
+use scol_mini::{Answer, Channel, Machine, Memory, Number};
 
 /// What a task is doing.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,6 +75,14 @@ impl TaskState {
         }
     }
 
+    /// The channel from which an INPUT waits for values.
+    pub(super) fn channel(&self) -> Option<Channel> {
+        if let TaskState::Reading { channel, .. } = self {
+            return Some(*channel);
+        }
+        None
+    }
+
     /// Whether the statement waits for its motion.
     #[must_use]
     pub fn is_motion(&self) -> bool {
@@ -115,6 +124,57 @@ impl Task {
             handler: None,
             look_at: None,
         }
+    }
+
+    /// An INPUT that waits is over with the values that came (INP-09, INP-10); false if none waits.
+    pub(super) fn end_reading(&mut self, memory: &mut Memory) -> bool {
+        let TaskState::Reading { got, .. } = &self.doing else {
+            return false;
+        };
+        // A value the variable cannot hold is lost with the INPUT.
+        let answer = Answer::Cancelled(got.clone());
+        if self.machine.answer(memory, answer).is_err() {
+            self.machine.skip();
+        }
+        self.enter(TaskState::Ready);
+        true
+    }
+
+    /// To the label `RCYCLE`; false (and nothing done) without one.
+    pub(super) fn go_to_rcycle(&mut self) -> bool {
+        let found = self.machine.go_to_rcycle();
+        if found {
+            self.enter(TaskState::Ready);
+            self.handler = None;
+        }
+        found
+    }
+
+    /// The task as it is shown; nothing acts while its program does not run.
+    pub(super) fn view(&self, runs: bool) -> TaskView {
+        let acting = self.acting();
+        let doing = match &acting.doing {
+            TaskState::Ready => "ready",
+            TaskState::Pausing { .. } => "running",
+            TaskState::Holding => "held",
+            TaskState::Moving { .. } => "moving",
+            TaskState::Queued { .. } => "queued",
+            TaskState::Resting => "resting",
+            TaskState::Delaying { .. } => "delay",
+            TaskState::Reading { .. } => "input",
+            TaskState::Watching { .. } => "wait",
+        };
+        TaskView {
+            id: self.id(),
+            line: acting.machine.line(),
+            doing: if runs { doing } else { "stopped" },
+            reads: acting.doing.channel().filter(|_| runs),
+        }
+    }
+
+    /// Does something else from here on: the only way to change what a task is doing.
+    pub(crate) fn enter(&mut self, state: TaskState) {
+        self.doing = state;
     }
 
     /// ID of the task: 1 the main program, 0 the statement of DO.

@@ -17,7 +17,7 @@ impl Robot {
     /// OPEN, CLOSE: when the arm rests, or at once.
     pub(crate) fn work_hand(&mut self, task: &mut Task, hand: u8, open: bool, at_once: bool) -> Step {
         if !at_once && self.arm.is_moving() {
-            task.doing = TaskState::Resting;
+            task.enter(TaskState::Resting);
             return Step::Blocked;
         }
         let index = usize::from(hand).saturating_sub(1);
@@ -47,15 +47,14 @@ impl Robot {
         self.end_pause();
         let step = self.answer(task, Answer::Done, false);
         if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
-            task.doing = TaskState::Resting;
+            task.enter(TaskState::Resting);
         }
         step
     }
 
     /// PAUSE: the motion slows along its path; one that has not begun does not begin.
     pub(crate) fn pause_motion(&mut self, task: &mut Task) -> Step {
-        if self.executor.program_runs() && !self.executor.paused {
-            self.executor.paused = true;
+        if self.executor.pause() {
             self.arm.hold(self.now);
         }
         self.answer(task, Answer::Done, false)
@@ -69,13 +68,13 @@ impl Robot {
 
     /// What PAUSE held goes on, unless feed hold holds it too.
     pub(crate) fn end_pause(&mut self) {
-        if core::mem::take(&mut self.executor.paused) && !self.state.feed_hold {
+        if self.executor.end_pause() && !self.state.feed_hold {
             self.arm.resume(self.now);
         }
     }
 
     /// Whether no motion may go on or begin.
     pub(crate) fn is_held(&self) -> bool {
-        self.state.feed_hold || self.executor.paused
+        self.state.feed_hold || self.executor.is_paused()
     }
 }

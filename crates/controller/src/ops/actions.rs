@@ -102,14 +102,11 @@ impl Robot {
     fn variable_name(&self, name: &str) -> Result<VariableName, ActionError> {
         let variable = VariableName::parse(name)
             .map_err(|error| ActionError::missing(name, "the name of a variable", error.to_string()))?;
-        let selected = self.executor.selected.as_ref();
-        let selected = selected.ok_or_else(|| ActionError::conflict(name, "a selected file", "none"))?;
-        let found = selected
-            .memory
-            .global(&selected.program, &variable.name, &variable.subscripts);
+        let selected = self.executor.selected();
+        selected.ok_or_else(|| ActionError::conflict(name, "a selected file", "none"))?;
         if let Err(
             error @ (AccessError::Unknown(_) | AccessError::NotGlobal(_) | AccessError::Subscript(_)),
-        ) = found
+        ) = self.executor.global(&variable)
         {
             let expected = "a variable of GLOBAL or DATA";
             return Err(ActionError::missing(name, expected, error.to_string()));

@@ -51,8 +51,8 @@ impl Robot {
             run_status: self.executor.shown_status().code(),
             override_percent: self.state.override_percent,
             alarm_level: self.alarms.worst_level().map_or(0, AlarmLevel::number),
-            ended: self.executor.direct_ended,
-            busy: self.executor.direct.is_some(),
+            ended: self.executor.direct_ended(),
+            busy: self.executor.has_direct(),
         };
         Outcome::file(status.encode())
     }

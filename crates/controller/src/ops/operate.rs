@@ -1,13 +1,12 @@
 //! RN SP BR SO FD EC DO IW: the commands that move the robot, stop it, or set its lines.
 
 use super::Outcome;
-use crate::executor::{Direct, Standstill, StopCause, Task};
+use crate::executor::{Standstill, StopCause};
 use crate::io::signals::Signals;
 use crate::robot::Robot;
 use alloc::format;
-use alloc::string::{String, ToString};
+use alloc::string::String;
 use alloc::vec::Vec;
-use scol_mini::{Machine, compile_direct};
 use ts3100_proto::command::{InternalCommand, LineWrite};
 use ts3100_proto::status::ExecutionStatus;
 
@@ -25,25 +24,9 @@ impl Robot {
             self.set_feed_hold(false);
         } else {
             self.stop_after_step(StopCause::Host);
-            self.cancel_direct_input();
+            self.executor.cancel_direct_input();
         }
         Outcome::Ok
-    }
-
-    /// The statement of DO is given up; it shows RUN until the arm rests (D7).
-    pub(crate) fn end_direct(&mut self) {
-        self.cancel_direct_input();
-        if let Some(direct) = &mut self.executor.direct {
-            let rest = self.arm.ends_at().unwrap_or(self.now);
-            direct.shown_until = Some(direct.shown_until.unwrap_or(rest).min(rest).max(self.now));
-        }
-    }
-
-    fn cancel_direct_input(&mut self) {
-        if let Some(mut direct) = self.executor.direct.take() {
-            self.end_reading(&mut direct.task);
-            self.executor.direct = Some(direct);
-        }
     }
 
     /// BR (CMD-BR-01, CMD-BR-02).
@@ -93,7 +76,7 @@ impl Robot {
         if self.is_jogging() {
             return Outcome::ng("the arm is being guided by JG");
         }
-        if self.executor.direct.is_some() {
+        if self.executor.has_direct() {
             return Outcome::ng("another DO statement is under way");
         }
         if !self.state.servo {
@@ -102,18 +85,8 @@ impl Robot {
         if self.state.feed_hold {
             return Outcome::ng("feed hold is on");
         }
-        match compile_direct(statement, self.executor.program()) {
-            Ok(program) => {
-                let task = Task::new(Machine::direct(program), self.now);
-                self.executor.run_shown_until = None;
-                self.executor.direct = Some(Direct {
-                    statement: statement.to_string(),
-                    task,
-                    since: self.now,
-                    begun: false,
-                    moved: false,
-                    shown_until: None,
-                });
+        match self.executor.begin_direct(statement, self.now) {
+            Ok(()) => {
                 self.report_status();
                 Outcome::Ok
             }
@@ -143,8 +116,7 @@ impl Robot {
 
     /// The robot stands at step 1 from here on; used by the resets and SL.
     pub(super) fn stand_at(&mut self, place: Standstill) {
-        self.executor.operation.stand(place);
-        self.executor.run_shown_until = None;
+        self.executor.stand(place);
         self.report_status();
     }
 }

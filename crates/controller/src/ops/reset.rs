@@ -2,7 +2,7 @@
 
 use super::Outcome;
 use crate::SelectError;
-use crate::executor::{Standstill, TaskState};
+use crate::executor::Standstill;
 use crate::findings::rules;
 use crate::panel::OperateError;
 use crate::port::Port;
@@ -42,7 +42,8 @@ impl Robot {
             Reset::Program => {
                 self.set_feed_hold(false);
                 self.reset_alarms();
-                self.renew_stale();
+                // A file that does not compile stays stale; the next start says why.
+                let _still_stale = self.renew_stale();
                 self.executor.initialise(self.now);
                 self.stand_at(Standstill::FirstStep);
             }
@@ -62,31 +63,13 @@ impl Robot {
 
     /// RS,CYC: to the label RCYCLE (CMD-RS-05, CMD-RS-06).
     fn cycle_reset(&mut self) -> Result<(), OperateError> {
-        let task = self.executor.main.as_mut().ok_or(OperateError::NoFile)?;
-        if !task.machine.go_to_rcycle() {
+        self.executor.selected().ok_or(OperateError::NoFile)?;
+        if !self.executor.go_to_rcycle() {
             return Err(OperateError::NoRcycle);
         }
-        task.doing = TaskState::Ready;
-        task.handler = None;
-        self.executor.drop_tasks();
         self.arm.drop_interrupted();
         self.stand_at(Standstill::BetweenSteps);
         Ok(())
-    }
-
-    /// A file that was downloaded anew since it was selected is taken now, if it compiles; otherwise the next
-    /// start says why not.
-    fn renew_stale(&mut self) {
-        let stale = self
-            .executor
-            .selected
-            .as_ref()
-            .is_some_and(|selected| selected.stale);
-        if let Ok(name) = FileName::parse(self.executor.file())
-            && stale
-        {
-            let _still_stale = self.select_file(&name);
-        }
     }
 
     /// SL (CMD-SL-01 to CMD-SL-03).

@@ -55,9 +55,8 @@ impl Robot {
     }
 
     fn read_variable(&self, variable: &VariableName, kind: VariableKind) -> Result<Value, VariableError> {
-        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
-        let VariableName { name, subscripts } = variable;
-        let value = selected.memory.global(&selected.program, name, subscripts)?;
+        self.executor.selected().ok_or(VariableError::NoFile)?;
+        let value = self.executor.global(variable)?;
         self.check_kind(variable, kind, value.kind())?;
         Ok(value)
     }
@@ -92,10 +91,11 @@ impl Robot {
         room: Option<usize>,
     ) -> Result<(), VariableError> {
         let arm = self.arm.kind();
-        let VariableName { name, subscripts } = &write.variable;
-        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
-        let info = selected
-            .program
+        let name = &write.variable.name;
+        self.executor.selected().ok_or(VariableError::NoFile)?;
+        let info = self
+            .executor
+            .program()
             .variable(name)
             .ok_or_else(|| VariableError::Unknown(name.clone()))?;
         let kind = kind_of(write.kind)
@@ -108,9 +108,7 @@ impl Robot {
         } else {
             None
         };
-        let selected = self.executor.selected.as_mut().ok_or(VariableError::NoFile)?;
-        let program = &selected.program;
-        selected.memory.set_global(program, name, subscripts, value)?;
+        self.executor.set_global(&write.variable, value)?;
         if let Some((source, program)) = changed {
             self.take_rewritten(source, program);
         }
@@ -132,9 +130,8 @@ impl Robot {
     }
 
     fn restored(&mut self, names: &[String]) -> Result<(), VariableError> {
-        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
-        let (program, memory) = (&selected.program, &selected.memory);
-        let source = scol_mini::restore_values(&selected.source, program, memory, names)?;
+        let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
+        let source = selected.restored(names)?;
         let program = self.stored(&source, None)?;
         self.take_rewritten(source, program);
         Ok(())
@@ -147,9 +144,8 @@ impl Robot {
         value: &Value,
         room: Option<usize>,
     ) -> Result<(String, Arc<scol_mini::Program>), VariableError> {
-        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
-        let VariableName { name, subscripts } = variable;
-        let source = scol_mini::rewrite_value(&selected.source, &selected.program, name, subscripts, value)?;
+        let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
+        let source = selected.rewritten(variable, value)?;
         let program = self.stored(&source, room)?;
         Ok((source, program))
     }
@@ -160,16 +156,16 @@ impl Robot {
         source: &str,
         room: Option<usize>,
     ) -> Result<Arc<scol_mini::Program>, VariableError> {
-        let selected = self.executor.selected.as_ref().ok_or(VariableError::NoFile)?;
-        if selected.stale {
+        let selected = self.executor.selected().ok_or(VariableError::NoFile)?;
+        if selected.is_stale() {
             return Err(VariableError::Stale);
         }
-        let file = ts3100_proto::name::FileName::parse(&selected.name).map_err(DriveError::from)?;
+        let file = ts3100_proto::name::FileName::parse(selected.name()).map_err(DriveError::from)?;
         let compilation = self.config.compile(source);
         let program = compilation.program.ok_or(VariableError::Compile)?;
         if let Some(free) = room.filter(|free| source.len() > *free) {
             let size = source.len();
-            let name = selected.name.clone();
+            let name = selected.name().to_string();
             return Err(DriveError::Full { name, size, free }.into());
         }
         let source = source.as_bytes();
@@ -181,12 +177,8 @@ impl Robot {
 
     /// What runs goes on in the rewritten file, and the edge keeps it.
     fn take_rewritten(&mut self, source: String, program: Arc<scol_mini::Program>) {
-        let Some(selected) = self.executor.selected.as_mut() else {
-            return;
-        };
-        let name = selected.name.clone();
-        selected.source.clone_from(&source);
-        self.executor.replace_program(program);
+        let name = self.executor.file().to_string();
+        self.executor.take_rewritten(source.clone(), program);
         self.push_output(Output::Stored {
             name,
             content: source.into_bytes(),

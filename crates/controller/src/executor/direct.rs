@@ -1,0 +1,164 @@
+//! The statement of DO: accepted, carried forward like a task, and shown as RUN for as long as a host may look for it.
+//!
+//! Commands begin it in `ops::operate`; `scheduler` calls `step_direct()`.
+
+use super::{Executor, Task};
+use crate::endpoint::Endpoints;
+use crate::executor::scheduler::Step;
+use crate::robot::Robot;
+use crate::time::Time;
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
+use scol_mini::{Diagnostic, Machine, compile_direct};
+use ts3100_proto::status::sm::MAX_ENDED;
+
+/// The statement of a DO command.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Direct {
+    /// Its text.
+    pub(super) statement: String,
+    /// Its machine.
+    pub(super) task: Task,
+    /// When it was accepted.
+    pub(super) since: Time,
+    /// It has begun something that takes time.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub(super) begun: bool,
+    /// It has moved the arm.
+    pub(super) moved: bool,
+    /// It counts as under way until then, and the next DO is refused; set once the statement is over.
+    pub(super) shown_until: Option<Time>,
+}
+
+impl Executor {
+    /// Begins the statement, which sees the names of the selected file.
+    ///
+    /// # Errors
+    /// What is wrong with the statement.
+    pub(crate) fn begin_direct(&mut self, statement: &str, now: Time) -> Result<(), Vec<Diagnostic>> {
+        let program = compile_direct(statement, self.program())?;
+        self.run_shown_until = None;
+        self.direct = Some(Direct {
+            statement: statement.to_string(),
+            task: Task::new(Machine::direct(program), now),
+            since: now,
+            begun: false,
+            moved: false,
+            shown_until: None,
+        });
+        Ok(())
+    }
+
+    /// Whether a statement of DO is under way.
+    pub(crate) fn has_direct(&self) -> bool {
+        self.direct.is_some()
+    }
+
+    /// An INPUT of the statement is over with what has come.
+    pub(crate) fn cancel_direct_input(&mut self) {
+        if let Some(mut direct) = self.direct.take() {
+            direct.task.end_reading(self.memory_mut());
+            self.direct = Some(direct);
+        }
+    }
+
+    /// The statement is given up; it shows RUN until the arm rests (D7).
+    pub(crate) fn end_direct(&mut self, rest: Time, now: Time) {
+        self.cancel_direct_input();
+        if let Some(direct) = &mut self.direct {
+            direct.shown_until = Some(direct.shown_until.unwrap_or(rest).min(rest).max(now));
+        }
+    }
+
+    /// DO statements that have ended or were cut short since power-on, modulo 10 (SM field DC, hosts 8.1).
+    pub(crate) fn direct_ended(&self) -> u8 {
+        self.direct_ended
+    }
+
+    /// A DO statement that was under way has ended: a host that waits for it sees the count change (hosts 8.1).
+    fn count_direct(&mut self) {
+        self.direct_ended = (self.direct_ended + 1) % (MAX_ENDED + 1);
+    }
+}
+
+impl Robot {
+    /// Takes the statement of DO one step further.
+    pub(super) fn step_direct(&mut self, endpoints: &mut Endpoints) -> bool {
+        if self
+            .executor
+            .run_shown_until
+            .is_some_and(|until| until <= self.now)
+        {
+            self.executor.run_shown_until = None;
+            self.report_status();
+        }
+        let Some(mut direct) = self.executor.direct.take() else {
+            return false;
+        };
+        if let Some(until) = direct.shown_until {
+            let over = until <= self.now;
+            if over {
+                self.executor.count_direct();
+                self.report_status();
+            } else {
+                self.executor.direct = Some(direct);
+            }
+            return over;
+        }
+        match self.advance(endpoints, &mut direct.task, false, false) {
+            Step::Blocked => {
+                self.executor.direct = Some(direct);
+                return false;
+            }
+            Step::Begun => {
+                self.executor.direct = Some(Direct {
+                    begun: true,
+                    ..direct
+                });
+            }
+            // Tasks are not started and ended by DO.
+            Step::Switch { .. } | Step::Killed { .. } => {
+                self.executor.direct = Some(direct);
+            }
+            Step::Done { motion } => {
+                self.executor.direct = Some(Direct {
+                    moved: direct.moved || motion,
+                    ..direct
+                });
+            }
+            Step::Restore { names } => {
+                self.executor.direct = Some(direct);
+                self.restore_data(names, true);
+            }
+            Step::Stopped | Step::Ended if direct.moved => {
+                let until = direct.since + self.config.options.do_min_run;
+                self.executor.direct = Some(Direct {
+                    shown_until: Some(until.max(self.now)),
+                    ..direct
+                });
+            }
+            Step::Stopped | Step::Ended => self.leave_direct(&direct),
+            Step::Trouble(code, detail) => {
+                self.raise(code, detail);
+                self.leave_direct(&direct);
+            }
+        }
+        true
+    }
+
+    /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts
+    /// that wait to see RUN see it for a while all the same (hosts 8.1, 8.10).
+    fn leave_direct(&mut self, direct: &Direct) {
+        if direct.begun || direct.moved {
+            self.executor.count_direct();
+        }
+        let until = direct.since + self.config.options.do_min_run;
+        self.executor.run_shown_until = Some(until).filter(|until| *until > self.now);
+        self.report_status();
+    }
+}
