@@ -5,5 +5,4 @@ mod clock;
 mod drive;
 mod guard;
 mod resources;
-mod support;
 mod whole;

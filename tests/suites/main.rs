@@ -40,7 +40,6 @@ mod ports;
 mod print_input;
 mod programs;
 mod purity;
-mod recordings;
 mod scara_edition;
 mod serial;
 mod settings;

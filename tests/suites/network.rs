@@ -7,55 +7,17 @@ use socket2::{Domain, Protocol, SockAddr, Socket, Type};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU16, Ordering};
-use std::time::Duration;
 use ts3100_controller::{PanelAction, Port};
 use ts3100_emulator::config::Ports;
 use ts3100_emulator::embed::Emulator;
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
-
-const LONG: Duration = Duration::from_secs(20);
-
-fn dial(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_nodelay(true).unwrap();
-    stream.set_read_timeout(Some(LONG)).unwrap();
-    stream
-}
-
-fn channel(robot: &Emulator, port: Port) -> TcpStream {
-    dial(robot.address(port).unwrap())
-}
-
-fn until(stream: &mut TcpStream, end: &[u8]) -> Vec<u8> {
-    let (mut found, mut byte) = (Vec::new(), [0]);
-    while !found.ends_with(end) {
-        stream.read_exact(&mut byte).unwrap();
-        found.push(byte[0]);
-    }
-    found
-}
-
-fn exchange(stream: &mut TcpStream, text: &[u8], expected: &[u8]) {
-    stream.write_all(text).unwrap();
-    let found = until(stream, b"\x03");
-    assert_eq!(
-        found.escape_ascii().to_string(),
-        expected.escape_ascii().to_string()
-    );
-}
+use ts3100_tests::host::{Host, LONG, dial, dial_address};
 
 /// What one read brings: on the loopback interface what one write sent, if nothing else was sent.
 fn segment(stream: &mut TcpStream) -> Vec<u8> {
     let mut buffer = [0; 4_096];
     let count = stream.read(&mut buffer).unwrap();
     buffer[..count].to_vec()
-}
-
-/// What else came up to the end of the connection, which an emulator that is dropped closes.
-fn rest(mut stream: TcpStream) -> Vec<u8> {
-    let mut found = Vec::new();
-    stream.read_to_end(&mut found).unwrap();
-    found
 }
 
 /// Where the ports of these tests begin, and how many a process has: below those that systems hand out by themselves to
@@ -89,21 +51,21 @@ fn four_channels_serve_at_the_same_time() {
         .servo_on(true)
         .start()
         .unwrap();
-    let [mut ip0, mut ip1, mut ip2, mut ip3] = Port::ETHERNET.map(|port| channel(&robot, port));
-    exchange(&mut ip0, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    let [mut ip0, mut ip1, mut ip2, mut ip3] = Port::ETHERNET.map(|port| dial(&robot, port));
+    ip0.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     for round in 1..=5 {
         ip3.write_all(b"\x02SU\r\x03").unwrap();
         ip1.write_all(format!("{round}\r").as_bytes()).unwrap();
         ip0.write_all(b"\x02SU\r\x03").unwrap();
         ip2.write_all(format!("{}\r", round * 10).as_bytes()).unwrap();
-        let status = until(&mut ip0, b"\x1A\x03");
+        let status = ip0.read_until(0x03);
         assert!(status.ends_with(b"STATUS:running\x1A\x03"));
         ip0.write_all(b"\x02OK\r\x03").unwrap();
-        assert_eq!(until(&mut ip1, b"\r"), format!("{:12}\r", round * 10).as_bytes());
-        assert_eq!(until(&mut ip2, b"\r"), format!("{round:12}\r").as_bytes());
+        assert_eq!(ip1.read_until(b'\r'), format!("{:12}\r", round * 10).as_bytes());
+        assert_eq!(ip2.read_until(b'\r'), format!("{round:12}\r").as_bytes());
     }
     drop(robot);
-    assert_eq!(rest(ip3), b"");
+    assert_eq!(ip3.rest(), (vec![], None));
 }
 
 // clause: ETH-02 PRT-09 FRM-05
@@ -118,7 +80,7 @@ fn each_send_is_one_segment_of_512_bytes_at_most() {
         .servo_on(true)
         .start()
         .unwrap();
-    let [mut ip0, mut ip1] = [Port::Ip0, Port::Ip1].map(|port| channel(&robot, port));
+    let [mut ip0, mut ip1] = [Port::Ip0, Port::Ip1].map(|port| dial(&robot, port));
     ip0.write_all(b"\x02UL,L\r\x03").unwrap();
     let mut sizes = Vec::new();
     loop {
@@ -172,9 +134,9 @@ fn e01_is_for_display_and_does_not_bind() {
             .start()
             .unwrap();
         let port = robot.address(Port::Ip0).unwrap().port();
-        let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+        let mut ip0 = dial_address(SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
         ip0.write_all(b"\x02UL,ETHERNET.PAR\r\x03").unwrap();
-        let text = String::from_utf8(until(&mut ip0, b"\x03")).unwrap();
+        let text = String::from_utf8(ip0.read_until(0x03)).unwrap();
         assert!(text.contains("10.9.9.9"), "{text}");
     }
 }
@@ -199,8 +161,8 @@ fn a_host_connects_to_the_port_of_e05_not_of_e06() {
         .start()
         .unwrap();
     assert_eq!(robot.ports().len(), 1);
-    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, own)));
-    exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    let mut ip0 = dial_address(SocketAddr::from((Ipv4Addr::LOCALHOST, own)));
+    ip0.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     assert!(
         TcpStream::connect((Ipv4Addr::LOCALHOST, other)).is_err(),
         "[E06] opens nothing"
@@ -214,16 +176,16 @@ fn factory_settings_answer_a_client_with_factory_settings() {
     let offset = free_ports(4) - 1_000;
     let robot = Emulator::builder().ports(Ports::Offset(offset)).start();
     let robot = robot.unwrap_or_else(|error| panic!("{error}"));
-    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, 1_000 + offset)));
+    let mut ip0 = dial_address(SocketAddr::from((Ipv4Addr::LOCALHOST, 1_000 + offset)));
     for _ in 0..3 {
         // STX none, checksum none.
         ip0.write_all(b"SU\r\x03").unwrap();
-        let answer = until(&mut ip0, b"\x03");
+        let answer = ip0.read_until(0x03);
         assert!(answer.starts_with(b"FL,MODE:external(ethernet)/") && answer.ends_with(b"\x1A\x03"));
         ip0.write_all(b"OK\r\x03").unwrap();
     }
     drop(robot);
-    assert_eq!(rest(ip0), b"");
+    assert_eq!(ip0.rest(), (vec![], None));
     let serial = ts3100_tests::Robot::new(ts3100_controller::Dialect::Field);
     let com1 = serial.controller.serial_line(Port::Com1).unwrap();
     assert_eq!(
@@ -286,7 +248,7 @@ fn the_address_of_the_emulator_answers_ping() {
     let IpAddr::V4(ip) = address.ip() else {
         panic!("an IPv4 address expected, {address} found")
     };
-    exchange(&mut dial(address), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    dial_address(address).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     let answered =
         echo(ip).unwrap_or_else(|error| panic!("no echo can be sent to {ip}: {error}{}", means(&error)));
     assert!(answered, "no echo from {ip}");
@@ -321,22 +283,22 @@ fn a_new_port_serves_after_the_power_cycle_and_the_old_no_more() {
         .ports(Ports::Offset(0))
         .start()
         .unwrap();
-    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, first)));
-    exchange(&mut ip0, b"\x02DL,ETHERNET.PAR\r\x03", b"\x02OK\r\x03");
+    let mut ip0 = dial_address(SocketAddr::from((Ipv4Addr::LOCALHOST, first)));
+    ip0.exchange(b"\x02DL,ETHERNET.PAR\r\x03", b"\x02OK\r\x03");
     for block in [b"FL,", with_port(second).as_slice(), b"\x1A"]
         .concat()
         .chunks(253)
     {
-        exchange(&mut ip0, &[b"\x02", block, b"\x03"].concat(), b"\x02OK\r\x03");
+        ip0.exchange(&[b"\x02", block, b"\x03"].concat(), b"\x02OK\r\x03");
     }
     assert!(
         TcpStream::connect((Ipv4Addr::LOCALHOST, second)).is_err(),
         "not before"
     );
-    exchange(&mut ip0, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    ip0.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::PowerCycle).unwrap();
-    let mut ip0 = dial(SocketAddr::from((Ipv4Addr::LOCALHOST, second)));
-    exchange(&mut ip0, b"\x02BR\r\x03", b"\x02OK\r\x03");
+    let mut ip0 = dial_address(SocketAddr::from((Ipv4Addr::LOCALHOST, second)));
+    ip0.exchange(b"\x02BR\r\x03", b"\x02OK\r\x03");
     assert!(
         TcpStream::connect((Ipv4Addr::LOCALHOST, first)).is_err(),
         "no more"

@@ -5,6 +5,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use ts3100_tests::testing::TempDir;
 
 const PURE: [&str; 3] = ["proto", "scol-mini", "controller"];
 const EDITION: &str = "2024";
@@ -41,22 +42,6 @@ fn header(name: &str) -> String {
         .collect()
 }
 
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Folder {
-        let path = std::env::temp_dir().join(format!("ts3100-purity-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Folder(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        drop(std::fs::remove_dir_all(&self.0));
-    }
-}
-
 /// Compiles a source and returns the messages of the compiler if it fails.
 fn refusal(
     compiler: &str,
@@ -91,10 +76,10 @@ fn refusal(
 #[test]
 fn without_std_the_names_do_not_exist() {
     for name in PURE {
-        let folder = Folder::new(&format!("rustc-{name}"));
+        let folder = TempDir::new(&format!("purity-rustc-{name}"));
         let header = header(name);
         assert!(header.contains("#![no_std]"), "{name} is not no_std");
-        let refused = |source: &str| refusal("rustc", &folder.0, source, &[], &crate_folder(name));
+        let refused = |source: &str| refusal("rustc", folder.path(), source, &[], &crate_folder(name));
         assert_eq!(refused(&header), None, "{name}: its header alone compiles");
         for (what, function) in FORBIDDEN {
             let message = refused(&format!("{header}{function}\n"));
@@ -116,9 +101,17 @@ fn with_std_brought_back_clippy_refuses_them() {
         "clippy::disallowed_methods",
     ];
     for name in PURE {
-        let folder = Folder::new(&format!("clippy-{name}"));
+        let folder = TempDir::new(&format!("purity-clippy-{name}"));
         let header = format!("{}extern crate std;\n", header(name));
-        let refused = |source: &str| refusal("clippy-driver", &folder.0, source, &lints, &crate_folder(name));
+        let refused = |source: &str| {
+            refusal(
+                "clippy-driver",
+                folder.path(),
+                source,
+                &lints,
+                &crate_folder(name),
+            )
+        };
         assert_eq!(refused(&header), None, "{name}: its header alone passes");
         for (what, function) in FORBIDDEN {
             let message = refused(&format!("{header}{function}\n"));

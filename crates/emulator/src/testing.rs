@@ -10,6 +10,9 @@ pub struct TempDir(PathBuf);
 
 impl TempDir {
     /// Creates an empty directory whose name contains `what`.
+    ///
+    /// # Panics
+    /// When the system refuses it.
     pub fn new(what: &str) -> TempDir {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -21,6 +24,21 @@ impl TempDir {
     /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.0
+    }
+
+    /// Path of something in it.
+    pub fn at(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+
+    /// Writes a file in it; its path as text.
+    ///
+    /// # Panics
+    /// When the system refuses it.
+    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        let path = self.at(name);
+        std::fs::write(&path, content).unwrap();
+        path.to_str().unwrap().to_owned()
     }
 }
 

@@ -1,9 +1,11 @@
 //! `ts3100 host` and `ts3100 check` against a running emulator, and against peers that answer nothing or
 //! nonsense.
 
-use super::support::{Serve, TempDir, read_until, run, stderr, stdout};
+use super::support::{Serve, run, stderr, stdout};
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use ts3100_tests::host::Host;
+use ts3100_tests::testing::TempDir;
 
 const COUNTER: &str = "GLOBAL\nCOUNT = 7\nEND\nPROGRAM COUNTER\nCOUNT = COUNT + 1\nEND\n";
 
@@ -21,7 +23,7 @@ pub fn ok(serve: &Serve, words: &[&str]) -> String {
 
 #[test]
 fn a_day_of_a_host_in_both_framings() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     // More than one text, so that the file is divided.
     let long = COUNTER.to_owned() + &"REMARK a line to make the file longer than a text\n".repeat(20);
     let long = long.replace("END\nREMARK", "REMARK") + "END\n";
@@ -114,7 +116,7 @@ pub fn peer(answer: &'static [u8]) -> String {
     let address = listener.local_addr().unwrap().to_string();
     std::thread::spawn(move || {
         let (mut stream, _) = listener.accept().unwrap();
-        read_until(&mut stream, 0x03);
+        stream.read_until(0x03);
         stream.write_all(answer).unwrap();
         // Until the host closes.
         let _ = stream.read_to_end(&mut Vec::new());
@@ -170,7 +172,7 @@ fn a_file_without_an_end_ends_with_the_time_for_everything() {
         let (mut stream, _) = listener.accept().unwrap();
         // A text for the command, and for each OK.
         loop {
-            read_until(&mut stream, 0x03);
+            stream.read_until(0x03);
             if stream.write_all(b"\x02FL,AND SO ON\n\x03").is_err() {
                 break;
             }
@@ -204,7 +206,7 @@ fn an_sp_in_between_is_no_answer() {
 
 #[test]
 fn check_says_what_the_compiler_says() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let good = directory.file("good.scol", COUNTER);
     let bad = directory.file("bad.scol", "PROGRAM BAD\nGOTO NOWHERE\nEND\n");
     assert_eq!(run(&["check", &good]).status.code(), Some(0));

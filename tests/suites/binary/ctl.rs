@@ -1,8 +1,9 @@
 //! `ts3100 ctl` and `completions` against a running `ts3100 serve`: exit codes, both forms of an answer, the token.
 
-use super::support::{Serve, TempDir, run, stderr, stdout, ts3100};
+use super::support::{Serve, run, stderr, stdout, ts3100};
 use serde_json::{Value, json};
 use std::process::Output;
+use ts3100_tests::testing::TempDir;
 
 fn ctl(serve: &Serve, words: &[&str]) -> Output {
     let url = serve.control.as_deref().unwrap();
@@ -27,7 +28,7 @@ fn code(serve: &Serve, words: &[&str]) -> Option<i32> {
 #[test]
 fn a_snapshot_and_a_transcript_become_files() {
     let serve = Serve::start(&["--time", "stepped"]);
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let path = |name: &str| directory.path().join(name).to_str().unwrap().to_owned();
     answer(&serve, &["battery", "low"]);
     let shown = ctl(&serve, &["snapshot", "show"]);
@@ -94,7 +95,7 @@ fn every_switch_has_its_words() {
 
 #[test]
 fn every_resource_has_its_words() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let serve = Serve::start(&["--time", "stepped"]);
     let program = directory.file(
         "cell.scol",
@@ -185,7 +186,7 @@ fn the_exit_code_says_how_it_ended() {
 
 #[test]
 fn people_get_names_and_values_and_files_as_they_are() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let program = directory.file("p.scol", "PROGRAM P\nEND\n");
     let serve = Serve::start(&[]);
     ctl(&serve, &["file", "put", "P", &program]);
@@ -198,7 +199,7 @@ fn people_get_names_and_values_and_files_as_they_are() {
 
 #[test]
 fn url_and_token_come_from_the_environment() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("token", "0123456789abcdef\n");
     let serve = Serve::start(&["--control-token-file", &file]);
     let url = serve.control.as_deref().unwrap();

@@ -1,8 +1,9 @@
 //! `ts3100 exec`: an emulator for the time of one command.
 
-use super::support::{TS3100, TempDir, run, stderr, stdout, ts3100};
+use super::support::{TS3100, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::Stdio;
+use ts3100_tests::testing::TempDir;
 
 fn exec(words: &[&str], script: &str) -> std::process::Output {
     let script = format!("ts3100() {{ '{TS3100}' \"$@\"; }}\n{script}");
@@ -11,7 +12,7 @@ fn exec(words: &[&str], script: &str) -> std::process::Output {
 
 #[test]
 fn the_command_finds_a_robot_that_answers_and_was_not_spoken_to() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let coverage = directory.path().join("coverage.json");
     let transcript = directory.path().join("day.txt");
     let words = [
@@ -74,7 +75,7 @@ fn a_seed_that_was_drawn_is_told_though_the_log_is_quiet() {
 
 #[test]
 fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");
     let results = directory.path().join("results.xml");
     let results = results.to_str().unwrap();
@@ -115,7 +116,7 @@ fn the_exit_code_is_the_commands_and_a_bit_of_the_reports() {
 fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
     let output = run(&["exec", "--", "no-such-command-anywhere"]);
     assert_eq!(output.status.code(), Some(127), "{}", stderr(&output));
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("file", "");
     assert_eq!(run(&["exec", "--", &file]).status.code(), Some(126));
     let broken = directory.file("s.toml", "[[expect]]\nwat = 1\n");
@@ -131,7 +132,7 @@ fn what_cannot_be_run_has_the_codes_of_shells_and_what_cannot_begin_its_own() {
 
 #[test]
 fn a_run_that_cannot_start_leaves_a_report_that_says_why() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let results = directory.path().join("results.xml");
     let results = results.to_str().unwrap();
     let scenario = directory.file("s.toml", "[[expect]]\nwhat = \"command SU\"\n");
@@ -230,7 +231,7 @@ fn a_command_and_what_it_has_started_end_when_exec_is_killed() {
 
 #[test]
 fn a_signal_is_passed_on_and_the_reports_are_written_all_the_same() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let state = directory.path().join("state.json");
     let script = "trap 'echo told; exit 9' TERM; echo ready; while :; do read line || exit 3; done";
     let mut child = ts3100(&[

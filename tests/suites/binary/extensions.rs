@@ -1,8 +1,9 @@
 //! `ts3100 host` with variables of every type and with the commands beyond the manual.
 
 use super::client::{ok, peer};
-use super::support::{Serve, TempDir, run, stderr, stdout};
+use super::support::{Serve, run, stderr, stdout};
 use serde_json::Value;
+use ts3100_tests::testing::TempDir;
 
 const KINDS: &str = "GLOBAL\nCOUNT = 7\nLEVEL = 1.5\nDIM TABLE(3) AS INTEGER\nEND\nPROGRAM KINDS\nCOUNT = 7\nEND\n\
                      DATA\nPOINT P1=400,0,200,0,0,0,0,0/12111\nTRANS W1=1,2,3,4,5,6\nEND\n";
@@ -14,7 +15,7 @@ fn json(serve: &Serve, words: &[&str]) -> Value {
 // clause: CMD-MR-04 CMD-MR-05 CMD-MW-01 CMD-MW-02
 #[test]
 fn variables_are_read_and_written_by_word_by_code_or_without_a_type() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("kinds.scol", KINDS);
     let serve = Serve::start(&["--load", &file, "--select", "KINDS"]);
     let values = |words: &[&str]| ok(&serve, words);

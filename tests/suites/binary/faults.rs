@@ -1,11 +1,13 @@
 //! Faults and legal variation from the command line: flags, files, the report, the list.
 
-use super::support::{Serve, TempDir, run, stderr, stdout};
+use super::support::{Serve, run, stderr, stdout};
 use serde_json::Value;
+use ts3100_tests::host::Host;
+use ts3100_tests::testing::TempDir;
 
 #[test]
 fn faults_of_flags_and_files_fire_and_those_that_never_did_are_reported() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file(
         "faults.toml",
         "[[fault]]\nkind = \"ng\"\ncommand = \"SO\"\n\n[[fault]]\nkind = \"no-reply\"\ncommand = \"ER\"\n",
@@ -40,7 +42,7 @@ fn faults_of_flags_and_files_fire_and_those_that_never_did_are_reported() {
 
 #[test]
 fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let [json, xml] = ["report.json", "report.xml"].map(|name| directory.file(name, ""));
     let words = |deny: &'static str| {
         let faults = [
@@ -53,7 +55,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
         let serve = Serve::start(&[faults.as_slice(), reports.as_slice()].concat());
         let mut host = serve.dial(0);
         std::io::Write::write_all(&mut host, b"\x02SO\r\x03").unwrap();
-        super::support::exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
+        host.exchange(b"\x02BR\r\x03", b"\x02OK\r\x03");
         serve.signal("TERM")
     };
     // What is denied of findings has nothing to do with faults.
@@ -88,7 +90,7 @@ fn the_report_says_why_and_a_fault_that_met_nothing_can_fail_the_run() {
 
 #[test]
 fn a_report_that_cannot_be_written_is_known_before_the_run() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let scenario = directory.file("s.toml", "[[never]]\nwhat = \"alarm\"\n");
     for flag in ["--report", "--junit"] {
         let output = run(&[
@@ -111,7 +113,7 @@ fn a_report_that_cannot_be_written_is_known_before_the_run() {
 
 #[test]
 fn what_is_no_fault_ends_it_before_it_is_ready() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("faults.toml", "[[fault]]\nkind = \"ng\"\nafter = \"soon\"\n");
     let twice = directory.file(
         "twice.toml",

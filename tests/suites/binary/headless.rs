@@ -1,9 +1,10 @@
 //! `ts3100 run`: programs from a shell, without sockets.
 
-use super::support::{TempDir, run};
+use super::support::run;
 use super::tools::stdout;
 use serde_json::Value;
 use std::process::Output;
+use ts3100_tests::testing::TempDir;
 
 const PICK: &str = "\
 PROGRAM PICK
@@ -38,7 +39,7 @@ fn json(output: &Output) -> Value {
 
 #[test]
 fn a_dialogue_runs_from_records() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", PICK);
     let records = format!(
         "ip1={}",
@@ -87,7 +88,7 @@ fn a_dialogue_runs_from_records() {
 
 #[test]
 fn a_trace_names_a_statement_once_however_long_it_waits_for_the_arm() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let program = "PROGRAM M\nENABLE NOWAIT\nON MOTION > 50 DO DOUT(1)\nMOVEA 1, 30\nMOVEA 1, 0\nDELAY 0.1\nMOVEA 1, 30\nEND\n";
     let file = directory.file("once.scol", program);
     let traced = json(&run(&["run", &file, "--json", "--trace"]));
@@ -100,7 +101,7 @@ fn a_trace_names_a_statement_once_however_long_it_waits_for_the_arm() {
 
 #[test]
 fn a_trace_names_the_task_of_each_statement() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let source = "PROGRAM M\nI = TASK(\"SIDE\")\nDELAY 1\nEND\nPROGRAM SIDE\nDELAY 0.5\nEND\n";
     let file = directory.file("tasks.scol", source);
     let traced = json(&run(&["run", &file, "--json", "--trace"]));
@@ -123,7 +124,7 @@ fn a_trace_names_the_task_of_each_statement() {
 
 #[test]
 fn used_up_records_end_a_server_and_missing_ones_are_usage() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", PICK);
     let records = format!("ip1={}", directory.file("in.txt", "1,10.0\n"));
     let output = run(&["run", &file, "--input", &records]);
@@ -151,7 +152,7 @@ fn used_up_records_end_a_server_and_missing_ones_are_usage() {
 
 #[test]
 fn channels_are_named_when_there_are_several() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file(
         "p.scol",
         "PROGRAM P\nPRINT \"A\", CR\nPRINT COM1, \"B\"\nPRINT COM1, \"C\", CR\nINPUT N\nPRINT IP2, N, CR\nSTOP\nEND\n",
@@ -169,7 +170,7 @@ fn channels_are_named_when_there_are_several() {
 
 #[test]
 fn alarms_endless_runs_and_dead_waits_are_exit_code_one() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("a.scol", "PROGRAM A\nN = 0\nM = 1 / N\nEND\n");
     let output = run(&["run", &file]);
     assert_eq!(output.status.code(), Some(1));
@@ -189,7 +190,7 @@ fn alarms_endless_runs_and_dead_waits_are_exit_code_one() {
 
 #[test]
 fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("a.scol", "PROGRAM A\nMOV X\nEND\n");
     let output = run(&["run", &file]);
     assert_eq!(output.status.code(), Some(2));
@@ -215,7 +216,7 @@ fn wrong_usage_and_programs_with_errors_are_exit_code_two() {
 
 #[test]
 fn points_come_from_a_table_for_check_and_run() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", "PROGRAM PICK\nMOVE T1\nPRINT T1.X, CR\nEND\n");
     let points = directory.file("points.csv", "NAME,X,Y,Z,C,T,CONFIG\nT1,250,100,20,30,0,LEFTY\n");
     let scara = ["--model", "tsl3000-thl400"];

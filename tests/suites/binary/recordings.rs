@@ -1,12 +1,13 @@
 //! `serve --transcript`, `tap` and `diff` as commands: what one records, another plays; a killed process leaves a
 //! whole transcript.
 
-use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
+use super::support::{Serve, run, stderr, stdout, ts3100};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Stdio};
-use std::time::Duration;
+use ts3100_tests::host::{Host, dial_address};
+use ts3100_tests::testing::TempDir;
 
 const PICK: &str =
     "PROGRAM PICK\nX = 0\nPRINT IP1, \"REQ\", CR\nINPUT IP1, X\nPRINT IP1, \"AT\", X, CR\nEND\n";
@@ -14,20 +15,20 @@ const PICK: &str =
 /// A host's errand: status, a refused selection, a program with its dialogue.
 fn errand(mut host: TcpStream, mut program: TcpStream) {
     host.write_all(b"\x02SU\r\x03").unwrap();
-    read_until(&mut host, 0x03);
-    exchange(&mut host, b"\x02OK\r\x03\x02SL,NOPE\r\x03", b"\x02NG\r\x03");
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"\x02SL,PICK\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
-    exchange(&mut program, b"", b"REQ\r");
-    exchange(&mut program, b"7\r", b"AT           7\r");
-    exchange(&mut host, b"", b"\x02SP\r\x03");
+    host.read_until(0x03);
+    host.exchange(b"\x02OK\r\x03\x02SL,NOPE\r\x03", b"\x02NG\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SL,PICK\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
+    program.exchange(b"", b"REQ\r");
+    program.exchange(b"7\r", b"AT           7\r");
+    host.exchange(b"", b"\x02SP\r\x03");
 }
 
 #[test]
 #[cfg(unix)]
 fn a_transcript_into_a_pipe_without_a_reader_is_refused_and_holds_nothing_up() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let pipe = directory.path().join("pipe");
     let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
     assert!(made.success());
@@ -90,9 +91,7 @@ impl Tap {
     }
 
     fn dial(&self, channel: usize) -> TcpStream {
-        let stream = TcpStream::connect(("127.0.0.1", self.ports[channel])).unwrap();
-        stream.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
-        stream
+        dial_address(("127.0.0.1", self.ports[channel]))
     }
 }
 
@@ -105,7 +104,7 @@ impl Drop for Tap {
 
 #[test]
 fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let pick = directory.file("pick.scol", PICK);
     let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
     let mut words = vec!["--load", &pick];
@@ -181,7 +180,7 @@ fn what_serve_records_is_the_same_when_played_and_a_kill_loses_nothing() {
 #[cfg(unix)]
 #[test]
 fn files_that_were_not_kept_are_not_kept_when_played() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let pick = directory.file("pick.scol", PICK);
     let names = ["a.txt", "a.jsonl"].map(|name| directory.file(name, ""));
     let (drive, away) = (directory.path().join("drive"), directory.path().join("away"));
@@ -198,10 +197,9 @@ fn files_that_were_not_kept_are_not_kept_when_played() {
     let serve = Serve::start(&words);
     let mut host = serve.dial(0);
     let mut steps = |answer: &[u8]| {
-        exchange(&mut host, b"\x02DL,A\r\x03", b"\x02OK\r\x03");
-        exchange(&mut host, b"\x02FL,END\n\x1a\x03", answer);
-        exchange(
-            &mut host,
+        host.exchange(b"\x02DL,A\r\x03", b"\x02OK\r\x03");
+        host.exchange(b"\x02FL,END\n\x1a\x03", answer);
+        host.exchange(
             b"\x02ER,PICK\r\x03\x02ER,PICK\r\x03",
             &[answer, b"\x02NG\r\x03"].concat(),
         );
@@ -233,7 +231,7 @@ fn files_that_were_not_kept_are_not_kept_when_played() {
 
 #[test]
 fn what_a_tap_records_is_played_to_the_emulator() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let pick = directory.file("pick.scol", PICK);
     let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
     let serve = Serve::start(&["--load", &pick]);
@@ -293,7 +291,7 @@ fn a_tap_without_a_file_writes_to_stdout_until_a_signal() {
     let message = printed["message"].as_str().unwrap();
     let own = message.strip_prefix("IP0: ").unwrap().split(' ').next().unwrap();
     let mut host = TcpStream::connect(own).unwrap();
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     drop(serve);
     // The controller dies: the host hears of it, the tap stays and says so.
     assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
@@ -326,7 +324,7 @@ fn a_tap_without_a_file_writes_to_stdout_until_a_signal() {
 
 #[test]
 fn what_diff_and_tap_cannot_use_is_said() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let broken = directory.file("a.txt", "origin: observed\n> IP9 SO\n");
     let flags = directory.file("b.txt", "origin: observed\nflag: listen=0.0.0.0\n");
     let fine = directory.file("c.txt", "origin: observed\n");

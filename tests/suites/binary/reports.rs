@@ -1,9 +1,11 @@
 //! Reports at the end of a run: findings in three forms, coverage of the permission tables, lines executed, and
 //! the exit codes that follow.
 
-use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout};
+use super::support::{Serve, run, stderr, stdout};
 use serde_json::Value;
 use std::io::Write;
+use ts3100_tests::host::Host;
+use ts3100_tests::testing::TempDir;
 
 const PICK: &str =
     "PROGRAM PICK\nX = 0\nIF X == 0 THEN GOTO OUT\nX = 1\nOUT:\nPRINT IP1, \"AT\", X, CR\nEND\n";
@@ -16,14 +18,14 @@ fn json(path: &str) -> Value {
 fn careless(words: &[&str], signal: &str) -> std::process::Output {
     let serve = Serve::start(words);
     let mut host = serve.dial(0);
-    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"\x02XX\r\x03", b"\x02NG\r\x03");
+    host.exchange(b"\x02so\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02XX\r\x03", b"\x02NG\r\x03");
     serve.signal(signal)
 }
 
 #[test]
 fn findings_are_written_in_three_forms_at_the_end() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let [xml, sarif, document] = ["f.xml", "f.sarif", "f.json"].map(|name| directory.file(name, ""));
     let output = careless(
         &["--findings", &xml, "--findings", &sarif, "--findings", &document],
@@ -128,7 +130,7 @@ fn what_cannot_be_reported_is_said_before_the_run() {
 
 #[test]
 fn coverage_is_written_judged_and_merged() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let [one, other, page] = ["1.json", "2.json", "1.html"].map(|name| directory.file(name, ""));
     let words = ["--coverage", &one, "--coverage", &page, "--min-coverage", "99"];
     let output = careless(&words, "TERM");
@@ -162,7 +164,7 @@ fn coverage_is_written_judged_and_merged() {
     );
 
     let serve = Serve::start(&["--coverage", &other, "--key", "teaching"]);
-    exchange(&mut serve.dial(0), b"\x02SO\r\x03", b"\x02NG\r\x03");
+    serve.dial(0).exchange(b"\x02SO\r\x03", b"\x02NG\r\x03");
     assert_eq!(serve.signal("TERM").status.code(), Some(0));
     let all = directory.file("all.json", "");
     let merged = run(&[
@@ -194,21 +196,21 @@ fn coverage_is_written_judged_and_merged() {
 
 #[test]
 fn executed_lines_are_written_for_lcov() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let (file, info) = (directory.file("pick.scol", PICK), directory.file("run.info", ""));
     let serve = Serve::start(&["--load", &file, "--select", "PICK", "--servo-on", "--lcov", &info]);
     let mut host = serve.dial(0);
     let mut channel = serve.dial(1);
     for _ in 0..2 {
-        exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
-        assert!(read_until(&mut channel, b'\r').starts_with(b"AT"));
-        assert_eq!(read_until(&mut host, 0x03), b"\x02SP\r\x03");
+        host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
+        assert!(channel.read_until(b'\r').starts_with(b"AT"));
+        assert_eq!(host.read_until(0x03), b"\x02SP\r\x03");
     }
     // A program the host brings has no file of the PC: it is written beside the report.
-    exchange(&mut host, b"\x02DL,NEW\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02DL,NEW\r\x03", b"\x02OK\r\x03");
     host.write_all(b"\x02FL,PROGRAM NEW\rDOUT(1)\rEND\r\x1a\x03")
         .unwrap();
-    assert_eq!(read_until(&mut host, 0x03), b"\x02OK\r\x03");
+    assert_eq!(host.read_until(0x03), b"\x02OK\r\x03");
     assert_eq!(serve.signal("TERM").status.code(), Some(0));
     let trace = std::fs::read_to_string(&info).unwrap();
     let pick = format!(
@@ -223,7 +225,7 @@ fn executed_lines_are_written_for_lcov() {
 
 #[test]
 fn a_run_without_sockets_writes_the_same_lines() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let (file, info) = (directory.file("pick.scol", PICK), directory.file("run.info", ""));
     let output = run(&["run", &file, "--lcov", &info]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
@@ -240,7 +242,7 @@ fn a_run_without_sockets_writes_the_same_lines() {
 
 #[test]
 fn the_reports_are_keys_of_the_file_and_the_environment_too() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let config = directory.file(
         "c.toml",
         "findings = [\"f.json\"]\ndeny = [\"no-cr\", \"lower-case\"]\n",

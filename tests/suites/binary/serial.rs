@@ -1,13 +1,12 @@
 //! `ts3100 serve` with serial lines: what the ready line says of them, the links of pseudo terminals through signals,
 //! errors at the start.
 
-use super::support::{Serve, TempDir, run, stderr};
+use super::support::{Serve, run, stderr};
 use serialport::TTYPort;
 use std::io::{Read, Write};
 use std::path::Path;
-use std::time::Duration;
-
-const LONG: Duration = Duration::from_secs(30);
+use ts3100_tests::host::LONG;
+use ts3100_tests::testing::TempDir;
 
 /// A host on the terminal asks for SU.
 fn status(path: &Path) {
@@ -21,7 +20,7 @@ fn status(path: &Path) {
 
 #[test]
 fn links_are_removed_by_a_signal_left_by_a_kill_and_replaced_by_the_next() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let (host, com1) = (directory.path().join("host"), directory.path().join("com1"));
     let words = ["--serial-dir", directory.path().to_str().unwrap()];
     let serve = Serve::start(&words);

@@ -1,8 +1,10 @@
 //! `ts3100 serve`: ready line, ports, signals, errors at the start, the backing directory, time.
 
-use super::support::{Serve, TempDir, exchange, read_until, run, stderr, stdout, ts3100};
+use super::support::{Serve, run, stderr, stdout, ts3100};
 use std::io::{Read, Write};
 use std::net::TcpListener;
+use ts3100_tests::host::Host;
+use ts3100_tests::testing::TempDir;
 
 const PICK: &str = "PROGRAM PICK\nX = 0\nINPUT IP1, X\nDELAY X\nPRINT IP1, \"AT\", X, CR\nEND\n";
 
@@ -15,10 +17,10 @@ fn a_host_is_served_in_the_framing_it_uses() {
         "a fresh drive opens all four channels"
     );
     let mut host = serve.dial(0);
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"SO\r\x03", b"OK\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"SO\r\x03", b"OK\r\x03");
     host.write_all(b"\x02SU\r\x03").unwrap();
-    let status = read_until(&mut host, 0x03);
+    let status = host.read_until(0x03);
     let expected = b"\x02FL,MODE:external(ethernet)/cycle FILE:";
     assert!(status.starts_with(expected), "{}", status.escape_ascii());
     host.write_all(b"\x02OK\r\x03").unwrap();
@@ -29,10 +31,10 @@ fn a_host_is_served_in_the_framing_it_uses() {
 fn a_second_host_is_turned_away_and_the_first_stays() {
     let serve = Serve::start(&[]);
     let mut first = serve.dial(0);
-    exchange(&mut first, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    first.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     let mut second = serve.dial(0);
     assert!(matches!(second.read(&mut [0; 8]), Ok(0) | Err(_)));
-    exchange(&mut first, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    first.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
 }
 
 // clause: ETH-07
@@ -49,7 +51,7 @@ fn garbage_half_a_text_and_a_disconnect_leave_a_working_port() {
         host.write_all(rubbish).unwrap();
         drop(host);
         let mut next = serve.dial(0);
-        exchange(&mut next, b"\x02SO\r\x03", b"\x02OK\r\x03");
+        next.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     }
 }
 
@@ -58,7 +60,7 @@ fn signals_end_it_cleanly() {
     for name in ["TERM", "INT"] {
         let serve = Serve::start(&["-v"]);
         let mut host = serve.dial(0);
-        exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+        host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
         let output = serve.signal(name);
         assert_eq!(output.status.code(), Some(0));
         let log = stderr(&output);
@@ -73,7 +75,7 @@ fn signals_end_it_cleanly() {
 #[test]
 fn the_log_can_be_json() {
     let serve = Serve::start(&["-v", "--log-format", "json"]);
-    exchange(&mut serve.dial(0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    serve.dial(0).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     let log = stderr(&serve.signal("TERM"));
     let lines: Vec<serde_json::Value> = log
         .lines()
@@ -107,7 +109,7 @@ fn a_port_in_use_is_one_clear_error() {
 
 #[test]
 fn what_cannot_be_used_at_the_start_is_refused_with_its_reason() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let broken = directory.file("broken.scol", "PROGRAM BROKEN\nGOTO NOWHERE\nEND\n");
     let tab = directory.file("tab.scol", "PROGRAM TAB\n\tSPEED = 20\nEND\n");
     let name = directory.file("2name.scol", "PROGRAM X\nEND\n");
@@ -183,7 +185,7 @@ fn people_are_told_what_to_try() {
 // clause: RAM-14 CMD-DL-06
 #[test]
 fn a_download_survives_a_kill() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let drive = directory.path().join("drive");
     let drive = drive.to_str().unwrap();
     let file = directory.file("pick.scol", PICK.replace('\n', "\r\n"));
@@ -206,7 +208,7 @@ fn a_download_survives_a_kill() {
 // clause: EU-06
 #[test]
 fn the_error_history_survives_a_kill_and_a_damaged_one_does_no_harm() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let drive = directory.path().join("drive");
     let kept = drive.join(".ts3100.history");
     let words = [
@@ -255,7 +257,7 @@ fn the_error_history_survives_a_kill_and_a_damaged_one_does_no_harm() {
 
 #[test]
 fn foreign_files_in_the_directory_are_named_and_left_alone() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let drive = directory.path().join("drive");
     std::fs::create_dir_all(drive.join("SUB")).unwrap();
     for name in [".DS_Store", "README (1).md", "PICK"] {
@@ -278,7 +280,7 @@ fn foreign_files_in_the_directory_are_named_and_left_alone() {
 
 #[test]
 fn two_daemons_on_one_directory_are_refused() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let drive = directory.path().join("drive");
     let drive = drive.to_str().unwrap();
     let first = Serve::start(&["--drive", drive]);
@@ -290,7 +292,7 @@ fn two_daemons_on_one_directory_are_refused() {
         error.contains(drive) && error.contains("the RAM drive of another running ts3100"),
         "{error}"
     );
-    exchange(&mut first.dial(0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    first.dial(0).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     first.signal("KILL");
     assert_eq!(
         Serve::start(&["--drive", drive]).signal("TERM").status.code(),
@@ -302,7 +304,7 @@ fn two_daemons_on_one_directory_are_refused() {
 #[test]
 fn a_directory_that_cannot_be_written_is_one_error_and_the_robot_goes_on() {
     for (when_full, code) in [("refuse", 1), ("memory", 0)] {
-        let directory = TempDir::new();
+        let directory = TempDir::new("binary");
         let drive = directory.path().join("drive");
         let file = directory.file("pick.scol", PICK);
         let set = format!("drive.when_full={when_full}");
@@ -333,7 +335,7 @@ fn a_directory_that_cannot_be_written_is_one_error_and_the_robot_goes_on() {
 
 #[test]
 fn a_directory_that_does_not_take_the_files_of_the_start_is_no_start() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let drive = directory.path().join("drive");
     std::fs::create_dir_all(drive.join("PICK")).unwrap();
     let file = directory.file("pick.scol", PICK);
@@ -362,7 +364,7 @@ fn a_parameter_file_given_at_the_start_acts_at_once() {
     assert_eq!(serve.ports.iter().filter(|port| port.is_some()).count(), 2);
     let parameters = serve.host(&["ul", "ETHERNET.PAR"]);
     assert_eq!(parameters.status.code(), Some(0), "{}", stderr(&parameters));
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("ethernet.par", &parameters.stdout);
     let serve = Serve::start(&["--load", &file]);
     assert_eq!(serve.ports.iter().filter(|port| port.is_some()).count(), 2);
@@ -370,7 +372,7 @@ fn a_parameter_file_given_at_the_start_acts_at_once() {
 
 #[test]
 fn automatic_time_jumps_over_an_hour_but_waits_for_the_host() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("pick.scol", PICK);
     let serve = Serve::start(&[
         "--time",
@@ -385,5 +387,5 @@ fn automatic_time_jumps_over_an_hour_but_waits_for_the_host() {
     assert_eq!(serve.host(&["rn"]).status.code(), Some(0));
     // Half a minute is the longest that the host waits for what is due in an hour.
     program.write_all(b"3600\r").unwrap();
-    assert_eq!(read_until(&mut program, b'\r'), b"AT        3600\r");
+    assert_eq!(program.read_until(b'\r'), b"AT        3600\r");
 }

@@ -1,12 +1,13 @@
 //! `serve --snapshot-on-exit` and `serve --restore`.
 
-use super::support::{Serve, TempDir, run, stderr, stdout};
+use super::support::{Serve, run, stderr, stdout};
+use ts3100_tests::testing::TempDir;
 
 const PICK: &str = "PROGRAM PICK\nDOUT(5)\nEND\n";
 
 #[test]
 fn what_ends_with_a_snapshot_begins_again_from_it() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let program = directory.file("pick.scol", PICK);
     let state = directory.path().join("state.json");
     let state = state.to_str().unwrap();
@@ -39,7 +40,7 @@ fn what_ends_with_a_snapshot_begins_again_from_it() {
 
 #[test]
 fn what_cannot_be_restored_is_no_start() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let broken = directory.file(
         "broken.json",
         "{\"format\": \"ts3100-snapshot\", \"version\": 1, \"config\": 5}",
@@ -72,7 +73,7 @@ fn what_cannot_be_restored_is_no_start() {
 #[cfg(unix)]
 #[test]
 fn what_is_no_regular_file_is_no_target() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let theirs = directory.file("theirs", "theirs");
     let here = directory.path().join("here");
     std::fs::create_dir(&here).unwrap();

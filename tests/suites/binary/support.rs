@@ -1,44 +1,9 @@
-//! A running `ts3100 serve`, its peers, and a directory of its own.
+//! A running `ts3100 serve`, and programs that run to their end.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
-use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
-use std::time::Duration;
-
-/// Longest wait for anything; reached only when a test fails.
-const LONG: Duration = Duration::from_secs(30);
-
-/// A directory removed on drop.
-pub struct TempDir(PathBuf);
-
-impl TempDir {
-    pub fn new() -> TempDir {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("ts3100-binary-{}-{count}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        TempDir(path)
-    }
-
-    pub fn path(&self) -> &Path {
-        &self.0
-    }
-
-    /// A file in it.
-    pub fn file(&self, name: &str, content: impl AsRef<[u8]>) -> String {
-        let path = self.0.join(name);
-        std::fs::write(&path, content).unwrap();
-        path.to_str().unwrap().to_owned()
-    }
-}
-
-impl Drop for TempDir {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
+use ts3100_tests::host::{LONG, dial_address};
 
 /// Where the program is.
 pub const TS3100: &str = env!("CARGO_BIN_EXE_ts3100-suites");
@@ -150,9 +115,7 @@ impl Serve {
 
     /// A connection to a channel.
     pub fn dial(&self, channel: usize) -> TcpStream {
-        let stream = TcpStream::connect(self.address(channel)).unwrap();
-        stream.set_read_timeout(Some(LONG)).unwrap();
-        stream
+        dial_address(self.address(channel))
     }
 
     /// One command of the small host client.
@@ -178,26 +141,4 @@ impl Drop for Serve {
             let _ = child.wait();
         }
     }
-}
-
-/// Sends bytes and reads exactly as many as expected.
-pub fn exchange(stream: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
-    stream.write_all(bytes).unwrap();
-    let mut found = vec![0; expected.len()];
-    stream.read_exact(&mut found).unwrap();
-    assert_eq!(
-        found.escape_ascii().to_string(),
-        expected.escape_ascii().to_string()
-    );
-}
-
-/// Reads up to and with a byte.
-pub fn read_until(stream: &mut TcpStream, end: u8) -> Vec<u8> {
-    let mut found = Vec::new();
-    let mut byte = [0];
-    while found.last() != Some(&end) {
-        stream.read_exact(&mut byte).unwrap();
-        found.push(byte[0]);
-    }
-    found
 }

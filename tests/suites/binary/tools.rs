@@ -1,7 +1,8 @@
 //! The tools for programs from outside: `check` as documents, `fmt`.
 
-use super::support::{TempDir, run};
+use super::support::run;
 use serde_json::Value;
+use ts3100_tests::testing::TempDir;
 
 const UNTIDY: &str = "program t\nn=1\nprint ip1,n,cr ' Count\nend\n";
 const TIDY: &str = "PROGRAM T\n  N = 1\n  PRINT IP1, N, CR ' Count\nEND\n";
@@ -12,7 +13,7 @@ pub fn stdout(output: &std::process::Output) -> String {
 
 #[test]
 fn check_writes_documents() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let bad = directory.file("bad.scol", "PROGRAM BAD\nSPARE = 1\nGOTO NOWHERE\nEND\n");
     let output = run(&["check", "--format", "json", &bad]);
     assert_eq!(output.status.code(), Some(1));
@@ -25,7 +26,7 @@ fn check_writes_documents() {
 
 #[test]
 fn warnings_fail_only_where_they_are_denied() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let doubtful = directory.file("doubtful.scol", "PROGRAM T\nSPARE = 1\nEND\n");
     let output = run(&["check", &doubtful]);
     assert_eq!(output.status.code(), Some(0));
@@ -39,7 +40,7 @@ fn warnings_fail_only_where_they_are_denied() {
 
 #[test]
 fn fmt_writes_only_what_changes() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("binary");
     let file = directory.file("t.scol", UNTIDY);
     let output = run(&["fmt", "--check", &file]);
     assert_eq!(output.status.code(), Some(1));

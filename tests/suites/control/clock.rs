@@ -1,9 +1,10 @@
 //! Time in the hand of the test: advance, advance until, wait, the modes.
 
-use super::support::{Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;
+use ts3100_tests::bench::{Bench, builder, running};
+use ts3100_tests::host::Host;
 
 const SLOW: &str = "PROGRAM TEST\nDELAY 3600\nDOUT(4)\nDELAY 10\nPRINT IP1, \"DONE\", CR\nDOUT(-4)\nEND\n";
 
@@ -103,7 +104,7 @@ fn a_wait_does_not_move_time() {
 
 #[test]
 fn the_mode_is_changed_without_a_jump() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     robot.post("/clock/advance", r#"{"seconds":100}"#);
     for mode in ["real", "x2", "auto", "stepped"] {
         let clock = robot.put("/clock", &format!("{{\"mode\":\"{mode}\"}}"));
@@ -120,7 +121,7 @@ fn the_mode_is_changed_without_a_jump() {
 
 #[test]
 fn what_cannot_be_waited_for_is_refused() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     for (status, body) in [
         (404, r#"{"condition":{"output":{"line":0,"on":true}},"within":1}"#),
         (404, r#"{"condition":{"alarm":"7-777"},"within":1}"#),
@@ -142,10 +143,10 @@ fn what_was_sent_before_time_moves_is_heard_before() {
     let robot = running(SLOW);
     let mut host = robot.host();
     for second in 1_u64..=30 {
-        host.0.write_all(b"\x02SU\r\x03").unwrap();
+        host.write_all(b"\x02SU\r\x03").unwrap();
         robot.post("/clock/advance", r#"{"seconds":1}"#);
         host.text();
-        host.0.write_all(b"\x02OK\r\x03").unwrap();
+        host.write_all(b"\x02OK\r\x03").unwrap();
         let lines = robot.call_text("GET", "/transcript?format=jsonl", "").1;
         let hosts = |line: &&str| line.contains("\"from-host\"") && line.contains("SU<CR>");
         let received = lines.lines().rfind(hosts).unwrap();

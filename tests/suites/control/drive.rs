@@ -1,31 +1,34 @@
 //! A directory behind the RAM drive that takes no files: moved away while the emulator runs, which stops root as well.
 
-use super::support::{Host, Robot, builder};
 use std::io::Write as _;
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
+use ts3100_tests::bench::{Bench, builder};
+use ts3100_tests::host::Host;
+use ts3100_tests::testing::TempDir;
 
 const PROGRAM: &str = "GLOBAL\nN = 1\nEND\nPROGRAM TEST\nEND\n";
 
 /// A directory that can be moved away and back; both are gone when this is.
-struct Directory(PathBuf);
+struct Directory(TempDir);
 
 impl Directory {
     fn new(name: &str) -> Directory {
-        let path = std::env::temp_dir().join(format!("ts3100-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(path.join("drive")).unwrap();
-        Directory(path)
+        let directory = Directory(TempDir::new(name));
+        std::fs::create_dir(directory.drive()).unwrap();
+        directory
     }
 
     fn drive(&self) -> PathBuf {
-        self.0.join("drive")
+        self.0.at("drive")
     }
 
     fn take_away(&self) {
-        std::fs::rename(self.drive(), self.0.join("away")).unwrap();
+        std::fs::rename(self.drive(), self.0.at("away")).unwrap();
     }
 
     fn put_back(&self) {
-        std::fs::rename(self.0.join("away"), self.drive()).unwrap();
+        std::fs::rename(self.0.at("away"), self.drive()).unwrap();
     }
 
     fn content(&self, name: &str) -> Option<String> {
@@ -33,34 +36,27 @@ impl Directory {
     }
 }
 
-impl Drop for Directory {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn start(drive: &Path, when_full: &str) -> Robot {
+fn start(drive: &Path, when_full: &str) -> Bench {
     let builder = builder().drive(drive).file("TEST", PROGRAM).select("TEST");
-    Robot::start(builder.option("drive.when_full", when_full).unwrap())
+    Bench::start(builder.option("drive.when_full", when_full).unwrap())
 }
 
 /// The answer to the last text of a download.
-fn download(host: &mut Host, name: &str, content: &str) -> String {
+fn download(host: &mut TcpStream, name: &str, content: &str) -> String {
     assert_eq!(host.command(&format!("DL,{name}")), "OK");
-    host.0
-        .write_all(format!("\x02FL,{content}\x1a\x03").as_bytes())
+    host.write_all(format!("\x02FL,{content}\x1a\x03").as_bytes())
         .unwrap();
     String::from_utf8(host.text()).unwrap().trim_end().to_owned()
 }
 
-fn text(robot: &Robot, name: &str) -> String {
+fn text(robot: &Bench, name: &str) -> String {
     robot.get(&format!("/files/{name}"))["text"]
         .as_str()
         .unwrap()
         .to_owned()
 }
 
-fn unkept(robot: &Robot) -> String {
+fn unkept(robot: &Bench) -> String {
     robot.get("/health")["drive"]["unkept"].to_string()
 }
 
@@ -160,7 +156,7 @@ fn with_memory_the_change_happens_and_is_made_up_for() {
 
 #[test]
 fn without_a_directory_there_is_nothing_to_tell() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     assert!(robot.get("/health").get("drive").is_none());
     assert!(!robot.call_text("GET", "/metrics", "").1.contains("ts3100_drive"));
 }

@@ -1,12 +1,13 @@
 //! Who may call: token, Host, Origin, kinds of body, sizes, garbage.
 
-use super::support::{Robot, builder};
 use ts3100_emulator::client::Client;
 use ts3100_emulator::control::{ControlSettings, operations};
+use ts3100_tests::bench::{Bench, builder};
+use ts3100_tests::host::Host;
 
 const TOKEN: &str = "0123456789abcdef";
 
-fn with_headers(robot: &Robot, headers: &str) -> u16 {
+fn with_headers(robot: &Bench, headers: &str) -> u16 {
     let answer = robot.raw(format!("GET /state HTTP/1.1\r\nConnection: close\r\n{headers}\r\n").as_bytes());
     answer
         .split(' ')
@@ -17,7 +18,7 @@ fn with_headers(robot: &Robot, headers: &str) -> u16 {
 
 #[test]
 fn what_others_have_made_up_is_shown_and_not_obeyed() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let mut host = robot.host();
     host.command("\x1b[2J");
     host.command("\x7f\x08");
@@ -58,7 +59,7 @@ fn what_others_have_made_up_is_shown_and_not_obeyed() {
 
 #[test]
 fn numbers_beyond_what_the_controller_holds_are_refused() {
-    let robot = super::support::running("GLOBAL\nX = 1.5\nEND\nPROGRAM TEST\nDELAY 1\nEND\n");
+    let robot = ts3100_tests::bench::running("GLOBAL\nX = 1.5\nEND\nPROGRAM TEST\nDELAY 1\nEND\n");
     for (method, path, bodies) in [
         (
             "PUT",
@@ -127,7 +128,7 @@ fn numbers_beyond_what_the_controller_holds_are_refused() {
 
 #[test]
 fn only_a_host_of_this_machine_is_served() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let port = robot.emulator.control().unwrap().port();
     for host in [
         "localhost",
@@ -168,14 +169,14 @@ fn a_name_may_be_allowed() {
         hosts: vec!["Robot-7".to_owned()],
         ..ControlSettings::free()
     };
-    let robot = Robot::start(builder().control(control));
+    let robot = Bench::start(builder().control(control));
     assert_eq!(with_headers(&robot, "Host: robot-7:80\r\n"), 200);
     assert_eq!(with_headers(&robot, "Host: robot-8\r\n"), 403);
 }
 
 #[test]
 fn no_page_of_another_origin_is_served() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let own = "Host: localhost:3100\r\n";
     for headers in [
         "Origin: http://localhost:3100\r\n",
@@ -220,7 +221,7 @@ fn with_a_token_every_call_needs_it() {
         token: Some(TOKEN.to_owned()),
         ..ControlSettings::free()
     };
-    let robot = Robot::start(builder().control(control));
+    let robot = Bench::start(builder().control(control));
     for (path, method) in operations() {
         let path = path
             .replace("{line}", "1")
@@ -280,7 +281,7 @@ fn beyond_the_loopback_there_is_no_interface_without_a_token() {
 
 #[test]
 fn what_changes_something_is_json() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     for kind in [
         "text/plain",
         "application/x-www-form-urlencoded",
@@ -304,7 +305,7 @@ fn what_changes_something_is_json() {
 
 #[test]
 fn what_cannot_be_read_is_refused_with_words() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     for (status, body) in [
         (400, "{"),
         (400, "{\"on\":tru}"),
@@ -339,7 +340,7 @@ fn what_cannot_be_read_is_refused_with_words() {
 
 #[test]
 fn every_operation_of_the_document_is_served() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let found = operations();
     assert!(found.len() > 50, "{}", found.len());
     for (path, method) in found {

@@ -1,9 +1,10 @@
 //! What each call does, and that hosts see it.
 
-use super::support::{Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;
+use ts3100_tests::bench::{Bench, builder, running};
+use ts3100_tests::host::Host;
 
 const DATA: &str = "GLOBAL\nCOUNT = 3\nX = 1.5\nDIM A(2) AS INTEGER\nEND\nPROGRAM TEST\nDOUT(5)\nWAIT DIN(7)\nDOUT(-5)\n\
     END\nDATA\nPOINT P1 = 300,0,400,0,0,0,0,0\nEND\n";
@@ -209,7 +210,7 @@ fn variables_are_those_of_the_host() {
         .map(|row| row["name"].clone())
         .collect();
     assert_eq!(names, ["A", "COUNT", "P1", "X"]);
-    let nothing = Robot::start(builder());
+    let nothing = Bench::start(builder());
     nothing.refused(404, "GET", "/variables/COUNT", "");
     assert_eq!(nothing.get("/variables"), json!([]));
 }
@@ -248,7 +249,7 @@ fn a_position_is_taught_and_restored() {
 
 #[test]
 fn files_go_to_the_drive_and_come_back() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let mut host = robot.host();
     let put = robot.put("/files/pick", r#"{"text":"PROGRAM PICK\nEND\n"}"#);
     assert_eq!(put["name"], "PICK");
@@ -316,7 +317,7 @@ fn the_pendant_shows_the_pages_of_the_ethernet_display() {
     assert_eq!(line(0, 0), "IP ADDRESS 192.168.0.124");
     assert_eq!(line(2, 0), "IP0 HOST TCP/S LISTEN");
     let host = robot.host();
-    let port = host.0.local_addr().unwrap().port();
+    let port = host.local_addr().unwrap().port();
     assert_eq!(line(1, 0), format!("IP0 01000 {port:05} 127.0.0.1"));
     assert_eq!(line(2, 0), "IP0 HOST TCP/S ESTABLISHED");
 }
@@ -369,7 +370,7 @@ fn without_power_nothing_answers() {
 fn a_reset_leaves_nothing_behind() {
     let robot = running(DATA);
     let mut host = robot.host();
-    let clean = |robot: &Robot| {
+    let clean = |robot: &Bench| {
         let mut state = robot.get("/state");
         state["t"] = json!(0);
         state
@@ -399,10 +400,10 @@ fn a_reset_leaves_nothing_behind() {
 
 #[test]
 fn metrics_count_and_findings_are_listed() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let mut host = robot.host();
     host.command("SL,NONE");
-    host.0.write_all(b"\x02SO\x03").unwrap();
+    host.write_all(b"\x02SO\x03").unwrap();
     host.text();
     let (_, text) = robot.client.call("GET", "/metrics", None).unwrap();
     for line in [
@@ -429,7 +430,7 @@ fn metrics_count_and_findings_are_listed() {
 
 #[test]
 fn events_are_told_in_order_and_the_missed_are_counted() {
-    let robot = Robot::start(builder());
+    let robot = Bench::start(builder());
     let mut host = robot.host();
     host.command("SO");
     let (_, stream) = robot

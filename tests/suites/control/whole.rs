@@ -1,9 +1,10 @@
 //! The whole robot at once: its state, its transcript, its snapshots; and other ways to say the same.
 
-use super::support::{Host, Robot, builder, running};
 use serde_json::json;
 use std::io::Write as _;
 use ts3100_controller::port::Port;
+use ts3100_tests::bench::{Bench, builder, running};
+use ts3100_tests::host::Host;
 
 const DATA: &str = "GLOBAL\nCOUNT = 3\nX = 1.5\nDIM A(2) AS INTEGER\nEND\nPROGRAM TEST\nDOUT(5)\nWAIT DIN(7)\nDOUT(-5)\n\
     END\nDATA\nPOINT P1 = 300,0,400,0,0,0,0,0\nEND\n";
@@ -72,7 +73,7 @@ fn a_snapshot_goes_out_and_in_as_the_text_of_its_file() {
 
 #[test]
 fn a_snapshot_is_of_the_moment_it_is_taken_at() {
-    let robot = Robot::start(builder().time(ts3100_emulator::clock::TimeMode::Scaled(1_000.0)));
+    let robot = Bench::start(builder().time(ts3100_emulator::clock::TimeMode::Scaled(1_000.0)));
     robot.put("/snapshots/early", "");
     robot.post("/wait", r#"{"condition":{"alarm":"any"},"within":60}"#);
     let list = robot.put("/snapshots/late", "");
@@ -85,7 +86,7 @@ fn the_state_has_everything_in_it() {
     let robot = running(DATA);
     robot.post("/faults", r#"{"spec":"ng:command=SO,after=2"}"#);
     let mut host = robot.host();
-    host.0.write_all(b"\x02SU\x03").unwrap();
+    host.write_all(b"\x02SU\x03").unwrap();
     host.text();
     let state = robot.get("/state");
     assert_eq!(state["variables"], robot.get("/variables"));
@@ -174,7 +175,7 @@ fn the_transcript_is_there_while_everything_runs() {
     let robot = running(DATA);
     robot.put("/inputs/9", r#"{"on":true}"#);
     // A host that has nothing to acknowledge: its OK and its next command may come in one segment, and stand in one line.
-    Host(robot.dial(Port::Ip0)).command("SO");
+    robot.dial(Port::Ip0).command("SO");
     let (status, text) = robot.call_text("GET", "/transcript", "");
     assert_eq!(status, 200);
     for line in [

@@ -2,7 +2,7 @@
 //! a power cycle.
 
 use std::io::{Read, Write};
-use std::net::{TcpListener, TcpStream};
+use std::net::TcpListener;
 use std::time::Duration;
 use ts3100_controller::findings::rules;
 use ts3100_controller::input::{ControlRight, KeySwitch, PanelAction};
@@ -12,45 +12,19 @@ use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::driver::StartError;
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::watch::WaitError;
-
-const LONG: Duration = Duration::from_secs(30);
-
-fn dial(robot: &Emulator, port: Port) -> TcpStream {
-    let stream = TcpStream::connect(robot.address(port).unwrap()).unwrap();
-    stream.set_read_timeout(Some(LONG)).unwrap();
-    stream
-}
-
-fn exchange(stream: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
-    stream.write_all(bytes).unwrap();
-    let mut found = vec![0; expected.len()];
-    stream.read_exact(&mut found).unwrap();
-    assert_eq!(
-        found.escape_ascii().to_string(),
-        expected.escape_ascii().to_string()
-    );
-}
-
-fn text_until(stream: &mut TcpStream, end: u8) -> Vec<u8> {
-    let mut found = Vec::new();
-    let mut byte = [0];
-    while found.last() != Some(&end) {
-        stream.read_exact(&mut byte).unwrap();
-        found.push(byte[0]);
-    }
-    found
-}
+use ts3100_tests::host::{Host, LONG, dial};
+use ts3100_tests::testing::TempDir;
 
 #[test]
 fn several_emulators_in_one_process_know_nothing_of_each_other() {
     let robots: Vec<Emulator> = (0..8).map(|_| Emulator::builder().start().unwrap()).collect();
-    exchange(&mut dial(&robots[3], Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    dial(&robots[3], Port::Ip0).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     for (index, robot) in robots.iter().enumerate() {
-        let mut host = dial(robot, Port::Ip0);
-        host.write_all(b"\x02SF\r\x03").unwrap();
-        let mut answer = [0; 282];
-        host.read_exact(&mut answer).unwrap();
-        assert_eq!(answer[4], u8::from(index == 3), "servo of robot {index}");
+        assert_eq!(
+            dial(robot, Port::Ip0).sf()[0],
+            u8::from(index == 3),
+            "servo of robot {index}"
+        );
     }
 }
 
@@ -83,9 +57,9 @@ fn the_panel_starts_the_program() {
     let mut program = dial(&robot, Port::Ip1);
     // The panel and the connection reach the driver by different ways; the host's answer shows that it has
     // served the connection.
-    exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    dial(&robot, Port::Ip0).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::Start).unwrap();
-    assert_eq!(text_until(&mut program, b'\r'), b"HELLO\r");
+    assert_eq!(program.read_until(b'\r'), b"HELLO\r");
 }
 
 #[test]
@@ -93,10 +67,10 @@ fn everything_that_can_be_done_at_the_panel_is_done_when_the_call_returns() {
     let robot = Emulator::builder().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
     robot.panel(PanelAction::InputLine { line: 3, on: true }).unwrap();
-    exchange(&mut host, b"\x02HI,1 8\r\x03", b"\x02FL,4\r\x1a\x03");
-    exchange(&mut host, b"\x02OK\r\x03\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02HI,1 8\r\x03", b"\x02FL,4\r\x1a\x03");
+    host.exchange(b"\x02OK\r\x03\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::SafetySwitch(true)).unwrap();
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02NG\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02NG\r\x03");
     for action in [
         PanelAction::SafetySwitch(false),
         PanelAction::EmergencyStop(true),
@@ -114,7 +88,7 @@ fn everything_that_can_be_done_at_the_panel_is_done_when_the_call_returns() {
     ] {
         robot.panel(action).unwrap();
     }
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
+    host.exchange(b"\x02RN\r\x03", b"\x02NG\r\x03");
 }
 
 #[test]
@@ -145,13 +119,12 @@ fn a_test_waits_for_what_happens_instead_of_sleeping() {
 
 #[test]
 fn two_emulators_do_not_share_a_directory() {
-    let directory = std::env::temp_dir().join(format!("ts3100-embed-{}", std::process::id()));
-    let first = Emulator::builder().drive(&directory).start().unwrap();
-    let error = Emulator::builder().drive(&directory).start().unwrap_err();
+    let directory = TempDir::new("embed");
+    let first = Emulator::builder().drive(directory.path()).start().unwrap();
+    let error = Emulator::builder().drive(directory.path()).start().unwrap_err();
     assert!(error.to_string().contains("another running ts3100"), "{error}");
     drop(first);
-    drop(Emulator::builder().drive(&directory).start().unwrap());
-    std::fs::remove_dir_all(&directory).unwrap();
+    drop(Emulator::builder().drive(directory.path()).start().unwrap());
 }
 
 // clause: PAR-FILE-03
@@ -159,14 +132,14 @@ fn two_emulators_do_not_share_a_directory() {
 fn a_power_cycle_closes_every_link_and_opens_the_same_ports() {
     let robot = Emulator::builder().servo_on(true).start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::PowerCycle).unwrap();
     assert!(matches!(host.read(&mut [0; 8]), Ok(0) | Err(_)));
-    let mut host = dial(&robot, Port::Ip0);
-    host.write_all(b"\x02SF\r\x03").unwrap();
-    let mut answer = [0; 282];
-    host.read_exact(&mut answer).unwrap();
-    assert_eq!(answer[4], 0, "the servo is off after power-on");
+    assert_eq!(
+        dial(&robot, Port::Ip0).sf()[0],
+        0,
+        "the servo is off after power-on"
+    );
 }
 
 // clause: ETH-04
@@ -199,9 +172,9 @@ fn a_client_channel_dials_its_peer() {
     let (mut stream, _) = peer.accept().unwrap();
     stream.set_read_timeout(Some(LONG)).unwrap();
     // A later connection is served, so the driver knows of this one.
-    exchange(&mut dial(&robot, Port::Ip0), b"\x02SO\r\x03", b"\x02OK\r\x03");
+    dial(&robot, Port::Ip0).exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::Start).unwrap();
-    assert_eq!(text_until(&mut stream, b'\r'), b"HELLO\r");
+    assert_eq!(stream.read_until(b'\r'), b"HELLO\r");
 }
 
 #[test]
@@ -214,24 +187,24 @@ fn a_peer_that_does_not_read_blocks_nobody() {
         .unwrap();
     let _stalled = dial(&robot, Port::Ip1);
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     for _ in 0..20 {
         host.write_all(b"\x02SU\r\x03").unwrap();
-        let status = text_until(&mut host, 0x03);
+        let status = host.read_until(0x03);
         assert!(status.starts_with(b"\x02FL,MODE:"), "{}", status.escape_ascii());
         host.write_all(b"\x02OK\r\x03").unwrap();
     }
-    exchange(&mut host, b"\x02SP\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SP\r\x03", b"\x02OK\r\x03");
 }
 
 #[test]
 fn what_a_host_did_wrong_is_there_while_it_runs() {
     let robot = Emulator::builder().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02so\r\x03", b"\x02OK\r\x03");
     assert_eq!(robot.findings().count(&rules::LOWER_CASE), 1);
     assert_eq!(robot.coverage().reached, 1);
-    exchange(&mut host, b"\x02so\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02so\r\x03", b"\x02OK\r\x03");
     assert_eq!(robot.findings().count(&rules::LOWER_CASE), 2);
     assert_eq!(robot.findings().count(&rules::COMMAND_EARLY), 1);
     robot.evidence().clear();
@@ -252,7 +225,7 @@ fn the_pace_is_not_judged_where_time_stands_still() {
     let robot = Emulator::builder().time(TimeMode::Stepped).start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
     for _ in 0..3 {
-        exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+        host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     }
     let findings = robot.findings();
     assert!(findings.is_empty(), "{findings:?}");

@@ -1,67 +1,24 @@
 //! Transcripts of running emulators: the same inputs give the same bytes in every form, and what was done is in
 //! the file at once.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
-use std::path::PathBuf;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::io::Read;
 use std::time::Duration;
 use ts3100_controller::{Action, PanelAction, Port};
 use ts3100_controller::{Config, Dialect};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::config::Settings;
-use ts3100_emulator::control::ControlSettings;
 use ts3100_emulator::diff::{Tolerance, diff};
 use ts3100_emulator::embed::Emulator;
 use ts3100_emulator::transcript::{LinkRecord, PeerId, RecordKind, Recording, Side};
-use ts3100_tests::testing::eventually;
-
-const LONG: Duration = Duration::from_secs(30);
-
-/// A directory removed on drop.
-struct TempDir(PathBuf);
-
-impl TempDir {
-    fn new() -> TempDir {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("ts3100-transcript-{}-{count}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        TempDir(path)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).to_str().unwrap().to_owned()
-    }
-}
-
-impl Drop for TempDir {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn dial(robot: &Emulator, port: Port) -> TcpStream {
-    let stream = TcpStream::connect(robot.address(port).unwrap()).unwrap();
-    stream.set_read_timeout(Some(LONG)).unwrap();
-    stream.set_nodelay(true).unwrap();
-    stream
-}
-
-fn exchange(host: &mut TcpStream, bytes: &[u8], expected: &[u8]) {
-    host.write_all(bytes).unwrap();
-    let mut found = vec![0; expected.len()];
-    host.read_exact(&mut found).unwrap();
-    assert_eq!(
-        found.escape_ascii().to_string(),
-        expected.escape_ascii().to_string()
-    );
-}
+use ts3100_tests::bench::{self, Bench};
+use ts3100_tests::host::{Host, dial};
+use ts3100_tests::testing::{TempDir, eventually};
+use ts3100_tests::transcript::{Cut, Transcript};
 
 /// A host that talks to an emulator in stepped time; its transcripts in all forms.
 fn talk() -> [Vec<u8>; 3] {
-    let directory = TempDir::new();
-    let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.path(name));
+    let directory = TempDir::new("transcript");
+    let names = ["a.txt", "a.jsonl", "a.pcapng"].map(|name| directory.file(name, ""));
     let mut builder = Emulator::builder()
         .time(TimeMode::Stepped)
         .file("PICK", "PROGRAM PICK\nPRINT IP1, \"REQ\", CR\nEND\n")
@@ -71,15 +28,15 @@ fn talk() -> [Vec<u8>; 3] {
     }
     let robot = builder.start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     let mut program = dial(&robot, Port::Ip1);
     // What goes over different connections has no order unless it is waited for.
     eventually("the connection is in the file", || {
         let text = std::fs::read_to_string(&names[0]).unwrap();
         text.contains("! connect IP1").then_some(())
     });
-    exchange(&mut host, b"RN\r\x03", b"OK\r\x03");
-    exchange(&mut program, b"", b"REQ\r");
+    host.exchange(b"RN\r\x03", b"OK\r\x03");
+    program.exchange(b"", b"REQ\r");
     robot.panel(PanelAction::EmergencyStop(true)).unwrap();
     drop(robot);
     names.map(|name| std::fs::read(name).unwrap())
@@ -97,11 +54,11 @@ fn the_same_inputs_give_the_same_bytes_in_every_form() {
 
 #[test]
 fn what_was_done_is_in_the_file_at_once_and_the_controllers_ends_are_its_own() {
-    let directory = TempDir::new();
-    let name = directory.path("robot.jsonl");
+    let directory = TempDir::new("transcript");
+    let name = directory.file("robot.jsonl", "");
     let robot = Emulator::builder().transcript(&name).unwrap().start().unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.panel(PanelAction::EmergencyStop(true)).unwrap();
     // The emulator is still running.
     let recording = Recording::read(name.as_ref()).unwrap();
@@ -157,8 +114,8 @@ fn a_transcript_that_cannot_be_written_stops_the_start() {
 
 #[test]
 fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
-    let directory = TempDir::new();
-    let name = directory.path("robot.txt");
+    let directory = TempDir::new("transcript");
+    let name = directory.file("robot.txt", "");
     let program = "PROGRAM PICK\nSPEED = 100\nLOOP:\nMOVE POINT(450, 0, 250)\nPRINT IP1, \"A\", CR\n\
         DELAY 0.013\nMOVE POINT(400, 30, 260)\nPRINT IP1, \"B\", CR\nGOTO LOOP\nEND\n";
     let robot = Emulator::builder()
@@ -171,30 +128,21 @@ fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
         .unwrap();
     let mut host = dial(&robot, Port::Ip0);
     let mut program = dial(&robot, Port::Ip1);
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
-    let mut status = [0; 282];
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     for _ in 0..200 {
-        host.write_all(b"\x02SF\r\x03").unwrap();
-        host.read_exact(&mut status).unwrap();
-        host.write_all(b"\x02OK\r\x03").unwrap();
+        host.sf();
     }
-    exchange(&mut program, b"", b"A\rB\r");
+    program.exchange(b"", b"A\rB\r");
     for _ in 0..200 {
-        host.write_all(b"\x02SF\r\x03").unwrap();
-        host.read_exact(&mut status).unwrap();
-        host.write_all(b"\x02OK\r\x03").unwrap();
+        host.sf();
     }
     drop(robot);
     let recording = Recording::read(name.as_ref()).unwrap();
-    let mut settings = Settings::new(Config::new(Dialect::Field));
-    settings.files.clone_from(&recording.header.files);
-    settings.select.clone_from(&recording.header.select);
-    settings.controller.calendar = recording.header.calendar.unwrap_or(settings.controller.calendar);
     let exact = Tolerance {
         time: Duration::ZERO,
         ..Tolerance::default()
     };
-    let report = diff(&recording, &settings, &exact).unwrap();
+    let report = compared(&recording, &exact);
     assert!(report.answers > 400);
     assert_eq!(report.differences, []);
 }
@@ -202,62 +150,49 @@ fn a_recording_in_real_time_is_the_same_to_the_microsecond_when_played() {
 /// Everything that reaches a controller besides bytes and actions: two snapshots restored, a second peer, a connection
 /// that is dropped, a reset. The recording as text and as JSON lines.
 fn restored_and_reset(directory: &TempDir) -> [String; 2] {
-    let names = ["edge.txt", "edge.jsonl"].map(|name| directory.path(name));
-    let mut builder = Emulator::builder()
-        .time(TimeMode::Stepped)
-        .control(ControlSettings::free())
+    let names = ["edge.txt", "edge.jsonl"].map(|name| directory.file(name, ""));
+    let mut builder = bench::builder()
         .file("PICK", "PROGRAM PICK\nPRINT IP1, \"REQ\", CR\nEND\n")
         .select("PICK");
     for name in &names {
         builder = builder.transcript(name).unwrap();
     }
-    let robot = builder.start().unwrap();
-    let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02BR\r\x03", b"\x02OK\r\x03");
+    let bench = Bench::start(builder);
+    let robot = &bench.emulator;
+    let mut host = dial(robot, Port::Ip0);
+    host.exchange(b"\x02BR\r\x03", b"\x02OK\r\x03");
     robot.snapshot("off").unwrap();
-    post(&robot, "/clock/advance", "{\"seconds\":5}");
-    exchange(&mut host, b"\x02SO\r\x03", b"\x02OK\r\x03");
+    bench.post("/clock/advance", r#"{"seconds":5}"#);
+    host.exchange(b"\x02SO\r\x03", b"\x02OK\r\x03");
     robot.snapshot("on").unwrap();
     robot.restore("off").unwrap();
-    post(&robot, "/clock/advance", "{\"seconds\":1}");
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
+    bench.post("/clock/advance", r#"{"seconds":1}"#);
+    host.exchange(b"\x02RN\r\x03", b"\x02NG\r\x03");
     robot.restore("on").unwrap();
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     // Refused, for the first one stays.
-    let second = dial(&robot, Port::Ip0);
+    let second = dial(robot, Port::Ip0);
     assert_eq!((&second).read(&mut [0]).unwrap(), 0);
-    post(&robot, "/channels/IP0/drop", "{}");
-    post(&robot, "/reset", "{}");
-    let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02NG\r\x03");
-    drop(robot);
+    bench.post("/channels/IP0/drop", "{}");
+    bench.post("/reset", "{}");
+    let mut host = dial(robot, Port::Ip0);
+    host.exchange(b"\x02RN\r\x03", b"\x02NG\r\x03");
+    drop(bench);
     names
 }
 
-fn post(robot: &Emulator, path: &str, body: &str) {
-    let address = robot.control().unwrap();
-    let mut stream = TcpStream::connect(address).unwrap();
-    let length = body.len();
-    let head = format!(
-        "POST {path} HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nContent-Type: application/json\r\n\
-         Content-Length: {length}\r\n\r\n"
-    );
-    stream.write_all(format!("{head}{body}").as_bytes()).unwrap();
-    let mut answer = String::new();
-    stream.read_to_string(&mut answer).unwrap();
-    assert!(answer.starts_with("HTTP/1.1 20"), "{path}: {answer}");
-}
-
-fn compared(recording: &Recording) -> ts3100_emulator::diff::Report {
+/// A recording beside a new controller with its files, program and calendar.
+fn compared(recording: &Recording, tolerance: &Tolerance) -> ts3100_emulator::diff::Report {
     let mut settings = Settings::new(Config::new(Dialect::Field));
     settings.files.clone_from(&recording.header.files);
     settings.select.clone_from(&recording.header.select);
-    diff(recording, &settings, &Tolerance::default()).unwrap()
+    settings.controller.calendar = recording.header.calendar.unwrap_or(settings.controller.calendar);
+    diff(recording, &settings, tolerance).unwrap()
 }
 
 #[test]
 fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
-    let directory = TempDir::new();
+    let directory = TempDir::new("transcript");
     for name in restored_and_reset(&directory) {
         let recording = Recording::read(name.as_ref()).unwrap();
         let edges = |kind: fn(&LinkRecord) -> bool| {
@@ -281,7 +216,7 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
             1,
             "{name}"
         );
-        let report = compared(&recording);
+        let report = compared(&recording, &Tolerance::default());
         assert_eq!(report.differences, [], "{name}");
         assert!(report.answers >= 5, "{name}");
         // Each of them counts: without it the rest comes out otherwise.
@@ -300,15 +235,19 @@ fn snapshots_resets_and_second_peers_are_recorded_and_played_again() {
             without.records.retain(|_| *keep.next().unwrap());
             let mut keep = kept.iter();
             without.lines.retain(|_| *keep.next().unwrap());
-            assert_ne!(compared(&without).differences, [], "{name}");
+            assert_ne!(
+                compared(&without, &Tolerance::default()).differences,
+                [],
+                "{name}"
+            );
         }
     }
 }
 
 #[test]
 fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
-    let directory = TempDir::new();
-    let (snapshot, name) = (directory.path("ready.json"), directory.path("day.txt"));
+    let directory = TempDir::new("transcript");
+    let (snapshot, name) = (directory.file("ready.json", ""), directory.file("day.txt", ""));
     let robot = Emulator::builder()
         .time(TimeMode::Stepped)
         .servo_on(true)
@@ -324,13 +263,47 @@ fn a_run_that_begins_with_a_snapshot_is_played_from_it() {
         .start()
         .unwrap();
     let mut host = dial(&robot, Port::Ip0);
-    exchange(&mut host, b"\x02SL,DEMO\r\x03", b"\x02OK\r\x03");
-    exchange(&mut host, b"\x02RN\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02SL,DEMO\r\x03", b"\x02OK\r\x03");
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
     drop(robot);
     let recording = Recording::read(name.as_ref()).unwrap();
     assert!(matches!(
         recording.records[0].kind,
         RecordKind::Link(LinkRecord::Restored { .. })
     ));
-    assert_eq!(compared(&recording).differences, []);
+    assert_eq!(compared(&recording, &Tolerance::default()).differences, []);
+}
+
+/// The text that `--transcript` writes runs in the runner of the hand-written ones, against a new controller.
+#[test]
+fn a_recording_runs_as_a_hand_written_transcript_does() {
+    let directory = TempDir::new("transcript");
+    let path = directory.file("a.txt", "");
+    let robot = Emulator::builder()
+        .time(TimeMode::Auto)
+        .file(
+            "PICK",
+            "PROGRAM PICK\nN = 0\nPRINT IP1, \"REQ\", CR\nINPUT IP1, N\nDELAY 1.5\nPRINT IP1, N, CR\nEND\n",
+        )
+        .select("PICK")
+        .transcript(&path)
+        .unwrap()
+        .start()
+        .unwrap();
+    let (mut host, mut program) = (dial(&robot, Port::Ip0), dial(&robot, Port::Ip1));
+    robot.panel(PanelAction::Servo(true)).unwrap();
+    host.exchange(b"\x02RN\r\x03", b"\x02OK\r\x03");
+    program.exchange(b"", b"REQ\r");
+    program.exchange(b"7\r", b"           7\r");
+    host.exchange(b"", b"\x02SP\r\x03");
+    host.exchange(b"SL,ABSENT\r\x03", b"NG\r\x03");
+    drop(robot);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let transcript = Transcript::read(&text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    transcript
+        .run(Cut::Whole)
+        .unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let doctored = text.replace("<: IP0 NG<CR><ETX>", "<: IP0 OK<CR><ETX>");
+    assert_ne!(doctored, text);
+    assert!(Transcript::read(&doctored).unwrap().run(Cut::Whole).is_err());
 }

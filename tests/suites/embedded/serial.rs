@@ -1,5 +1,6 @@
 //! The serial lines as a host meets them: pseudo terminals, RFC 2217, bare TCP, a real port. No test waits for time to
 //! pass: each waits for bytes, or for the controller to have put something out.
+
 use rustix::fs::OFlags;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use serialport::{SerialPort, TTYPort};
@@ -9,50 +10,25 @@ use std::net::TcpStream;
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 use ts3100_controller::{Event, Output, PanelAction, Port};
 use ts3100_emulator::clock::TimeMode;
 use ts3100_emulator::embed::{Builder, Emulator};
 use ts3100_emulator::serial::SerialEndpoint;
 use ts3100_emulator::transcript::{RecordKind, Recording};
-use ts3100_tests::testing::eventually;
+use ts3100_tests::host::{Host, LONG, dial, dial_address};
+use ts3100_tests::testing::{TempDir, eventually};
 
-/// Longest wait for anything.
-const LIMIT: Duration = Duration::from_secs(20);
-
-struct Directory(PathBuf);
-
-impl Directory {
-    fn new() -> Directory {
-        static COUNT: AtomicU32 = AtomicU32::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let path = std::env::temp_dir().join(format!("ts3100-serial-{}-{count}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Directory(path)
-    }
-
-    fn at(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-
-    /// A robot with both ports as pseudo terminals here.
-    fn robot(&self) -> Builder {
-        Emulator::builder()
-            .serial(Port::Host, SerialEndpoint::Pty(self.at("host")))
-            .serial(Port::Com1, SerialEndpoint::Pty(self.at("com1")))
-    }
-}
-
-impl Drop for Directory {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
+/// A robot with both ports as pseudo terminals in this directory.
+fn robot_in(directory: &TempDir) -> Builder {
+    Emulator::builder()
+        .serial(Port::Host, SerialEndpoint::Pty(directory.at("host")))
+        .serial(Port::Com1, SerialEndpoint::Pty(directory.at("com1")))
 }
 
 fn open(path: &Path, speed: u32) -> TTYPort {
     serialport::new(path.to_string_lossy(), speed)
-        .timeout(LIMIT)
+        .timeout(LONG)
         .open_native()
         .unwrap()
 }
@@ -61,28 +37,16 @@ fn text(data: &str) -> Vec<u8> {
     format!("\x02{data}\r\x03").into_bytes()
 }
 
-/// One text, up to its ETX.
-fn hear(host: &mut impl Read) -> Vec<u8> {
-    let mut found = Vec::new();
-    while found.last() != Some(&0x03) {
-        let mut byte = [0];
-        host.read_exact(&mut byte)
-            .unwrap_or_else(|error| panic!("{error} behind {found:02x?}"));
-        found.push(byte[0]);
-    }
-    found
-}
-
 /// A host asks for SU and acknowledges it.
 fn status(host: &mut (impl Read + Write)) {
     host.write_all(&text("SU")).unwrap();
-    let answer = hear(host);
+    let answer = host.read_until(0x03);
     assert!(answer.starts_with(b"\x02FL,MODE:"), "{answer:02x?}");
     host.write_all(&text("OK")).unwrap();
 }
 
 fn finding(robot: &Emulator, rule: &str) -> String {
-    let found = robot.wait_for(LIMIT, |output| match output {
+    let found = robot.wait_for(LONG, |output| match output {
         Output::Event(Event::Finding {
             rule: found, message, ..
         }) if *found == rule => Some(message.clone()),
@@ -92,7 +56,7 @@ fn finding(robot: &Emulator, rule: &str) -> String {
 }
 
 fn text_in(robot: &Emulator, data: &[u8]) {
-    let found = robot.wait_for(LIMIT, |output| match output {
+    let found = robot.wait_for(LONG, |output| match output {
         Output::Event(Event::TextIn { data: found, .. }) => (found == data).then_some(()),
         _ => None,
     });
@@ -101,8 +65,8 @@ fn text_in(robot: &Emulator, data: &[u8]) {
 
 #[test]
 fn hosts_come_and_go_and_the_link_stays() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     assert_eq!(
         robot.serial(Port::Host),
         Some(&SerialEndpoint::Pty(directory.at("host")))
@@ -116,18 +80,18 @@ fn hosts_come_and_go_and_the_link_stays() {
     drop(robot);
     assert!(!directory.at("host").exists() && !directory.at("com1").exists());
     // Its lock has gone with it.
-    let robot = directory.robot().start().unwrap();
+    let robot = robot_in(&directory).start().unwrap();
     status(&mut open(&directory.at("host"), 9_600));
     drop(robot);
 }
 
 #[test]
 fn what_a_killed_daemon_left_is_replaced_and_what_a_living_one_has_is_not() {
-    let directory = Directory::new();
+    let directory = TempDir::new("serial");
     symlink("/dev/pts/999999", directory.at("host")).unwrap();
-    let robot = directory.robot().start().unwrap();
+    let robot = robot_in(&directory).start().unwrap();
     status(&mut open(&directory.at("host"), 9_600));
-    let error = directory.robot().start().unwrap_err().to_string();
+    let error = robot_in(&directory).start().unwrap_err().to_string();
     assert!(
         error.contains("another running ts3100") && error.contains("--serial-dir"),
         "{error}"
@@ -135,7 +99,7 @@ fn what_a_killed_daemon_left_is_replaced_and_what_a_living_one_has_is_not() {
     status(&mut open(&directory.at("host"), 9_600));
     drop(robot);
     std::fs::write(directory.at("com1"), "mine").unwrap();
-    let error = directory.robot().start().unwrap_err().to_string();
+    let error = robot_in(&directory).start().unwrap_err().to_string();
     assert!(
         error.contains("COM1") && error.contains("no symbolic link"),
         "{error}"
@@ -149,8 +113,8 @@ fn what_a_killed_daemon_left_is_replaced_and_what_a_living_one_has_is_not() {
 
 #[test]
 fn a_shell_that_writes_and_closes_is_heard() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     std::fs::write(directory.at("host"), text("VR")).unwrap();
     text_in(&robot, b"VR\r");
     status(&mut open(&directory.at("host"), 9_600));
@@ -158,8 +122,8 @@ fn a_shell_that_writes_and_closes_is_heard() {
 
 #[test]
 fn a_host_with_other_settings_is_told_and_the_next_is_served() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     let mut host = open(&directory.at("host"), 19_200);
     host.write_all(&text("SU")).unwrap();
     let told = finding(&robot, "line-settings");
@@ -188,20 +152,17 @@ fn a_host_with_other_settings_is_told_and_the_next_is_served() {
 
 /// Downloads USER.PAR over IP0 and turns the power off and on.
 fn set_u06(robot: &Emulator, com1: &str, host: &str) {
-    let mut ip0 = TcpStream::connect(robot.address(Port::Ip0).unwrap()).unwrap();
-    ip0.set_read_timeout(Some(LIMIT)).unwrap();
-    ip0.write_all(&text("DL,USER.PAR")).unwrap();
-    assert_eq!(hear(&mut ip0), text("OK"));
+    let mut ip0 = dial(robot, Port::Ip0);
+    ip0.exchange(&text("DL,USER.PAR"), &text("OK"));
     let file = format!("\x02FL,[U06]\n{{COM1}} = {com1}\n{{HOST}} = {host}\n[END]\n\x1A\x03");
-    ip0.write_all(file.as_bytes()).unwrap();
-    assert_eq!(hear(&mut ip0), text("OK"));
+    ip0.exchange(file.as_bytes(), &text("OK"));
     robot.panel(PanelAction::PowerCycle).unwrap();
 }
 
 #[test]
 fn other_settings_of_u06_hold_after_a_power_cycle() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     let mut host = open(&directory.at("host"), 9_600);
     status(&mut host);
     set_u06(&robot, "9600 8 0 1", "115200 8 2 2");
@@ -227,8 +188,8 @@ fn shown(path: &Path) -> (u32, bool) {
 
 #[test]
 fn a_terminal_nobody_has_set_follows_the_robot_and_another_stays() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     assert_eq!(shown(&directory.at("host")), (9_600, false));
     drop(open(&directory.at("com1"), 19_200));
     set_u06(&robot, "4800 8 0 1", "38400 8 0 2");
@@ -245,12 +206,11 @@ fn a_terminal_nobody_has_set_follows_the_robot_and_another_stays() {
 
 #[test]
 fn characters_take_their_time_unless_told_not_to() {
-    let directory = Directory::new();
+    let directory = TempDir::new("serial");
     let transcript = directory.at("robot.jsonl");
     // From the command to the host's answer behind the last byte, in the robot's own time; and to the first byte.
     let answer = |paced: &str| {
-        let robot = directory
-            .robot()
+        let robot = robot_in(&directory)
             .option("serial.pacing", paced)
             .unwrap()
             .transcript(transcript.to_str().unwrap())
@@ -258,10 +218,7 @@ fn characters_take_their_time_unless_told_not_to() {
             .start()
             .unwrap();
         let mut host = open(&directory.at("host"), 9_600);
-        host.write_all(&text("SF")).unwrap();
-        let mut body = [0; 282];
-        host.read_exact(&mut body).unwrap();
-        host.write_all(&text("OK")).unwrap();
+        host.sf();
         text_in(&robot, b"OK\r");
         drop(robot);
         let records = Recording::read(&transcript).unwrap().records;
@@ -282,9 +239,8 @@ fn characters_take_their_time_unless_told_not_to() {
 fn a_host_that_writes_faster_than_the_line_waits_and_loses_nothing() {
     let program = "GLOBAL\nN = 0\nS = 0\nEND\nPROGRAM P\nS = 0\nFOR K = 1 TO 3000\nINPUT COM1, N\nS = S + N\nNEXT K\n\
                    PRINT COM1, S, CR\nEND\n";
-    let directory = Directory::new();
-    let robot = directory
-        .robot()
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory)
         .time(TimeMode::Scaled(200.0))
         .file("P", program)
         .select("P")
@@ -299,16 +255,14 @@ fn a_host_that_writes_faster_than_the_line_waits_and_loses_nothing() {
             writer.write_all(format!("{number:7}\r").as_bytes()).unwrap();
         }
     });
-    let mut sum = [0; 13];
-    host.read_exact(&mut sum).unwrap();
-    assert_eq!(&sum, b"     4501500\r");
+    host.exchange(b"", b"     4501500\r");
     sender.join().unwrap();
 }
 
 #[test]
 fn a_host_that_vanishes_is_forgotten() {
-    let directory = Directory::new();
-    let robot = directory.robot().start().unwrap();
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory).start().unwrap();
     for begun in [
         "\x02S",
         "\x02UL,USER.PAR\r\x03",
@@ -319,17 +273,17 @@ fn a_host_that_vanishes_is_forgotten() {
         for part in begun.split_inclusive('\x03') {
             host.write_all(part.as_bytes()).unwrap();
             if part.ends_with('\x03') {
-                hear(&mut host);
+                host.read_until(0x03);
             }
         }
         drop(host);
         let mut host = open(&directory.at("host"), 9_600);
         host.clear(serialport::ClearBuffer::All).unwrap();
         host.write_all(&text("CA")).unwrap();
-        let mut answer = hear(&mut host);
+        let mut answer = host.read_until(0x03);
         while !String::from_utf8_lossy(&answer).contains("ETHERNET.PAR") {
             // The end of what was said to the former host.
-            answer = hear(&mut host);
+            answer = host.read_until(0x03);
         }
         assert!(!String::from_utf8_lossy(&answer).contains("HALF"));
         host.write_all(&text("OK")).unwrap();
@@ -341,9 +295,8 @@ fn a_host_that_vanishes_is_forgotten() {
 fn a_program_that_waits_or_moves_outlives_its_partner() {
     let program = "GLOBAL\nN = 0\nEND\nPROGRAM P\nN = 0\nINPUT COM1, N\nMOVE POINT(300,0,200) WITH SPEED=20\n\
                    PRINT COM1, N, CR\nEND\n";
-    let directory = Directory::new();
-    let robot = directory
-        .robot()
+    let directory = TempDir::new("serial");
+    let robot = robot_in(&directory)
         .time(TimeMode::Scaled(50.0))
         .file("P", program)
         .select("P")
@@ -357,24 +310,14 @@ fn a_program_that_waits_or_moves_outlives_its_partner() {
     partner.write_all(b"7\r").unwrap();
     drop(partner);
     let mut partner = open(&directory.at("com1"), 9_600);
-    let mut printed = [0; 13];
-    partner.read_exact(&mut printed).unwrap();
-    assert_eq!(&printed, b"           7\r");
+    partner.exchange(b"", b"           7\r");
 }
 
-fn dial(end: Option<&SerialEndpoint>) -> TcpStream {
+fn dial_line(end: Option<&SerialEndpoint>) -> TcpStream {
     let Some(SerialEndpoint::Rfc2217(address) | SerialEndpoint::Tcp(address)) = end else {
         panic!("{end:?}");
     };
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(LIMIT)).unwrap();
-    stream
-}
-
-fn exactly(host: &mut impl Read, expected: &[u8]) {
-    let mut found = vec![0; expected.len()];
-    host.read_exact(&mut found).unwrap();
-    assert_eq!(found, expected);
+    dial_address(address)
 }
 
 #[test]
@@ -385,19 +328,19 @@ fn bare_bytes_over_tcp() {
         .time(TimeMode::Scaled(10.0))
         .start()
         .unwrap();
-    let mut first = dial(robot.serial(Port::Host));
+    let mut first = dial_line(robot.serial(Port::Host));
     status(&mut first);
-    let mut second = dial(robot.serial(Port::Host));
+    let mut second = dial_line(robot.serial(Port::Host));
     assert_eq!(second.read(&mut [0]).unwrap(), 0, "one host at a time");
     status(&mut first);
     drop(first);
     // One that is back before the robot has noticed is not turned away.
-    let mut third = dial(robot.serial(Port::Host));
+    let mut third = dial_line(robot.serial(Port::Host));
     status(&mut third);
     // Nor is it while its last bytes are on the line: 5,000 take five seconds, ten times as fast here.
     third.write_all(&[b'x'; 5_000]).unwrap();
     drop(third);
-    status(&mut dial(robot.serial(Port::Host)));
+    status(&mut dial_line(robot.serial(Port::Host)));
 }
 
 #[test]
@@ -407,10 +350,9 @@ fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
         .serial(Port::Host, SerialEndpoint::Rfc2217(address))
         .start()
         .unwrap();
-    let mut client = dial(robot.serial(Port::Host));
-    client.write_all(&[255, 251, 44, 255, 253, 44]).unwrap();
-    exactly(
-        &mut client,
+    let mut client = dial_line(robot.serial(Port::Host));
+    client.exchange(
+        &[255, 251, 44, 255, 253, 44],
         &[255, 253, 44, 255, 250, 44, 107, 0xB0, 255, 240, 255, 251, 44],
     );
     let baud = |speed: u32| {
@@ -422,10 +364,8 @@ fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
         answer[3] = 101;
         answer
     };
-    client.write_all(&baud(0)).unwrap();
-    exactly(&mut client, &agreed(9_600));
-    client.write_all(&baud(9_600)).unwrap();
-    exactly(&mut client, &agreed(9_600));
+    client.exchange(&baud(0), &agreed(9_600));
+    client.exchange(&baud(9_600), &agreed(9_600));
     client.write_all(&text("SF")).unwrap();
     // 282 bytes, of which each 255 comes twice: "no alarm" is 255 255.
     let mut body = Vec::new();
@@ -435,7 +375,7 @@ fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
         client.read_exact(&mut byte).unwrap();
         if byte[0] == 255 {
             seen += 1;
-            exactly(&mut client, &[255]);
+            client.exchange(b"", &[255]);
         }
         body.push(byte[0]);
     }
@@ -443,8 +383,7 @@ fn a_client_of_rfc_2217_sets_its_port_and_is_served() {
         seen >= 2 && body.starts_with(b"\x02FL,") && body.ends_with(b"\x1A\x03"),
         "{seen}"
     );
-    client.write_all(&baud(2_400)).unwrap();
-    exactly(&mut client, &agreed(2_400));
+    client.exchange(&baud(2_400), &agreed(2_400));
     client.write_all(&text("SU")).unwrap();
     assert!(finding(&robot, "line-settings").contains("the host opened the port with 2400 bps"));
 }
@@ -486,7 +425,7 @@ fn hear_cable(cable: &File) -> Vec<u8> {
 
 #[test]
 fn a_real_port_is_served_and_looked_for_again_when_it_is_unplugged() {
-    let directory = Directory::new();
+    let directory = TempDir::new("serial");
     let (mut first, name) = cable();
     symlink(&name, directory.at("tty")).unwrap();
     let robot = Emulator::builder()

@@ -3,15 +3,13 @@
 //! Options of the controller are in `options.rs`.
 
 use std::io::{ErrorKind, Read, Write};
-use std::net::{SocketAddr, TcpListener, TcpStream};
-use std::time::Duration;
+use std::net::{TcpListener, TcpStream};
 use ts3100_controller::Port;
 use ts3100_emulator::embed::Emulator;
 use ts3100_proto::parameter::{EthernetParameters, LineEnd, OpenMode};
 use ts3100_tests::frame;
-
-/// Longest wait for what must come.
-const LONG: Duration = Duration::from_secs(20);
+use ts3100_tests::host::{Host, LONG, dial, dial_address};
+use ts3100_tests::testing::TempDir;
 
 fn emulator(option: &str, value: Option<&str>, ethernet: &EthernetParameters) -> Emulator {
     let mut builder = Emulator::builder().file("ETHERNET.PAR", ethernet.encode(LineEnd::Lf));
@@ -19,12 +17,6 @@ fn emulator(option: &str, value: Option<&str>, ethernet: &EthernetParameters) ->
         builder = builder.option(option, value).unwrap();
     }
     builder.start().unwrap()
-}
-
-fn dial(address: SocketAddr) -> TcpStream {
-    let stream = TcpStream::connect(address).unwrap();
-    stream.set_read_timeout(Some(LONG)).unwrap();
-    stream
 }
 
 /// Whether this host is served; the other case is the end of the connection.
@@ -45,9 +37,9 @@ fn channel_second_says_which_of_two_hosts_stays() {
     ] {
         let robot = emulator("channel.second", value, &EthernetParameters::factory());
         let address = robot.address(Port::Ip0).unwrap();
-        let mut first = dial(address);
+        let mut first = dial_address(address);
         assert!(served(&mut first), "{value:?}");
-        let mut second = dial(address);
+        let mut second = dial_address(address);
         let second_stays = served(&mut second);
         assert_eq!([served(&mut first), second_stays], stays, "{value:?}");
     }
@@ -56,25 +48,18 @@ fn channel_second_says_which_of_two_hosts_stays() {
 /// A directory that is gone takes nothing, as a full disk does.
 #[test]
 fn drive_when_full_says_whether_a_change_that_is_not_on_the_disk_is_accepted() {
-    for (value, answer) in [
-        (None, b"NG\r"),
-        (Some("refuse"), b"NG\r"),
-        (Some("memory"), b"OK\r"),
-    ] {
-        let directory = std::env::temp_dir().join(format!("ts3100-when-full-{}", std::process::id()));
+    for (value, answer) in [(None, "NG"), (Some("refuse"), "NG"), (Some("memory"), "OK")] {
+        let directory = TempDir::new("when-full");
         let mut builder = Emulator::builder()
-            .drive(&directory)
+            .drive(directory.path())
             .file("A", "PROGRAM A\nEND\n");
         if let Some(value) = value {
             builder = builder.option("drive.when_full", value).unwrap();
         }
         let robot = builder.start().unwrap();
-        let mut host = dial(robot.address(Port::Ip0).unwrap());
-        std::fs::remove_dir_all(&directory).unwrap();
-        host.write_all(&frame(b"ER,A\r")).unwrap();
-        let mut found = [0; 5];
-        host.read_exact(&mut found).unwrap();
-        assert_eq!(found, *frame(answer), "{value:?}");
+        let mut host = dial(&robot, Port::Ip0);
+        std::fs::remove_dir_all(directory.path()).unwrap();
+        assert_eq!(host.command("ER,A"), answer, "{value:?}");
     }
 }
 

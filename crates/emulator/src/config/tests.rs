@@ -249,14 +249,15 @@ fn a_model_of_ones_own_is_seen_from_the_file_that_names_it() {
 #[test]
 fn points_are_read_for_the_model_from_every_layer() {
     let directory = TempDir::new("points");
-    let table = directory.path().join("points.csv");
-    std::fs::write(&table, "P000,123.000,456.000,10.000,0.000,0.000,RIGHTY\n").unwrap();
-    let file = directory.path().join("ts3100.toml");
-    std::fs::write(&file, "points = \"points.csv\"\nmodel = \"tsl3000-thl400\"\n").unwrap();
+    let table = directory.file("points.csv", "P000,123.000,456.000,10.000,0.000,0.000,RIGHTY\n");
+    let file = directory.file(
+        "ts3100.toml",
+        "points = \"points.csv\"\nmodel = \"tsl3000-thl400\"\n",
+    );
     let (by_file, by_variable) = (
-        environment(&[("TS3100_CONFIG", file.to_str().unwrap())]),
+        environment(&[("TS3100_CONFIG", file.as_str())]),
         environment(&[
-            ("TS3100_POINTS", table.to_str().unwrap()),
+            ("TS3100_POINTS", table.as_str()),
             ("TS3100_MODEL", "tsl3000-thl400"),
         ]),
     );
@@ -267,7 +268,7 @@ fn points_are_read_for_the_model_from_every_layer() {
         assert_eq!((points.len(), points[0].name.as_str()), (1, "P000"));
         assert!(settings.flags.iter().any(|flag| flag.starts_with("points=")));
     }
-    let words = ["--points", table.to_str().unwrap()];
+    let words = ["--points", table.as_str()];
     let error = error_of(&words, &[]);
     assert!(error.contains("points.csv:1:41: expected 10 fields"), "{error}");
     let error = error_of(

@@ -142,7 +142,7 @@ fn every_reading_has_its_key() {
 #[test]
 fn a_key_changes_its_reading_alone_on_the_command_line_and_in_the_file() {
     let directory = TempDir::new("options");
-    let file = directory.path().join("ts3100.toml");
+    let file = directory.at("ts3100.toml");
     for (key, value) in OTHERS {
         let flag = ServeArgs {
             set: vec![format!("{key}={value}")],
