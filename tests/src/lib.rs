@@ -13,12 +13,11 @@ pub mod bench;
 pub mod clauses;
 pub mod host;
 pub mod kinematics;
+pub mod notation;
 pub mod round_trip;
 #[path = "../../crates/emulator/src/testing.rs"]
 pub mod testing;
 pub mod transcript;
-
-pub use ts3100_emulator::transcript::notation;
 
 use std::collections::BTreeMap;
 use std::time::Duration;

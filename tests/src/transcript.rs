@@ -29,7 +29,7 @@ use crate::{Robot, frame, unframe};
 use std::time::Duration;
 use ts3100_controller::model::ArmModel;
 use ts3100_controller::{Config, Dialect, PanelAction, Port};
-use ts3100_emulator::transcript::{panel, text};
+use ts3100_emulator::transcript::text;
 
 /// One line of a transcript that does something.
 #[derive(Debug, Clone, PartialEq)]
@@ -283,7 +283,8 @@ fn segments(bytes: &[u8], cut: Cut) -> Vec<&[u8]> {
 
 fn step(word: &str, rest: &str) -> Result<Step, String> {
     if let Some(time) = word.strip_prefix("@+") {
-        return text::parse_duration(time).map(Step::Pass);
+        let time = text::parse_duration(time).map_err(|error| error.to_string())?;
+        return Ok(Step::Pass(time));
     }
     if word == "!" {
         return action(rest);
@@ -294,9 +295,9 @@ fn step(word: &str, rest: &str) -> Result<Step, String> {
     match word {
         ">" if protocol => Ok(Step::Send(port, frame(&notation::read_bytes(data)?))),
         ">" | ">:" => Ok(Step::Send(port, notation::read_bytes(data)?)),
-        ">>" => Ok(Step::Send(port, text::parse_hex(data)?)),
+        ">>" => Ok(Step::Send(port, hex(data)?)),
         "<<" => {
-            let bytes = text::parse_hex(data)?;
+            let bytes = hex(data)?;
             Ok(Step::Expect(
                 port,
                 bytes.into_iter().map(ExpectedByte::Byte).collect(),
@@ -322,8 +323,15 @@ fn action(words: &str) -> Result<Step, String> {
         // The peer's address, which a recording has, is nothing to the controller.
         ["connect", name] | ["connect", name, _] => Ok(Step::Connect(port(name)?)),
         ["disconnect", name] => Ok(Step::Disconnect(port(name)?)),
-        _ => panel::read(words).map(Step::Panel),
+        _ => {
+            let panel = words.parse::<PanelAction>();
+            panel.map(Step::Panel).map_err(|error| error.to_string())
+        }
     }
+}
+
+fn hex(digits: &str) -> Result<Vec<u8>, String> {
+    text::parse_hex(digits).map_err(|error| error.to_string())
 }
 
 fn port(name: &str) -> Result<Port, String> {

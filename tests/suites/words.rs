@@ -62,11 +62,6 @@ const ALLOWED: [(&str, &str, &str); 22] = [
         "the page EVIDENCE.md",
     ),
     (
-        "emulator/src/transcript/action.rs",
-        "deed",
-        "a key of JSON transcripts",
-    ),
-    (
         "emulator/src/control/faults.rs",
         "bite",
         "published in the OpenAPI document",

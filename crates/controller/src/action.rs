@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use core::time::Duration;
 use thiserror::Error;
 use ts3100_proto::command::Number;
+use ts3100_proto::words::Word;
 
 /// Something done to the controller by one who holds it.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,6 +117,17 @@ pub enum IoKind {
     Output,
 }
 
+impl Word for IoKind {
+    const ALL: &'static [IoKind] = &[IoKind::Input, IoKind::Output];
+
+    fn word(self) -> &'static str {
+        match self {
+            IoKind::Input => "input",
+            IoKind::Output => "output",
+        }
+    }
+}
+
 /// Why a action had no effect.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[error("{place}: {found} ({expected} expected)")]
@@ -169,11 +181,7 @@ impl ActionError {
 
     /// There is no such line.
     pub(crate) fn no_line(side: IoKind, line: u16) -> ActionError {
-        let place = match side {
-            IoKind::Input => "input",
-            IoKind::Output => "output",
-        };
-        ActionError::missing(place, "1-64, 101-164 or 201-264", line.to_string())
+        ActionError::missing(side.word(), "1-64, 101-164 or 201-264", line.to_string())
     }
 }
 

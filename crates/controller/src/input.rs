@@ -9,6 +9,7 @@ use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
 use bytes::Bytes;
+use ts3100_proto::words::Word;
 
 /// One thing that happened outside.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,4 +151,28 @@ pub enum ControlRight {
     /// The Ethernet channel IP0.
     #[default]
     Ether,
+}
+
+impl Word for KeySwitch {
+    const ALL: &'static [KeySwitch] = &[KeySwitch::Teaching, KeySwitch::Internal, KeySwitch::Ext];
+
+    fn word(self) -> &'static str {
+        match self {
+            KeySwitch::Teaching => "teaching",
+            KeySwitch::Internal => "internal",
+            KeySwitch::Ext => "ext",
+        }
+    }
+}
+
+impl Word for ControlRight {
+    const ALL: &'static [ControlRight] = &[ControlRight::Sig, ControlRight::Rs232c, ControlRight::Ether];
+
+    fn word(self) -> &'static str {
+        match self {
+            ControlRight::Sig => "sig",
+            ControlRight::Rs232c => "rs232c",
+            ControlRight::Ether => "ether",
+        }
+    }
 }

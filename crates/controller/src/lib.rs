@@ -21,6 +21,7 @@ extern crate alloc;
 extern crate std;
 
 pub mod action;
+mod action_text;
 pub mod alarm;
 mod arm;
 pub mod command_coverage;
@@ -57,6 +58,7 @@ mod timers;
 pub mod variation;
 
 pub use action::{Accepted, Action, ActionError, ActionErrorKind, IoKind};
+pub use action_text::ActionParseError;
 pub use arm::ArmPose;
 pub use bytes::Bytes;
 pub use command_coverage::CommandCoverage;

@@ -5,6 +5,7 @@
 use core::fmt;
 use scol_mini::Channel;
 use ts3100_proto::permission::ProtocolPort;
+use ts3100_proto::words::Word;
 
 /// A communication port.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -75,6 +76,14 @@ impl Port {
             Port::Ip3 => Some(3),
             Port::Host | Port::Com1 => None,
         }
+    }
+}
+
+impl Word for Port {
+    const ALL: &'static [Port] = &Port::ALL;
+
+    fn word(self) -> &'static str {
+        self.name()
     }
 }
 

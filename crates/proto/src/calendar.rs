@@ -3,6 +3,10 @@
 //! Plain arithmetic of the proleptic Gregorian calendar: no time zones, no leap seconds. The caller decides which
 //! clock a value comes from; [`crate::status::eu`] and [`crate::status::vr`] write it.
 
+use alloc::string::{String, ToString};
+use core::fmt;
+use core::str::FromStr;
+
 /// Date and time of the proleptic Gregorian calendar. Ordered by time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(
@@ -23,6 +27,46 @@ pub struct CalendarTime {
     pub minute: u8,
     /// Second, 0 to 59.
     pub second: u8,
+}
+
+/// A text that is no date and time.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("a date and time YYYY-MM-DD HH:MM:SS expected, {0:?} found")]
+pub struct CalendarError(String);
+
+impl fmt::Display for CalendarTime {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (date, time) = (
+            (self.year, self.month, self.day),
+            (self.hour, self.minute, self.second),
+        );
+        write!(f, "{:04}-{:02}-{:02} ", date.0, date.1, date.2)?;
+        write!(f, "{:02}:{:02}:{:02}", time.0, time.1, time.2)
+    }
+}
+
+impl FromStr for CalendarTime {
+    type Err = CalendarError;
+
+    /// As `Display` writes it.
+    fn from_str(text: &str) -> Result<CalendarTime, CalendarError> {
+        let mut numbers = text.split(['-', ' ', ':']).map(str::parse::<u16>);
+        let mut next = || numbers.next()?.ok();
+        let mut read = || {
+            let year = next()?;
+            let mut small = || u8::try_from(next()?).ok();
+            Some(CalendarTime {
+                year,
+                month: small()?,
+                day: small()?,
+                hour: small()?,
+                minute: small()?,
+                second: small()?,
+            })
+        };
+        let read = read().filter(|at| at.is_valid() && at.to_string() == text);
+        read.ok_or_else(|| CalendarError(text.to_string()))
+    }
 }
 
 const SECONDS_PER_DAY: i64 = 86_400;

@@ -1,11 +1,13 @@
 //! The readable notation of bytes: printable ASCII as it is, the control codes of the protocol by name (`<CR>`), other
 //! bytes in hexadecimal (`<1B>`).
 //!
-//! [`Escaped`] writes it, [`units`] reads it. Logs, transcripts and fault specifications use the same notation; they
+//! [`Escaped`] writes it, [`parse`] reads it; [`units`] is for readers that accept more. Logs, transcripts and fault specifications use the same notation; they
 //! differ only in the characters that they must escape besides, and in how lenient they read. The encoding of bytes in
 //! snapshots is another, see `serde_latin1`.
 
 use crate::text::{CR, EOF, ETX, LF, STX};
+use alloc::string::{String, ToString};
+use alloc::vec::Vec;
 use core::fmt::{self, Write as _};
 
 /// Names of the control codes.
@@ -95,6 +97,56 @@ pub fn units(text: &str) -> impl Iterator<Item = Result<Unit<'_>, UnclosedCode<'
     })
 }
 
+/// Why a text is not bytes in the notation.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum EscapeError {
+    /// A `<` without its `>`.
+    #[error("no > after <{0}")]
+    Unclosed(String),
+    /// Two characters in angle brackets that are no hexadecimal digits.
+    #[error("<{0}> is no byte")]
+    NotByte(String),
+    /// Anything else in angle brackets.
+    #[error("<{0}> is neither a control code, nor a byte, nor a count")]
+    UnknownCode(String),
+    /// A count of arbitrary bytes, which only an expectation has.
+    #[error("a host sends certain bytes, not {0}")]
+    Count(String),
+    /// A character that has to be in hexadecimal.
+    #[error("printable ASCII expected, {0:?} found")]
+    NotPrintable(char),
+}
+
+/// Reads bytes as [`Escaped::new`] writes them.
+///
+/// # Errors
+/// The first unit that is no byte.
+pub fn parse(text: &str) -> Result<Vec<u8>, EscapeError> {
+    let byte = |unit| match unit {
+        Err(UnclosedCode { rest }) => Err(EscapeError::Unclosed(rest.to_string())),
+        Ok(Unit::Char(char)) => u8::try_from(char)
+            .ok()
+            .filter(|byte| (b' '..=b'~').contains(byte))
+            .ok_or(EscapeError::NotPrintable(char)),
+        Ok(Unit::Code(code)) if code.starts_with('*') => Err(EscapeError::Count(text.to_string())),
+        Ok(Unit::Code(code)) => control_code(code).map_or_else(
+            || match code.len() {
+                2 => hex_byte(code).ok_or_else(|| EscapeError::NotByte(code.to_string())),
+                _ => Err(EscapeError::UnknownCode(code.to_string())),
+            },
+            Ok,
+        ),
+    };
+    units(text).map(byte).collect()
+}
+
+/// A byte of one or two hexadecimal digits.
+#[must_use]
+pub fn hex_byte(digits: &str) -> Option<u8> {
+    let plain = digits.len() <= 2 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    u8::from_str_radix(digits, 16).ok().filter(|_| plain)
+}
+
 /// The control code of this name, in upper case.
 #[must_use]
 pub fn control_code(name: &str) -> Option<u8> {
@@ -105,15 +157,6 @@ pub fn control_code(name: &str) -> Option<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use alloc::string::ToString;
-    use alloc::vec::Vec;
-
-    fn byte(unit: Unit<'_>) -> u8 {
-        match unit {
-            Unit::Char(char) => u8::try_from(char).unwrap(),
-            Unit::Code(code) => control_code(code).unwrap_or_else(|| u8::from_str_radix(code, 16).unwrap()),
-        }
-    }
 
     #[test]
     fn every_byte_is_read_back() {
@@ -121,8 +164,7 @@ mod tests {
         for escaped in [Escaped::new(&every), Escaped::within_quotes(&every)] {
             let text = escaped.to_string();
             assert!(text.is_ascii());
-            let read: Vec<u8> = units(&text).map(|unit| byte(unit.unwrap())).collect();
-            assert_eq!(read, every);
+            assert_eq!(parse(&text), Ok(every.clone()));
         }
     }
 

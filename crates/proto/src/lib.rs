@@ -26,3 +26,4 @@ pub mod reply;
 pub mod serde_latin1;
 pub mod status;
 pub mod text;
+pub mod words;

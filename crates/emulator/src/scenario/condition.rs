@@ -1,12 +1,12 @@
 //! The conditions and actions of a scenario: their text forms, and when a condition occurs. Actions on the controller have
-//! the text form of transcripts ([`crate::transcript::action`]).
+//! the text form of transcripts ([`Action`]).
 
-use crate::transcript::{action, notation, panel};
 use std::fmt;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
 use ts3100_controller::{Action, Controller, alarm};
+use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::status::ExecutionStatus;
 
 /// Every form of a condition.
@@ -138,14 +138,14 @@ impl ScenarioAction {
     /// One at the panel, in its words.
     pub(super) fn at_panel(panel: &PanelAction) -> ScenarioAction {
         ScenarioAction {
-            words: panel::write(panel),
+            words: panel.to_string(),
             input: Input::Panel(panel.clone()),
         }
     }
 }
 
 fn action(words: &str) -> Result<Action, String> {
-    let found = action::read(words).map_err(|reason| {
+    let found = words.parse::<Action>().map_err(|reason| {
         let others = ACTIONS.join(", ");
         format!("expected an action ({others}; {PANEL_ACTIONS}), found `{words}`: {reason}")
     })?;
@@ -277,16 +277,16 @@ impl fmt::Display for ScenarioCondition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let state = |on: &bool| if *on { "on" } else { "off" };
         match self {
-            ScenarioCondition::Command(text) => write!(f, "command {}", notation::write(text)),
-            ScenarioCondition::Answer(text) => write!(f, "answer {}", notation::write(text)),
+            ScenarioCondition::Command(text) => write!(f, "command {}", Escaped::new(text)),
+            ScenarioCondition::Answer(text) => write!(f, "answer {}", Escaped::new(text)),
             ScenarioCondition::Refused(letters) => write!(f, "refused {letters}"),
             ScenarioCondition::Printed(PrintTarget::Port(port), text) => {
-                write!(f, "printed {port} {}", notation::write(text))
+                write!(f, "printed {port} {}", Escaped::new(text))
             }
             ScenarioCondition::Printed(PrintTarget::Pendant, text) => {
-                write!(f, "printed TP {}", notation::write(text))
+                write!(f, "printed TP {}", Escaped::new(text))
             }
-            ScenarioCondition::Received(port, text) => write!(f, "received {port} {}", notation::write(text)),
+            ScenarioCondition::Received(port, text) => write!(f, "received {port} {}", Escaped::new(text)),
             ScenarioCondition::Connected(port) => write!(f, "connected {port}"),
             ScenarioCondition::Disconnected(port) => write!(f, "disconnected {port}"),
             ScenarioCondition::Alarm(None) => f.write_str("alarm"),
@@ -310,7 +310,7 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
 }
 
 fn parse_bytes(text: &str) -> Result<Vec<u8>, String> {
-    let bytes = notation::read_bytes(text)?;
+    let bytes = escape::parse(text).map_err(|error| error.to_string())?;
     if bytes.is_empty() {
         return Err("expected text, with control codes as <CR>, found nothing".to_owned());
     }

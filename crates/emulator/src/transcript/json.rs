@@ -1,241 +1,252 @@
 //! Transcripts as JSON lines: one object for the start, then one for each record. `hex` holds the bytes, `text` the same in
-//! the notation of [`super::notation`]; `t_us` are microseconds since the start.
+//! the notation of [`ts3100_proto::escape`]; `t_us` are microseconds since the start.
 
-use super::text::{format_date, parse_date, parse_hex};
-use super::{
-    EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Recording, Side, action, link, notation, panel,
-};
-use serde_json::{Map, Value, json};
-use ts3100_controller::{Action, Time};
+use super::{EndReason, Header, LineError, LinkRecord, PeerId, Record, RecordKind, Recording, Side, text};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use ts3100_controller::{Action, PanelAction, Time};
+use ts3100_proto::escape::Escaped;
 
 /// What stands in `format` of the first line.
 const FORMAT: &str = "ts3100 transcript";
 /// What stands in `version` of the first line.
 const VERSION: u64 = 1;
 
+/// The first line.
+#[derive(Serialize, Deserialize)]
+struct Start {
+    #[serde(skip_deserializing)]
+    event: &'static str,
+    format: String,
+    version: u64,
+    origin: String,
+    calendar: Option<String>,
+    #[serde(default)]
+    flags: Vec<String>,
+    #[serde(default)]
+    files: Vec<File>,
+    select: Option<String>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct File {
+    name: String,
+    #[serde(with = "hex")]
+    hex: Vec<u8>,
+}
+
+/// Any other line.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    t_us: u64,
+    #[serde(flatten)]
+    event: Event,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(tag = "event", rename_all = "kebab-case")]
+enum Event {
+    Connected {
+        #[serde(with = "as_text")]
+        line: PeerId,
+        peer: Option<String>,
+    },
+    FromHost(Bytes),
+    FromRobot(Bytes),
+    Ended {
+        #[serde(with = "as_text")]
+        line: PeerId,
+        by: Side,
+        how: EndReason,
+    },
+    Panel {
+        #[serde(with = "as_text")]
+        panel: PanelAction,
+    },
+    #[serde(rename = "deed")]
+    Action {
+        #[serde(rename = "deed", with = "as_text")]
+        action: Action,
+    },
+    Restored {
+        to_us: u64,
+        snapshot: Value,
+    },
+    Edge {
+        #[serde(with = "as_text")]
+        edge: LinkRecord,
+    },
+    Remark {
+        remark: String,
+    },
+}
+
+#[derive(Serialize, Deserialize)]
+struct Bytes {
+    #[serde(with = "as_text")]
+    line: PeerId,
+    #[serde(with = "hex")]
+    hex: Vec<u8>,
+    #[serde(skip_deserializing)]
+    text: String,
+}
+
+impl Bytes {
+    fn new(line: PeerId, bytes: &[u8]) -> Bytes {
+        let text = Escaped::new(bytes).to_string();
+        let hex = bytes.to_vec();
+        Bytes { line, hex, text }
+    }
+}
+
+/// A value in its text form.
+mod as_text {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+    use std::fmt::Display;
+    use std::str::FromStr;
+
+    pub fn serialize<T: Display, S: Serializer>(value: &T, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(value)
+    }
+
+    pub fn deserialize<'de, T: FromStr<Err: Display>, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<T, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        text.parse().map_err(de::Error::custom)
+    }
+}
+
+/// Bytes as pairs of hexadecimal digits with blanks between them.
+mod hex {
+    use serde::{Deserialize, Deserializer, Serializer, de};
+
+    pub fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+        serializer.serialize_str(&pairs.join(" "))
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+        super::text::parse_hex(&String::deserialize(deserializer)?).map_err(de::Error::custom)
+    }
+}
+
+fn write(line: &impl Serialize, out: &mut Vec<u8>) {
+    // Text and numbers can always be written into memory.
+    let _ = serde_json::to_writer(&mut *out, line);
+    out.push(b'\n');
+}
+
 /// The line of the header.
 pub fn write_header(header: &Header, out: &mut Vec<u8>) {
-    let files = header
-        .files
-        .iter()
-        .map(|(name, content)| json!({"name": name, "hex": hex(content)}));
-    let start = json!({
-        "event": "start",
-        "format": FORMAT,
-        "version": VERSION,
-        "origin": header.origin,
-        "calendar": header.calendar.map(format_date),
-        "flags": header.flags,
-        "files": files.collect::<Vec<_>>(),
-        "select": header.select,
-    });
-    out.extend_from_slice(format!("{start}\n").as_bytes());
+    let file = |(name, content): &(String, Vec<u8>)| File {
+        name: name.clone(),
+        hex: content.clone(),
+    };
+    let start = Start {
+        event: "start",
+        format: FORMAT.to_owned(),
+        version: VERSION,
+        origin: header.origin.clone(),
+        calendar: header.calendar.map(|calendar| calendar.to_string()),
+        flags: header.flags.clone(),
+        files: header.files.iter().map(file).collect(),
+        select: header.select.clone(),
+    };
+    write(&start, out);
 }
 
 /// The line of a record.
 pub fn write_record(record: &Record, out: &mut Vec<u8>) {
-    let t = record.at.as_micros();
-    let line = |event: &str, line: PeerId| json!({"t_us": t, "event": event, "line": line.to_string()});
-    let bytes = |event: &str, at: PeerId, bytes: &[u8]| {
-        let mut object = line(event, at);
-        object["hex"] = Value::from(hex(bytes));
-        object["text"] = Value::from(notation::write(bytes));
-        object
-    };
-    let object = match &record.kind {
-        RecordKind::Connected { line: at, peer } => {
-            let mut object = line("connected", *at);
-            object["peer"] = Value::from(peer.as_str());
-            object
-        }
-        RecordKind::FromHost { line, bytes: sent } => bytes("from-host", *line, sent),
-        RecordKind::FromRobot { line, bytes: sent } => bytes("from-robot", *line, sent),
-        RecordKind::Ended { line: at, by, how } => {
-            let mut object = line("ended", *at);
-            object["by"] = Value::from(side_word(*by));
-            object["how"] = Value::from(end_reason_word(*how));
-            object
-        }
-        RecordKind::Action(Action::Panel(action)) => {
-            json!({"t_us": t, "event": "panel", "panel": panel::write(action)})
-        }
-        RecordKind::Action(action) => json!({"t_us": t, "event": "deed", "deed": action::write(action)}),
-        RecordKind::Link(LinkRecord::Restored { at, snapshot }) => {
+    let event = match record.kind.clone() {
+        RecordKind::Connected { line, peer } => Event::Connected {
+            line,
+            peer: Some(peer),
+        },
+        RecordKind::FromHost { line, bytes } => Event::FromHost(Bytes::new(line, &bytes)),
+        RecordKind::FromRobot { line, bytes } => Event::FromRobot(Bytes::new(line, &bytes)),
+        RecordKind::Ended { line, by, how } => Event::Ended { line, by, how },
+        RecordKind::Action(Action::Panel(panel)) => Event::Panel { panel },
+        RecordKind::Action(action) => Event::Action { action },
+        RecordKind::Link(LinkRecord::Restored { at, snapshot }) => Event::Restored {
+            to_us: at.as_micros(),
             // One that is no JSON is nobody's: it is written as it is.
-            let snapshot = serde_json::from_str(snapshot).unwrap_or_else(|_| Value::from(snapshot.as_str()));
-            json!({"t_us": t, "event": "restored", "to_us": at.as_micros(), "snapshot": snapshot})
-        }
-        RecordKind::Link(link) => json!({"t_us": t, "event": "edge", "edge": link::write(link)}),
-        RecordKind::Remark(words) => json!({"t_us": t, "event": "remark", "remark": words}),
+            snapshot: serde_json::from_str(&snapshot).unwrap_or(Value::String(snapshot)),
+        },
+        RecordKind::Link(edge) => Event::Edge { edge },
+        RecordKind::Remark(remark) => Event::Remark { remark },
     };
-    out.extend_from_slice(format!("{object}\n").as_bytes());
-}
-
-fn hex(bytes: &[u8]) -> String {
-    let pairs: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
-    pairs.join(" ")
-}
-
-const fn side_word(side: Side) -> &'static str {
-    match side {
-        Side::Host => "host",
-        Side::Robot => "robot",
-    }
-}
-
-const fn end_reason_word(how: EndReason) -> &'static str {
-    match how {
-        EndReason::Closed => "closed",
-        EndReason::Reset => "reset",
-        EndReason::Refused => "refused",
-    }
+    let t_us = record.at.as_micros();
+    write(&Line { t_us, event }, out);
 }
 
 /// Reads a transcript.
 ///
 /// # Errors
 /// The line, from 1, and what was expected and found there.
-pub fn read(text: &str) -> Result<Recording, (usize, String)> {
+pub fn read(text: &str) -> Result<Recording, (usize, LineError)> {
     let mut recording = Recording::default();
     let mut last = Time::ZERO;
     for (number, line) in (1..).zip(text.lines()) {
-        let wrong = |reason: String| (number, reason);
-        let value = serde_json::from_str(line).map_err(|error| wrong(error.to_string()))?;
-        let Value::Object(object) = value else {
-            return Err(wrong("an object expected".to_owned()));
-        };
+        let wrong = |reason| (number, reason);
         if number == 1 {
-            recording.header = read_header(&object).map_err(wrong)?;
+            recording.header = read_header(line).map_err(wrong)?;
             continue;
         }
-        let record = read_record(&object).map_err(wrong)?;
+        let record = read_record(line).map_err(|error| wrong(error.into()))?;
         if record.at < last {
-            return Err(wrong(format!(
-                "a time of {last} or later expected, {} found",
-                record.at
-            )));
+            return Err(wrong(LineError::TimeGoesBack(record.at, last)));
         }
-        last = match &record.kind {
-            RecordKind::Link(link) => link.new_time().unwrap_or(record.at),
-            _ => record.at,
-        };
+        last = record.kind.new_time().unwrap_or(record.at);
         recording.records.push(record);
         recording.lines.push(number);
     }
     if recording.header.origin.is_empty() {
-        return Err((1, "the object of the start expected, not found".to_owned()));
+        return Err((1, LineError::NoStart));
     }
     Ok(recording)
 }
 
-type Object = Map<String, Value>;
-
-fn text<'a>(object: &'a Object, key: &str) -> Result<&'a str, String> {
-    let value = object.get(key).and_then(Value::as_str);
-    value.ok_or_else(|| format!("a text expected at {key:?}"))
-}
-
-fn optional<'a>(object: &'a Object, key: &str) -> Result<Option<&'a str>, String> {
-    match object.get(key) {
-        None | Some(Value::Null) => Ok(None),
-        Some(_) => text(object, key).map(Some),
+fn read_header(line: &str) -> Result<Header, LineError> {
+    let start: Start = serde_json::from_str(line)?;
+    if start.format != FORMAT || start.version != VERSION {
+        return Err(LineError::Format(FORMAT, VERSION));
     }
-}
-
-fn list<'a>(object: &'a Object, key: &str) -> Result<&'a [Value], String> {
-    match object.get(key) {
-        None => Ok(&[]),
-        Some(Value::Array(values)) => Ok(values),
-        Some(_) => Err(format!("a list expected at {key:?}")),
-    }
-}
-
-fn read_header(object: &Object) -> Result<Header, String> {
-    let version = object.get("version").and_then(Value::as_u64);
-    if text(object, "format") != Ok(FORMAT) || version != Some(VERSION) {
-        return Err(format!("format {FORMAT:?} and version {VERSION} expected"));
-    }
-    let file = |value: &Value| {
-        let object = value.as_object().ok_or("an object expected in \"files\"")?;
-        Ok((text(object, "name")?.to_owned(), parse_hex(text(object, "hex")?)?))
-    };
-    let flag = |value: &Value| {
-        let flag = value.as_str().ok_or("a text expected in \"flags\"")?;
-        Ok(flag.to_owned())
-    };
     Ok(Header {
-        origin: text(object, "origin")?.to_owned(),
-        calendar: optional(object, "calendar")?.map(parse_date).transpose()?,
-        flags: list(object, "flags")?
-            .iter()
-            .map(flag)
-            .collect::<Result<_, String>>()?,
-        files: list(object, "files")?
-            .iter()
-            .map(file)
-            .collect::<Result<_, String>>()?,
-        select: optional(object, "select")?.map(str::to_owned),
+        origin: start.origin,
+        calendar: start.calendar.map(|calendar| calendar.parse()).transpose()?,
+        flags: start.flags,
+        files: start
+            .files
+            .into_iter()
+            .map(|file| (file.name, file.hex))
+            .collect(),
+        select: start.select,
     })
 }
 
-fn read_record(object: &Object) -> Result<Record, String> {
-    let micros = object.get("t_us").and_then(Value::as_u64);
-    let at = micros
-        .map(Time::from_micros)
-        .ok_or("microseconds expected at \"t_us\"")?;
-    let line = || PeerId::parse(text(object, "line")?);
-    let bytes = || parse_hex(text(object, "hex")?);
-    let what = match text(object, "event")? {
-        "connected" => RecordKind::Connected {
-            line: line()?,
-            peer: optional(object, "peer")?.unwrap_or_default().to_owned(),
+fn read_record(line: &str) -> serde_json::Result<Record> {
+    let Line { t_us, event } = serde_json::from_str(line)?;
+    let kind = match event {
+        Event::Connected { line, peer } => RecordKind::Connected {
+            line,
+            peer: peer.unwrap_or_default(),
         },
-        "from-host" => RecordKind::FromHost {
-            line: line()?,
-            bytes: bytes()?,
-        },
-        "from-robot" => RecordKind::FromRobot {
-            line: line()?,
-            bytes: bytes()?,
-        },
-        "ended" => RecordKind::Ended {
-            line: line()?,
-            by: match text(object, "by")? {
-                "host" => Side::Host,
-                "robot" => Side::Robot,
-                other => return Err(format!("host or robot expected at \"by\", {other:?} found")),
-            },
-            how: match text(object, "how")? {
-                "closed" => EndReason::Closed,
-                "reset" => EndReason::Reset,
-                "refused" => EndReason::Refused,
-                other => {
-                    return Err(format!(
-                        "closed, reset or refused expected at \"how\", {other:?} found"
-                    ));
-                }
-            },
-        },
-        "panel" => RecordKind::Action(Action::Panel(panel::read(text(object, "panel")?)?)),
-        "deed" => RecordKind::Action(action::read(text(object, "deed")?)?),
-        "restored" => RecordKind::Link(LinkRecord::Restored {
-            at: object
-                .get("to_us")
-                .and_then(Value::as_u64)
-                .map(Time::from_micros)
-                .ok_or("microseconds expected at \"to_us\"")?,
-            snapshot: match object.get("snapshot") {
-                Some(Value::String(words)) => words.clone(),
-                Some(snapshot) => snapshot.to_string(),
-                None => return Err("a snapshot expected at \"snapshot\"".to_owned()),
+        Event::FromHost(Bytes { line, hex: bytes, .. }) => RecordKind::FromHost { line, bytes },
+        Event::FromRobot(Bytes { line, hex: bytes, .. }) => RecordKind::FromRobot { line, bytes },
+        Event::Ended { line, by, how } => RecordKind::Ended { line, by, how },
+        Event::Panel { panel } => RecordKind::Action(Action::Panel(panel)),
+        Event::Action { action } => RecordKind::Action(action),
+        Event::Restored { to_us, snapshot } => RecordKind::Link(LinkRecord::Restored {
+            at: Time::from_micros(to_us),
+            snapshot: match snapshot {
+                Value::String(words) => words,
+                snapshot => snapshot.to_string(),
             },
         }),
-        "edge" => {
-            let words = text(object, "edge")?;
-            RecordKind::Link(link::read(words)?.ok_or_else(|| format!("{words:?} is nothing of the edge"))?)
-        }
-        "remark" => RecordKind::Remark(text(object, "remark")?.to_owned()),
-        other => return Err(format!("{other:?} is no event of a transcript")),
+        Event::Edge { edge } => RecordKind::Link(edge),
+        Event::Remark { remark } => RecordKind::Remark(remark),
     };
-    Ok(Record { at, kind: what })
+    let at = Time::from_micros(t_us);
+    Ok(Record { at, kind })
 }

@@ -3,12 +3,15 @@
 //!
 //! Also their text form: after `!` in a text transcript, in `edge` of a JSON line.
 
-use super::notation;
-use super::text::{format_date, parse_date};
+use super::LineError;
 use crate::snapshot;
+use std::fmt;
+use std::str::FromStr;
 use ts3100_controller::{Controller, HostEnd, HostSettings, Input, Port, Time};
 use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::parameter::Parity;
+use ts3100_proto::words::Word as _;
 
 /// A record about a connection or about the replaced state of the controller.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,27 +129,27 @@ impl LinkRecord {
     }
 }
 
-/// Text form of the record.
-#[must_use]
-pub fn write(link: &LinkRecord) -> String {
-    match link {
-        LinkRecord::Settings { port, host } => format!("line {port} {}", host_settings_text(host)),
-        LinkRecord::Purged { port } => format!("purge {port}"),
-        LinkRecord::SerialErrors { port, bytes } => format!("garbled {port} {}", notation::write(bytes)),
-        LinkRecord::SecondPeer { port, peer, replaces } => {
-            let what = if *replaces { "replaces" } else { "refused" };
-            format!("second-peer {port} {what} {peer}").trim_end().to_owned()
+impl fmt::Display for LinkRecord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            LinkRecord::Settings { port, host } => write!(f, "line {port} {}", host_settings_text(host)),
+            LinkRecord::Purged { port } => write!(f, "purge {port}"),
+            LinkRecord::SerialErrors { port, bytes } => write!(f, "garbled {port} {}", Escaped::new(bytes)),
+            LinkRecord::SecondPeer { port, peer, replaces } => {
+                let what = if *replaces { "replaces" } else { "refused" };
+                f.write_str(format!("second-peer {port} {what} {peer}").trim_end())
+            }
+            LinkRecord::Backlogged { port } => write!(f, "unread {port}"),
+            LinkRecord::NotPersisted { name, reason } => {
+                write!(f, "unkept {name} {}", Escaped::new(reason.as_bytes()))
+            }
+            LinkRecord::Dropped { port } => write!(f, "drop {port}"),
+            LinkRecord::Restored { at, snapshot } => write!(f, "restore {}us {snapshot}", at.as_micros()),
+            LinkRecord::Reset { calendar: None } => f.write_str("reset"),
+            LinkRecord::Reset {
+                calendar: Some(calendar),
+            } => write!(f, "reset {calendar}"),
         }
-        LinkRecord::Backlogged { port } => format!("unread {port}"),
-        LinkRecord::NotPersisted { name, reason } => {
-            format!("unkept {name} {}", notation::write(reason.as_bytes()))
-        }
-        LinkRecord::Dropped { port } => format!("drop {port}"),
-        LinkRecord::Restored { at, snapshot } => format!("restore {}us {snapshot}", at.as_micros()),
-        LinkRecord::Reset { calendar: None } => "reset".to_owned(),
-        LinkRecord::Reset {
-            calendar: Some(calendar),
-        } => format!("reset {}", format_date(*calendar)),
     }
 }
 
@@ -154,15 +157,10 @@ fn host_settings_text(host: &HostEnd) -> String {
     let HostEnd::Modelled(known) = host else {
         return "wire".to_owned();
     };
-    let parity = known.parity.map(|parity| match parity {
-        Parity::None => "none",
-        Parity::Odd => "odd",
-        Parity::Even => "even",
-    });
     let pairs = [
         ("speed", known.speed.map(|speed| speed.to_string())),
         ("length", known.length.map(|length| length.to_string())),
-        ("parity", parity.map(str::to_owned)),
+        ("parity", known.parity.map(|parity| parity.word().to_owned())),
         ("stop", known.stop.map(|stop| stop.to_string())),
     ];
     let known = pairs
@@ -176,71 +174,61 @@ fn host_settings_text(host: &HostEnd) -> String {
     }
 }
 
-/// Reads a record from its text form; `None` if the first word is not one of these records.
-///
-/// # Errors
-/// What was expected and found.
-pub fn read(words: &str) -> Result<Option<LinkRecord>, String> {
-    let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
-    let (first, behind) = rest.split_once(' ').unwrap_or((rest, ""));
-    Ok(Some(match name {
-        "line" => LinkRecord::Settings {
-            port: parse_port(first)?,
-            host: parse_host_line(behind)?,
-        },
-        "purge" => LinkRecord::Purged {
-            port: parse_port(rest)?,
-        },
-        "garbled" => LinkRecord::SerialErrors {
-            port: parse_port(first)?,
-            bytes: notation::read_bytes(behind)?,
-        },
-        "second-peer" => {
-            let (what, peer) = behind.split_once(' ').unwrap_or((behind, ""));
-            LinkRecord::SecondPeer {
-                port: parse_port(first)?,
-                peer: peer.to_owned(),
-                replaces: match what {
-                    "replaces" => true,
-                    "refused" => false,
-                    _ => return Err(format!("replaces or refused expected, {what:?} found")),
-                },
+impl FromStr for LinkRecord {
+    type Err = LineError;
+
+    fn from_str(words: &str) -> Result<LinkRecord, LineError> {
+        let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
+        let (first, behind) = rest.split_once(' ').unwrap_or((rest, ""));
+        let port = |word: &str| Port::from_word(word).ok_or_else(|| LineError::Port(word.to_owned()));
+        Ok(match name {
+            "line" => LinkRecord::Settings {
+                port: port(first)?,
+                host: parse_host_line(behind)?,
+            },
+            "purge" => LinkRecord::Purged { port: port(rest)? },
+            "garbled" => LinkRecord::SerialErrors {
+                port: port(first)?,
+                bytes: escape::parse(behind)?,
+            },
+            "second-peer" => {
+                let (what, peer) = behind.split_once(' ').unwrap_or((behind, ""));
+                LinkRecord::SecondPeer {
+                    port: port(first)?,
+                    peer: peer.to_owned(),
+                    replaces: match what {
+                        "replaces" => true,
+                        "refused" => false,
+                        _ => return Err(LineError::expected("replaces or refused", what)),
+                    },
+                }
             }
-        }
-        "unread" => LinkRecord::Backlogged {
-            port: parse_port(rest)?,
-        },
-        "unkept" if !first.is_empty() => LinkRecord::NotPersisted {
-            name: first.to_owned(),
-            reason: String::from_utf8_lossy(&notation::read_bytes(behind)?).into_owned(),
-        },
-        "unkept" => return Err(format!("the name of a file expected, {rest:?} found")),
-        "drop" => LinkRecord::Dropped {
-            port: parse_port(rest)?,
-        },
-        "restore" => {
-            let micros = first.strip_suffix("us").and_then(|micros| micros.parse().ok());
-            let at = micros.map(Time::from_micros);
-            let at = at.ok_or_else(|| format!("the time of the snapshot in us expected, {first:?} found"))?;
-            LinkRecord::Restored {
-                at,
-                snapshot: behind.to_owned(),
+            "unread" => LinkRecord::Backlogged { port: port(rest)? },
+            "unkept" if !first.is_empty() => LinkRecord::NotPersisted {
+                name: first.to_owned(),
+                reason: String::from_utf8_lossy(&escape::parse(behind)?).into_owned(),
+            },
+            "unkept" => return Err(LineError::expected("the name of a file", rest)),
+            "drop" => LinkRecord::Dropped { port: port(rest)? },
+            "restore" => {
+                let micros = first.strip_suffix("us").and_then(|micros| micros.parse().ok());
+                let at = micros.map(Time::from_micros);
+                let at = at.ok_or_else(|| LineError::expected("the time of the snapshot in us", first))?;
+                let snapshot = behind.to_owned();
+                LinkRecord::Restored { at, snapshot }
             }
-        }
-        "reset" if rest.is_empty() => LinkRecord::Reset { calendar: None },
-        "reset" => LinkRecord::Reset {
-            calendar: Some(parse_date(rest)?),
-        },
-        _ => return Ok(None),
-    }))
+            "reset" => LinkRecord::Reset {
+                calendar: Some(rest)
+                    .filter(|date| !date.is_empty())
+                    .map(str::parse)
+                    .transpose()?,
+            },
+            _ => return Err(LineError::NoLink(words.to_owned())),
+        })
+    }
 }
 
-fn parse_port(word: &str) -> Result<Port, String> {
-    let port = Port::ALL.into_iter().find(|port| port.name() == word);
-    port.ok_or_else(|| format!("a port expected, for example HOST, {word:?} found"))
-}
-
-fn parse_host_line(words: &str) -> Result<HostEnd, String> {
+fn parse_host_line(words: &str) -> Result<HostEnd, LineError> {
     if words == "wire" {
         return Ok(HostEnd::Wire);
     }
@@ -248,25 +236,20 @@ fn parse_host_line(words: &str) -> Result<HostEnd, String> {
     if words == "unknown" {
         return Ok(HostEnd::Modelled(known));
     }
-    let wrong = |pair: &str| {
-        format!("speed=, length=, parity= (none, odd, even) or stop= and a value expected, {pair:?} found")
-    };
     for pair in words.split(' ') {
-        let (key, value) = pair.split_once('=').ok_or_else(|| wrong(pair))?;
-        match key {
-            "speed" => known.speed = Some(value.parse().map_err(|_| wrong(pair))?),
-            "length" => known.length = Some(value.parse().map_err(|_| wrong(pair))?),
-            "stop" => known.stop = Some(value.parse().map_err(|_| wrong(pair))?),
-            "parity" => {
-                known.parity = Some(match value {
-                    "none" => Parity::None,
-                    "odd" => Parity::Odd,
-                    "even" => Parity::Even,
-                    _ => return Err(wrong(pair)),
-                });
+        let mut read = || {
+            let (key, value) = pair.split_once('=')?;
+            match key {
+                "speed" => known.speed = Some(value.parse().ok()?),
+                "length" => known.length = Some(value.parse().ok()?),
+                "stop" => known.stop = Some(value.parse().ok()?),
+                "parity" => known.parity = Some(Parity::from_word(value)?),
+                _ => return None,
             }
-            _ => return Err(wrong(pair)),
-        }
+            Some(())
+        };
+        let expected = "speed=, length=, parity= (none, odd, even) or stop= and a value";
+        read().ok_or_else(|| LineError::expected(expected, pair))?;
     }
     Ok(HostEnd::Modelled(known))
 }
@@ -334,8 +317,8 @@ mod tests {
             },
         ];
         for link in all {
-            let words = write(&link);
-            assert_eq!(read(&words), Ok(Some(link)), "{words}");
+            let words = link.to_string();
+            assert_eq!(words.parse::<LinkRecord>().unwrap(), link, "{words}");
         }
     }
 
@@ -361,8 +344,9 @@ mod tests {
             "restore 5ms {}",
             "reset now",
         ] {
-            assert!(read(words).is_err(), "{words}");
+            assert!(words.parse::<LinkRecord>().is_err(), "{words}");
         }
-        assert_eq!(read("servo on"), Ok(None));
+        let other = "servo on".parse::<LinkRecord>();
+        assert!(matches!(other, Err(LineError::NoLink(_))));
     }
 }

@@ -4,12 +4,9 @@
 //! Who records is not known here: the driver of a running emulator (`sink`) or a tap in front of a real controller
 //! ([`crate::tap`]). Start with [`RecordKind`]; [`Recording::read`] reads a file back.
 
-pub mod action;
 mod buffer;
 pub mod json;
 pub mod link;
-pub mod notation;
-pub mod panel;
 pub mod pcapng;
 mod recorder;
 mod sink;
@@ -22,10 +19,13 @@ pub use recorder::{MAX_BYTES, Recorder, RecorderError};
 pub use sink::{Observer, TranscriptSink};
 
 use core::fmt;
+use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
-use ts3100_controller::{Action, Port, Time};
-use ts3100_proto::calendar::CalendarTime;
+use ts3100_controller::{Action, ActionParseError, Port, Time};
+use ts3100_proto::calendar::{CalendarError, CalendarTime};
+use ts3100_proto::escape::EscapeError;
+use ts3100_proto::words::Word as _;
 
 /// Largest transcript that is read, in bytes.
 pub const MAX_TRANSCRIPT: u64 = 256 * 1024 * 1024;
@@ -47,27 +47,17 @@ impl PeerId {
     pub const fn first(port: Port) -> PeerId {
         PeerId { port, peer: 1 }
     }
+}
+
+impl FromStr for PeerId {
+    type Err = LineError;
 
     /// `IP0`, or `IP0#2` for the second of two that are there at once.
-    ///
-    /// # Errors
-    /// The word is not a port, or the number of the peer is out of range.
-    pub fn parse(word: &str) -> Result<PeerId, String> {
-        let (name, peer) = match word.split_once('#') {
-            Some((name, number)) => {
-                let peer = number
-                    .parse()
-                    .ok()
-                    .filter(|number| (1..=MAX_PEERS).contains(number));
-                (
-                    name,
-                    peer.ok_or_else(|| format!("1 to {MAX_PEERS} expected behind #, found {number}"))?,
-                )
-            }
-            None => (word, 1),
-        };
-        let port = Port::ALL.into_iter().find(|port| port.name() == name);
-        let port = port.ok_or_else(|| format!("a port expected, for example IP0, found {name}"))?;
+    fn from_str(word: &str) -> Result<PeerId, LineError> {
+        let (name, number) = word.split_once('#').unwrap_or((word, "1"));
+        let peer = number.parse().ok().filter(|peer| (1..=MAX_PEERS).contains(peer));
+        let peer = peer.ok_or_else(|| LineError::PeerNumber(number.to_owned()))?;
+        let port = Port::from_word(name).ok_or_else(|| LineError::PeerPort(name.to_owned()))?;
         Ok(PeerId { port, peer })
     }
 }
@@ -82,7 +72,8 @@ impl fmt::Display for PeerId {
 }
 
 /// One of the two sides of a connection.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Side {
     /// The host.
     Host,
@@ -91,7 +82,8 @@ pub enum Side {
 }
 
 /// How a connection ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum EndReason {
     /// Orderly close.
     Closed,
@@ -142,6 +134,22 @@ pub enum RecordKind {
     Remark(String),
 }
 
+impl RecordKind {
+    /// The time from which later records continue, if this one changes time.
+    #[must_use]
+    pub fn new_time(&self) -> Option<Time> {
+        match self {
+            RecordKind::Link(link) => link.new_time(),
+            RecordKind::Connected { .. }
+            | RecordKind::FromHost { .. }
+            | RecordKind::FromRobot { .. }
+            | RecordKind::Ended { .. }
+            | RecordKind::Action(_)
+            | RecordKind::Remark(_) => None,
+        }
+    }
+}
+
 /// One record of a transcript.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Record {
@@ -178,6 +186,63 @@ pub struct Recording {
     pub lines: Vec<usize>,
 }
 
+/// What is wrong with a line of a transcript.
+#[derive(Debug, thiserror::Error)]
+#[expect(missing_docs, reason = "the messages say it")]
+pub enum LineError {
+    #[error("{expected} expected, {found:?} found")]
+    Expected { expected: &'static str, found: String },
+    #[error("no such line: {0}")]
+    NoSuchLine(String),
+    #[error("`origin:` expected in the header, not found")]
+    NoOrigin,
+    #[error("`file NAME` expected before a line of a file")]
+    NoFile,
+    #[error("a file of at most {0} bytes expected, more found")]
+    FileSize(usize),
+    #[error("bytes expected: a recording has no line for what did not come")]
+    Nothing,
+    #[error("us, ms or s expected behind @+, {0:?} found")]
+    DurationUnit(String),
+    #[error("a number expected behind @+, {0:?} found")]
+    DurationNumber(String),
+    #[error("a hundred years at most expected, {0} found")]
+    LongPause(String),
+    #[error("{0} is no byte")]
+    NotByte(String),
+    #[error("1 to {MAX_PEERS} expected behind #, found {0}")]
+    PeerNumber(String),
+    #[error("a port expected, for example IP0, found {0}")]
+    PeerPort(String),
+    #[error("a port expected, for example HOST, {0:?} found")]
+    Port(String),
+    #[error("{0:?} is nothing of the edge")]
+    NoLink(String),
+    #[error("the object of the start expected, not found")]
+    NoStart,
+    #[error("format {0:?} and version {1} expected")]
+    Format(&'static str, u64),
+    #[error("a time of {1} or later expected, {0} found")]
+    TimeGoesBack(Time, Time),
+    #[error(transparent)]
+    Bytes(#[from] EscapeError),
+    #[error(transparent)]
+    Calendar(#[from] CalendarError),
+    #[error(transparent)]
+    Action(#[from] ActionParseError),
+    #[error(transparent)]
+    Json(#[from] serde_json::Error),
+    #[error(transparent)]
+    Snapshot(#[from] crate::snapshot::ParseError),
+}
+
+impl LineError {
+    fn expected(expected: &'static str, found: &str) -> LineError {
+        let found = found.to_owned();
+        LineError::Expected { expected, found }
+    }
+}
+
 /// A transcript that cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
@@ -197,7 +262,7 @@ pub enum ReadError {
         /// Line number, from 1.
         line: usize,
         /// What was expected and found.
-        reason: String,
+        reason: LineError,
     },
     /// A pcapng capture, which cannot be replayed.
     #[error("{}: expected a transcript as text (.txt) or JSON lines (.jsonl), found a capture, which is for Wireshark: give \
@@ -288,10 +353,10 @@ impl Recording {
     }
 
     /// Checks that every snapshot in the recording can be restored; otherwise returns the line and the reason.
-    fn validated(self) -> Result<Recording, (usize, String)> {
+    fn validated(self) -> Result<Recording, (usize, LineError)> {
         for (record, line) in self.records.iter().zip(&self.lines) {
             if let RecordKind::Link(LinkRecord::Restored { snapshot, .. }) = &record.kind {
-                crate::snapshot::from_json(snapshot).map_err(|error| (*line, error.to_string()))?;
+                crate::snapshot::from_json(snapshot).map_err(|error| (*line, error.into()))?;
             }
         }
         Ok(self)

@@ -194,7 +194,13 @@ fn what_does_not_hold_is_refused_with_its_line() {
         let (number, reason) = text::read(&format!("origin: assumed\n\n{line}\n")).unwrap_err();
         assert_eq!(number, 3, "{line}: {reason}");
     }
-    assert!(text::read("clauses: none\n").unwrap_err().1.contains("origin"));
+    assert!(
+        text::read("clauses: none\n")
+            .unwrap_err()
+            .1
+            .to_string()
+            .contains("origin")
+    );
     let start = as_json(&sample().0, &[]);
     for line in [
         "",
@@ -214,7 +220,7 @@ fn what_does_not_hold_is_refused_with_its_line() {
         "{start}{}\n{}\n",
         r#"{"t_us":5,"event":"panel","panel":"start"}"#, r#"{"t_us":4,"event":"panel","panel":"start"}"#
     );
-    assert!(json::read(&back).unwrap_err().1.contains("or later"));
+    assert!(json::read(&back).unwrap_err().1.to_string().contains("or later"));
     assert!(json::read("").is_err());
     assert!(json::read(r#"{"format":"other","version":1,"origin":"x"}"#).is_err());
 }

@@ -23,11 +23,12 @@
 //! # remark
 //! ```
 
-use super::{EndReason, Header, PeerId, Record, RecordKind, Recording, Side, action, link, notation};
+use super::{EndReason, Header, LineError, PeerId, Record, RecordKind, Recording, Side};
 use std::time::Duration;
 use ts3100_controller::Time;
-use ts3100_proto::calendar::CalendarTime;
+use ts3100_proto::escape::{self, Escaped};
 use ts3100_proto::text::{ETX, LF, STX};
+use ts3100_proto::words::split_duration;
 
 /// Largest content of one file of the header, in bytes.
 const MAX_FILE: usize = 2 * ts3100_controller::limits::MAX_FILE;
@@ -45,7 +46,7 @@ impl Writer {
     pub fn header(&mut self, header: &Header, out: &mut Vec<u8>) {
         let mut text = format!("origin: {}\nclauses: none\n", header.origin);
         if let Some(calendar) = header.calendar {
-            text += &format!("calendar: {}\n", format_date(calendar));
+            text += &format!("calendar: {calendar}\n");
         }
         for flag in &header.flags {
             text += &format!("flag: {flag}\n");
@@ -96,13 +97,11 @@ impl Writer {
                 };
                 format!("! {word} {line}{how}")
             }
-            RecordKind::Action(action) => format!("! {}", action::write(action)),
-            RecordKind::Link(link) => {
-                self.last = link.new_time().unwrap_or(self.last);
-                format!("! {}", link::write(link))
-            }
+            RecordKind::Action(action) => format!("! {action}"),
+            RecordKind::Link(link) => format!("! {link}"),
             RecordKind::Remark(words) => format!("# {words}"),
         };
+        self.last = record.kind.new_time().unwrap_or(self.last);
         text.push('\n');
         out.extend_from_slice(text.as_bytes());
     }
@@ -127,8 +126,8 @@ fn bytes_line(direction: char, line: PeerId, bytes: &[u8]) -> String {
 /// As the notation has it; a blank at the end is written so that nobody's editor removes it.
 fn escape_trailing_blank(bytes: &[u8]) -> String {
     match bytes.split_last() {
-        Some((b' ', rest)) => format!("{}<20>", notation::write(rest)),
-        _ => notation::write(bytes),
+        Some((b' ', rest)) => format!("{}<20>", Escaped::new(rest)),
+        _ => Escaped::new(bytes).to_string(),
     }
 }
 
@@ -136,27 +135,25 @@ fn escape_trailing_blank(bytes: &[u8]) -> String {
 ///
 /// # Errors
 /// The line, from 1, and what was expected and found there.
-pub fn read(text: &str) -> Result<Recording, (usize, String)> {
+pub fn read(text: &str) -> Result<Recording, (usize, LineError)> {
     let mut recording = Recording::default();
     let mut now = Time::ZERO;
     for (number, line) in (1..).zip(text.lines()) {
         let what = read_line(&mut recording.header, &mut now, line).map_err(|reason| (number, reason))?;
-        if let Some(what) = what {
+        if let Some(kind) = what {
             let at = now;
-            if let RecordKind::Link(link) = &what {
-                now = link.new_time().unwrap_or(now);
-            }
-            recording.records.push(Record { at, kind: what });
+            now = kind.new_time().unwrap_or(now);
+            recording.records.push(Record { at, kind });
             recording.lines.push(number);
         }
     }
     if recording.header.origin.is_empty() {
-        return Err((1, "`origin:` expected in the header, not found".to_owned()));
+        return Err((1, LineError::NoOrigin));
     }
     Ok(recording)
 }
 
-fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<RecordKind>, String> {
+fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<RecordKind>, LineError> {
     if let Some(content) = line.strip_prefix('|') {
         return parse_file_line(header, content).map(|()| None);
     }
@@ -168,7 +165,7 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
         "origin:" => rest.clone_into(&mut header.origin),
         // What a transcript proves is for those written by hand.
         "clauses:" => {}
-        "calendar:" => header.calendar = Some(parse_date(rest)?),
+        "calendar:" => header.calendar = Some(rest.parse()?),
         "flag:" => header.flags.push(rest.to_owned()),
         "dialect:" => header.flags.push(format!("dialect={rest}")),
         "servo:" if rest == "on" => header.flags.push("servo-on=true".to_owned()),
@@ -179,42 +176,39 @@ fn read_line(header: &mut Header, now: &mut Time, line: &str) -> Result<Option<R
         ">" | ">:" | "<" | "<:" => return parse_bytes(word, rest).map(Some),
         ">>" | "<<" => {
             let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
-            return Ok(Some(bytes_record(word, PeerId::parse(line)?, parse_hex(data)?)));
+            return Ok(Some(bytes_record(word, line.parse()?, parse_hex(data)?)));
         }
         word => match word.strip_prefix("@+") {
             Some(pause) => *now = *now + parse_duration(pause)?,
-            None => return Err(format!("no such line: {line}")),
+            None => return Err(LineError::NoSuchLine(line.to_owned())),
         },
     }
     Ok(None)
 }
 
-fn parse_file_line(header: &mut Header, line: &str) -> Result<(), String> {
-    let (_, content) = header
-        .files
-        .last_mut()
-        .ok_or("`file NAME` expected before a line of a file")?;
+fn parse_file_line(header: &mut Header, line: &str) -> Result<(), LineError> {
+    let (_, content) = header.files.last_mut().ok_or(LineError::NoFile)?;
     match line.strip_prefix(':') {
-        Some(raw) => content.extend(notation::read_bytes(raw.strip_prefix(' ').unwrap_or(raw))?),
+        Some(raw) => content.extend(escape::parse(raw.strip_prefix(' ').unwrap_or(raw))?),
         None => {
             content.extend_from_slice(line.strip_prefix(' ').unwrap_or(line).as_bytes());
             content.push(LF);
         }
     }
     if content.len() > MAX_FILE {
-        return Err(format!("a file of at most {MAX_FILE} bytes expected, more found"));
+        return Err(LineError::FileSize(MAX_FILE));
     }
     Ok(())
 }
 
 /// Behind `>`, `>:`, `<` and `<:`.
-fn parse_bytes(word: &str, rest: &str) -> Result<RecordKind, String> {
+fn parse_bytes(word: &str, rest: &str) -> Result<RecordKind, LineError> {
     let (line, data) = rest.split_once(' ').unwrap_or((rest, ""));
-    let line = PeerId::parse(line)?;
+    let line: PeerId = line.parse()?;
     if word == "<" && data == "nothing" {
-        return Err("bytes expected: a recording has no line for what did not come".to_owned());
+        return Err(LineError::Nothing);
     }
-    let mut bytes = notation::read_bytes(data)?;
+    let mut bytes = escape::parse(data)?;
     if !word.ends_with(':') && line.port.protocol().is_some() {
         bytes.insert(0, STX);
         bytes.push(ETX);
@@ -230,33 +224,33 @@ fn bytes_record(word: &str, line: PeerId, bytes: Vec<u8>) -> RecordKind {
     }
 }
 
-fn parse_action(words: &str) -> Result<RecordKind, String> {
+fn parse_action(words: &str) -> Result<RecordKind, LineError> {
     let all: Vec<&str> = words.split(' ').collect();
     let how = |word: &str| match word {
         "reset" => Ok(EndReason::Reset),
         "refused" => Ok(EndReason::Refused),
-        _ => Err(format!("reset or refused expected, {word:?} found")),
+        _ => Err(LineError::expected("reset or refused", word)),
     };
     let ended = |line: &str, by, how| {
         Ok(RecordKind::Ended {
-            line: PeerId::parse(line)?,
+            line: line.parse()?,
             by,
             how,
         })
     };
     match all.as_slice() {
         ["connect", line, peer @ ..] => Ok(RecordKind::Connected {
-            line: PeerId::parse(line)?,
+            line: line.parse()?,
             peer: peer.join(" "),
         }),
         ["disconnect", line] => ended(line, Side::Host, EndReason::Closed),
         ["disconnect", line, word] => ended(line, Side::Host, how(word)?),
         ["closed", line] => ended(line, Side::Robot, EndReason::Closed),
         ["closed", line, word] => ended(line, Side::Robot, how(word)?),
-        _ => Ok(match link::read(words)? {
-            Some(link) => RecordKind::Link(link),
-            None => RecordKind::Action(action::read(words)?),
-        }),
+        _ => match words.parse() {
+            Err(LineError::NoLink(_)) => Ok(RecordKind::Action(words.parse()?)),
+            link => link.map(RecordKind::Link),
+        },
     }
 }
 
@@ -264,64 +258,23 @@ fn parse_action(words: &str) -> Result<RecordKind, String> {
 ///
 /// # Errors
 /// Another unit, no number, more than a hundred years.
-pub fn parse_duration(text: &str) -> Result<Duration, String> {
-    let units = [("us", 1), ("ms", 1_000), ("s", 1_000_000)];
-    let unit = units
-        .into_iter()
-        .find_map(|(unit, micros)| Some((text.strip_suffix(unit)?, micros)));
-    let (number, micros) = unit.ok_or_else(|| format!("us, ms or s expected behind @+, {text:?} found"))?;
-    let number: u64 = number
-        .parse()
-        .map_err(|_| format!("a number expected behind @+, {number:?} found"))?;
-    let pause = number.checked_mul(micros).filter(|pause| *pause <= MAX_PAUSE);
-    pause
-        .map(Duration::from_micros)
-        .ok_or_else(|| format!("a hundred years at most expected, {text} found"))
+pub fn parse_duration(text: &str) -> Result<Duration, LineError> {
+    let split = split_duration(text, &["us", "ms", "s"]);
+    let (number, micros) = split.ok_or_else(|| LineError::DurationUnit(text.to_owned()))?;
+    let count = number.parse::<u64>();
+    let count = count.map_err(|_| LineError::DurationNumber(number.to_owned()))?;
+    let pause = count
+        .checked_mul(micros.into())
+        .filter(|pause| *pause <= MAX_PAUSE);
+    let pause = pause.ok_or_else(|| LineError::LongPause(text.to_owned()))?;
+    Ok(Duration::from_micros(pause))
 }
 
 /// Reads bytes as pairs of hexadecimal digits.
 ///
 /// # Errors
 /// What is no byte.
-pub fn parse_hex(text: &str) -> Result<Vec<u8>, String> {
-    let byte = |word: &str| u8::from_str_radix(word, 16).map_err(|_| format!("{word} is no byte"));
+pub fn parse_hex(text: &str) -> Result<Vec<u8>, LineError> {
+    let byte = |word: &str| escape::hex_byte(word).ok_or_else(|| LineError::NotByte(word.to_owned()));
     text.split_whitespace().map(byte).collect()
-}
-
-/// A date and time as the header writes it.
-#[must_use]
-pub fn format_date(at: CalendarTime) -> String {
-    let CalendarTime {
-        year,
-        month,
-        day,
-        hour,
-        minute,
-        second,
-    } = at;
-    format!("{year:04}-{month:02}-{day:02} {hour:02}:{minute:02}:{second:02}")
-}
-
-/// Reads a date and time as [`format_date`] writes it.
-///
-/// # Errors
-/// Anything else.
-pub fn parse_date(text: &str) -> Result<CalendarTime, String> {
-    let wrong = || format!("a date and time YYYY-MM-DD HH:MM:SS expected, {text:?} found");
-    let mut numbers = text.split(['-', ' ', ':']).map(str::parse::<u16>);
-    let mut next = || numbers.next().and_then(Result::ok).ok_or_else(wrong);
-    let small = |number: u16| u8::try_from(number).map_err(|_| wrong());
-    let at = CalendarTime {
-        year: next()?,
-        month: small(next()?)?,
-        day: small(next()?)?,
-        hour: small(next()?)?,
-        minute: small(next()?)?,
-        second: small(next()?)?,
-    };
-    if at.is_valid() && format_date(at) == text {
-        Ok(at)
-    } else {
-        Err(wrong())
-    }
 }

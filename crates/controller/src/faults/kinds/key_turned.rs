@@ -6,13 +6,7 @@ use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::super::scheduled::ScheduledAction;
 use super::{MACHINE, millis_parameter};
 use crate::input::{KeySwitch, PanelAction};
-
-/// Values of `to`.
-const POSITIONS: [(&str, KeySwitch); 3] = [
-    ("teaching", KeySwitch::Teaching),
-    ("internal", KeySwitch::Internal),
-    ("ext", KeySwitch::Ext),
-];
+use ts3100_proto::words::Word;
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -39,8 +33,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |context, values, site| {
         let word = values.word("to");
         let (delay, back) = (values.millis("delay"), values.millis("back"));
-        let position = POSITIONS.iter().find(|(name, _)| *name == word);
-        let position = position.map_or(KeySwitch::Teaching, |(_, position)| *position);
+        let position = KeySwitch::from_word(word).unwrap_or(KeySwitch::Teaching);
         context.schedule(delay, ScheduledAction::Panel(PanelAction::Key(position)));
         if !back.is_zero() {
             context.schedule(

@@ -7,7 +7,7 @@ mod frame;
 #[cfg(test)]
 mod tests;
 
-use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side, action, link};
+use super::{EndReason, Header, LinkRecord, PeerId, Record, RecordKind, Side};
 use frame::{ACK, FIN, Flow, MSS, PSH, RST, SYN};
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -128,14 +128,14 @@ impl Writer {
             RecordKind::FromRobot { line, bytes } => self.send(at, *line, Side::Robot, bytes, out),
             RecordKind::Ended { line, by, how } => self.end(at, *line, *by, *how, out),
             RecordKind::Action(action) => {
-                let words = action::write(action);
+                let words = action.to_string();
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
             }
             RecordKind::Link(link) => {
                 let words = match link {
                     // A capture is for reading; the state itself is in the other forms.
                     LinkRecord::Restored { at: moment, .. } => format!("restore {}us", moment.as_micros()),
-                    link => link::write(link),
+                    link => link.to_string(),
                 };
                 packet(out, PANEL, at, words.as_bytes(), Direction::Inbound, "");
                 if let Some(begins) = link.new_time() {
