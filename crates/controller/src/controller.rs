@@ -71,7 +71,7 @@ impl Controller {
             | Input::SerialOpened { .. }
             | Input::SerialErrors { .. }
             | Input::SerialPurged { .. }
-                if !robot.state.powered => {}
+                if !robot.panel.state().powered => {}
             Input::Tick | Input::Persisted(_) => {}
             Input::Connected { port, peer } => endpoints.connected(robot, port, peer),
             Input::SerialOpened { port, host } => endpoints.line_opened(port, host),

@@ -41,7 +41,7 @@ pub mod network;
 mod ops;
 pub mod options;
 pub mod output;
-mod panel;
+pub mod panel;
 mod parameters;
 
 pub mod pendant_pages;
@@ -51,7 +51,6 @@ pub mod queries;
 mod robot;
 #[cfg(feature = "serde")]
 mod snapshot;
-pub mod state;
 pub mod statement_coverage;
 pub mod time;
 mod timers;

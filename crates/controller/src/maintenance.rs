@@ -76,7 +76,7 @@ impl MaintenanceCounters {
 impl Robot {
     /// Takes note of the state that holds from now on.
     pub(crate) fn update_maintenance(&mut self) {
-        let (now, state) = (self.now, &self.state);
+        let (now, state) = (self.now, self.panel.state());
         let was_on = self.maintenance.servo.since.is_some();
         self.maintenance.energised.set(now, state.powered);
         self.maintenance.off.set(now, !state.powered);

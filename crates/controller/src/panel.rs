@@ -1,247 +1,319 @@
-//! The operating panel, the teach pendant and the power switch, as far as they act on the robot.
+//! The panel: power, servo power, key switch, modes and holds, as far as they are a state. [`PanelState`] is what one may
+//! read; [`Panel`] changes it.
 //!
-//! `endpoint::power` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
+//! What a change does to the arm and the program is in `ops::panel`.
 
-use crate::executor::selection::SelectError;
-use crate::executor::{Executor, StopCause};
-use crate::findings::rules;
-use crate::input::KeySwitch;
-use crate::io::channel::Channel;
+use crate::input::{ControlRight, KeySwitch};
 use crate::limits::SERVO_ONS;
-use crate::output::{Event, Output};
-use crate::port::Port;
-use crate::robot::Robot;
-use crate::state::PanelState;
-use alloc::format;
-use alloc::string::String;
-use alloc::vec::Vec;
-use thiserror::Error;
-use ts3100_proto::name::FileName;
+use crate::output::Event;
+use crate::time::Time;
+use core::time::Duration;
+use ts3100_proto::command::RunMode;
+use ts3100_proto::status::{AlarmLevel, MasterMode};
 
-/// Why something at the panel had no effect, or the command or signal that does the same.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub(crate) enum OperateError {
-    #[error("the {0} has no INTERNAL position (5.3.2)")]
-    NoInternal(&'static str),
-    #[error("the emergency stop is on")]
-    EmergencyStop,
-    #[error("the safety switch is open")]
-    SafetyOpen,
-    #[error("an alarm of level 8 is active")]
-    ServoAlarm,
-    #[error("an alarm of level 4 or 8 is active")]
-    StartAlarm,
-    #[error("servo power is off")]
-    ServoOff,
-    #[error("feed hold is on")]
-    FeedHold,
-    #[error("a DO statement is under way")]
-    Direct,
-    #[error("the arm is being guided by JG")]
-    Jogging,
-    #[error("no file is selected")]
-    NoFile,
-    #[error("the program has no label RCYCLE")]
-    NoRcycle,
-    #[error(transparent)]
-    Select(#[from] SelectError),
+/// Settings for jogging, as SF shows them (SF-14 to SF-16).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct JogMode {
+    /// 0 joint, 1 tool, 2 work, 3 world.
+    pub coordinate: u16,
+    /// 0 slow, 1 mid, 2 fast.
+    pub rate: u16,
+    /// 0 jog, 1 inching, 2 free.
+    pub mode: u16,
 }
 
-impl Robot {
-    /// The battery of the RAM drive is low or good again.
-    pub(crate) fn battery(&mut self, low: bool) {
-        if low && !self.state.battery_low && self.state.powered {
-            self.raise(crate::alarm::BATTERY, String::new());
-        }
-        self.state.battery_low = low;
-    }
+/// The watchdog a host set by WD: it must send a text within the timeout (ste80722 S11).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct Watchdog {
+    /// Longest pause allowed.
+    pub timeout: Duration,
+    /// Level of the alarm after a longer pause.
+    pub level: AlarmLevel,
+    /// When the watchdog was last reset.
+    pub fed_at: Time,
+}
 
-    /// Figures are typed at the teach pendant.
-    pub(crate) fn type_keys(&mut self, figures: &str) {
-        self.keys.push(figures.as_bytes());
+impl Watchdog {
+    /// When the alarm is raised.
+    #[must_use]
+    pub fn deadline(&self) -> Time {
+        self.fed_at + self.timeout
     }
+}
 
-    /// Turning the key while a program runs stops it behind the present step.
-    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
-        let controller = self.config.controller;
-        if key == KeySwitch::Internal && !controller.has_internal() {
-            return Err(OperateError::NoInternal(controller.name()));
-        }
-        if key != self.state.key {
-            self.stop_after_step(StopCause::Other);
-            self.state.key = key;
-            self.arm.set_speed_limits(self.now, self.pace());
-        }
-        Ok(())
-    }
+/// State of the controller apart from program and arm.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(deny_unknown_fields)
+)]
+pub struct PanelState {
+    /// The power is on; nothing else happens while it is off.
+    pub powered: bool,
+    /// Servo power.
+    pub servo: bool,
+    /// When servo power that was turned on becomes active, if the option `servo.interval` delays it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub servo_due: Option<Time>,
+    /// Servo-ons since the power came on or since the last that was held back, as many as [`SERVO_ONS`](crate::limits::SERVO_ONS) less one at most.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub servo_ons: u8,
+    /// The emergency stop button is pressed.
+    pub emergency_stop: bool,
+    /// The safety switch is open.
+    pub safety_open: bool,
+    /// Position of the key switch.
+    pub key: KeySwitch,
+    /// EXTERNAL mode control right.
+    pub control_right: ControlRight,
+    /// Operation mode.
+    pub run_mode: RunMode,
+    /// Speed override in percent, 1 to 100.
+    pub override_percent: u8,
+    /// Programs run without the arm moving.
+    pub machine_lock: bool,
+    /// Feed hold is on.
+    pub feed_hold: bool,
+    /// The battery of the RAM drive is low.
+    pub battery_low: bool,
+    /// Settings for jogging.
+    #[cfg_attr(feature = "serde", serde(rename = "guide"))]
+    pub jog_mode: JogMode,
+    /// The watchdog of a host, while it is armed.
+    pub watchdog: Option<Watchdog>,
+    /// When the power came on.
+    pub powered_at: Time,
+    /// How long programs have run since then, up to `running_since`.
+    pub run_total: Duration,
+    /// Since when the present program runs.
+    pub running_since: Option<Time>,
+}
 
-    /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
-    /// the same (assumed).
-    pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
-        if self.state.emergency_stop {
-            return Err(OperateError::EmergencyStop);
-        }
-        if self.state.safety_open {
-            return Err(OperateError::SafetyOpen);
-        }
-        if self.alarms.blocks_servo() {
-            return Err(OperateError::ServoAlarm);
-        }
-        if self.state.servo || self.state.servo_due.is_some() {
-            return Ok(());
-        }
-        let interval = self.config.options.servo_interval;
-        if interval.is_zero() || self.state.servo_ons + 1 < SERVO_ONS {
-            self.servo_comes();
-        } else {
-            let due = self.now + interval;
-            self.state.servo_due = Some(due);
-            self.event(Event::ServoDelayed(due));
-        }
-        Ok(())
-    }
-
-    fn servo_comes(&mut self) {
-        self.state.servo = true;
-        self.state.servo_ons = (self.state.servo_ons + 1) % SERVO_ONS;
-        self.event(Event::Servo(true));
-    }
-
-    /// Servo power that was held back comes if its time has come.
-    pub(crate) fn end_servo_interval(&mut self) {
-        if self.state.servo_due.take_if(|due| *due <= self.now).is_some() {
-            self.servo_comes();
-        }
-    }
-
-    /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
-    pub(crate) fn start(&mut self) -> Result<(), OperateError> {
-        if self.executor.program_runs() {
-            self.end_pause();
-            return Ok(());
-        }
-        self.may_start()?;
-        self.renew_stale()?;
-        if self.executor.is_reset() {
-            self.executor.rewind(self.now);
-            self.clear_channels();
-        }
-        self.run_program();
-        Ok(())
-    }
-
-    /// What waits for an INPUT is gone (D10).
-    fn clear_channels(&mut self) {
-        let held: Vec<(Port, Vec<u8>)> = self
-            .channels
-            .iter_mut()
-            .map(|(port, buffer)| {
-                let held = buffer.bytes();
-                buffer.clear();
-                (*port, held)
-            })
-            .collect();
-        for (port, bytes) in held.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
-            let message = format!(
-                "{} bytes that waited on {port} are lost by the start",
-                bytes.len()
-            );
-            self.report(&rules::DATA_CLEARED, port, &bytes, message);
-        }
-        self.keys.clear();
-    }
-
-    fn may_start(&self) -> Result<(), OperateError> {
-        Err(if self.executor.selected().is_none() {
-            OperateError::NoFile
-        } else if self.executor.has_direct() {
-            OperateError::Direct
-        } else if self.is_jogging() {
-            OperateError::Jogging
-        } else if self.state.emergency_stop {
-            OperateError::EmergencyStop
-        } else if self.state.safety_open {
-            OperateError::SafetyOpen
-        } else if self.alarms.blocks_start() {
-            OperateError::StartAlarm
-        } else if !self.state.servo {
-            OperateError::ServoOff
-        } else if self.state.feed_hold {
-            OperateError::FeedHold
-        } else {
-            return Ok(());
-        })
-    }
-
-    /// FEED HOLD: alternate action (CMD-FD-02).
-    pub(crate) fn feed_hold(&mut self) {
-        self.state.feed_hold = !self.state.feed_hold;
-        if self.state.feed_hold {
-            self.arm.hold(self.now);
-        } else if !self.executor.is_paused() {
-            self.arm.resume(self.now);
+impl PanelState {
+    /// The state when the power comes on at `now` (D8, D9).
+    #[must_use]
+    pub fn power_on(now: Time, key: KeySwitch, control_right: ControlRight) -> PanelState {
+        PanelState {
+            powered: true,
+            servo: false,
+            servo_due: None,
+            servo_ons: 0,
+            emergency_stop: false,
+            safety_open: false,
+            key,
+            control_right,
+            run_mode: RunMode::Cycle,
+            override_percent: 100,
+            machine_lock: false,
+            feed_hold: false,
+            battery_low: false,
+            jog_mode: JogMode::default(),
+            watchdog: None,
+            powered_at: now,
+            run_total: Duration::ZERO,
+            running_since: None,
         }
     }
 
-    /// Feed hold is on from now, or off.
-    pub(crate) fn set_feed_hold(&mut self, on: bool) {
-        if self.state.feed_hold != on {
-            self.feed_hold();
+    /// The column of the permission tables that holds now.
+    #[must_use]
+    pub fn master_mode(&self) -> MasterMode {
+        match (self.key, self.control_right) {
+            (KeySwitch::Teaching, _) => MasterMode::Teaching,
+            (KeySwitch::Internal, _) => MasterMode::Internal,
+            (KeySwitch::Ext, ControlRight::Sig) => MasterMode::ExtSig,
+            (KeySwitch::Ext, ControlRight::Rs232c) => MasterMode::ExtRs232c,
+            (KeySwitch::Ext, ControlRight::Ether) => MasterMode::ExtEther,
         }
     }
 
-    /// Power off. The RAM drive, the error history, the selection, the posture, and what is turned or pressed by
-    /// hand stay.
-    pub(crate) fn power_off(&mut self) {
-        if !self.state.powered {
-            return;
+    /// The state of [`PanelState::power_on`] that keeps the positions of the switches and buttons of this one.
+    fn as_left_by_hand(&self, now: Time) -> PanelState {
+        PanelState {
+            emergency_stop: self.emergency_stop,
+            safety_open: self.safety_open,
+            machine_lock: self.machine_lock,
+            battery_low: self.battery_low,
+            ..PanelState::power_on(now, self.key, self.control_right)
         }
-        self.interrupt(StopCause::Host);
-        self.jogging = None;
+    }
+
+    /// Whole minutes since the power came on (SF-19).
+    #[must_use]
+    pub fn power_on_minutes(&self, now: Time) -> u32 {
+        minutes(now.since(self.powered_at))
+    }
+
+    /// Whole minutes in which a program ran since then (SF-20).
+    #[must_use]
+    pub fn run_minutes(&self, now: Time) -> u32 {
+        let present = self
+            .running_since
+            .map_or(Duration::ZERO, |since| now.since(since));
+        minutes(self.run_total + present)
+    }
+}
+
+/// The panel: its state, and the only ways to change it.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(transparent)
+)]
+pub(crate) struct Panel {
+    state: PanelState,
+}
+
+impl Panel {
+    /// The panel when the power comes on.
+    pub(crate) fn new(now: Time, key: KeySwitch, control_right: ControlRight) -> Panel {
+        let state = PanelState::power_on(now, key, control_right);
+        Panel { state }
+    }
+
+    pub(crate) fn state(&self) -> &PanelState {
+        &self.state
+    }
+
+    /// Power off: what is turned or pressed by hand stays, and the operation mode.
+    pub(crate) fn power_off(&mut self, now: Time) {
         self.state = PanelState {
             powered: false,
             run_mode: self.state.run_mode,
-            ..self.state.as_left_by_hand(self.now)
+            ..self.state.as_left_by_hand(now)
         };
-        self.arm.power_off(self.now);
-        self.signals.clear_outputs();
-        self.alarms.reset(|_| false);
-        self.pendant.clear();
-        self.keys = Channel::default();
-        for buffer in self.channels.values_mut() {
-            *buffer = Channel::default();
-        }
-        self.executor.power_off(self.now);
     }
 
-    /// Power on: links are made anew.
-    pub(crate) fn power_on(&mut self) {
-        if self.state.powered {
-            return;
-        }
-        let file = FileName::parse(self.executor.file());
+    /// Power on; the operation mode stays but in EXT.
+    pub(crate) fn power_on(&mut self, now: Time) {
         let run_mode = self.state.run_mode;
-        self.state = self.state.as_left_by_hand(self.now);
+        self.state = self.state.as_left_by_hand(now);
         if self.state.key != KeySwitch::Ext {
             self.state.run_mode = run_mode;
         }
-        self.executor = Executor::new(&self.config.language(), self.now);
-        if let Ok(name) = file
-            && let Err(error) = self.select_file(&name)
-        {
-            let message = format!("the selection was dropped at power-on: {error}");
-            self.report(&rules::SELECTION_LOST, None, &[], message);
-        }
-        self.take_parameters();
-        if self.state.emergency_stop {
-            self.raise(crate::alarm::EMERGENCY_STOP, String::new());
-        }
-        if self.state.safety_open {
-            self.raise(crate::alarm::SAFETY_STOP, String::new());
-        }
-        if self.state.battery_low {
-            self.raise(crate::alarm::BATTERY, String::new());
-        }
-        self.push_output(Output::PowerCycled);
     }
+
+    /// The emergency stop button; true if it is pressed newly and the power is on.
+    pub(crate) fn set_emergency_stop(&mut self, pressed: bool) -> bool {
+        let newly = self.state.powered && pressed && !self.state.emergency_stop;
+        self.state.emergency_stop = pressed;
+        newly
+    }
+
+    /// The safety switch; true if it is open newly and the power is on.
+    pub(crate) fn set_safety_open(&mut self, open: bool) -> bool {
+        let newly = self.state.powered && open && !self.state.safety_open;
+        self.state.safety_open = open;
+        newly
+    }
+
+    /// The battery of the RAM drive; true if it is low newly and the power is on.
+    pub(crate) fn set_battery_low(&mut self, low: bool) -> bool {
+        let newly = self.state.powered && low && !self.state.battery_low;
+        self.state.battery_low = low;
+        newly
+    }
+
+    pub(crate) fn set_key(&mut self, key: KeySwitch) {
+        self.state.key = key;
+    }
+
+    pub(crate) fn set_control_right(&mut self, right: ControlRight) {
+        self.state.control_right = right;
+    }
+
+    pub(crate) fn set_machine_lock(&mut self, on: bool) {
+        self.state.machine_lock = on;
+    }
+
+    pub(crate) fn set_override(&mut self, percent: u8) {
+        self.state.override_percent = percent;
+    }
+
+    pub(crate) fn set_run_mode(&mut self, mode: RunMode) {
+        self.state.run_mode = mode;
+    }
+
+    pub(crate) fn set_feed_hold(&mut self, on: bool) {
+        self.state.feed_hold = on;
+    }
+
+    pub(crate) fn change_jog_mode(&mut self, change: impl Fn(&mut JogMode)) {
+        change(&mut self.state.jog_mode);
+    }
+
+    /// Servo power comes, at once or, every third time, after the interval; nothing if it is on or about to come.
+    pub(crate) fn servo_on(&mut self, now: Time, interval: Duration) -> Option<Event> {
+        if self.state.servo || self.state.servo_due.is_some() {
+            return None;
+        }
+        if interval.is_zero() || self.state.servo_ons + 1 < SERVO_ONS {
+            return Some(self.servo_comes());
+        }
+        let due = now + interval;
+        self.state.servo_due = Some(due);
+        Some(Event::ServoDelayed(due))
+    }
+
+    fn servo_comes(&mut self) -> Event {
+        self.state.servo = true;
+        self.state.servo_ons = (self.state.servo_ons + 1) % SERVO_ONS;
+        Event::Servo(true)
+    }
+
+    /// Servo power that was held back comes if its time has come.
+    pub(crate) fn end_servo_interval(&mut self, now: Time) -> Option<Event> {
+        self.state.servo_due.take_if(|due| *due <= now)?;
+        Some(self.servo_comes())
+    }
+
+    /// Servo power goes off, if it is on.
+    pub(crate) fn servo_off(&mut self) -> Option<Event> {
+        self.state.servo_due = None;
+        core::mem::take(&mut self.state.servo).then_some(Event::Servo(false))
+    }
+
+    pub(crate) fn set_watchdog(&mut self, watchdog: Option<Watchdog>) {
+        self.state.watchdog = watchdog;
+    }
+
+    /// A host has sent a text.
+    pub(crate) fn feed_watchdog(&mut self, now: Time) {
+        if let Some(watchdog) = &mut self.state.watchdog {
+            watchdog.fed_at = now;
+        }
+    }
+
+    /// The watchdog, which is over, if its time has come.
+    pub(crate) fn take_late_watchdog(&mut self, now: Time) -> Option<Watchdog> {
+        self.state.watchdog.take_if(|watchdog| watchdog.deadline() <= now)
+    }
+
+    /// A program runs from now on.
+    pub(crate) fn run_begins(&mut self, now: Time) {
+        self.state.running_since = Some(now);
+    }
+
+    /// No program runs any more.
+    pub(crate) fn run_ends(&mut self, now: Time) {
+        if let Some(since) = self.state.running_since.take() {
+            self.state.run_total += now.since(since);
+        }
+    }
+}
+
+fn minutes(duration: Duration) -> u32 {
+    u32::try_from(duration.as_secs() / 60).unwrap_or(u32::MAX)
 }

@@ -20,8 +20,8 @@ use crate::io::gripper::HANDS;
 use crate::io::signals::Signals;
 use crate::ops::numbers;
 use crate::options::Config;
+use crate::panel::PanelState;
 use crate::port::Port;
-use crate::state::PanelState;
 use alloc::string::String;
 use alloc::vec::Vec;
 use scol_mini::{Channel, Position, ValueKind};
@@ -81,7 +81,7 @@ impl Controller {
     /// Modes, key, buttons, and how long everything runs.
     #[must_use]
     pub fn state(&self) -> &PanelState {
-        &self.robot.state
+        self.robot.panel.state()
     }
 
     /// The digital lines.
@@ -371,7 +371,9 @@ impl Controller {
     /// be heard in time (WD), and none holds a guided motion. While characters are on its line a host owes nothing.
     #[must_use]
     pub fn host_is_silent(&self) -> bool {
-        !self.endpoints.host_owes_text() && self.robot.state.watchdog.is_none() && !self.robot.is_jogging()
+        !self.endpoints.host_owes_text()
+            && self.robot.panel.state().watchdog.is_none()
+            && !self.robot.is_jogging()
     }
 
     /// The faults that are armed or were.

@@ -13,9 +13,9 @@ use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
 use crate::output::{Event, Output};
+use crate::panel::Panel;
 use crate::persistence::Persistence;
 use crate::port::Port;
-use crate::state::PanelState;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::format;
@@ -40,7 +40,7 @@ pub(crate) enum RunNotice {
 pub(crate) struct Robot {
     pub(crate) config: Config,
     pub(crate) now: Time,
-    pub(crate) state: PanelState,
+    pub(crate) panel: Panel,
     pub(crate) drive: Drive,
     pub(crate) alarms: Alarms,
     pub(crate) signals: Signals,
@@ -88,7 +88,7 @@ impl Robot {
         };
         let mut robot = Robot {
             now: Time::ZERO,
-            state: PanelState::power_on(Time::ZERO, key, config.control_right),
+            panel: Panel::new(Time::ZERO, key, config.control_right),
             drive,
             alarms: Alarms::default(),
             signals: Signals::default(),

@@ -58,10 +58,10 @@ impl Timer {
             Timer::SendQueue => endpoints.send_queue.deadline(),
             Timer::SerialLines => endpoints.line_deadline(robot),
             Timer::HostTimeout => endpoints.host_deadline(),
-            Timer::Watchdog => robot.state.watchdog.map(|watchdog| watchdog.deadline()),
+            Timer::Watchdog => robot.panel.state().watchdog.map(|watchdog| watchdog.deadline()),
             Timer::Motion => robot.arm.ends_at(),
             Timer::Lines => robot.signals.deadline(),
-            Timer::Servo => robot.state.servo_due,
+            Timer::Servo => robot.panel.state().servo_due,
             Timer::Program => robot.program_deadline(),
             Timer::UnsolicitedSp => endpoints.sp_deadline(robot),
         }

@@ -9,8 +9,8 @@ use crate::executor::StopCause;
 use crate::findings::rules;
 use crate::input::PanelAction;
 use crate::io::signals::Signals;
+use crate::ops::OperateError;
 use crate::output::Output;
-use crate::panel::OperateError;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
@@ -35,7 +35,7 @@ impl Endpoints {
     /// # Errors
     /// Why it had no effect.
     pub(crate) fn act(&mut self, robot: &mut Robot, action: Action) -> Result<(), ActionError> {
-        if !robot.state.powered && action.needs_power() {
+        if !robot.panel.state().powered && action.needs_power() {
             return Err(ActionError::conflict("power", "on", "off"));
         }
         match action {
@@ -94,7 +94,7 @@ impl Endpoints {
     fn do_at_panel(&mut self, robot: &mut Robot, panel: PanelAction) -> Result<(), OperateError> {
         match panel {
             PanelAction::Key(key) => return robot.turn_key(key),
-            PanelAction::ControlRight(right) => robot.state.control_right = right,
+            PanelAction::ControlRight(right) => robot.panel.set_control_right(right),
             PanelAction::EmergencyStop(pressed) => robot.emergency_stop(pressed),
             PanelAction::SafetySwitch(open) => robot.safety_switch(open),
             PanelAction::Servo(true) => return robot.servo_on(),
@@ -103,7 +103,7 @@ impl Endpoints {
             PanelAction::Stop => robot.stop_after_step(StopCause::Other),
             PanelAction::FeedHold => robot.feed_hold(),
             PanelAction::AlarmReset => robot.reset_alarms(),
-            PanelAction::MachineLock(on) => robot.state.machine_lock = on,
+            PanelAction::MachineLock(on) => robot.panel.set_machine_lock(on),
             PanelAction::InputLine { line, on } => robot.drive_input(line, on),
             PanelAction::Battery(low) => robot.battery(low),
             PanelAction::Keys(figures) => robot.type_keys(&figures),
@@ -117,7 +117,7 @@ impl Endpoints {
 
     /// Power off: nothing of any conversation remains.
     pub(crate) fn power_off(&mut self, robot: &mut Robot) {
-        if !robot.state.powered {
+        if !robot.panel.state().powered {
             return;
         }
         robot.power_off();

@@ -25,7 +25,7 @@ impl Endpoints {
             self.disable_unsolicited_sp(robot, port);
         }
         let row = command.permission_row();
-        let mode = robot.state.master_mode();
+        let mode = robot.panel.state().master_mode();
         let refusal = forbidden(robot, port, row);
         let valid = refusal.is_none();
         let outcome = refusal.unwrap_or_else(|| self.carry_out(robot, port, command));
@@ -81,7 +81,7 @@ impl Endpoints {
 
 /// Why the permission tables do not have a command valid now.
 fn forbidden(robot: &mut Robot, port: Port, letters: &str) -> Option<Outcome> {
-    let mode = robot.state.master_mode();
+    let mode = robot.panel.state().master_mode();
     let cell = robot.config.permissions.get(port.protocol()?, letters, mode)?;
     let stopped = robot.executor.status() != ExecutionStatus::Running;
     let reason = match cell {

@@ -241,9 +241,7 @@ impl Endpoints {
             return;
         };
         session.framing = framing;
-        if let Some(watchdog) = &mut robot.state.watchdog {
-            watchdog.fed_at = now;
-        }
+        robot.panel.feed_watchdog(now);
         let surprised = session.history.unsolicited_sp_sent;
         // What has not left yet was not heard by anyone.
         let early = session

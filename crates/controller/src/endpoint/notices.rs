@@ -20,7 +20,7 @@ impl Endpoints {
     /// Sends the SP texts that are due.
     pub(crate) fn tell_of_stops(&mut self, robot: &mut Robot) {
         self.take_notices(robot);
-        if robot.state.powered && !robot.persistence.is_pending() {
+        if robot.panel.state().powered && !robot.persistence.is_pending() {
             self.release_sp(robot);
         }
     }
@@ -115,12 +115,7 @@ impl Endpoints {
 
     /// Raises the alarm of WD, once, if its time is over.
     pub(crate) fn expire_watchdog(&mut self, robot: &mut Robot) {
-        let due = robot
-            .state
-            .watchdog
-            .as_ref()
-            .is_some_and(|watchdog| watchdog.deadline() <= robot.now);
-        if let Some(watchdog) = robot.state.watchdog.take_if(|_| due) {
+        if let Some(watchdog) = robot.panel.take_late_watchdog(robot.now) {
             for port in self.protocol_peers() {
                 let message = format!(
                     "WD promised a text within {} ms; none came",

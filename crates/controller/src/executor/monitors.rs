@@ -26,7 +26,7 @@ impl Robot {
             &self.signals,
             &self.arm,
             &self.executor,
-            self.state.run_mode,
+            self.panel.state().run_mode,
             seen,
         )
         .with_unknown_inputs(self.config.options.din_unknown);

@@ -79,11 +79,14 @@ impl Robot {
     pub(crate) fn pace(&self) -> SpeedLimits {
         SpeedLimits {
             override_percent: if self.is_slow() {
-                self.state.override_percent.min(self.config.options.low_speed)
+                self.panel
+                    .state()
+                    .override_percent
+                    .min(self.config.options.low_speed)
             } else {
-                self.state.override_percent
+                self.panel.state().override_percent
             },
-            tool_speed_cap: (self.state.key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
+            tool_speed_cap: (self.panel.state().key == KeySwitch::Teaching).then_some(TEACHING_SPEED),
         }
     }
 
@@ -111,7 +114,7 @@ impl Robot {
         let passing = motion.conditions.passing && task.machine.motion_ahead().is_some();
         let begun = if !self.arm.is_moving() {
             self.arm
-                .start(self.now, motion, self.pace(), self.state.machine_lock)
+                .start(self.now, motion, self.pace(), self.panel.state().machine_lock)
                 .map(|()| true)
         } else if self.executor.pass > 0.0 {
             let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());

@@ -6,9 +6,9 @@
 use crate::alarm::{self, Alarm, AlarmCode};
 use crate::executor::{MAIN_TASK, Standstill, StopCause, Task, TaskState};
 use crate::io::system_signals::dout;
-use crate::output::Event;
+use crate::output::{Event, Output};
+use crate::panel::PanelState;
 use crate::robot::{Robot, RunNotice};
-use crate::state::PanelState;
 use alloc::string::String;
 use ts3100_proto::status::AlarmLevel;
 
@@ -19,7 +19,7 @@ impl Robot {
         self.executor.operation.start();
         self.executor.run_shown_until = None;
         self.notices.push(RunNotice::Started);
-        self.state.running_since = Some(self.now);
+        self.panel.run_begins(self.now);
         self.signals.set_output(dout::CYC_END, false);
         self.report_status();
     }
@@ -27,7 +27,7 @@ impl Robot {
     /// The motion that a stop (retry) cut short goes on, and its statement waits for it again; if the arm has been
     /// moved since, the statement is done again from where it stands now.
     fn take_up_motion(&mut self) {
-        let locked = self.state.machine_lock;
+        let locked = self.panel.state().machine_lock;
         if self.executor.is_reset() || locked || !self.arm.resume_interrupted(self.now, self.pace()) {
             self.arm.drop_interrupted();
             self.executor.redo_motions();
@@ -38,9 +38,7 @@ impl Robot {
     pub(crate) fn stop_program(&mut self, place: Standstill, by: StopCause) {
         self.executor.operation.stand(place);
         self.executor.paused = false;
-        if let Some(since) = self.state.running_since.take() {
-            self.state.run_total += self.now.since(since);
-        }
+        self.panel.run_ends(self.now);
         self.report_status();
         if by == StopCause::Other {
             self.notices.push(RunNotice::Stopped);
@@ -97,10 +95,8 @@ impl Robot {
     /// Servo power goes off, and with it everything that moves.
     pub(crate) fn servo_off(&mut self, by: StopCause) {
         self.interrupt(by);
-        self.state.servo_due = None;
-        if core::mem::take(&mut self.state.servo) {
-            self.event(Event::Servo(false));
-        }
+        let event = self.panel.servo_off();
+        self.outputs.extend(event.map(Output::Event));
     }
 
     /// Raises an alarm and lets its level act (D6).
@@ -126,30 +122,12 @@ impl Robot {
             emergency_stop,
             safety_open,
             ..
-        } = self.state;
+        } = *self.panel.state();
         let persists = |code: &AlarmCode| {
             emergency_stop && *code == alarm::EMERGENCY_STOP || safety_open && *code == alarm::SAFETY_STOP
         };
         if self.alarms.reset(persists) {
             self.event(Event::AlarmsReset);
-        }
-    }
-
-    /// The emergency stop button.
-    pub(crate) fn emergency_stop(&mut self, pressed: bool) {
-        let newly = pressed && !self.state.emergency_stop && self.state.powered;
-        self.state.emergency_stop = pressed;
-        if newly {
-            self.raise(alarm::EMERGENCY_STOP, String::new());
-        }
-    }
-
-    /// The safety switch.
-    pub(crate) fn safety_switch(&mut self, open: bool) {
-        let newly = open && !self.state.safety_open && self.state.powered;
-        self.state.safety_open = open;
-        if newly {
-            self.raise(alarm::SAFETY_STOP, String::new());
         }
     }
 

@@ -61,7 +61,7 @@ impl Step {
 impl Robot {
     /// Runs the program and the statement of DO as far as they go at this instant.
     pub(crate) fn run(&mut self, endpoints: &mut Endpoints) {
-        if self.state.powered {
+        if self.panel.state().powered {
             while self.step_direct(endpoints) || self.step_program(endpoints) {
                 if self.persistence.is_pending() {
                     return;
@@ -77,7 +77,7 @@ impl Robot {
         let RunState::Running { stop } = self.executor.operation.state() else {
             return false;
         };
-        let single = self.traced || self.state.run_mode == RunMode::Step;
+        let single = self.traced || self.panel.state().run_mode == RunMode::Step;
         let mut standing = true;
         for id in self.executor.order() {
             if stop.is_none() && self.executor.task(id).is_some_and(|task| task.sleeps(self.now)) {
@@ -132,7 +132,7 @@ impl Robot {
 
     /// A step is over: the operation mode may end the run here.
     pub(crate) fn between_steps(&mut self, motion: bool) {
-        let stops = match self.state.run_mode {
+        let stops = match self.panel.state().run_mode {
             RunMode::Step => true,
             RunMode::Segment => motion,
             RunMode::Cycle | RunMode::Continuous => false,
@@ -145,7 +145,7 @@ impl Robot {
     /// END of the main program (D8, CMD-SP-10).
     pub(crate) fn end_cycle(&mut self) {
         let stop_wanted = self.executor.operation.state() != (RunState::Running { stop: None });
-        if self.state.run_mode == RunMode::Continuous && !stop_wanted {
+        if self.panel.state().run_mode == RunMode::Continuous && !stop_wanted {
             self.executor.drop_tasks();
             if let Some(task) = &mut self.executor.main {
                 task.handler = None;
@@ -350,7 +350,7 @@ impl Robot {
             &self.signals,
             &self.arm,
             &self.executor,
-            self.state.run_mode,
+            self.panel.state().run_mode,
             seen,
         )
         .with_unknown_inputs(self.config.options.din_unknown);

@@ -49,7 +49,7 @@ impl Endpoints {
         match action {
             ScheduledAction::Panel(panel) => self.panel(robot, panel),
             // A controller without power raises no alarms.
-            ScheduledAction::Alarm(_) if !robot.state.powered => {}
+            ScheduledAction::Alarm(_) if !robot.panel.state().powered => {}
             ScheduledAction::Alarm(code) => robot.raise(code, "a fault on purpose".to_string()),
         }
         // Before the command that meets the fault is served: an extension command ends the SP of its host.

@@ -68,13 +68,13 @@ impl Robot {
 
     /// What PAUSE held goes on, unless feed hold holds it too.
     pub(crate) fn end_pause(&mut self) {
-        if self.executor.end_pause() && !self.state.feed_hold {
+        if self.executor.end_pause() && !self.panel.state().feed_hold {
             self.arm.resume(self.now);
         }
     }
 
     /// Whether no motion may go on or begin.
     pub(crate) fn is_held(&self) -> bool {
-        self.state.feed_hold || self.executor.is_paused()
+        self.panel.state().feed_hold || self.executor.is_paused()
     }
 }

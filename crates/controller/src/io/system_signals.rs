@@ -6,8 +6,8 @@ use crate::executor::StopCause;
 use crate::findings::rules;
 use crate::input::{ControlRight, KeySwitch};
 use crate::limits::PULSE;
+use crate::ops::OperateError;
 use crate::options::Strobe;
-use crate::panel::OperateError;
 use crate::robot::Robot;
 use alloc::format;
 use alloc::vec::Vec;
@@ -94,13 +94,14 @@ impl Robot {
     /// An input that showed `was` may show something else now.
     pub(crate) fn input_is_now(&mut self, line: u16, was: bool) {
         let on = self.signals.input(line);
-        if was == on || !self.state.powered {
+        if was == on || !self.panel.state().powered {
             return;
         }
         match line {
             din::LOW_SPD => self.arm.set_speed_limits(self.now, self.pace()),
             din::CYCLE if self.by_signals() => {
-                self.state.run_mode = if on { RunMode::Cycle } else { RunMode::Continuous };
+                self.panel
+                    .set_run_mode(if on { RunMode::Cycle } else { RunMode::Continuous });
             }
             din::STOP if on => self.stop_after_step(StopCause::Other),
             din::BREAK if on => self.interrupt(StopCause::Other),
@@ -112,7 +113,7 @@ impl Robot {
     }
 
     fn by_signals(&self) -> bool {
-        self.state.key == KeySwitch::Ext && self.state.control_right == ControlRight::Sig
+        self.panel.state().key == KeySwitch::Ext && self.panel.state().control_right == ControlRight::Sig
     }
 
     /// STROBE: with `sig.strobe = required` it is what makes the command inputs that are on count. It is acknowledged,
@@ -138,7 +139,7 @@ impl Robot {
         }
         let result = match line {
             din::RUN => self.start().map_err(SignalError::from),
-            din::EX_SVON if self.state.servo => Err(SignalError::ServoOn),
+            din::EX_SVON if self.panel.state().servo => Err(SignalError::ServoOn),
             din::EX_SVON => self.servo_on().map_err(SignalError::from),
             din::ALM_RST => {
                 self.reset_alarms();
@@ -197,16 +198,16 @@ impl Robot {
 
     /// Whether LOW_SPD holds the speed down.
     pub(crate) fn is_slow(&self) -> bool {
-        self.signals.input(din::LOW_SPD) && self.state.key == KeySwitch::Ext
+        self.signals.input(din::LOW_SPD) && self.panel.state().key == KeySwitch::Ext
     }
 
     /// Lets the system outputs show the present state (SF-39).
     pub(crate) fn show_state(&mut self) {
-        let mode = self.state.master_mode();
+        let mode = self.panel.state().master_mode();
         let alarm = !self.alarms.active().is_empty();
         let shown = [
-            (dout::EMG_ST, self.state.emergency_stop),
-            (dout::SV_RDY, self.state.servo),
+            (dout::EMG_ST, self.panel.state().emergency_stop),
+            (dout::SV_RDY, self.panel.state().servo),
             (dout::TEACH, mode == MasterMode::Teaching),
             (dout::INT, mode == MasterMode::Internal),
             (dout::EXTSIG, mode == MasterMode::ExtSig),
@@ -216,12 +217,12 @@ impl Robot {
             ),
             (
                 dout::SYS_RDY,
-                !self.state.emergency_stop && !self.alarms.blocks_start(),
+                !self.panel.state().emergency_stop && !self.alarms.blocks_start(),
             ),
             (dout::AUTORUN, self.executor.program_runs()),
             (dout::LOW_ST, self.is_slow()),
-            (dout::CYC_ST, self.state.run_mode == RunMode::Cycle),
-            (dout::BT_ALM, self.state.battery_low),
+            (dout::CYC_ST, self.panel.state().run_mode == RunMode::Cycle),
+            (dout::BT_ALM, self.panel.state().battery_low),
             (dout::ALARM, alarm),
         ];
         for (line, on) in shown {

@@ -28,28 +28,28 @@ impl Robot {
     /// SM: the quick status (hosts.md SM).
     pub(super) fn op_quick_status(&mut self) -> Outcome {
         let status = QuickStatus {
-            emergency_stop: self.state.emergency_stop,
-            safety_stop: self.state.safety_open,
+            emergency_stop: self.panel.state().emergency_stop,
+            safety_stop: self.panel.state().safety_open,
             stop_command: self.signals.input(din::STOP),
             break_command: self.signals.input(din::BREAK),
-            emergency_switch: self.state.emergency_stop,
-            safety_switch: self.state.safety_open,
-            servo: self.state.servo,
-            master_mode: match self.state.master_mode() {
+            emergency_switch: self.panel.state().emergency_stop,
+            safety_switch: self.panel.state().safety_open,
+            servo: self.panel.state().servo,
+            master_mode: match self.panel.state().master_mode() {
                 MasterMode::Teaching => 0,
                 MasterMode::Internal => 1,
                 MasterMode::ExtSig => 2,
                 MasterMode::ExtRs232c => 4,
                 MasterMode::ExtEther => 5,
             },
-            run_mode: match self.state.run_mode {
+            run_mode: match self.panel.state().run_mode {
                 RunMode::Continuous => 0,
                 RunMode::Cycle => 1,
                 RunMode::Step => 2,
                 RunMode::Segment => 3,
             },
             run_status: self.executor.shown_status().code(),
-            override_percent: self.state.override_percent,
+            override_percent: self.panel.state().override_percent,
             alarm_level: self.alarms.worst_level().map_or(0, AlarmLevel::number),
             ended: self.executor.direct_ended(),
             busy: self.executor.has_direct(),

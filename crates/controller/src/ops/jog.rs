@@ -16,8 +16,8 @@ const INCHING: u16 = 1;
 
 impl Robot {
     /// MD, RT, SC: mode, rate and coordinate system of jogging (SF-14 to SF-16).
-    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::state::JogMode)) -> Outcome {
-        change(&mut self.state.jog_mode);
+    pub(super) fn op_guide(&mut self, change: impl Fn(&mut crate::panel::JogMode)) -> Outcome {
+        self.panel.change_jog_mode(change);
         Outcome::Ok
     }
 
@@ -31,12 +31,12 @@ impl Robot {
                 return Outcome::Ok;
             }
         };
-        let guide = self.state.jog_mode;
+        let guide = self.panel.state().jog_mode;
         let reason = if self.executor.status() == ExecutionStatus::Running {
             "a program or a DO statement is under way"
-        } else if !self.state.servo {
+        } else if !self.panel.state().servo {
             "servo power is off"
-        } else if self.state.feed_hold {
+        } else if self.panel.state().feed_hold {
             "feed hold is on"
         } else if guide.mode == FREE {
             "the guide mode is FREE"
@@ -52,10 +52,13 @@ impl Robot {
                 frame: JogFrame::from_number(guide.coordinate),
             };
             let conditions = self.executor.memory().conditions().clone();
-            return match self
-                .arm
-                .jog(self.now, &jog, &conditions, self.pace(), self.state.machine_lock)
-            {
+            return match self.arm.jog(
+                self.now,
+                &jog,
+                &conditions,
+                self.pace(),
+                self.panel.state().machine_lock,
+            ) {
                 Ok(()) => {
                     self.jogging = Some(port);
                     Outcome::Ok

@@ -8,11 +8,13 @@ mod extended;
 mod files;
 mod jog;
 mod operate;
+mod panel;
 mod reset;
 mod status;
 mod variables;
 mod watchdog;
 
+pub(crate) use panel::OperateError;
 pub(crate) use variables::numbers;
 
 use crate::port::Port;

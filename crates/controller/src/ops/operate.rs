@@ -50,7 +50,7 @@ impl Robot {
     pub(super) fn op_internal(&mut self, internal: InternalCommand) -> Outcome {
         match internal {
             InternalCommand::Override(percent) => {
-                self.state.override_percent = percent;
+                self.panel.set_override(percent);
                 self.arm.set_speed_limits(self.now, self.pace());
                 Outcome::Ok
             }
@@ -58,7 +58,7 @@ impl Robot {
                 Outcome::ng("the operation mode can be set only while the robot is stopped")
             }
             InternalCommand::Mode(mode) => {
-                self.state.run_mode = mode;
+                self.panel.set_run_mode(mode);
                 Outcome::Ok
             }
             InternalCommand::Break => {
@@ -79,10 +79,10 @@ impl Robot {
         if self.executor.has_direct() {
             return Outcome::ng("another DO statement is under way");
         }
-        if !self.state.servo {
+        if !self.panel.state().servo {
             return Outcome::ng("servo power is off");
         }
-        if self.state.feed_hold {
+        if self.panel.state().feed_hold {
             return Outcome::ng("feed hold is on");
         }
         match self.executor.begin_direct(statement, self.now) {

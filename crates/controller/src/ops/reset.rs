@@ -1,10 +1,9 @@
 //! RS and SL: back to a step, the reset of signals, the selection of a file.
 
-use super::Outcome;
+use super::{OperateError, Outcome};
 use crate::SelectError;
 use crate::executor::Standstill;
 use crate::findings::rules;
-use crate::panel::OperateError;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::string::ToString;

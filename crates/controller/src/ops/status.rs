@@ -33,12 +33,12 @@ impl Robot {
     /// The contents of SU.
     pub(crate) fn status_body(&self) -> StatusBody {
         StatusBody {
-            master_mode: self.state.master_mode(),
-            run_mode: self.state.run_mode,
+            master_mode: self.panel.state().master_mode(),
+            run_mode: self.panel.state().run_mode,
             file: self.executor.file().to_string(),
-            override_percent: self.state.override_percent,
+            override_percent: self.panel.state().override_percent,
             speed_limit_percent: self.speed_limit(),
-            machine_lock: self.state.machine_lock,
+            machine_lock: self.panel.state().machine_lock,
             execution: self.executor.shown_status(),
         }
     }
@@ -86,8 +86,8 @@ impl Robot {
         let line = |line: u32| u16::try_from(line).unwrap_or(u16::MAX);
         let lines = self.signals.line_words();
         SystemStatus {
-            servo: self.state.servo,
-            emergency_stop: self.state.emergency_stop,
+            servo: self.panel.state().servo,
+            emergency_stop: self.panel.state().emergency_stop,
             execution: body.execution,
             su_request: asked.is_some_and(|asked| *asked != body),
             alarms: self.alarms.status_words().into_iter().take(10).collect(),
@@ -95,13 +95,13 @@ impl Robot {
             analysis_line: line(analysed),
             execution_task,
             analysis_task,
-            feed_hold: self.state.feed_hold,
-            guide_coordinate: self.state.jog_mode.coordinate,
-            guide_rate: self.state.jog_mode.rate,
-            guide_mode: self.state.jog_mode.mode,
+            feed_hold: self.panel.state().feed_hold,
+            guide_coordinate: self.panel.state().jog_mode.coordinate,
+            guide_rate: self.panel.state().jog_mode.rate,
+            guide_mode: self.panel.state().jog_mode.mode,
             master_mode: body.master_mode.sf_code(),
-            power_on_minutes: self.state.power_on_minutes(self.now),
-            run_minutes: self.state.run_minutes(self.now),
+            power_on_minutes: self.panel.state().power_on_minutes(self.now),
+            run_minutes: self.panel.state().run_minutes(self.now),
             inputs: sf_words(lines.inputs),
             outputs: sf_words(lines.outputs),
             joint: single(pose.joints),

@@ -3,19 +3,20 @@
 //! Every text of a host feeds the watchdog (`endpoint::exchange`); `endpoint::notices` ends it.
 
 use super::Outcome;
+use crate::panel::Watchdog;
 use crate::robot::Robot;
-use crate::state::Watchdog;
 use core::time::Duration;
 use ts3100_proto::status::AlarmLevel;
 
 impl Robot {
     /// WD: from now on a text is expected at least so often; without one an alarm of the level follows.
     pub(super) fn op_watchdog(&mut self, timeout_ms: u32, level: Option<AlarmLevel>) -> Outcome {
-        self.state.watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
+        let watchdog = level.filter(|_| timeout_ms > 0).map(|level| Watchdog {
             timeout: Duration::from_millis(u64::from(timeout_ms)),
             level,
             fed_at: self.now,
         });
+        self.panel.set_watchdog(watchdog);
         Outcome::Ok
     }
 }

@@ -128,7 +128,7 @@ pub(super) fn controller(controller: &Controller) -> CheckResult {
 }
 
 fn check_state(controller: &Controller) -> CheckResult {
-    let state = &controller.robot.state;
+    let state = controller.robot.panel.state();
     check_range("state.override_percent", state.override_percent, 1..=100)?;
     check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
     check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;

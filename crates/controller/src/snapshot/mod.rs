@@ -25,10 +25,10 @@ use crate::io::signals::Signals;
 use crate::maintenance::MaintenanceCounters;
 use crate::network::NetworkConfig;
 use crate::options::Config;
+use crate::panel::Panel;
 use crate::persistence::Persistence;
 use crate::port::Port;
 use crate::robot::Robot;
-use crate::state::PanelState;
 use crate::time::Time;
 use crate::variation::Variation;
 use alloc::collections::{BTreeMap, VecDeque};
@@ -135,7 +135,8 @@ pub struct Snapshot {
     version: u32,
     config: Config,
     now: Time,
-    state: PanelState,
+    #[serde(rename = "state")]
+    panel: Panel,
     drive: Drive,
     alarms: Alarms,
     signals: Signals,
@@ -179,7 +180,7 @@ impl Controller {
             version,
             config: self.robot.config.clone(),
             now: self.robot.now,
-            state: self.robot.state.clone(),
+            panel: self.robot.panel.clone(),
             drive: self.robot.drive.clone(),
             alarms: self.robot.alarms.clone(),
             signals: self.robot.signals.clone(),
@@ -212,7 +213,7 @@ impl Controller {
             version,
             config,
             now,
-            state,
+            panel,
             drive,
             alarms,
             signals,
@@ -241,7 +242,7 @@ impl Controller {
             robot: Robot {
                 config,
                 now,
-                state,
+                panel,
                 drive,
                 alarms,
                 signals,

@@ -1,0 +1,237 @@
+//! The operating panel, the teach pendant and the power switch, as far as they act on the robot; the same by command and
+//! signal. The state of the panel is in `crate::panel`.
+//!
+//! `endpoint::actions` drops the peers when the power goes off; stops are carried out by `executor::run_control`.
+
+use crate::alarm;
+use crate::executor::selection::SelectError;
+use crate::executor::{Executor, StopCause};
+use crate::findings::rules;
+use crate::input::KeySwitch;
+use crate::io::channel::Channel;
+use crate::output::Output;
+use crate::port::Port;
+use crate::robot::Robot;
+use alloc::format;
+use alloc::string::String;
+use alloc::vec::Vec;
+use thiserror::Error;
+use ts3100_proto::name::FileName;
+
+/// Why something at the panel had no effect, or the command or signal that does the same.
+#[derive(Debug, Clone, PartialEq, Error)]
+pub(crate) enum OperateError {
+    #[error("the {0} has no INTERNAL position (5.3.2)")]
+    NoInternal(&'static str),
+    #[error("the emergency stop is on")]
+    EmergencyStop,
+    #[error("the safety switch is open")]
+    SafetyOpen,
+    #[error("an alarm of level 8 is active")]
+    ServoAlarm,
+    #[error("an alarm of level 4 or 8 is active")]
+    StartAlarm,
+    #[error("servo power is off")]
+    ServoOff,
+    #[error("feed hold is on")]
+    FeedHold,
+    #[error("a DO statement is under way")]
+    Direct,
+    #[error("the arm is being guided by JG")]
+    Jogging,
+    #[error("no file is selected")]
+    NoFile,
+    #[error("the program has no label RCYCLE")]
+    NoRcycle,
+    #[error(transparent)]
+    Select(#[from] SelectError),
+}
+
+impl Robot {
+    /// The battery of the RAM drive is low or good again.
+    pub(crate) fn battery(&mut self, low: bool) {
+        if self.panel.set_battery_low(low) {
+            self.raise(alarm::BATTERY, String::new());
+        }
+    }
+
+    /// The emergency stop button.
+    pub(crate) fn emergency_stop(&mut self, pressed: bool) {
+        if self.panel.set_emergency_stop(pressed) {
+            self.raise(alarm::EMERGENCY_STOP, String::new());
+        }
+    }
+
+    /// The safety switch.
+    pub(crate) fn safety_switch(&mut self, open: bool) {
+        if self.panel.set_safety_open(open) {
+            self.raise(alarm::SAFETY_STOP, String::new());
+        }
+    }
+
+    /// Figures are typed at the teach pendant.
+    pub(crate) fn type_keys(&mut self, figures: &str) {
+        self.keys.push(figures.as_bytes());
+    }
+
+    /// Turning the key while a program runs stops it behind the present step.
+    pub(crate) fn turn_key(&mut self, key: KeySwitch) -> Result<(), OperateError> {
+        let controller = self.config.controller;
+        if key == KeySwitch::Internal && !controller.has_internal() {
+            return Err(OperateError::NoInternal(controller.name()));
+        }
+        if key != self.panel.state().key {
+            self.stop_after_step(StopCause::Other);
+            self.panel.set_key(key);
+            self.arm.set_speed_limits(self.now, self.pace());
+        }
+        Ok(())
+    }
+
+    /// Servo power on (CMD-SO-02). Every third time it comes by `servo.interval` later, as S41 has it; it is accepted all
+    /// the same (assumed).
+    pub(crate) fn servo_on(&mut self) -> Result<(), OperateError> {
+        if self.panel.state().emergency_stop {
+            return Err(OperateError::EmergencyStop);
+        }
+        if self.panel.state().safety_open {
+            return Err(OperateError::SafetyOpen);
+        }
+        if self.alarms.blocks_servo() {
+            return Err(OperateError::ServoAlarm);
+        }
+        let event = self.panel.servo_on(self.now, self.config.options.servo_interval);
+        self.outputs.extend(event.map(Output::Event));
+        Ok(())
+    }
+
+    /// Servo power that was held back comes if its time has come.
+    pub(crate) fn end_servo_interval(&mut self) {
+        let event = self.panel.end_servo_interval(self.now);
+        self.outputs.extend(event.map(Output::Event));
+    }
+
+    /// Automatic operation starts, or goes on (CMD-RN-01, CMD-RN-05).
+    pub(crate) fn start(&mut self) -> Result<(), OperateError> {
+        if self.executor.program_runs() {
+            self.end_pause();
+            return Ok(());
+        }
+        self.may_start()?;
+        self.renew_stale()?;
+        if self.executor.is_reset() {
+            self.executor.rewind(self.now);
+            self.clear_channels();
+        }
+        self.run_program();
+        Ok(())
+    }
+
+    /// What waits for an INPUT is gone (D10).
+    fn clear_channels(&mut self) {
+        let held: Vec<(Port, Vec<u8>)> = self
+            .channels
+            .iter_mut()
+            .map(|(port, buffer)| {
+                let held = buffer.bytes();
+                buffer.clear();
+                (*port, held)
+            })
+            .collect();
+        for (port, bytes) in held.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+            let message = format!(
+                "{} bytes that waited on {port} are lost by the start",
+                bytes.len()
+            );
+            self.report(&rules::DATA_CLEARED, port, &bytes, message);
+        }
+        self.keys.clear();
+    }
+
+    fn may_start(&self) -> Result<(), OperateError> {
+        Err(if self.executor.selected().is_none() {
+            OperateError::NoFile
+        } else if self.executor.has_direct() {
+            OperateError::Direct
+        } else if self.is_jogging() {
+            OperateError::Jogging
+        } else if self.panel.state().emergency_stop {
+            OperateError::EmergencyStop
+        } else if self.panel.state().safety_open {
+            OperateError::SafetyOpen
+        } else if self.alarms.blocks_start() {
+            OperateError::StartAlarm
+        } else if !self.panel.state().servo {
+            OperateError::ServoOff
+        } else if self.panel.state().feed_hold {
+            OperateError::FeedHold
+        } else {
+            return Ok(());
+        })
+    }
+
+    /// FEED HOLD: alternate action (CMD-FD-02).
+    pub(crate) fn feed_hold(&mut self) {
+        let on = !self.panel.state().feed_hold;
+        self.panel.set_feed_hold(on);
+        if on {
+            self.arm.hold(self.now);
+        } else if !self.executor.is_paused() {
+            self.arm.resume(self.now);
+        }
+    }
+
+    /// Feed hold is on from now, or off.
+    pub(crate) fn set_feed_hold(&mut self, on: bool) {
+        if self.panel.state().feed_hold != on {
+            self.feed_hold();
+        }
+    }
+
+    /// Power off. The RAM drive, the error history, the selection, the posture, and what is turned or pressed by
+    /// hand stay.
+    pub(crate) fn power_off(&mut self) {
+        if !self.panel.state().powered {
+            return;
+        }
+        self.interrupt(StopCause::Host);
+        self.jogging = None;
+        self.panel.power_off(self.now);
+        self.arm.power_off(self.now);
+        self.signals.clear_outputs();
+        self.alarms.reset(|_| false);
+        self.pendant.clear();
+        self.keys = Channel::default();
+        for buffer in self.channels.values_mut() {
+            *buffer = Channel::default();
+        }
+        self.executor.power_off(self.now);
+    }
+
+    /// Power on: links are made anew.
+    pub(crate) fn power_on(&mut self) {
+        if self.panel.state().powered {
+            return;
+        }
+        let file = FileName::parse(self.executor.file());
+        self.panel.power_on(self.now);
+        self.executor = Executor::new(&self.config.language(), self.now);
+        if let Ok(name) = file
+            && let Err(error) = self.select_file(&name)
+        {
+            let message = format!("the selection was dropped at power-on: {error}");
+            self.report(&rules::SELECTION_LOST, None, &[], message);
+        }
+        self.take_parameters();
+        if self.panel.state().emergency_stop {
+            self.raise(alarm::EMERGENCY_STOP, String::new());
+        }
+        if self.panel.state().safety_open {
+            self.raise(alarm::SAFETY_STOP, String::new());
+        }
+        if self.panel.state().battery_low {
+            self.raise(alarm::BATTERY, String::new());
+        }
+        self.push_output(Output::PowerCycled);
+    }
+}
