@@ -20,6 +20,7 @@ use direct::Direct;
 pub use run_state::{Operation, RunState, Standstill, StopCause};
 pub use task::{Task, TaskState};
 
+use crate::arm::Arm;
 use crate::port::Port;
 use crate::queries::TaskView;
 use crate::time::Time;
@@ -83,6 +84,12 @@ impl Selected {
 }
 
 impl Stopwatch {
+    /// Set to so many seconds at `now`.
+    #[must_use]
+    pub fn new(seconds: f64, now: Time) -> Stopwatch {
+        Stopwatch { set_at: now, seconds }
+    }
+
     /// Seconds at `now`.
     #[must_use]
     pub fn read(&self, now: Time) -> f64 {
@@ -184,10 +191,7 @@ impl Executor {
             motion_line: 0,
             pass: 0.0,
             paused: false,
-            timer: Stopwatch {
-                set_at: now,
-                seconds: 0.0,
-            },
+            timer: Stopwatch::new(0.0, now),
             operation: Operation::RESET,
             direct: None,
             #[cfg(feature = "serde")]
@@ -255,18 +259,16 @@ impl Executor {
     fn replace_program(&mut self, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         for task in tasks {
-            task.machine.relocate(&program);
-            if let Some(handler) = &mut task.handler {
-                handler.machine.relocate(&program);
-            }
-            if self.arm_owner == Some(task.id()) && matches!(task.acting().doing, TaskState::Moving { .. }) {
-                self.motion_line = task.acting().machine.line();
+            task.relocate(&program);
+            let acting = task.acting();
+            if self.arm_owner == Some(task.id()) && matches!(acting.state(), TaskState::Moving { .. }) {
+                self.motion_line = acting.line();
             }
         }
         if let Some(direct) = &mut self.direct
             && let Ok(program) = compile_direct(&direct.statement, &program)
         {
-            direct.task.machine.relocate(&program);
+            direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
             selected.memory.relocate(&program);
@@ -380,7 +382,7 @@ impl Executor {
     /// File line at which the program stands; 0 when no file is selected (SF-24).
     #[must_use]
     pub fn line(&self) -> u32 {
-        self.main.as_ref().map_or(0, |task| task.machine.line())
+        self.main.as_ref().map_or(0, Task::line)
     }
 
     /// The main program and the tasks it has started.
@@ -442,19 +444,34 @@ impl Executor {
         self.arm_owner = None;
     }
 
+    /// The next cycle begins; the tasks end.
+    pub fn begin_cycle(&mut self) {
+        self.drop_tasks();
+        if let Some(main) = &mut self.main {
+            main.begin_cycle();
+        }
+    }
+
+    /// Everything stops inside its step, which will be done again: where the program stands then. A motion that can
+    /// be taken up again is waited for.
+    pub fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
+        let mut place = Standstill::InsideStep;
+        for id in self.order() {
+            let Some(mut task) = self.take_task(id) else {
+                continue;
+            };
+            if task.abort_step(self.memory_mut(), keeps_motion) && id == MAIN_TASK {
+                place = Standstill::BetweenSteps;
+            }
+            self.put_task(task);
+        }
+        place
+    }
+
     /// What waits for a motion that is no more is to begin anew.
     pub fn redo_motions(&mut self) {
-        let again = |doing: &mut TaskState| {
-            if doing.is_motion() {
-                *doing = TaskState::Ready;
-            }
-        };
-        for task in self.main.iter_mut().chain(self.tasks.values_mut()) {
-            again(&mut task.doing);
-            if let Some(handler) = &mut task.handler {
-                again(&mut handler.doing);
-            }
-        }
+        let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
+        tasks.for_each(Task::redo_motion);
     }
 
     /// A task other than the main program has ended.
@@ -479,12 +496,9 @@ impl Executor {
     pub fn analysed(&self) -> (u32, u16) {
         let turn = self.tasks.get(&self.turn).or(self.main.as_ref());
         turn.map_or((0, 0), |task| {
-            let line = task.machine.line();
-            let ahead = match task.doing {
-                TaskState::Moving { .. } if self.program_runs() => task.machine.motion_ahead(),
-                _ => None,
-            };
-            (ahead.unwrap_or(line), task.id())
+            let moves = matches!(task.state(), TaskState::Moving { .. }) && self.program_runs();
+            let ahead = task.motion_ahead().filter(|_| moves);
+            (ahead.unwrap_or(task.line()), task.id())
         })
     }
 
@@ -502,12 +516,12 @@ impl Executor {
             .chain(self.direct.as_ref().map(|direct| &direct.task));
         tasks
             .flat_map(Task::parts)
-            .filter_map(|task| task.doing.channel())
+            .filter_map(|task| task.state().channel())
     }
 
     /// When something that runs can go on by itself.
     #[must_use]
-    pub fn deadline(&self) -> Option<Time> {
+    pub(crate) fn deadline(&self, arm: &Arm, now: Time) -> Option<Time> {
         let runs = self.program_runs();
         let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
         let program = self
@@ -523,7 +537,24 @@ impl Executor {
             .into_iter()
             .chain(direct)
             .chain(self.run_shown_until)
+            .chain(self.arrives_at(arm, now))
             .min()
+    }
+
+    /// When a motion counts as arrived before its end, or the next one begins.
+    fn arrives_at(&self, arm: &Arm, now: Time) -> Option<Time> {
+        let end = arm.ends_at()?;
+        let acting = || self.program_tasks().map(Task::acting);
+        let direct = self.direct.iter().map(|direct| direct.task.acting());
+        let leads = acting().chain(direct).filter_map(|task| {
+            let TaskState::Moving { lead } = task.state() else {
+                return None;
+            };
+            Some(end - *lead)
+        });
+        let waits = acting().any(|task| matches!(task.state(), TaskState::Queued { .. }));
+        let begins = waits.then(|| arm.last_begins_at()).flatten();
+        leads.chain(begins).filter(|at| *at > now).min()
     }
 
     /// Step 1 with the data as the file gives it (RS,PRG).

@@ -62,7 +62,7 @@ impl Timer {
             Timer::Motion => robot.arm.ends_at(),
             Timer::Lines => robot.signals.deadline(),
             Timer::Servo => robot.panel.state().servo_due,
-            Timer::Program => robot.program_deadline(),
+            Timer::Program => robot.executor.deadline(&robot.arm, robot.now),
             Timer::UnsolicitedSp => endpoints.sp_deadline(robot),
         }
     }

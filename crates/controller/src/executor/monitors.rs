@@ -5,7 +5,6 @@
 use crate::executor::scheduler::{Step, alarm_of};
 use crate::executor::scol_inputs::ScolInputs;
 use crate::executor::{Task, TaskState};
-use crate::limits::SCAN;
 use crate::robot::Robot;
 use alloc::boxed::Box;
 use alloc::format;
@@ -15,13 +14,7 @@ impl Robot {
     /// Looks at the monitors of a task: between its statements, when something changes, and once a scan while time
     /// alone can change them. `None` when nothing comes of it.
     pub(crate) fn look_at_monitors(&mut self, task: &mut Task) -> Option<Step> {
-        // What time alone changes is looked at between statements and once a scan, however often something happens.
-        let due = task.look_at.take().filter(|due| *due > self.now);
-        let due = due.filter(|_| !matches!(task.doing, TaskState::Ready));
-        let seen = due.map_or(self.now, |due| due - SCAN);
-        if !task.machine.has_monitors() {
-            return None;
-        }
+        let seen = task.monitors_see(self.now)?;
         let view = ScolInputs::new(
             &self.signals,
             &self.arm,
@@ -30,25 +23,18 @@ impl Robot {
             seen,
         )
         .with_unknown_inputs(self.config.options.din_unknown);
-        let found = task.machine.check_monitors(self.executor.memory_mut(), &view);
-        if view.is_changing() {
-            task.look_at = Some(due.unwrap_or(self.now + SCAN));
-        }
-        match found {
+        match task.check_monitors(self.executor.memory_mut(), &view) {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {
                 // The motion is given up with its statement; one that nobody waits for goes on.
-                if let TaskState::Moving { .. } = task.doing {
+                if let TaskState::Moving { .. } = task.state() {
                     self.arm.stop(self.now);
                 }
-                // An INPUT ends as at a stop: what has not come is 0.
-                task.end_reading(self.executor.memory_mut());
-                task.machine.jump(jump);
-                task.doing = TaskState::Ready;
+                task.jump(self.executor.memory_mut(), jump);
                 Some(Step::DONE)
             }
             Ok(Some(MonitorAction::Handler(machine))) => {
-                task.handler = Some(Box::new(Task::new(*machine, self.now)));
+                task.put_handler(Box::new(Task::new(*machine, self.now)));
                 Some(Step::Begun)
             }
             Err(fault) => Some(Step::Trouble(alarm_of(fault.kind), format!("{fault}"))),

@@ -1,8 +1,7 @@
 //! An executor that was read back from a snapshot gets its programs, compiled again from their sources, and is
 //! validated: what no run leads to is refused.
 
-use super::{Direct, Executor, MAIN_TASK, Selected, Task, TaskState};
-use crate::limits::STATEMENTS_PER_SCAN;
+use super::{Direct, Executor, MAIN_TASK, Selected, Task};
 use crate::options::Config;
 use crate::snapshot::{SnapshotError, check};
 use alloc::format;
@@ -101,42 +100,6 @@ impl Executor {
     }
 }
 
-impl Task {
-    fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
-        self.machine
-            .relink(Arc::clone(program))
-            .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;
-        if let Some(handler) = &mut self.handler {
-            let place = format!("{place}.handler");
-            let nested = handler.handler.is_some();
-            check(
-                !nested,
-                &format!("{place}.handler"),
-                "none: a handler has none",
-                "one",
-            )?;
-            handler.relink(&place, program)?;
-        }
-        check(
-            self.budget <= STATEMENTS_PER_SCAN,
-            &format!("{place}.budget"),
-            &format!("at most {STATEMENTS_PER_SCAN}"),
-            self.budget,
-        )?;
-        let place = format!("{place}.doing");
-        if let TaskState::Reading { wanted, got, .. } = &self.doing {
-            let expected = format!("at most {wanted} values");
-            check(got.len() <= *wanted, &place, &expected, got.len())?;
-        }
-        check(
-            !self.doing.needs_answer() || self.machine.pending().is_some(),
-            &place,
-            "a statement that waits for its answer",
-            "none",
-        )
-    }
-}
-
 impl Selected {
     fn relink(&mut self, config: &Config) -> Result<(), SnapshotError> {
         let name = FileName::parse(&self.name).ok();
@@ -166,7 +129,7 @@ impl Direct {
             SnapshotError::value("execution.direct.statement", expected, found)
         })?;
         self.task.relink(place, &program)?;
-        let (id, alone) = (self.task.id(), self.task.handler.is_none());
+        let (id, alone) = (self.task.id(), self.task.parts().count() == 1);
         check(
             id == 0 && alone,
             place,

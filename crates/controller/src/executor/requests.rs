@@ -2,7 +2,7 @@
 //!
 //! `scheduler` runs the program until it requests something, calls `serve()`, and waits until the request is done.
 
-use crate::alarm;
+use crate::alarm::{self, AlarmCode};
 use crate::arm::SpeedLimits;
 use crate::endpoint::Endpoints;
 use crate::executor::scheduler::Step;
@@ -33,19 +33,19 @@ impl Robot {
                 if let Some(buffer) = self.channel_mut(channel) {
                     buffer.clear();
                 }
-                self.answer(task, Answer::Done, false)
+                self.executor.done(task)
             }
             Request::Input { channel, expected } => self.input(task, channel, expected),
             // DELAY dwells where the motion before it has led.
             Request::Delay { .. } if self.moves(task) => {
-                task.doing = TaskState::Resting;
+                task.enter(TaskState::Resting);
                 Step::Blocked
             }
             Request::Delay { seconds } => {
                 let pause = duration_from_seconds(seconds, LONGEST_DELAY);
-                task.doing = TaskState::Delaying {
+                task.enter(TaskState::Delaying {
                     until: self.now + pause,
-                };
+                });
                 Step::Begun
             }
             Request::Outputs(switches) => self.switch_outputs(task, &switches),
@@ -55,23 +55,14 @@ impl Robot {
             Request::Pause => self.pause_motion(task),
             Request::Resume => self.resume_motion(task),
             Request::SetTimer { seconds } => {
-                self.executor.timer = Stopwatch {
-                    set_at: self.now,
-                    seconds,
-                };
-                self.answer(task, Answer::Done, false)
+                self.executor.timer = Stopwatch::new(seconds, self.now);
+                self.executor.done(task)
             }
-            Request::Task { program } => self.start_task(task, program),
-            Request::Switch => self.switch_task(task),
-            Request::Restore { names } => match self.answer(task, Answer::Done, false) {
-                Step::Done { .. } => Step::Restore { names },
-                other => other,
-            },
-            Request::Kill { task: victim } => self.kill_task(task, victim),
-            Request::Stop => match self.answer(task, Answer::Done, false) {
-                Step::Done { .. } => Step::Stopped,
-                other => other,
-            },
+            Request::Task { program } => self.executor.start_task(task, program, self.now),
+            Request::Switch => self.executor.switch_task(task),
+            Request::Restore { names } => self.executor.done(task).then(Step::Restore { names }),
+            Request::Kill { task: victim } => self.executor.kill_task(task, victim),
+            Request::Stop => self.executor.done(task).then(Step::Stopped),
         }
     }
 
@@ -91,27 +82,24 @@ impl Robot {
     }
 
     fn start_motion(&mut self, task: &mut Task, motion: &Motion) -> Step {
-        if !self.takes_arm(task) {
-            let line = task.machine.line();
-            task.machine.skip();
-            let detail = format!("line {line}: task {} wants to move it", task.id());
-            return Step::Trouble(alarm::ARM_TAKEN, detail);
+        if !self.executor.takes_arm(task) {
+            let reason = format!("task {} wants to move it", task.id());
+            return task.give_up(alarm::ARM_TAKEN, reason);
         }
         if self.is_held() {
-            task.doing = TaskState::Holding;
+            task.enter(TaskState::Holding);
             return Step::Blocked;
         }
         if let Some(mass) = self.overload(motion) {
-            let line = task.machine.line();
             let heaviest = self.arm.model().max_payload;
-            let detail = format!("line {line}: a load of at most {heaviest} kg expected, {mass} kg found");
-            return Step::Trouble(alarm::OVERLOAD, detail);
+            let reason = format!("a load of at most {heaviest} kg expected, {mass} kg found");
+            return task.trouble(alarm::OVERLOAD, reason);
         }
         let lead = match motion.conditions.accuracy {
             Accuracy::Coarse => COARSE_LEAD,
             Accuracy::Fine => Duration::ZERO,
         };
-        let passing = motion.conditions.passing && task.machine.motion_ahead().is_some();
+        let passing = motion.conditions.passing && task.motion_ahead().is_some();
         let begun = if !self.arm.is_moving() {
             self.arm
                 .start(self.now, motion, self.pace(), self.panel.state().machine_lock)
@@ -119,7 +107,7 @@ impl Robot {
         } else if self.executor.pass > 0.0 {
             let taken = self.arm.append(self.now, motion, self.executor.pass, self.pace());
             if taken == Ok(true) {
-                task.doing = TaskState::Queued { lead, passing };
+                task.enter(TaskState::Queued { lead, passing });
             }
             taken
         } else {
@@ -127,7 +115,7 @@ impl Robot {
         };
         match begun {
             Ok(false) => {
-                task.doing = TaskState::Resting;
+                task.enter(TaskState::Resting);
                 Step::Blocked
             }
             Ok(true) => {
@@ -135,14 +123,13 @@ impl Robot {
                     true => motion.conditions.pass,
                     false => 0.0,
                 };
-                if let TaskState::Queued { .. } = task.doing {
+                if let TaskState::Queued { .. } = task.state() {
                     return Step::Begun;
                 }
                 self.arm.finish_due(self.now);
                 self.begun(task, lead, passing || motion.conditions.nowait)
             }
             Err(error) => {
-                let line = task.machine.line();
                 let code = match error {
                     MotionError::Singular { .. } => alarm::SINGULAR,
                     MotionError::Free { .. } => alarm::AXIS_FREE,
@@ -153,18 +140,18 @@ impl Robot {
                     | MotionError::Gate { .. }
                     | MotionError::NoSuchAxis { .. } => alarm::OUT_OF_REACH,
                 };
-                Step::Trouble(code, format!("line {line}: {error}"))
+                task.trouble(code, error)
             }
         }
     }
 
     /// The motion of a statement has begun: the statement is over when the arm has arrived, or at once.
     pub(crate) fn begun(&mut self, task: &mut Task, lead: Duration, at_once: bool) -> Step {
-        self.executor.motion_line = task.machine.line();
+        self.executor.motion_line = task.line();
         if at_once {
-            return self.answer(task, Answer::Done, true);
+            return self.executor.moved(task);
         }
-        task.doing = TaskState::Moving { lead };
+        task.enter(TaskState::Moving { lead });
         Step::Begun
     }
 
@@ -182,31 +169,29 @@ impl Robot {
         data: &[u8],
         cut: usize,
     ) -> Step {
-        let line = task.machine.line();
+        let line = task.line();
         let Some(port) = Port::from_channel(channel) else {
             self.tell_cut(None, line, data, cut);
             self.show_on_pendant(data);
-            return self.answer(task, Answer::Done, false);
+            return self.executor.done(task);
         };
         if let Some(until) = endpoints.line_free_at(port, data.len()) {
-            task.doing = TaskState::Pausing { until };
+            task.enter(TaskState::Pausing { until });
             return Step::Blocked;
         }
         self.tell_cut(Some(port), line, data, cut);
-        let missing = self.missing_peer(port);
-        if missing {
-            let message = format!("line {line}: PRINT {port}: no peer is connected");
-            self.report(&rules::PRINT_WITHOUT_PEER, port, data, message);
+        if !self.missing_peer(port) {
+            if !data.is_empty() {
+                endpoints.send_bytes(self, port, data);
+            }
+            return self.executor.done(task);
         }
-        if !missing && !data.is_empty() {
-            endpoints.send_bytes(self, port, data);
-        }
-        match (self.answer(task, Answer::Done, false), missing) {
-            (Step::Done { .. }, true) if self.config.options.no_peer == NoPeer::Alarm => Step::Trouble(
-                alarm::INVALID_CHANNEL,
-                format!("line {line}: PRINT {port}: no peer is connected"),
-            ),
-            (step, _) => step,
+        let message = format!("line {line}: PRINT {port}: no peer is connected");
+        self.report(&rules::PRINT_WITHOUT_PEER, port, data, message.as_str());
+        let step = self.executor.done(task);
+        match self.config.options.no_peer {
+            NoPeer::Alarm => step.then(Step::Trouble(alarm::INVALID_CHANNEL, message)),
+            NoPeer::Silent => step,
         }
     }
 
@@ -220,31 +205,29 @@ impl Robot {
     fn input(&mut self, task: &mut Task, channel: Channel, wanted: usize) -> Step {
         let missing = Port::from_channel(channel).filter(|&port| self.missing_peer(port));
         if let Some(port) = missing {
-            let message = format!("line {}: INPUT {port}: no peer is connected", task.machine.line());
+            let message = format!("line {}: INPUT {port}: no peer is connected", task.line());
             self.report(&rules::INPUT_WITHOUT_PEER, port, &[], message);
         }
         if let Some(port) = missing.filter(|_| self.config.options.no_peer == NoPeer::Alarm) {
-            let line = task.machine.line();
-            self.cancel_input(task, Vec::new());
-            let detail = format!("line {line}: INPUT {port}: no peer is connected");
-            return Step::Trouble(alarm::INVALID_CHANNEL, detail);
+            let reason = format!("INPUT {port}: no peer is connected");
+            return self.cancel_input(task, Vec::new(), alarm::INVALID_CHANNEL, &reason);
         }
-        task.doing = TaskState::Reading {
+        task.enter(TaskState::Reading {
             channel,
             wanted,
             got: Vec::new(),
-        };
+        });
         self.read_values(task)
     }
 
     /// Gives a waiting INPUT what its channel holds.
     pub(crate) fn read_values(&mut self, task: &mut Task) -> Step {
         let malformed = self.config.options.malformed;
-        let TaskState::Reading { channel, wanted, got } = &mut task.doing else {
+        let TaskState::Reading { channel, wanted, got } = task.state() else {
             return Step::Blocked;
         };
         let (channel, wanted) = (*channel, *wanted);
-        let mut values = core::mem::take(got);
+        let mut values = got.clone();
         while values.len() < wanted {
             let datum = self
                 .channel_mut(channel)
@@ -261,31 +244,25 @@ impl Robot {
                     values.push(value);
                 }
                 Datum::Incomplete => {
-                    task.doing = TaskState::Reading {
+                    task.enter(TaskState::Reading {
                         channel,
                         wanted,
                         got: values,
-                    };
+                    });
                     return Step::Blocked;
                 }
                 Datum::OutOfRange(token) => {
-                    let line = task.machine.line();
-                    self.cancel_input(task, values);
-                    let detail = format!(
-                        "line {line}: INPUT: a number in the range of a real expected, {token:?} found"
-                    );
-                    return Step::Trouble(alarm::OVERFLOW, detail);
+                    let reason = format!("INPUT: a number in the range of a real expected, {token:?} found");
+                    return self.cancel_input(task, values, alarm::OVERFLOW, &reason);
                 }
                 Datum::Malformed(token) => {
                     self.not_a_number(channel, &token);
-                    let line = task.machine.line();
-                    self.cancel_input(task, values);
-                    let detail = format!("line {line}: INPUT: a number expected, {token:?} found");
-                    return Step::Trouble(alarm::INVALID_CHANNEL, detail);
+                    let reason = format!("INPUT: a number expected, {token:?} found");
+                    return self.cancel_input(task, values, alarm::INVALID_CHANNEL, &reason);
                 }
             }
         }
-        self.answer(task, Answer::Values(values), false)
+        self.executor.answer(task, Answer::Values(values))
     }
 
     fn not_a_number(&mut self, channel: Channel, token: &str) {
@@ -298,27 +275,24 @@ impl Robot {
         );
     }
 
-    fn cancel_input(&mut self, task: &mut Task, values: Vec<scol_mini::Number>) {
-        // A fault in storing the values would only repeat what the alarm that follows says.
-        if let Step::Trouble(..) = self.answer(task, Answer::Cancelled(values), false) {
-            task.doing = TaskState::Ready;
-        }
+    /// The INPUT is over with these values. A fault in storing them would only repeat what the alarm says.
+    fn cancel_input(&mut self, task: &mut Task, values: Vec<Number>, code: AlarmCode, reason: &str) -> Step {
+        let trouble = task.trouble(code, reason);
+        self.executor.answer(task, Answer::Cancelled(values));
+        trouble
     }
 
     fn switch_outputs(&mut self, task: &mut Task, switches: &[(u16, bool)]) -> Step {
-        let line = task.machine.line();
         if let Some((output, _)) = switches
             .iter()
             .find(|(output, _)| !Signals::is_user_output(*output))
         {
-            task.machine.skip();
-            let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
-            return Step::Trouble(alarm::OUT_OF_RANGE, detail);
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(*output));
         }
         for &(output, on) in switches {
             self.signals.set_output(output, on);
         }
-        self.answer(task, Answer::Done, false)
+        self.executor.done(task)
     }
 
     fn show_on_pendant(&mut self, data: &[u8]) {
@@ -347,4 +321,9 @@ impl Robot {
             None => Some(&mut self.keys),
         }
     }
+}
+
+/// Why an output is not switched.
+pub(crate) fn no_output(found: u16) -> String {
+    format!("output 1-64, 101-164 or 201-208 expected, {found} found")
 }

@@ -4,7 +4,7 @@
 //! `endpoint::notices`.
 
 use crate::alarm::{self, Alarm, AlarmCode};
-use crate::executor::{MAIN_TASK, Standstill, StopCause, Task, TaskState};
+use crate::executor::{Standstill, StopCause};
 use crate::io::system_signals::dout;
 use crate::output::{Event, Output};
 use crate::panel::PanelState;
@@ -64,32 +64,8 @@ impl Robot {
             return;
         }
         self.arm.interrupt(self.now);
-        let mut place = Standstill::InsideStep;
-        for id in self.executor.order() {
-            let Some(mut task) = self.executor.take_task(id) else {
-                continue;
-            };
-            let cancelled = self.abort_step(&mut task);
-            if cancelled && id == MAIN_TASK {
-                place = Standstill::BetweenSteps;
-            }
-            self.executor.put_task(task);
-        }
+        let place = self.executor.abort_steps(self.arm.is_interrupted());
         self.stop_program(place, by);
-    }
-
-    /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its
-    /// motion keeps waiting.
-    fn abort_step(&mut self, task: &mut Task) -> bool {
-        if let Some(mut handler) = task.handler.take() {
-            self.abort_step(&mut handler);
-            task.handler = Some(handler);
-        }
-        let reading = task.end_reading(self.executor.memory_mut());
-        if !(task.doing.is_motion() && self.arm.is_interrupted()) {
-            task.doing = TaskState::Ready;
-        }
-        reading
     }
 
     /// Servo power goes off, and with it everything that moves.

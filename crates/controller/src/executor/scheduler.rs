@@ -6,17 +6,13 @@
 use crate::alarm::{self, AlarmCode};
 use crate::endpoint::Endpoints;
 use crate::executor::scol_inputs::ScolInputs;
-use crate::executor::{Executor, RunState, Standstill, StopCause, Task, TaskState};
-use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
-use crate::options::WaitAfterStop;
+use crate::executor::{RunState, Standstill, StopCause, Task, TaskState};
 use crate::output::Event;
 use crate::robot::Robot;
-use crate::time::Time;
-use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::time::Duration;
-use scol_mini::{Answer, Fault, FaultKind, Pause};
+use scol_mini::{FaultKind, Pause};
 use ts3100_proto::command::RunMode;
 
 /// How far a task came.
@@ -56,6 +52,15 @@ pub(crate) enum Step {
 impl Step {
     /// A statement without motion is over.
     pub(crate) const DONE: Step = Step::Done { motion: false };
+
+    /// If the statement is over, this comes of it.
+    pub(crate) fn then(self, next: Step) -> Step {
+        if matches!(self, Step::Done { .. }) {
+            next
+        } else {
+            self
+        }
+    }
 }
 
 impl Robot {
@@ -100,13 +105,11 @@ impl Robot {
                 return true;
             }
         }
-        match stop {
-            Some(by) if standing && !self.arm.is_moving() => {
-                self.stop_program(Standstill::BetweenSteps, by);
-                true
-            }
-            _ => false,
+        let stops = stop.filter(|_| standing && !self.arm.is_moving());
+        if let Some(by) = stops {
+            self.stop_program(Standstill::BetweenSteps, by);
         }
+        stops.is_some()
     }
 
     fn after(&mut self, id: u16, step: Step) {
@@ -144,56 +147,18 @@ impl Robot {
 
     /// END of the main program (D8, CMD-SP-10).
     pub(crate) fn end_cycle(&mut self) {
-        let stop_wanted = self.executor.operation.state() != (RunState::Running { stop: None });
-        if self.panel.state().run_mode == RunMode::Continuous && !stop_wanted {
-            self.executor.drop_tasks();
-            if let Some(task) = &mut self.executor.main {
-                task.handler = None;
-                if !task.machine.go_to_rcycle() {
-                    task.machine.restart();
-                }
-                task.doing = TaskState::Ready;
-            }
+        let stop = match self.executor.operation.state() {
+            RunState::Running { stop } => stop,
+            RunState::Reset | RunState::Retry | RunState::Continue => Some(StopCause::Other),
+        };
+        if self.panel.state().run_mode == RunMode::Continuous && stop.is_none() {
+            self.executor.begin_cycle();
             self.show_cycle_end();
             return;
         }
-        let by = match self.executor.operation.state() {
-            RunState::Running { stop: Some(by) } => by,
-            RunState::Running { stop: None } | RunState::Reset | RunState::Retry | RunState::Continue => {
-                StopCause::Other
-            }
-        };
         self.executor.rewind(self.now);
-        self.stop_program(Standstill::FirstStep, by);
+        self.stop_program(Standstill::FirstStep, stop.unwrap_or(StopCause::Other));
         self.show_cycle_end();
-    }
-
-    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
-    fn end_step(&mut self, task: &mut Task) -> bool {
-        if let Some(mut handler) = task.handler.take() {
-            let stands = self.end_step(&mut handler);
-            task.handler = Some(handler);
-            if !stands {
-                return false;
-            }
-        }
-        match &task.doing {
-            TaskState::Ready | TaskState::Pausing { .. } => {}
-            TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Resting
-            | TaskState::Holding
-            | TaskState::Delaying { .. } => return false,
-            TaskState::Reading { .. } => {
-                task.end_reading(self.executor.memory_mut());
-            }
-            TaskState::Watching { .. } => match self.config.options.wait_after_stop {
-                WaitAfterStop::Next => task.machine.skip(),
-                WaitAfterStop::Again => {}
-            },
-        }
-        task.doing = TaskState::Ready;
-        true
     }
 
     /// Carries a task forward as far as one statement, or one slice of statements. A handler goes first, unless
@@ -205,36 +170,35 @@ impl Robot {
         single: bool,
         stopping: bool,
     ) -> Step {
-        if stopping || task.handler.is_some() {
-            // Nobody looks at the monitors now: a time to do so would come again and again.
-            task.look_at = None;
-        }
-        if let Some(mut handler) = task.handler.take() {
-            if stopping && self.end_step(&mut handler) {
-                task.handler = Some(handler);
-            } else {
+        if let Some(mut handler) = task.take_handler(stopping) {
+            if !(stopping && self.end_step(&mut handler)) {
                 let step = self.carry(endpoints, &mut handler, single);
                 if matches!(step, Step::Ended) {
                     return Step::DONE;
                 }
-                task.handler = Some(handler);
+                task.put_handler(handler);
                 return step;
             }
+            task.put_handler(handler);
         } else if !stopping && let Some(step) = self.look_at_monitors(task) {
             return step;
         }
-        self.carry(endpoints, task, single || task.machine.has_monitors())
+        self.carry(endpoints, task, single || task.has_monitors())
+    }
+
+    fn end_step(&mut self, task: &mut Task) -> bool {
+        task.end_step(self.executor.memory_mut(), self.config.options.wait_after_stop)
     }
 
     fn carry(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
-        match &task.doing {
+        match task.state() {
             TaskState::Ready | TaskState::Watching { .. } => self.execute(endpoints, task, single),
             TaskState::Pausing { until } if *until > self.now => Step::Blocked,
             TaskState::Pausing { .. } => self.execute(endpoints, task, single),
             TaskState::Holding if self.is_held() => Step::Blocked,
             TaskState::Resting if self.arm.is_moving() => Step::Blocked,
             TaskState::Holding | TaskState::Resting => {
-                task.doing = TaskState::Ready;
+                task.enter(TaskState::Ready);
                 self.execute(endpoints, task, single)
             }
             TaskState::Queued { .. } if self.arm.last_begins_at().is_some_and(|begin| begin > self.now) => {
@@ -245,9 +209,9 @@ impl Robot {
                 self.begun(task, lead, passing)
             }
             TaskState::Moving { lead } if !self.has_arrived(*lead) => Step::Blocked,
-            TaskState::Moving { .. } => self.answer(task, Answer::Done, true),
+            TaskState::Moving { .. } => self.executor.moved(task),
             TaskState::Delaying { until } if *until > self.now => Step::Blocked,
-            TaskState::Delaying { .. } => self.answer(task, Answer::Done, false),
+            TaskState::Delaying { .. } => self.executor.done(task),
             TaskState::Reading { .. } => self.read_values(task),
         }
     }
@@ -257,119 +221,40 @@ impl Robot {
         !self.arm.is_moving() || self.arm.ends_at().is_some_and(|end| end - lead <= self.now)
     }
 
-    /// When the program or the statement of DO can go on by itself.
-    pub(crate) fn program_deadline(&self) -> Option<Time> {
-        let deadlines = [self.executor.deadline(), self.arrives_at()];
-        deadlines.into_iter().flatten().min()
-    }
-
-    /// When a motion counts as arrived before its end.
-    fn arrives_at(&self) -> Option<Time> {
-        let end = self.arm.ends_at()?;
-        let tasks = self.executor.program_tasks();
-        let direct = self.executor.direct.as_ref().map(|direct| &direct.task);
-        let leads = tasks.chain(direct).map(Task::acting).filter_map(|task| {
-            let TaskState::Moving { lead } = task.doing else {
-                return None;
-            };
-            Some(end - lead).filter(|arrival| *arrival > self.now)
-        });
-        let begins = motion_waits(&self.executor)
-            .then(|| self.arm.last_begins_at())
-            .flatten();
-        leads.chain(begins.filter(|begin| *begin > self.now)).min()
-    }
-
-    /// Ends the statement under way by giving it what it asked for.
-    pub(crate) fn answer(&mut self, task: &mut Task, answer: Answer, motion: bool) -> Step {
-        task.doing = TaskState::Ready;
-        match task.machine.answer(self.executor.memory_mut(), answer) {
-            Ok(()) => Step::Done { motion },
-            Err(fault) => fail(task, &fault),
-        }
-    }
-
     fn execute(&mut self, endpoints: &mut Endpoints, task: &mut Task, single: bool) -> Step {
-        if task.scan_at < self.now {
-            task.budget = STATEMENTS_PER_SCAN;
-            task.scan_at = self.now;
-        }
-        if task.budget == 0 {
-            task.doing = TaskState::Pausing {
-                until: self.now + SCAN,
-            };
+        if !task.has_budget(self.now) {
             return Step::Blocked;
         }
-        if self.traced && task.machine.begins_statement() && !matches!(task.doing, TaskState::Watching { .. })
-        {
-            let line = task.machine.line();
-            let task = task.id();
+        if self.traced && task.begins_statement() {
+            let (line, task) = (task.line(), task.id());
             self.event(Event::Statement { line, task });
         }
-        // A WAIT looks at what time alone changes once a scan, however often something else happens in between.
-        let due = match task.doing {
-            TaskState::Watching { again } => again.filter(|again| *again > self.now),
-            _ => None,
-        };
-        let given = match task.doing {
-            TaskState::Watching { .. } => 0,
-            _ if single => 1,
-            _ => task.budget,
-        };
-        let mut fuel = given;
-        let (pause, changing) = self.run_machine(task, &mut fuel, due.map_or(self.now, |due| due - SCAN));
-        task.budget = task.budget.saturating_sub(given - fuel);
-        task.doing = TaskState::Ready;
-        match pause {
+        let inputs = ScolInputs::new(
+            &self.signals,
+            &self.arm,
+            &self.executor,
+            self.panel.state().run_mode,
+            task.sees(self.now),
+        )
+        .with_unknown_inputs(self.config.options.din_unknown);
+        match task.run(self.executor.memory_mut(), &inputs, single) {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
-            Pause::Ended if self.moves(task) && !task.machine.handler_ended() => {
-                task.doing = TaskState::Resting;
+            Pause::Ended if self.moves(task) && !task.handler_ended() => {
+                task.enter(TaskState::Resting);
                 Step::Blocked
             }
             Pause::Ended => Step::Ended,
-            Pause::Waiting => {
-                task.doing = TaskState::Watching {
-                    again: changing.then(|| due.unwrap_or(self.now + SCAN)),
-                };
-                Step::Blocked
-            }
-            Pause::Fault(fault) => fail(task, &fault),
+            Pause::Waiting => Step::Blocked,
+            Pause::Fault(fault) => task.fail(&fault),
             Pause::Request(request) => self.serve(endpoints, task, request),
         }
     }
 
     /// Whether the arm is on a motion of this task.
     pub(crate) fn moves(&self, task: &Task) -> bool {
-        let id = task.id();
-        self.arm.is_moving() && (id == 0 || self.executor.arm_owner == Some(id))
+        self.arm.is_moving() && self.executor.owns_arm(task)
     }
-
-    fn run_machine(&mut self, task: &mut Task, fuel: &mut u32, seen: Time) -> (Pause, bool) {
-        let view = ScolInputs::new(
-            &self.signals,
-            &self.arm,
-            &self.executor,
-            self.panel.state().run_mode,
-            seen,
-        )
-        .with_unknown_inputs(self.config.options.din_unknown);
-        let pause = task.machine.run(self.executor.memory_mut(), &view, fuel);
-        (pause, view.is_changing())
-    }
-}
-
-/// Whether a motion waits behind the one under way.
-fn motion_waits(execution: &Executor) -> bool {
-    execution
-        .program_tasks()
-        .any(|task| matches!(task.acting().doing, TaskState::Queued { .. }))
-}
-
-/// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.
-pub(crate) fn fail(task: &mut Task, fault: &Fault) -> Step {
-    task.machine.skip();
-    Step::Trouble(alarm_of(fault.kind), format!("{fault}"))
 }
 
 pub(crate) fn alarm_of(kind: FaultKind) -> AlarmCode {

@@ -5,6 +5,7 @@
 use super::Executor;
 use crate::arm::{Arm, Frames};
 use crate::io::signals::Signals;
+use crate::limits::SCAN;
 use crate::options::UnknownInput;
 use crate::time::Time;
 use core::cell::Cell;
@@ -54,9 +55,9 @@ impl<'a> ScolInputs<'a> {
         self
     }
 
-    /// Whether something was read that changes by time alone.
-    pub(crate) fn is_changing(&self) -> bool {
-        self.changing.get()
+    /// When to look again, if something was read that changes by time alone.
+    pub(crate) fn next_look(&self) -> Option<Time> {
+        self.changing.get().then(|| self.now + SCAN)
     }
 
     fn looked_at_motion(&self) {

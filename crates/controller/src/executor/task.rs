@@ -2,15 +2,36 @@
 //!
 //! How tasks take turns is in `scheduler`.
 
-use crate::limits::STATEMENTS_PER_SCAN;
+use super::scheduler::{Step, alarm_of};
+use super::scol_inputs::ScolInputs;
+use crate::alarm::AlarmCode;
+use crate::limits::{SCAN, STATEMENTS_PER_SCAN};
+use crate::options::WaitAfterStop;
 use crate::queries::TaskView;
+#[cfg(feature = "serde")]
+use crate::snapshot::{SnapshotError, check};
 use crate::time::Time;
 use alloc::boxed::Box;
+use alloc::format;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
+use core::fmt::Display;
 use core::time::Duration;
-use scol_mini::{Answer, Channel, Machine, Memory, Number};
+use scol_mini::{Answer, Channel, Fault, Jump, Machine, Memory, MonitorAction, Number, Pause, Program};
 
-/// What a task is doing.
+/// What a task is doing. Every change goes through [`Task::enter`].
+///
+/// ```text
+///             statement asks                        motion ends, time is over, values are there
+///   Ready -------------------> Moving, Delaying, Reading ------------------------------> Ready
+///   | ^ ^                        ^   ^
+///   | | |   statement done again |   | it begins
+///   | | +--- Holding, Resting ---+   +--- Queued: a MOVE behind a motion with PASS
+///   | +----- Pausing: next scan
+///   +-------> Watching: WAIT is false; Ready when it is true
+/// ```
+/// A stop lets a motion, a DELAY and their waits end, and ends the others; BREAK ends all but a motion that can be
+/// taken up again.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum TaskState {
@@ -99,17 +120,17 @@ impl TaskState {
 )]
 pub struct Task {
     /// The interpreter.
-    pub machine: Machine,
+    machine: Machine,
     /// What it is doing.
-    pub doing: TaskState,
+    doing: TaskState,
     /// Statements left in the present scan.
-    pub budget: u32,
+    budget: u32,
     /// When the present scan began.
-    pub scan_at: Time,
+    scan_at: Time,
     /// What a monitor has begun; the task goes on behind it.
-    pub handler: Option<Box<Task>>,
+    handler: Option<Box<Task>>,
     /// When the monitors are to be looked at again, if time alone can change them.
-    pub look_at: Option<Time>,
+    look_at: Option<Time>,
 }
 
 impl Task {
@@ -138,6 +159,15 @@ impl Task {
         }
         self.enter(TaskState::Ready);
         true
+    }
+
+    /// The next cycle: to the label `RCYCLE`, or to step 1.
+    pub(super) fn begin_cycle(&mut self) {
+        if !self.go_to_rcycle() {
+            self.machine.restart();
+            self.enter(TaskState::Ready);
+            self.handler = None;
+        }
     }
 
     /// To the label `RCYCLE`; false (and nothing done) without one.
@@ -172,9 +202,206 @@ impl Task {
         }
     }
 
+    /// What it is doing.
+    pub(super) fn state(&self) -> &TaskState {
+        &self.doing
+    }
+
     /// Does something else from here on: the only way to change what a task is doing.
     pub(crate) fn enter(&mut self, state: TaskState) {
         self.doing = state;
+    }
+
+    /// File line of the statement under way or next.
+    pub(super) fn line(&self) -> u32 {
+        self.machine.line()
+    }
+
+    /// File line of the next statement, when that is a motion.
+    pub(super) fn motion_ahead(&self) -> Option<u32> {
+        self.machine.motion_ahead()
+    }
+
+    /// Whether a statement begins with what is executed next.
+    pub(super) fn begins_statement(&self) -> bool {
+        self.machine.begins_statement() && !matches!(self.doing, TaskState::Watching { .. })
+    }
+
+    /// Whether it is a handler that is over.
+    pub(super) fn handler_ended(&self) -> bool {
+        self.machine.handler_ended()
+    }
+
+    /// Whether an ON watches something.
+    pub(super) fn has_monitors(&self) -> bool {
+        self.machine.has_monitors()
+    }
+
+    /// Whether statements are left in the scan; otherwise it pauses until the next one.
+    pub(super) fn has_budget(&mut self, now: Time) -> bool {
+        if self.scan_at < now {
+            self.budget = STATEMENTS_PER_SCAN;
+            self.scan_at = now;
+        }
+        if self.budget == 0 {
+            self.enter(TaskState::Pausing { until: now + SCAN });
+        }
+        self.budget > 0
+    }
+
+    /// The instant of which a WAIT sees the inputs: it looks at what time alone changes once a scan, however often
+    /// something else happens in between.
+    pub(super) fn sees(&self, now: Time) -> Time {
+        if let TaskState::Watching { again: Some(again) } = self.doing
+            && again > now
+        {
+            return again - SCAN;
+        }
+        now
+    }
+
+    /// Executes one statement, or as many as are left in the scan; a WAIT that goes on waiting has been counted.
+    pub(super) fn run(&mut self, memory: &mut Memory, inputs: &ScolInputs, single: bool) -> Pause {
+        let given = match (&self.doing, single) {
+            (TaskState::Watching { .. }, _) => 0,
+            (_, true) => 1,
+            (_, false) => self.budget,
+        };
+        let mut fuel = given;
+        let pause = self.machine.run(memory, inputs, &mut fuel);
+        self.budget = self.budget.saturating_sub(given - fuel);
+        self.enter(match &pause {
+            Pause::Waiting => TaskState::Watching {
+                again: inputs.next_look(),
+            },
+            Pause::Fuel | Pause::Ended | Pause::Fault(_) | Pause::Request(_) => TaskState::Ready,
+        });
+        pause
+    }
+
+    /// Gives the statement under way what it has asked for.
+    pub(super) fn answer(&mut self, memory: &mut Memory, answer: Answer, motion: bool) -> Step {
+        self.enter(TaskState::Ready);
+        match self.machine.answer(memory, answer) {
+            Ok(()) => Step::Done { motion },
+            Err(fault) => self.fail(&fault),
+        }
+    }
+
+    /// A statement that cannot be executed is given up; its alarm of level 2 stops the program behind it.
+    pub(super) fn fail(&mut self, fault: &Fault) -> Step {
+        self.machine.skip();
+        Step::Trouble(alarm_of(fault.kind), format!("{fault}"))
+    }
+
+    /// The same, with a reason of the robot.
+    pub(crate) fn give_up(&mut self, code: AlarmCode, reason: impl Display) -> Step {
+        let trouble = self.trouble(code, reason);
+        self.machine.skip();
+        trouble
+    }
+
+    /// Something is wrong with the statement under way, which stays as it is.
+    pub(super) fn trouble(&self, code: AlarmCode, reason: impl Display) -> Step {
+        Step::Trouble(code, format!("line {}: {reason}", self.line()))
+    }
+
+    /// Ends the present step for a stop, where that can be done now; true if the task stands between steps.
+    pub(super) fn end_step(&mut self, memory: &mut Memory, wait: WaitAfterStop) -> bool {
+        if let Some(handler) = &mut self.handler
+            && !handler.end_step(memory, wait)
+        {
+            return false;
+        }
+        match &self.doing {
+            TaskState::Ready | TaskState::Pausing { .. } => {}
+            TaskState::Moving { .. }
+            | TaskState::Queued { .. }
+            | TaskState::Resting
+            | TaskState::Holding
+            | TaskState::Delaying { .. } => return false,
+            TaskState::Reading { .. } => {
+                self.end_reading(memory);
+            }
+            TaskState::Watching { .. } => match wait {
+                WaitAfterStop::Next => self.machine.skip(),
+                WaitAfterStop::Again => {}
+            },
+        }
+        self.enter(TaskState::Ready);
+        true
+    }
+
+    /// The statement under way will be done again, but for an INPUT, which is over: true. One that waits for its
+    /// motion keeps waiting if the motion can be taken up again.
+    pub(super) fn abort_step(&mut self, memory: &mut Memory, keeps_motion: bool) -> bool {
+        if let Some(handler) = &mut self.handler {
+            handler.abort_step(memory, keeps_motion);
+        }
+        let reading = self.end_reading(memory);
+        if !(self.doing.is_motion() && keeps_motion) {
+            self.enter(TaskState::Ready);
+        }
+        reading
+    }
+
+    /// What waits for a motion that is no more is to begin anew.
+    pub(super) fn redo_motion(&mut self) {
+        if self.doing.is_motion() {
+            self.enter(TaskState::Ready);
+        }
+        if let Some(handler) = &mut self.handler {
+            handler.redo_motion();
+        }
+    }
+
+    /// Goes on in a program of the same steps.
+    pub(super) fn relocate(&mut self, program: &Arc<Program>) {
+        self.machine.relocate(program);
+        if let Some(handler) = &mut self.handler {
+            handler.relocate(program);
+        }
+    }
+
+    /// Takes the handler out, to carry it forward. While one acts, or the task is to stop, nobody looks at the
+    /// monitors: a time to do so would come again and again.
+    pub(super) fn take_handler(&mut self, stopping: bool) -> Option<Box<Task>> {
+        let handler = self.handler.take();
+        if stopping || handler.is_some() {
+            self.look_at = None;
+        }
+        handler
+    }
+
+    /// What a monitor has begun, or goes on with.
+    pub(super) fn put_handler(&mut self, handler: Box<Task>) {
+        self.handler = Some(handler);
+    }
+
+    /// The instant of which the monitors see the inputs, like `sees()`: between statements, when something changes, and
+    /// once a scan while time alone can change them. `None` without monitors.
+    pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
+        let due = self.look_at.take();
+        let due = due.filter(|due| *due > now && self.doing != TaskState::Ready);
+        self.has_monitors().then(|| due.map_or(now, |due| due - SCAN))
+    }
+
+    /// What a monitor wants done.
+    pub(super) fn check_monitors(
+        &mut self,
+        memory: &mut Memory,
+        inputs: &ScolInputs,
+    ) -> Result<Option<MonitorAction>, Fault> {
+        let found = self.machine.check_monitors(memory, inputs);
+        self.look_at = inputs.next_look();
+        found
+    }
+
+    /// A monitor leads elsewhere. An INPUT ends as at a stop: what has not come is 0.
+    pub(super) fn jump(&mut self, memory: &mut Memory, jump: Jump) {
+        self.end_reading(memory);
+        self.machine.jump(jump);
+        self.enter(TaskState::Ready);
     }
 
     /// ID of the task: 1 the main program, 0 the statement of DO.
@@ -222,5 +449,43 @@ impl Task {
         };
         let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
         own.into_iter().chain(look_at).min()
+    }
+}
+
+#[cfg(feature = "serde")]
+impl Task {
+    /// Gives a task that was read back its program, and validates it.
+    pub(super) fn relink(&mut self, place: &str, program: &Arc<Program>) -> Result<(), SnapshotError> {
+        self.machine
+            .relink(Arc::clone(program))
+            .map_err(|reason| SnapshotError::program(&format!("{place}.machine"), reason))?;
+        if let Some(handler) = &mut self.handler {
+            let place = format!("{place}.handler");
+            let nested = handler.handler.is_some();
+            check(
+                !nested,
+                &format!("{place}.handler"),
+                "none: a handler has none",
+                "one",
+            )?;
+            handler.relink(&place, program)?;
+        }
+        check(
+            self.budget <= STATEMENTS_PER_SCAN,
+            &format!("{place}.budget"),
+            &format!("at most {STATEMENTS_PER_SCAN}"),
+            self.budget,
+        )?;
+        let place = format!("{place}.doing");
+        if let TaskState::Reading { wanted, got, .. } = &self.doing {
+            let expected = format!("at most {wanted} values");
+            check(got.len() <= *wanted, &place, &expected, got.len())?;
+        }
+        check(
+            !self.doing.needs_answer() || self.machine.pending().is_some(),
+            &place,
+            "a statement that waits for its answer",
+            "none",
+        )
     }
 }

@@ -2,68 +2,83 @@
 
 use crate::alarm;
 use crate::executor::scheduler::Step;
-use crate::executor::{MAIN_TASK, Task};
+use crate::executor::{Executor, MAIN_TASK, Task};
 use crate::robot::Robot;
+use crate::time::Time;
 use alloc::format;
 use alloc::sync::Arc;
 use scol_mini::{Answer, MAX_TASKS, Machine, Number};
 
-impl Robot {
+impl Executor {
+    /// The statement of the task has what it asked for, and no motion was part of it.
+    pub(crate) fn answer(&mut self, task: &mut Task, answer: Answer) -> Step {
+        task.answer(self.memory_mut(), answer, false)
+    }
+
+    /// The statement of the task is over, and no motion was part of it.
+    pub(crate) fn done(&mut self, task: &mut Task) -> Step {
+        self.answer(task, Answer::Done)
+    }
+
+    /// The motion statement of the task is over.
+    pub(crate) fn moved(&mut self, task: &mut Task) -> Step {
+        task.answer(self.memory_mut(), Answer::Done, true)
+    }
+
     /// TASK: the new task has the turn (M-58762 p.2-27).
-    pub(crate) fn start_task(&mut self, task: &mut Task, block: usize) -> Step {
+    pub(super) fn start_task(&mut self, task: &mut Task, block: usize, now: Time) -> Step {
         // The main program always counts, and this task has been taken out of the others.
-        let others = self.executor.tasks.len() + usize::from(task.id() != MAIN_TASK);
+        let others = self.tasks.len() + usize::from(task.id() != MAIN_TASK);
         if others + 1 >= MAX_TASKS {
-            let line = task.machine.line();
-            task.machine.skip();
-            let detail = format!("line {line}: at most {MAX_TASKS} tasks expected, one more found");
-            return Step::Trouble(alarm::TOO_MANY_TASKS, detail);
+            let reason = format!("at most {MAX_TASKS} tasks expected, one more found");
+            return task.give_up(alarm::TOO_MANY_TASKS, reason);
         }
-        let id = self.executor.next_task;
-        let answer = Answer::Values([Number::Integer(i32::from(id))].into());
-        match self.answer(task, answer, false) {
-            Step::Done { .. } => {
-                let program = Arc::clone(self.executor.program());
-                let started = Task::new(Machine::task(program, block, id), self.now);
-                self.executor.next_task = id.saturating_add(1);
-                self.executor.put_task(started);
-                Step::Switch { to: id }
-            }
-            other => other,
+        let id = self.next_task;
+        let step = self.answer(task, Answer::Values([Number::Integer(i32::from(id))].into()));
+        if let Step::Done { .. } = step {
+            let program = Arc::clone(self.program());
+            self.next_task = id.saturating_add(1);
+            self.put_task(Task::new(Machine::task(program, block, id), now));
         }
+        step.then(Step::Switch { to: id })
     }
 
     /// SWITCH: the turn goes to the next task.
-    pub(crate) fn switch_task(&mut self, task: &mut Task) -> Step {
+    pub(super) fn switch_task(&mut self, task: &mut Task) -> Step {
         let id = task.id();
-        match self.answer(task, Answer::Done, false) {
-            Step::Done { .. } => {
-                let ids = self.executor.program_tasks().map(Task::id);
-                let (mut least, mut next) = (id, None::<u16>);
-                for other in ids {
-                    least = least.min(other);
-                    if other > id {
-                        next = Some(next.map_or(other, |next| next.min(other)));
-                    }
-                }
-                Step::Switch {
-                    to: next.unwrap_or(least),
-                }
-            }
-            other => other,
-        }
+        let step = self.done(task);
+        let others = || self.program_tasks().map(Task::id);
+        let next = others().filter(|other| *other > id).min();
+        let least = others().chain([id]).min();
+        step.then(Step::Switch {
+            to: next.or(least).unwrap_or(id),
+        })
     }
 
     /// KILL; a task that is not there has ended already.
-    pub(crate) fn kill_task(&mut self, task: &mut Task, victim: i32) -> Step {
-        let known = |id: u16| id == task.id() || id == MAIN_TASK || self.executor.tasks.contains_key(&id);
-        let victim = u16::try_from(victim).ok().filter(|id| known(*id));
-        match (self.answer(task, Answer::Done, false), victim) {
-            (Step::Done { .. }, Some(id)) => Step::Killed { id },
-            (step, _) => step,
+    pub(super) fn kill_task(&mut self, task: &mut Task, victim: i32) -> Step {
+        let known = |id: &u16| *id == task.id() || *id == MAIN_TASK || self.tasks.contains_key(id);
+        let victim = u16::try_from(victim).ok().filter(known);
+        let step = self.done(task);
+        match victim {
+            Some(id) => step.then(Step::Killed { id }),
+            None => step,
         }
     }
 
+    /// The first task that moves the arm owns it until it ends; false for another one.
+    pub(super) fn takes_arm(&mut self, task: &Task) -> bool {
+        let id = task.id();
+        id == 0 || *self.arm_owner.get_or_insert(id) == id
+    }
+
+    /// Whether a motion under way is that of the task.
+    pub(super) fn owns_arm(&self, task: &Task) -> bool {
+        task.id() == 0 || self.arm_owner == Some(task.id())
+    }
+}
+
+impl Robot {
     /// A task is over; with the main program the cycle is.
     pub(crate) fn end_task(&mut self, id: u16) {
         if self.executor.arm_owner == Some(id) {
@@ -75,14 +90,5 @@ impl Robot {
         } else {
             self.executor.drop_task(id);
         }
-    }
-
-    /// The first task that moves the arm owns it until it ends; false for another one.
-    pub(crate) fn takes_arm(&mut self, task: &Task) -> bool {
-        let id = task.id();
-        if id == 0 {
-            return true;
-        }
-        *self.executor.arm_owner.get_or_insert(id) == id
     }
 }

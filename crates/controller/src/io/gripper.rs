@@ -1,14 +1,13 @@
 //! Hands, pulses, and the statements that change a motion under way: BREAK, PAUSE, RESUME.
 
 use crate::alarm;
+use crate::executor::requests::no_output;
 use crate::executor::scheduler::Step;
 use crate::executor::{Task, TaskState};
 use crate::io::signals::Signals;
 use crate::limits::LONGEST_DELAY;
 use crate::robot::Robot;
 use crate::time::duration_from_seconds;
-use alloc::format;
-use scol_mini::Answer;
 
 /// Hand n opens by the first output of its pair and closes by the second (assumed; scol.md 3.3 leaves it open).
 pub(crate) const HANDS: [(u16, u16); 2] = [(201, 202), (203, 204)];
@@ -25,27 +24,24 @@ impl Robot {
             self.signals.set_output(opens, open);
             self.signals.set_output(closes, !open);
         }
-        self.answer(task, Answer::Done, false)
+        self.executor.done(task)
     }
 
     /// PULOUT: the output goes on now and off later; the program does not wait.
     pub(crate) fn pulse_output(&mut self, task: &mut Task, output: u16, seconds: f64) -> Step {
         if !Signals::is_user_output(output) {
-            let line = task.machine.line();
-            task.machine.skip();
-            let detail = format!("line {line}: output 1-64, 101-164 or 201-208 expected, {output} found");
-            return Step::Trouble(alarm::OUT_OF_RANGE, detail);
+            return task.give_up(alarm::OUT_OF_RANGE, no_output(output));
         }
         let pulse = duration_from_seconds(seconds, LONGEST_DELAY);
         self.signals.pulse_output(output, self.now + pulse);
-        self.answer(task, Answer::Done, false)
+        self.executor.done(task)
     }
 
     /// BREAK: the motion under way is given up. Whoever waits for it goes on when the arm rests, and so does this.
     pub(crate) fn break_motion(&mut self, task: &mut Task) -> Step {
         self.arm.stop(self.now);
         self.end_pause();
-        let step = self.answer(task, Answer::Done, false);
+        let step = self.executor.done(task);
         if self.arm.is_moving() && matches!(step, Step::Done { .. }) {
             task.enter(TaskState::Resting);
         }
@@ -57,13 +53,13 @@ impl Robot {
         if self.executor.pause() {
             self.arm.hold(self.now);
         }
-        self.answer(task, Answer::Done, false)
+        self.executor.done(task)
     }
 
     /// RESUME.
     pub(crate) fn resume_motion(&mut self, task: &mut Task) -> Step {
         self.end_pause();
-        self.answer(task, Answer::Done, false)
+        self.executor.done(task)
     }
 
     /// What PAUSE held goes on, unless feed hold holds it too.
