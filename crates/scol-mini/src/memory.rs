@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 use crate::cell::{Cell, Held};
 use crate::conditions::{Conditions, Frame};
 use crate::program::{Owner, Program, Slot, StateVersion};
-use crate::value::{Value, ValueKind};
+use crate::value::{Trans, Value, ValueKind};
 use locals::Locals;
 
 /// Why a variable could not be reached from outside.
@@ -273,7 +273,7 @@ impl Memory {
         let frame = match (&value, program.symbols.slots.get(slot)) {
             (Value::Coordinate(trans), Some(slot)) if slot.is_work => Some(Frame {
                 name: Some(slot.name.clone()),
-                trans: trans.clone(),
+                trans: Trans::clone(trans),
             }),
             _ => None,
         };

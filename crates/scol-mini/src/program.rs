@@ -1,7 +1,6 @@
-//! The compiled file: variables with their initial values, steps and their instructions.
+//! The compiled file: variables with their initial values, and a flat list of steps.
 //!
-//! A program is immutable and shared; what changes while it runs is in `Memory` and `Machine`. `compile` makes it. The
-//! instructions are in `code`.
+//! A program is immutable and shared; what changes while it runs is in `Memory` and `Machine`. `compile` makes it.
 
 use alloc::collections::BTreeMap;
 use alloc::string::String;
@@ -10,7 +9,7 @@ use alloc::vec::Vec;
 
 use crate::code::Code;
 use crate::options::LanguageOptions;
-use crate::tree::{Expression, Simple, Variable};
+use crate::tree::{Expression, Reference, Simple, Variable};
 use crate::value::{Value, ValueKind};
 
 /// Version of the states of machines and memories this version of the language writes and reads.
@@ -119,19 +118,25 @@ pub(crate) struct Symbols {
 }
 
 impl Symbols {
+    /// Adds a variable and gives it its cells.
+    pub fn add(&mut self, mut slot: Slot) -> Reference {
+        let (number, cell) = (self.slots.len(), self.cells);
+        slot.base = cell;
+        self.cells += slot.length();
+        self.slots.push(slot);
+        Reference::Slot { slot: number, cell }
+    }
+
     /// Adds a variable that all programs see.
     pub fn share(&mut self, slot: Slot) {
         self.shared.insert(slot.name.clone(), self.slots.len());
-        self.slots.push(slot);
+        self.add(slot);
     }
 
-    /// Gives every variable its cells, once all are known.
-    pub fn place(&mut self) {
-        self.cells = 0;
-        for slot in &mut self.slots {
-            slot.base = self.cells;
-            self.cells += slot.length();
-        }
+    /// What a name of the variable in this slot refers to.
+    pub fn reference(&self, slot: usize) -> Option<Reference> {
+        let cell = self.slots.get(slot)?.base;
+        Some(Reference::Slot { slot, cell })
     }
 }
 

@@ -365,18 +365,18 @@ mod tests {
         rewrite("t", &[2], &Value::Real(0.5), "U(1)\r\n", "U(1)\r\nT(2) = 0.5\r\n");
         let coords = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.5];
         let config = Configuration::from_number(12111).unwrap();
-        let position = Value::Position(Position {
+        let position = Value::from(Position {
             coords,
             config,
             work: None,
         });
         rewrite("P1", &[], &position, "1,,3/ ", "1,2,3,4,5,6,7,8.5/12111 ");
-        let trans = Value::Coordinate(Trans {
+        let trans = Value::from(Trans {
             coords: [0.0, 1e9, -3.0, 0.0, 0.0, 1e-7],
         });
         rewrite("W", &[], &trans, "W=1,2", "W=0,1e9,-3,0,0,1e-7");
         let load = |mass| {
-            Value::Load(Payload {
+            Value::from(Payload {
                 mass,
                 ..Payload::default()
             })

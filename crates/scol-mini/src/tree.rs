@@ -1,7 +1,7 @@
 //! The syntax tree: expressions and statements as the parser makes them.
 //!
 //! The parser fills in names, the compiler what they refer to. The machine evaluates the same expressions, so there is no
-//! second tree; the instructions for numbers are written from them (`compile::lower`).
+//! second tree.
 
 use alloc::boxed::Box;
 use alloc::string::String;
@@ -24,8 +24,8 @@ pub(crate) struct Name {
 pub(crate) enum Reference {
     /// Not resolved yet; a compiled program has none of these.
     Unresolved,
-    /// A cell of the memory.
-    Slot(usize),
+    /// A variable of the memory: its slot, and its first cell.
+    Slot { slot: usize, cell: usize },
     /// A parameter of the subprogram.
     Parameter(usize),
 }
@@ -100,6 +100,21 @@ pub(crate) enum Condition {
     Base,
     Pass,
     Accur,
+}
+
+impl Binary {
+    /// Whether it compares two numbers.
+    pub fn is_relation(self) -> bool {
+        matches!(
+            self,
+            Binary::Equal
+                | Binary::NotEqual
+                | Binary::Less
+                | Binary::LessEqual
+                | Binary::Greater
+                | Binary::GreaterEqual
+        )
+    }
 }
 
 impl Condition {

@@ -2,11 +2,13 @@
 //!
 //! How values travel over the protocol is left to the protocol crate; computing with them is in `machine::evaluate`.
 
+use alloc::boxed::Box;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 use crate::conditions::Frame;
 use crate::options::Arm;
+use crate::request::Number;
 
 /// The kind of a value; the protocol's type codes 0 to 4 in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -43,9 +45,9 @@ impl ValueKind {
         match self {
             ValueKind::Integer => Value::Integer(0),
             ValueKind::Real => Value::Real(0.0),
-            ValueKind::Load => Value::Load(Payload::default()),
-            ValueKind::Coordinate => Value::Coordinate(Trans::default()),
-            ValueKind::Position => Value::Position(Position::default()),
+            ValueKind::Load => Payload::default().into(),
+            ValueKind::Coordinate => Trans::default().into(),
+            ValueKind::Position => Position::default().into(),
         }
     }
 
@@ -56,7 +58,7 @@ impl ValueKind {
     }
 }
 
-/// A value of the language.
+/// A value of the language: a number, or a box, because machines pass mostly numbers around.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Value {
@@ -65,11 +67,11 @@ pub enum Value {
     /// A real.
     Real(f32),
     /// Load data.
-    Load(Payload),
+    Load(Box<Payload>),
     /// Coordinate data.
-    Coordinate(Trans),
+    Coordinate(Box<Trans>),
     /// Positional data.
-    Position(Position),
+    Position(Box<Position>),
 }
 
 impl Value {
@@ -83,6 +85,43 @@ impl Value {
             Value::Coordinate(_) => ValueKind::Coordinate,
             Value::Position(_) => ValueKind::Position,
         }
+    }
+
+    /// The number, if it is one.
+    #[inline]
+    pub(crate) fn number(&self) -> Option<Number> {
+        match self {
+            Value::Integer(value) => Some(Number::Integer(*value)),
+            Value::Real(value) => Some(Number::Real(*value)),
+            Value::Load(_) | Value::Coordinate(_) | Value::Position(_) => None,
+        }
+    }
+}
+
+impl From<Number> for Value {
+    fn from(number: Number) -> Self {
+        match number {
+            Number::Integer(value) => Value::Integer(value),
+            Number::Real(value) => Value::Real(value),
+        }
+    }
+}
+
+impl From<Payload> for Value {
+    fn from(load: Payload) -> Self {
+        Value::Load(Box::new(load))
+    }
+}
+
+impl From<Trans> for Value {
+    fn from(trans: Trans) -> Self {
+        Value::Coordinate(Box::new(trans))
+    }
+}
+
+impl From<Position> for Value {
+    fn from(position: Position) -> Self {
+        Value::Position(Box::new(position))
     }
 }
 

@@ -7,8 +7,8 @@ mod common;
 use std::sync::Arc;
 
 use scol_mini::{
-    AccessError, Arm, LanguageOptions, Memory, Payload, Position, Program, Trans, Value, ValueKind,
-    VariableInfo, compile,
+    AccessError, Arm, LanguageOptions, Memory, Payload, Program, Trans, Value, ValueKind, VariableInfo,
+    compile,
 };
 
 const SIX: LanguageOptions = LanguageOptions {
@@ -151,7 +151,7 @@ fn work_holds_for_the_next_position_only_unless_it_is_sticky() {
     for (sticky_work, b) in [(false, None), (true, Some("W"))] {
         let (program, memory) = with("", data, &LanguageOptions { sticky_work, ..SIX });
         let work = |name: &str| match memory.global(&program, name, &[]) {
-            Ok(Value::Position(Position { work, .. })) => work.and_then(|work| work.name.clone()),
+            Ok(Value::Position(position)) => position.work.and_then(|work| work.name.clone()),
             other => panic!("{other:?}"),
         };
         assert_eq!(work("A").as_deref(), Some("W"));
@@ -172,13 +172,13 @@ fn globals_are_found_by_name_and_kind() {
     assert_eq!(get("ABCDEFGHIJ", &[]), Ok(Value::Integer(i32::MIN)));
     assert_eq!(
         get("T", &[]),
-        Ok(Value::Coordinate(Trans {
+        Ok(Value::from(Trans {
             coords: [1.0, 2.0, 0.0, 0.0, 0.0, 0.0]
         }))
     );
     assert_eq!(
         get("L", &[]),
-        Ok(Value::Load(Payload {
+        Ok(Value::from(Payload {
             mass: 3.0,
             gravity: [4.0, 0.0, 0.0],
             ..Payload::default()

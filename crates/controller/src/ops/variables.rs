@@ -232,13 +232,13 @@ fn value(kind: ValueKind, numbers: &[Number], arm: Arm) -> Result<Value, Variabl
         (ValueKind::Real, [number]) => Ok(Value::Real(number.as_f64() as f32)),
         (ValueKind::Real, _) => Err(wrong("one number")),
         (ValueKind::Load, _) => Payload::from_listed(arm, &reals)
-            .map(Value::Load)
+            .map(Value::from)
             .ok_or_else(|| wrong("a load")),
         (ValueKind::Coordinate, _) => Trans::from_listed(arm, &reals)
-            .map(Value::Coordinate)
+            .map(Value::from)
             .ok_or_else(|| wrong("a coordinate")),
         (ValueKind::Position, _) => Position::from_listed(arm, &reals)
-            .map(Value::Position)
+            .map(Value::from)
             .ok_or_else(|| wrong("a position")),
     }
 }

@@ -180,7 +180,7 @@ pub(super) fn data(
         if own.peek().is_none() && !symbols.shared.contains_key(&point.name) {
             symbols.share(Slot {
                 kind: Some(ValueKind::Position),
-                initial: Vec::from([(0, Value::Position(point.position.clone()))]),
+                initial: Vec::from([(0, point.position.clone().into())]),
                 ..Slot::plain(&point.name, Owner::Data)
             });
         }
@@ -218,11 +218,11 @@ fn datum_value(datum: &Datum, work: Option<Arc<Frame>>, options: &LanguageOption
             for (to, from) in position.coords.iter_mut().zip(&datum.numbers) {
                 *to = *from;
             }
-            Value::Position(position)
+            position.into()
         }
-        ValueKind::Coordinate => Value::Coordinate(Trans::from_leading(options.arm, &datum.numbers)),
+        ValueKind::Coordinate => Trans::from_leading(options.arm, &datum.numbers).into(),
         ValueKind::Load | ValueKind::Integer | ValueKind::Real => {
-            Value::Load(Payload::from_leading(&datum.numbers))
+            Payload::from_leading(&datum.numbers).into()
         }
     }
 }
@@ -240,7 +240,7 @@ fn work(datum: &Datum, symbols: &mut Symbols) -> Result<Option<Arc<Frame>>, Prob
         slot.is_work = true;
         let frame = Frame {
             name: Some(name.text.clone()),
-            trans: trans.clone(),
+            trans: Trans::clone(trans),
         };
         return Ok(Some(Arc::new(frame)));
     }

@@ -1,7 +1,7 @@
 //! Turns the statements of a block into steps: labels become step numbers, `IF` becomes branches and jumps, and `FOR` and
 //! `NEXT` find each other.
 //!
-//! Names of variables are resolved before (`names`). The instructions of the steps are written afterwards (`lower`).
+//! Names of variables are resolved before (`names`).
 
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;

@@ -178,7 +178,7 @@ fn expect(expression: &Expression, expected: Expected, symbols: &Symbols, sink: 
 
 fn variable_kind(variable: &Variable, symbols: &Symbols) -> Option<ValueKind> {
     match variable.reference {
-        Reference::Slot(at) => symbols.slots.get(at)?.kind,
+        Reference::Slot { slot, .. } => symbols.slots.get(slot)?.kind,
         Reference::Parameter(_) | Reference::Unresolved => None,
     }
 }

@@ -6,9 +6,9 @@
 use alloc::collections::BTreeMap;
 
 use crate::builtin::Builtin;
-use crate::code::{Array, Call, Code, Instruction, Op, Passed, Register, Relation, TEMPORARIES, Target};
+use crate::code::{Array, Call, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
 use crate::machine::constant_number;
-use crate::options::{IntDivision, LanguageOptions};
+use crate::options::LanguageOptions;
 use crate::program::{Entry, Operation, Slot, Step, Symbols};
 use crate::request::Number;
 use crate::tree::{Binary, Expression, Node, Reference, Simple, Unary, Variable};
@@ -147,11 +147,11 @@ impl Lowering<'_> {
 
     fn assign(&mut self, target: &Variable, value: &Expression) -> Option<()> {
         match target.reference {
-            Reference::Slot(_) if target.subscripts.is_empty() => {
+            Reference::Slot { .. } if target.subscripts.is_empty() => {
                 let to = self.plain(target)?;
                 self.compute(value, Some(to)).map(drop)
             }
-            Reference::Slot(_) => {
+            Reference::Slot { .. } => {
                 let (array, index) = self.element(target)?;
                 let a = self.register(value)?;
                 self.push(Op::Store { array, index, a });
@@ -171,11 +171,11 @@ impl Lowering<'_> {
 
     fn branch(&mut self, condition: &Expression, otherwise: Target) -> Option<()> {
         if let Node::Binary(operator, left, right) = &condition.node
-            && let Some(relation) = Relation::from_operator(*operator)
+            && operator.is_relation()
         {
             let (a, b) = (self.register(left)?, self.register(right)?);
             self.push(Op::Branch {
-                relation,
+                relation: *operator,
                 a,
                 b,
                 otherwise,
@@ -220,12 +220,12 @@ impl Lowering<'_> {
             return self.register(argument).map(Passed::Value);
         };
         match variable.reference {
-            Reference::Slot(at) if variable.subscripts.is_empty() => {
-                let cell = wide(self.symbols.slots.get(at)?.base);
-                Some(Passed::Variable { slot: wide(at), cell })
-            }
+            Reference::Slot { slot, cell } if variable.subscripts.is_empty() => Some(Passed::Variable {
+                slot: wide(slot),
+                cell: wide(cell),
+            }),
             Reference::Parameter(parameter) => narrow(parameter).map(Passed::Parameter),
-            Reference::Slot(_) | Reference::Unresolved => None,
+            Reference::Slot { .. } | Reference::Unresolved => None,
         }
     }
 
@@ -233,7 +233,7 @@ impl Lowering<'_> {
     fn register(&mut self, expression: &Expression) -> Option<Register> {
         match &expression.node {
             Node::Variable(variable) if variable.subscripts.is_empty() => match variable.reference {
-                Reference::Slot(_) => self.plain(variable),
+                Reference::Slot { .. } => self.plain(variable),
                 Reference::Parameter(_) => self.compute(expression, None),
                 Reference::Unresolved => None,
             },
@@ -269,7 +269,12 @@ impl Lowering<'_> {
             Node::Binary(operator, left, right) => {
                 let (a, b) = (self.register(left)?, self.register(right)?);
                 let to = self.target(to)?;
-                self.push(self.binary(*operator, to, a, b));
+                self.push(match *operator {
+                    Binary::Add => Op::Add { to, a, b },
+                    Binary::Subtract => Op::Subtract { to, a, b },
+                    Binary::Multiply => Op::Multiply { to, a, b },
+                    operator => Op::Binary { operator, to, a, b },
+                });
                 Some(to)
             }
             Node::Function(builtin, arguments) => self.function(*builtin, arguments, to),
@@ -279,13 +284,13 @@ impl Lowering<'_> {
 
     fn variable(&mut self, variable: &Variable, to: Option<Register>) -> Option<Register> {
         match variable.reference {
-            Reference::Slot(_) if variable.subscripts.is_empty() => {
+            Reference::Slot { .. } if variable.subscripts.is_empty() => {
                 let a = self.plain(variable)?;
                 let to = self.target(to)?;
                 self.push(Op::Copy { to, a });
                 Some(to)
             }
-            Reference::Slot(_) => {
+            Reference::Slot { .. } => {
                 let (array, index) = self.element(variable)?;
                 let to = self.target(to)?;
                 self.push(Op::Load { to, array, index });
@@ -317,28 +322,25 @@ impl Lowering<'_> {
                 | Builtin::Point
                 | Builtin::Trans
                 | Builtin::Payload
+                | Builtin::Max
+                | Builtin::Min
         );
         if !of_numbers {
             return None;
         }
-        let (op, to) = match arguments {
-            [only] => {
-                let a = self.register(only)?;
-                let to = self.target(to)?;
-                (Op::Function { builtin, to, a }, to)
-            }
-            [first, second] => {
-                let (a, b) = (self.register(first)?, self.register(second)?);
-                let to = self.target(to)?;
-                let op = match builtin {
-                    Builtin::Mod => Op::Modulo { to, a, b },
-                    builtin => Op::Function2 { builtin, to, a, b },
-                };
-                (op, to)
-            }
+        let (first, second) = match arguments {
+            [only] => (only, only),
+            [first, second] => (first, second),
             _ => return None,
         };
-        self.push(op);
+        let a = self.register(first)?;
+        let b = if arguments.len() == 2 {
+            self.register(second)?
+        } else {
+            a
+        };
+        let to = self.target(to)?;
+        self.push(Op::Function { builtin, to, a, b });
         Some(to)
     }
 
@@ -351,7 +353,7 @@ impl Lowering<'_> {
 
     fn slot(&self, variable: &Variable) -> Option<&Slot> {
         match variable.reference {
-            Reference::Slot(at) => self.symbols.slots.get(at),
+            Reference::Slot { slot, .. } => self.symbols.slots.get(slot),
             Reference::Parameter(_) | Reference::Unresolved => None,
         }
     }
@@ -415,19 +417,5 @@ impl Lowering<'_> {
         self.code.constants.push(number);
         self.constants.insert(key, register);
         Some(register)
-    }
-
-    fn binary(&self, operator: Binary, to: Register, a: Register, b: Register) -> Op {
-        if let Some(relation) = Relation::from_operator(operator) {
-            return Op::Relate { relation, to, a, b };
-        }
-        match operator {
-            Binary::Add => Op::Add { to, a, b },
-            Binary::Subtract => Op::Subtract { to, a, b },
-            Binary::Multiply => Op::Multiply { to, a, b },
-            Binary::Divide if self.options.int_division == IntDivision::Truncate => Op::Divide { to, a, b },
-            Binary::Modulo => Op::Modulo { to, a, b },
-            operator => Op::Binary { operator, to, a, b },
-        }
     }
 }

@@ -98,15 +98,14 @@ fn build(
             rcycle = label;
         }
     }
-    symbols.place();
     let code = lower::code(&steps, &blocks, &symbols, options);
     Some(Program {
         fingerprint: fingerprint(points_fingerprint(points), source, options),
         options: *options,
         symbols: Arc::new(symbols),
-        code,
         blocks,
         steps,
+        code,
         rcycle,
         created: 0,
     })

@@ -143,9 +143,9 @@ struct Scope<'a> {
 
 impl Scope<'_> {
     fn local(&mut self, slot: Slot) {
-        self.locals
-            .insert(slot.name.clone(), Reference::Slot(self.symbols.slots.len()));
-        self.symbols.slots.push(slot);
+        let name = slot.name.clone();
+        let reference = self.symbols.add(slot);
+        self.locals.insert(name, reference);
     }
 
     /// Makes a local variable of a name that is assigned and not known yet.
@@ -176,7 +176,7 @@ impl Scope<'_> {
     }
 
     fn lookup(&self, name: &str) -> Option<Reference> {
-        let shared = || self.symbols.shared.get(name).copied().map(Reference::Slot);
+        let shared = || self.symbols.reference(*self.symbols.shared.get(name)?);
         self.locals.get(name).copied().or_else(shared)
     }
 
@@ -219,7 +219,9 @@ impl Scope<'_> {
         };
         variable.reference = reference;
         let bounds = match reference {
-            Reference::Slot(at) => self.symbols.slots.get(at).and_then(|slot| slot.bounds.as_ref()),
+            Reference::Slot { slot, .. } => {
+                self.symbols.slots.get(slot).and_then(|slot| slot.bounds.as_ref())
+            }
             Reference::Parameter(_) | Reference::Unresolved => None,
         };
         let found = variable.subscripts.len();

@@ -1,33 +1,16 @@
 //! Arithmetic of numbers. Integers are checked 32-bit arithmetic, reals are 32-bit floats, and one real operand makes an
 //! operation real. A result that does not fit is a fault.
 //!
-//! `vm` has the same rules for its instructions and comes here for whatever is special. Positions and coordinates are left to
-//! `evaluate`.
+//! Positions and coordinates are left to `evaluate`.
 
+use alloc::boxed::Box;
 use alloc::format;
 
-use super::RuntimeError;
-use crate::code::Relation;
+use super::{Result, RuntimeError};
 use crate::options::{IntDivision, LanguageOptions};
 use crate::request::{FaultKind, Number};
 use crate::tree::{Binary, Unary};
 use crate::value::{Value, ValueKind};
-
-pub(super) fn as_number(value: &Value) -> Option<Number> {
-    match value {
-        Value::Integer(value) => Some(Number::Integer(*value)),
-        Value::Real(value) => Some(Number::Real(*value)),
-        Value::Load(_) | Value::Coordinate(_) | Value::Position(_) => None,
-    }
-}
-
-/// A number as a value.
-pub(super) fn as_value(number: Number) -> Value {
-    match number {
-        Number::Integer(value) => Value::Integer(value),
-        Number::Real(value) => Value::Real(value),
-    }
-}
 
 pub(super) fn double(number: Number) -> f64 {
     match number {
@@ -51,7 +34,7 @@ pub(super) fn truth(number: Number) -> bool {
 }
 
 /// A real cut toward zero, if it fits 32 bits.
-pub(super) fn truncated(value: f32) -> Result<i32, RuntimeError> {
+pub(super) fn truncated(value: f32) -> Result<i32> {
     let whole = libm::trunc(f64::from(value));
     if whole >= f64::from(i32::MIN) && whole <= f64::from(i32::MAX) {
         return Ok(whole as i32);
@@ -63,7 +46,7 @@ pub(super) fn truncated(value: f32) -> Result<i32, RuntimeError> {
 }
 
 /// A value as another kind: numbers convert, everything else must be of that kind already.
-pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value, RuntimeError> {
+pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value> {
     match (value, kind) {
         (Value::Integer(value), ValueKind::Real) => Ok(Value::Real(value as f32)),
         (Value::Real(value), ValueKind::Integer) => truncated(value).map(Value::Integer),
@@ -80,7 +63,8 @@ pub(crate) fn convert(value: Value, kind: ValueKind) -> Result<Value, RuntimeErr
 }
 
 /// A finite real.
-pub(super) fn real(value: f32) -> Result<Number, RuntimeError> {
+#[inline]
+pub(super) fn real(value: f32) -> Result<Number> {
     if value.is_finite() {
         return Ok(Number::Real(value));
     }
@@ -90,17 +74,20 @@ pub(super) fn real(value: f32) -> Result<Number, RuntimeError> {
     ))
 }
 
-fn integer(value: Option<i32>) -> Result<Number, RuntimeError> {
-    let overflow = || {
-        RuntimeError::new(
-            FaultKind::Overflow,
-            "the result does not fit an integer of 32 bits",
-        )
-    };
-    value.map(Number::Integer).ok_or_else(overflow)
+#[inline]
+pub(super) fn integer(value: Option<i32>) -> Result<Number> {
+    value.map(Number::Integer).ok_or_else(integer_overflow)
 }
 
-pub(super) fn unary(operator: Unary, of: Number) -> Result<Number, RuntimeError> {
+#[cold]
+fn integer_overflow() -> Box<RuntimeError> {
+    RuntimeError::new(
+        FaultKind::Overflow,
+        "the result does not fit an integer of 32 bits",
+    )
+}
+
+pub(super) fn unary(operator: Unary, of: Number) -> Result<Number> {
     match (operator, of) {
         (Unary::Not, of) => Ok(Number::Integer(i32::from(!truth(of)))),
         (Unary::Minus, Number::Integer(value)) => integer(value.checked_neg()),
@@ -115,48 +102,41 @@ pub(super) fn binary(
     left: Number,
     right: Number,
     options: &LanguageOptions,
-) -> Result<Number, RuntimeError> {
-    let truth_value = |value: bool| Ok(Number::Integer(i32::from(value)));
-    match operator {
-        Binary::Or => return truth_value(truth(left) || truth(right)),
-        Binary::And => return truth_value(truth(left) && truth(right)),
+) -> Result<Number> {
+    let within = options.equal_within;
+    let holds = match operator {
+        Binary::Or => truth(left) || truth(right),
+        Binary::And => truth(left) && truth(right),
         Binary::Divide | Binary::Modulo if !truth(right) => {
             return Err(RuntimeError::new(FaultKind::DivisionByZero, "division by zero"));
         }
-        _ => {}
-    }
-    if let Some(relation) = Relation::from_operator(operator) {
-        return truth_value(match (left, right) {
-            (Number::Integer(left), Number::Integer(right)) => relation.integers(left, right),
-            _ => relation.reals(single(left), single(right), options.equal_within),
-        });
-    }
-    match (left, right) {
-        (Number::Integer(left), Number::Integer(right)) => {
-            integers(operator, left, right, options.int_division)
+        _ => {
+            return match (left, right) {
+                (Number::Integer(left), Number::Integer(right)) => integers(operator, left, right, options),
+                _ => reals(operator, single(left), single(right), within),
+            };
         }
-        _ => reals(operator, single(left), single(right)),
-    }
+    };
+    Ok(Number::Integer(i32::from(holds)))
 }
 
-fn integers(operator: Binary, left: i32, right: i32, division: IntDivision) -> Result<Number, RuntimeError> {
+fn integers(operator: Binary, left: i32, right: i32, options: &LanguageOptions) -> Result<Number> {
     match operator {
         Binary::Add => integer(left.checked_add(right)),
         Binary::Subtract => integer(left.checked_sub(right)),
         Binary::Multiply => integer(left.checked_mul(right)),
-        Binary::Divide if division == IntDivision::Real => real(left as f32 / right as f32),
+        Binary::Divide if options.int_division == IntDivision::Real => real(left as f32 / right as f32),
         Binary::Divide => integer(left.checked_div(right)),
-        Binary::Modulo => integer(Some(left.wrapping_rem(right))),
+        Binary::Modulo => Ok(Number::Integer(left.wrapping_rem(right))),
         Binary::Power => match u32::try_from(right) {
             Ok(exponent) => integer(left.checked_pow(exponent)),
-            Err(_) => reals(operator, left as f32, right as f32),
+            Err(_) => reals(operator, left as f32, right as f32, 0.0),
         },
-        // Relations and AND, OR have been dealt with before.
-        _ => Ok(Number::Integer(0)),
+        _ => Ok(Number::Integer(i32::from(integers_hold(operator, left, right)))),
     }
 }
 
-fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, RuntimeError> {
+fn reals(operator: Binary, left: f32, right: f32, within: f32) -> Result<Number> {
     match operator {
         Binary::Add => real(left + right),
         Binary::Subtract => real(left - right),
@@ -171,7 +151,75 @@ fn reals(operator: Binary, left: f32, right: f32) -> Result<Number, RuntimeError
             }
             real(power)
         }
-        // Relations and AND, OR have been dealt with before.
-        _ => Ok(Number::Integer(0)),
+        _ => Ok(Number::Integer(i32::from(reals_hold(
+            operator, left, right, within,
+        )))),
+    }
+}
+
+/// Whether a relation holds between two integers.
+#[inline(always)]
+pub(super) fn integers_hold(relation: Binary, left: i32, right: i32) -> bool {
+    match relation {
+        Binary::Equal => left == right,
+        Binary::NotEqual => left != right,
+        Binary::Less => left < right,
+        Binary::LessEqual => left <= right,
+        Binary::Greater => left > right,
+        _ => left >= right,
+    }
+}
+
+/// Whether a relation holds between two reals, of which those that differ by `within` or less are equal.
+pub(super) fn reals_hold(relation: Binary, left: f32, right: f32, within: f32) -> bool {
+    if within > 0.0 && near(left, right, within) {
+        return integers_hold(relation, 0, 0);
+    }
+    match relation {
+        Binary::Equal => left == right,
+        Binary::NotEqual => left != right,
+        Binary::Less => left < right,
+        Binary::LessEqual => left <= right,
+        Binary::Greater => left > right,
+        _ => left >= right,
+    }
+}
+
+/// Whether two reals differ by `within` or less. The last digit of the larger one is allowed for: 1.001 and 1.0 as
+/// written in a program differ by 0.001, but as reals by a little more.
+fn near(a: f32, b: f32, within: f32) -> bool {
+    let (a, b) = (f64::from(a), f64::from(b));
+    let digit = libm::fmax(libm::fabs(a), libm::fabs(b)) * f64::from(f32::EPSILON);
+    libm::fabs(a - b) <= f64::from(within) + digit
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holds(operator: Binary, a: f32, b: f32, within: f32) -> bool {
+        reals_hold(operator, a, b, within)
+    }
+
+    #[test]
+    fn reals_within_the_difference_are_equal_and_neither_less_nor_greater() {
+        for (a, b, within, equal) in [
+            (1.0, 1.001, 0.001, true),
+            (1.001, 1.0, 0.001, true),
+            (100.001, 100.0, 0.001, true),
+            (1.0, 1.0011, 0.001, false),
+            (-0.0005, 0.0005, 0.001, true),
+            (0.0, 1e-9, 0.0, false),
+            (1.0, 1.0, 0.0, true),
+            (1.0, 1.5, 0.5, true),
+        ] {
+            let holds = |operator| holds(operator, a, b, within);
+            assert_eq!(holds(Binary::Equal), equal, "{a} {b}");
+            assert_eq!(holds(Binary::NotEqual), !equal, "{a} {b}");
+            assert_eq!(holds(Binary::Less), !equal && a < b, "{a} {b}");
+            assert_eq!(holds(Binary::Greater), !equal && a > b, "{a} {b}");
+            assert_eq!(holds(Binary::LessEqual), equal || a < b, "{a} {b}");
+            assert_eq!(holds(Binary::GreaterEqual), equal || a > b, "{a} {b}");
+        }
     }
 }

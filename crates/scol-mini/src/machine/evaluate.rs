@@ -1,13 +1,13 @@
-//! Evaluates expressions with values of any kind: numbers, comparisons, sums and products of positions, system variables.
+//! Evaluates expressions: numbers, comparisons, sums and products of positions, system variables.
 //!
-//! Operations that an instruction can do on numbers come here only when something is special (`vm`). Functions are in
-//! `functions`, variables in `place`, arithmetic in `arithmetic`.
+//! Almost everything a program computes is a number, so numbers are looked for first. Functions are in `functions`,
+//! variables in `place`, arithmetic in `arithmetic`.
 
+use alloc::boxed::Box;
 use alloc::format;
 
-use super::arithmetic::{as_number, as_value, binary, double, truncated, truth, unary};
-use super::place::Argument;
-use super::{RuntimeError, compose};
+use super::arithmetic::{binary, double, truncated, truth, unary};
+use super::{Machine, Result, RuntimeError, compose};
 use crate::MAX_TASKS;
 use crate::builtin::System;
 use crate::conditions::Accuracy;
@@ -19,20 +19,17 @@ use crate::tree::{Binary, Condition, Expression, Node, Unary};
 use crate::value::{Value, ValueKind};
 
 /// Everything an expression can read.
+#[derive(Clone, Copy)]
 pub(super) struct Context<'a> {
+    pub machine: &'a Machine,
     pub program: &'a Program,
     pub memory: &'a Memory,
     pub inputs: &'a dyn Inputs,
-    /// The arguments of all open calls.
-    pub arguments: &'a [Argument],
-    /// Where those of the running program begin.
-    pub base: usize,
-    /// ID of the task, for `TID`.
-    pub task: u16,
 }
 
 impl Context<'_> {
-    pub fn evaluate(&self, expression: &Expression) -> Result<Value, RuntimeError> {
+    /// The value of an expression; operands are evaluated from left to right, so the leftmost fault is reported.
+    pub fn evaluate(&self, expression: &Expression) -> Result<Value> {
         match &expression.node {
             Node::Literal(value) => Ok(value.clone()),
             Node::Variable(variable) => self.fetch(variable),
@@ -44,16 +41,13 @@ impl Context<'_> {
                     .ok_or_else(|| no_component(&value, *letter))
             }
             Node::Unary(Unary::Value, of) => self.evaluate(of),
-            Node::Unary(operator, of) => unary(*operator, self.number(of)?).map(as_value),
-            Node::Binary(operator @ (Binary::Add | Binary::Subtract), left, right) => {
-                self.sum(*operator, self.evaluate(left)?, self.evaluate(right)?)
-            }
-            Node::Binary(Binary::Multiply, left, right) => {
-                self.product(self.evaluate(left)?, self.evaluate(right)?)
+            Node::Unary(operator, of) => Ok(unary(*operator, self.number(of)?)?.into()),
+            Node::Binary(operator @ (Binary::Add | Binary::Subtract | Binary::Multiply), left, right) => {
+                self.combined(*operator, self.evaluate(left)?, self.evaluate(right)?)
             }
             Node::Binary(operator, left, right) => {
                 let (left, right) = (self.number(left)?, self.number(right)?);
-                binary(*operator, left, right, &self.program.options).map(as_value)
+                Ok(binary(*operator, left, right, &self.program.options)?.into())
             }
             Node::Function(builtin, arguments) => self.function(*builtin, arguments),
             Node::System(system) => Ok(self.system(*system)),
@@ -63,14 +57,14 @@ impl Context<'_> {
     fn system(&self, system: System) -> Value {
         match system {
             System::Motion => Value::Real(self.inputs.motion_percent() as f32),
-            System::Here => Value::Position(self.inputs.here()),
+            System::Here => self.inputs.here().into(),
             System::Mode => Value::Integer(self.inputs.mode()),
             System::Timer => Value::Real(self.inputs.timer() as f32),
             System::MotionTime => Value::Real(self.inputs.motion_seconds() as f32),
             System::Remain => Value::Real((100.0 - self.inputs.motion_percent()) as f32),
             System::RemainTime => Value::Real(self.inputs.remaining_seconds() as f32),
-            System::Dest => Value::Position(self.inputs.destination()),
-            System::TaskId => Value::Integer(i32::from(self.task)),
+            System::Dest => self.inputs.destination().into(),
+            System::TaskId => Value::Integer(i32::from(self.machine.task)),
             System::MaxTask => Value::Integer(i32::try_from(MAX_TASKS).unwrap_or(i32::MAX)),
             System::Condition(condition) => self.condition(condition),
         }
@@ -86,87 +80,67 @@ impl Context<'_> {
                 let number = conditions.config.number_on(self.program.options.arm);
                 Value::Integer(i32::try_from(number).unwrap_or(0))
             }
-            Condition::Payload => Value::Load(
-                conditions
-                    .payload
-                    .as_ref()
-                    .map(|(_, load)| load.clone())
-                    .unwrap_or_default(),
-            ),
-            Condition::Work => Value::Coordinate(conditions.work.trans.clone()),
-            Condition::Tool => Value::Coordinate(conditions.tool.trans.clone()),
-            Condition::Base => Value::Coordinate(conditions.base.trans.clone()),
+            Condition::Payload => {
+                let load = conditions.payload.as_ref().map(|(_, load)| load.clone());
+                load.unwrap_or_default().into()
+            }
+            Condition::Work => conditions.work.trans.clone().into(),
+            Condition::Tool => conditions.tool.trans.clone().into(),
+            Condition::Base => conditions.base.trans.clone().into(),
             Condition::Pass => Value::Real(conditions.pass as f32),
             Condition::Accur => Value::Integer(i32::from(conditions.accuracy == Accuracy::Fine)),
         }
     }
 
-    /// Numbers, positions or coordinates, component by component; the left one gives posture and work.
-    fn sum(&self, operator: Binary, left: Value, right: Value) -> Result<Value, RuntimeError> {
-        let sign = if operator == Binary::Add { 1.0 } else { -1.0 };
-        match (left, right) {
-            (Value::Position(mut left), Value::Position(right)) => {
-                for (to, from) in left.coords.iter_mut().zip(right.coords) {
-                    *to += sign * from;
-                }
-                Ok(Value::Position(left))
-            }
-            (Value::Coordinate(mut left), Value::Coordinate(right)) => {
-                for (to, from) in left.coords.iter_mut().zip(right.coords) {
-                    *to += sign * from;
-                }
-                Ok(Value::Coordinate(left))
-            }
-            (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => binary(operator, a, b, &self.program.options).map(as_value),
-                _ => {
-                    let (left, right) = (left.kind().description(), right.kind().description());
-                    let message = format!("{left} and {right} cannot be added or subtracted");
-                    Err(RuntimeError::new(FaultKind::Type, message))
-                }
-            },
+    /// A sum, a difference or a product of numbers, positions and coordinates. Positions and coordinates are added
+    /// component by component, the left one giving posture and work; a factor on the right is relative to the left one.
+    fn combined(&self, operator: Binary, left: Value, right: Value) -> Result<Value> {
+        if let (Some(left), Some(right)) = (left.number(), right.number()) {
+            return Ok(binary(operator, left, right, &self.program.options)?.into());
         }
-    }
-
-    /// Numbers, or a position or coordinate times a coordinate: the second one is relative to the first.
-    fn product(&self, left: Value, right: Value) -> Result<Value, RuntimeError> {
         let arm = self.program.options.arm;
-        match (left, right) {
-            (Value::Position(left), Value::Coordinate(right)) => {
-                Ok(Value::Position(compose::position(arm, &left, &right)))
+        let sign = if operator == Binary::Subtract { -1.0 } else { 1.0 };
+        Ok(match (operator, left, right) {
+            (Binary::Multiply, Value::Position(left), Value::Coordinate(right)) => {
+                compose::position(arm, &left, &right).into()
             }
-            (Value::Coordinate(left), Value::Coordinate(right)) => {
-                Ok(Value::Coordinate(compose::trans(&left, &right)))
+            (Binary::Multiply, Value::Coordinate(left), Value::Coordinate(right)) => {
+                compose::trans(&left, &right).into()
             }
-            (left, right) => match (as_number(&left), as_number(&right)) {
-                (Some(a), Some(b)) => binary(Binary::Multiply, a, b, &self.program.options).map(as_value),
-                _ => {
-                    let (left, right) = (left.kind().description(), right.kind().description());
-                    let message = format!("{left} and {right} cannot be multiplied");
-                    Err(RuntimeError::new(FaultKind::Type, message))
-                }
-            },
-        }
-    }
-
-    /// The expression as a number.
-    pub fn number(&self, expression: &Expression) -> Result<Number, RuntimeError> {
-        let value = self.evaluate(expression)?;
-        as_number(&value).ok_or_else(|| {
-            RuntimeError::new(
-                FaultKind::Type,
-                format!("expected a number, found {}", value.kind().description()),
-            )
+            (Binary::Add | Binary::Subtract, Value::Position(mut left), Value::Position(right)) => {
+                add(&mut left.coords, sign, &right.coords);
+                Value::Position(left)
+            }
+            (Binary::Add | Binary::Subtract, Value::Coordinate(mut left), Value::Coordinate(right)) => {
+                add(&mut left.coords, sign, &right.coords);
+                Value::Coordinate(left)
+            }
+            (operator, left, right) => {
+                let done = if operator == Binary::Multiply {
+                    "multiplied"
+                } else {
+                    "added or subtracted"
+                };
+                let (left, right) = (left.kind().description(), right.kind().description());
+                let message = format!("{left} and {right} cannot be {done}");
+                return Err(RuntimeError::new(FaultKind::Type, message));
+            }
         })
     }
 
+    /// The expression as a number.
+    pub fn number(&self, expression: &Expression) -> Result<Number> {
+        let value = self.evaluate(expression)?;
+        value.number().ok_or_else(|| unexpected("a number", &value))
+    }
+
     /// The expression as a double.
-    pub fn double(&self, expression: &Expression) -> Result<f64, RuntimeError> {
+    pub fn double(&self, expression: &Expression) -> Result<f64> {
         self.number(expression).map(double)
     }
 
     /// The expression as an integer; a real is cut toward zero.
-    pub fn integer(&self, expression: &Expression) -> Result<i32, RuntimeError> {
+    pub fn integer(&self, expression: &Expression) -> Result<i32> {
         match self.number(expression)? {
             Number::Integer(value) => Ok(value),
             Number::Real(value) => truncated(value),
@@ -174,9 +148,19 @@ impl Context<'_> {
     }
 
     /// The expression as a truth value: everything but 0 is true.
-    pub fn truth(&self, expression: &Expression) -> Result<bool, RuntimeError> {
+    pub fn truth(&self, expression: &Expression) -> Result<bool> {
         self.number(expression).map(truth)
     }
+}
+
+fn add(to: &mut [f64], sign: f64, from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to += sign * from);
+}
+
+/// A value of another kind than the statement takes.
+pub(super) fn unexpected(expected: &str, found: &Value) -> Box<RuntimeError> {
+    let message = format!("expected {expected}, found {}", found.kind().description());
+    RuntimeError::new(FaultKind::Type, message)
 }
 
 /// Where in `coords` the coordinate of this letter is.
@@ -187,7 +171,7 @@ pub(super) fn component_index(arm: Arm, kind: ValueKind, letter: u8) -> Option<u
         (ValueKind::Coordinate, Arm::SixAxis) => b"XYZABC",
         // The two rotations a SCARA does not have are never named.
         (ValueKind::Coordinate, Arm::Scara) => b"XYZ--C",
-        _ => return None,
+        (ValueKind::Integer | ValueKind::Real | ValueKind::Load, _) => return None,
     };
     letters.iter().position(|known| *known == letter)
 }
@@ -201,7 +185,7 @@ fn component(arm: Arm, value: &Value, letter: u8) -> Option<f64> {
     }
 }
 
-pub(super) fn no_component(value: &Value, letter: u8) -> RuntimeError {
+pub(super) fn no_component(value: &Value, letter: u8) -> Box<RuntimeError> {
     let message = format!(
         "{} has no coordinate {}",
         value.kind().description(),

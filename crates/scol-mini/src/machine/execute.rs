@@ -1,23 +1,17 @@
-//! Executes the operation of one step with values of any kind. Assignments, branches and calls are done here; everything that
-//! touches the world becomes a request.
+//! Executes the operation of one step. Assignments, branches and calls are done here; everything that touches the world
+//! becomes a request (`request_values`).
 //!
-//! Operations that compute with numbers alone come here only when their instructions cannot do them (`vm`). The values of
-//! requests are in `request_values`, loops in `loops`.
+//! Loops are in `loops`, monitors in `monitor`.
 
-use alloc::boxed::Box;
-use alloc::format;
-use alloc::vec::Vec;
-
-use super::arithmetic::as_value;
-use super::evaluate::{Context, component_index, no_component};
-use super::{Frame, Loop, Machine, PendingRequest, RunPhase, RuntimeError};
+use super::evaluate::{component_index, no_component};
+use super::{Frame, Loop, Machine, Result, RunPhase, RuntimeError};
 use crate::MAX_CALL_NESTING;
-use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::program::{Operation, Program};
-use crate::request::{FaultKind, Inputs, Motion, Number, Request};
+use crate::request::{FaultKind, Inputs, Number};
 use crate::tree::{Expression, Feature, PerAxis, Simple, Variable};
 use crate::value::Value;
+use alloc::format;
 
 impl Machine {
     /// Executes the step at `at` and moves on, unless it asks for something, ends the program or is a WAIT that goes on
@@ -28,7 +22,7 @@ impl Machine {
         operation: &Operation,
         memory: &mut Memory,
         inputs: &dyn Inputs,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<()> {
         let context = self.context(program, memory, inputs);
         let mut next = self.at + 1;
         match operation {
@@ -45,7 +39,10 @@ impl Machine {
                 }
             }
             Operation::Select { selector, targets } => {
-                next = context.choice(selector, targets)?.unwrap_or(next);
+                // Counted from 1; the next statement follows when the number names none of them.
+                let number = usize::try_from(context.integer(selector)?).unwrap_or(0);
+                let target = number.checked_sub(1).and_then(|at| targets.get(at));
+                next = target.copied().unwrap_or(next);
             }
             Operation::For {
                 variable,
@@ -58,22 +55,18 @@ impl Machine {
                 let step = step
                     .as_ref()
                     .map_or(Ok(Number::Integer(1)), |step| context.number(step))?;
-                let from = as_value(context.number(from)?);
+                let from = context.number(from)?;
                 let opened = Loop {
                     opener: self.at,
                     exit: *exit,
-                    limit: Cell::from(limit),
-                    step: Cell::from(step),
+                    limit,
+                    step,
                 };
                 next = self.begin_loop(program, memory, inputs, variable, from, opened)?;
             }
             Operation::Next { opener } => next = self.next(program, memory, inputs, *opener)?,
             Operation::Call { block, arguments } => {
-                let first = self.arguments.len();
-                if let Err(error) = self.call(program, memory, inputs, next, arguments) {
-                    self.arguments.truncate(first);
-                    return Err(error);
-                }
+                self.call(program, memory, inputs, next, arguments)?;
                 next = program
                     .blocks
                     .get(*block)
@@ -95,7 +88,7 @@ impl Machine {
         Ok(())
     }
 
-    /// Enters a program: its arguments are evaluated, then it gets a frame.
+    /// Enters a program: its arguments are evaluated, then it gets a frame. A fault leaves nothing behind.
     fn call(
         &mut self,
         program: &Program,
@@ -103,10 +96,11 @@ impl Machine {
         inputs: &dyn Inputs,
         return_to: usize,
         arguments: &[Expression],
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<()> {
         let first = self.arguments.len();
         for expression in arguments {
-            let argument = self.context(program, memory, inputs).argument(expression)?;
+            let argument = self.context(program, memory, inputs).argument(expression);
+            let argument = argument.inspect_err(|_| self.arguments.truncate(first))?;
             self.arguments.push(argument);
         }
         if self.push_frame(first, return_to) {
@@ -116,7 +110,8 @@ impl Machine {
         Err(RuntimeError::new(FaultKind::Nesting, message))
     }
 
-    /// Gives a program, whose arguments are those from `first` on, its frame; `false` when calls are nested too deep.
+    /// Gives a program, whose arguments are those from `first` on, its frame; `false`, and the arguments gone, when calls
+    /// are nested too deep.
     pub(super) fn push_frame(&mut self, first: usize, return_to: usize) -> bool {
         // The main program is a frame too.
         let fits = self.frames.len() <= MAX_CALL_NESTING;
@@ -126,6 +121,8 @@ impl Machine {
                 arguments: first,
                 loops: self.loops.len(),
             });
+        } else {
+            self.arguments.truncate(first);
         }
         fits
     }
@@ -139,108 +136,65 @@ impl Machine {
         Some(back)
     }
 
-    #[expect(clippy::too_many_lines, reason = "a flat match, one arm a statement")]
     fn simple(
         &mut self,
         program: &Program,
         simple: &Simple,
         memory: &mut Memory,
         inputs: &dyn Inputs,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<()> {
+        if let Simple::Assign {
+            target,
+            component,
+            value,
+        } = simple
+        {
+            self.assign(program, memory, inputs, target, *component, value)?;
+        } else if let Some(pending) = self.context(program, memory, inputs).request(simple)? {
+            self.state = RunPhase::Requested(pending);
+            return Ok(());
+        } else {
+            self.change(program, simple, memory, inputs)?;
+        }
+        self.at += 1;
+        Ok(())
+    }
+
+    /// Changes the motion conditions or the monitors of the task.
+    fn change(
+        &mut self,
+        program: &Program,
+        simple: &Simple,
+        memory: &mut Memory,
+        inputs: &dyn Inputs,
+    ) -> Result<()> {
         let context = self.context(program, memory, inputs);
-        let mut targets = Vec::new();
-        let request = match simple {
-            Simple::Assign {
-                target,
-                component,
-                value,
-            } => {
-                self.assign(program, memory, inputs, target, *component, value)?;
-                None
-            }
-            Simple::Set(condition, value) => {
-                let mut conditions = memory.conditions().clone();
-                context.set(&mut conditions, *condition, value)?;
-                *memory.conditions_mut() = conditions;
-                None
-            }
-            Simple::FreeLoad => {
-                memory.conditions_mut().payload = None;
-                None
-            }
-            Simple::Input {
-                channel,
-                targets: variables,
-            } => {
-                targets = variables
-                    .iter()
-                    .map(|t| context.place(t))
-                    .collect::<Result<_, _>>()?;
-                Some(Request::Input {
-                    channel: *channel,
-                    expected: targets.len(),
-                })
-            }
-            Simple::Move { motion, with } => {
-                let mut conditions = memory.conditions().clone();
-                for (condition, value) in with {
-                    context.set(&mut conditions, *condition, value)?;
-                }
-                Some(Request::Move(Box::new(Motion {
-                    path: context.path(motion)?,
-                    conditions,
-                    own_frames: with.iter().any(|(condition, _)| condition.is_frame()),
-                })))
-            }
-            Simple::Print { channel, items, cr } => Some(context.print(*channel, items, *cr)?),
-            Simple::Task { target, block, .. } => {
-                targets = target
-                    .iter()
-                    .map(|target| context.place(target))
-                    .collect::<Result<_, _>>()?;
-                Some(Request::Task { program: *block })
-            }
-            Simple::Switch(feature, on) => {
-                self.feature(memory, *feature, *on);
-                None
-            }
-            Simple::Ignore => {
-                self.monitors.clear();
-                None
-            }
+        let mut conditions = memory.conditions().clone();
+        match simple {
+            Simple::Set(condition, value) => context.set(&mut conditions, *condition, value)?,
+            Simple::FreeLoad => conditions.payload = None,
+            Simple::Switch(Feature::Pass, on) => conditions.passing = *on,
+            Simple::Switch(Feature::Nowait, on) => conditions.nowait = *on,
+            Simple::Switch(Feature::Monitors, on) => self.monitors_enabled = *on,
+            Simple::Ignore => self.monitors.clear(),
             Simple::PerAxis(condition, values) => {
                 let values = context.per_axis(values)?;
-                let conditions = memory.conditions_mut();
                 let axes = match condition {
                     PerAxis::Gain => &mut conditions.gain,
                     PerAxis::Torque => &mut conditions.torque,
                 };
                 axes.iter_mut().zip(values).for_each(|(to, value)| *to = value);
-                None
             }
             Simple::SetGain(axis, value) => {
                 let (axis, value) = (context.axis(axis)?, context.axis_percent(value)?);
-                let gain = &mut memory.conditions_mut().gain;
-                if let Some(to) = gain.get_mut(usize::from(axis) - 1) {
+                if let Some(to) = conditions.gain.get_mut(usize::from(axis) - 1) {
                     *to = value;
                 }
-                None
             }
-            other => Some(context.device(other)?),
-        };
-        match request {
-            Some(request) => self.state = RunPhase::Requested(PendingRequest { request, targets }),
-            None => self.at += 1,
+            _ => {}
         }
+        *memory.conditions_mut() = conditions;
         Ok(())
-    }
-
-    fn feature(&mut self, memory: &mut Memory, feature: Feature, on: bool) {
-        match feature {
-            Feature::Pass => memory.conditions_mut().passing = on,
-            Feature::Nowait => memory.conditions_mut().nowait = on,
-            Feature::Monitors => self.monitors_enabled = on,
-        }
     }
 
     fn assign(
@@ -251,54 +205,32 @@ impl Machine {
         target: &Variable,
         component: Option<u8>,
         value: &Expression,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<()> {
         let context = self.context(program, memory, inputs);
-        let value = context.evaluate(value)?;
+        let mut value = context.evaluate(value)?;
         let place = context.place(target)?;
-        let value = match component {
-            Some(letter) => with_component(&context, target, letter, &value)?,
-            None => value,
-        };
+        if let Some(letter) = component {
+            value = with_component(program, context.fetch(target), letter, &value)?;
+        }
         self.write(program, memory, place, value)
     }
 }
 
-impl Context<'_> {
-    /// The target of a computed GOTO, counted from 1; `None` outside the list.
-    fn choice(&self, selector: &Expression, targets: &[usize]) -> Result<Option<usize>, RuntimeError> {
-        let number = self.integer(selector)?;
-        Ok(usize::try_from(number)
-            .ok()
-            .and_then(|n| n.checked_sub(1))
-            .and_then(|at| targets.get(at))
-            .copied())
-    }
-}
-
-/// The value of `target` with one coordinate replaced.
-fn with_component(
-    context: &Context<'_>,
-    target: &Variable,
-    letter: u8,
-    to: &Value,
-) -> Result<Value, RuntimeError> {
-    let number = match to {
-        Value::Integer(value) => f64::from(*value),
-        Value::Real(value) => f64::from(*value),
-        other => {
-            let message = format!("a coordinate is a number, found {}", other.kind().description());
-            return Err(RuntimeError::new(FaultKind::Type, message));
-        }
+/// A value with one coordinate replaced by a number.
+fn with_component(program: &Program, old: Result<Value>, letter: u8, number: &Value) -> Result<Value> {
+    let Some(number) = number.number() else {
+        let message = format!("a coordinate is a number, found {}", number.kind().description());
+        return Err(RuntimeError::new(FaultKind::Type, message));
     };
-    let mut value = context.fetch(target)?;
-    let index = component_index(context.program.options.arm, value.kind(), letter);
+    let mut value = old?;
+    let index = component_index(program.options.arm, value.kind(), letter);
     let place = match (&mut value, index) {
         (Value::Position(position), Some(index)) => position.coords.get_mut(index),
         (Value::Coordinate(trans), Some(index)) => trans.coords.get_mut(index),
         _ => None,
     };
     match place {
-        Some(place) => *place = number,
+        Some(place) => *place = super::arithmetic::double(number),
         None => return Err(no_component(&value, letter)),
     }
     Ok(value)

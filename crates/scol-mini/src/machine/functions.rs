@@ -7,9 +7,9 @@ use super::fast_sine;
 use alloc::format;
 use alloc::vec::Vec;
 
-use super::RuntimeError;
-use super::arithmetic::{as_value, binary, double, real, truncated};
+use super::arithmetic::{binary, double, integer, real, truncated};
 use super::evaluate::Context;
+use super::{Result, RuntimeError};
 use crate::MAX_BCD_DIGITS;
 use crate::builtin::Builtin;
 use crate::options::{Arm, LanguageOptions};
@@ -20,7 +20,7 @@ use crate::value::{Configuration, Payload, Position, Trans, Value, coordinates};
 pub(super) const DEGREES: f64 = 180.0 / core::f64::consts::PI;
 
 impl Context<'_> {
-    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, RuntimeError> {
+    pub fn function(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
         match builtin {
             Builtin::Din => self.signals(arguments, |line| self.input(line)),
             Builtin::Dout => self.signals(arguments, |line| Ok(self.inputs.dout(line))),
@@ -28,22 +28,37 @@ impl Context<'_> {
             Builtin::Gain => self.of_axis(arguments, &self.memory.conditions().gain),
             Builtin::Torque => self.of_axis(arguments, &self.memory.conditions().torque),
             Builtin::Point | Builtin::Trans | Builtin::Payload => self.vector(builtin, arguments),
+            Builtin::Max => Ok(self.extreme(arguments, |a, b| a > b)?.into()),
+            Builtin::Min => Ok(self.extreme(arguments, |a, b| a < b)?.into()),
             _ => {
-                let numbers: Vec<Number> = arguments
-                    .iter()
-                    .map(|argument| self.number(argument))
-                    .collect::<Result<_, _>>()?;
-                numeric(builtin, &numbers, &self.program.options).map(as_value)
+                let [first, second] = match arguments {
+                    [first, second] => [self.number(first)?, self.number(second)?],
+                    [first, ..] => [self.number(first)?, Number::Integer(0)],
+                    [] => [Number::Integer(0); 2],
+                };
+                Ok(numeric(builtin, first, second, &self.program.options)?.into())
             }
         }
     }
 
+    /// The largest or smallest; real when any is real.
+    fn extreme(&self, arguments: &[Expression], better: impl Fn(f64, f64) -> bool) -> Result<Number> {
+        let (mut best, mut any_real) = (None, false);
+        for argument in arguments {
+            let number = self.number(argument)?;
+            any_real |= matches!(number, Number::Real(_));
+            if best.is_none_or(|best| better(double(number), double(best))) {
+                best = Some(number);
+            }
+        }
+        Ok(match best {
+            Some(Number::Integer(value)) if !any_real => Number::Integer(value),
+            best => Number::Real(best.map_or(0.0, double) as f32),
+        })
+    }
+
     /// `DIN(a, -b)`: 1 when all are on, those with a minus sign off.
-    fn signals(
-        &self,
-        arguments: &[Expression],
-        state: impl Fn(u16) -> Result<bool, RuntimeError>,
-    ) -> Result<Value, RuntimeError> {
+    fn signals(&self, arguments: &[Expression], state: impl Fn(u16) -> Result<bool>) -> Result<Value> {
         let mut all = true;
         for argument in arguments {
             let (line, on) = self.signal(argument)?;
@@ -52,7 +67,7 @@ impl Context<'_> {
         Ok(Value::Integer(i32::from(all)))
     }
 
-    fn input(&self, line: u16) -> Result<bool, RuntimeError> {
+    fn input(&self, line: u16) -> Result<bool> {
         if self.inputs.has_input(line) {
             return Ok(self.inputs.din(line));
         }
@@ -63,14 +78,14 @@ impl Context<'_> {
     }
 
     /// The value of one axis, counted from 1.
-    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value, RuntimeError> {
+    fn of_axis(&self, arguments: &[Expression], values: &[f64]) -> Result<Value> {
         let axis = arguments.first().map_or(Ok(1), |axis| self.axis(axis))?;
         let value = values.get(usize::from(axis).saturating_sub(1));
         Ok(Value::Real(value.copied().unwrap_or_default() as f32))
     }
 
     /// `BCDIN(first, digits)`: four inputs a digit, both with the lowest first.
-    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value, RuntimeError> {
+    fn bcd_in(&self, arguments: &[Expression]) -> Result<Value> {
         let [first, digits] = arguments else {
             return Err(RuntimeError::new(FaultKind::Type, "BCDIN takes 2 arguments"));
         };
@@ -97,7 +112,7 @@ impl Context<'_> {
         first: &Expression,
         digits: &Expression,
         value: &Expression,
-    ) -> Result<Vec<(u16, bool)>, RuntimeError> {
+    ) -> Result<Vec<(u16, bool)>> {
         let (first, digits) = self.bcd_field(first, digits)?;
         let value = self.integer(value)?;
         let mut rest = value;
@@ -115,7 +130,7 @@ impl Context<'_> {
     }
 
     /// First signal and count of digits; the last signal has a number too.
-    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16), RuntimeError> {
+    fn bcd_field(&self, first: &Expression, digits: &Expression) -> Result<(u16, u16)> {
         let (first, digits) = (self.signal(first)?, self.integer(digits)?);
         let most = MAX_BCD_DIGITS as u16;
         match (first, u16::try_from(digits)) {
@@ -131,7 +146,7 @@ impl Context<'_> {
     }
 
     /// A signal and the state its sign names.
-    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool), RuntimeError> {
+    pub fn signal(&self, argument: &Expression) -> Result<(u16, bool)> {
         let number = self.integer(argument)?;
         match u16::try_from(number.unsigned_abs()) {
             Ok(line) if line > 0 => Ok((line, number > 0)),
@@ -142,15 +157,12 @@ impl Context<'_> {
         }
     }
 
-    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value, RuntimeError> {
+    fn vector(&self, builtin: Builtin, arguments: &[Expression]) -> Result<Value> {
         let arm = self.program.options.arm;
-        let numbers: Vec<f64> = arguments
-            .iter()
-            .map(|e| self.double(e))
-            .collect::<Result<_, _>>()?;
+        let numbers: Vec<f64> = arguments.iter().map(|e| self.double(e)).collect::<Result<_>>()?;
         match builtin {
-            Builtin::Trans => Ok(Value::Coordinate(Trans::from_leading(arm, &numbers))),
-            Builtin::Payload => Ok(Value::Load(Payload::from_leading(&numbers))),
+            Builtin::Trans => Ok(Trans::from_leading(arm, &numbers).into()),
+            Builtin::Payload => Ok(Payload::from_leading(&numbers).into()),
             _ => {
                 let mut position = Position::default();
                 for (to, from) in position
@@ -163,14 +175,14 @@ impl Context<'_> {
                 if let Some(number) = numbers.get(coordinates(arm)) {
                     position.config = configuration(arm, *number)?;
                 }
-                Ok(Value::Position(position))
+                Ok(position.into())
             }
         }
     }
 }
 
 /// The configuration of a number.
-pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, RuntimeError> {
+pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration> {
     Configuration::listed(arm, number as i64).ok_or_else(|| {
         let form = match arm {
             Arm::SixAxis => "five digits 0 to 2",
@@ -183,26 +195,18 @@ pub(super) fn configuration(arm: Arm, number: f64) -> Result<Configuration, Runt
     })
 }
 
-/// A function of numbers alone.
+/// A function of one or two numbers.
 pub(super) fn numeric(
     builtin: Builtin,
-    numbers: &[Number],
+    first: Number,
+    second: Number,
     options: &LanguageOptions,
-) -> Result<Number, RuntimeError> {
-    let first = numbers.first().copied().unwrap_or(Number::Integer(0));
-    let second = numbers.get(1).copied().unwrap_or(Number::Integer(0));
+) -> Result<Number> {
     match (builtin, first) {
         (Builtin::Mod, _) => binary(Binary::Modulo, first, second, options),
-        (Builtin::Max, _) => Ok(extreme(numbers, |a, b| a > b)),
-        (Builtin::Min, _) => Ok(extreme(numbers, |a, b| a < b)),
         (Builtin::Int, Number::Integer(value)) => Ok(Number::Integer(value)),
         (Builtin::Int, Number::Real(value)) => truncated(value).map(Number::Integer),
-        (Builtin::Abs, Number::Integer(value)) => value.checked_abs().map(Number::Integer).ok_or_else(|| {
-            RuntimeError::new(
-                FaultKind::Overflow,
-                "the result does not fit an integer of 32 bits",
-            )
-        }),
+        (Builtin::Abs, Number::Integer(value)) => integer(value.checked_abs()),
         (Builtin::Abs, Number::Real(value)) => Ok(Number::Real(libm::fabsf(value))),
         (Builtin::Sgn, _) => {
             let value = double(first);
@@ -221,22 +225,6 @@ pub(super) fn numeric(
             }
             real(result as f32)
         }
-    }
-}
-
-/// The largest or smallest; real when any is real.
-fn extreme(numbers: &[Number], better: impl Fn(f64, f64) -> bool) -> Number {
-    let any_real = numbers.iter().any(|number| matches!(number, Number::Real(_)));
-    let best = numbers.iter().copied().reduce(|best, number| {
-        if better(double(number), double(best)) {
-            number
-        } else {
-            best
-        }
-    });
-    match best {
-        Some(Number::Integer(value)) if !any_real => Number::Integer(value),
-        best => Number::Real(best.map_or(0.0, double) as f32),
     }
 }
 

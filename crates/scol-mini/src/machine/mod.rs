@@ -22,12 +22,12 @@ mod snapshot;
 mod tests;
 mod vm;
 
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-use crate::cell::Cell;
 use crate::memory::Memory;
 use crate::options::LanguageOptions;
 use crate::program::{Operation, Program, StateVersion};
@@ -46,6 +46,9 @@ pub(crate) const MAIN_TASK: u16 = 1;
 /// Jumps followed in search of the next motion.
 const MAX_JUMPS_AHEAD: usize = 4;
 
+/// Boxed, so that a result of a number fits two machine words.
+pub(crate) type Result<T, E = Box<RuntimeError>> = core::result::Result<T, E>;
+
 /// A fault before its line is known.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RuntimeError {
@@ -54,11 +57,10 @@ pub(crate) struct RuntimeError {
 }
 
 impl RuntimeError {
-    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
-        Self {
-            kind,
-            message: message.into(),
-        }
+    #[cold]
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Box<Self> {
+        let message = message.into();
+        Box::new(Self { kind, message })
     }
 }
 
@@ -138,21 +140,13 @@ struct Frame {
 }
 
 /// A FOR under way: its step, the one after its NEXT, and the numbers it counts with.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 struct Loop {
     opener: usize,
     exit: usize,
-    limit: Cell,
-    step: Cell,
-}
-
-impl Loop {
-    /// Limit and step.
-    fn numbers(&self) -> (Number, Number) {
-        let number = |cell: Cell| cell.number().unwrap_or(Number::Integer(0));
-        (number(self.limit), number(self.step))
-    }
+    limit: Number,
+    step: Number,
 }
 
 /// Whether the caller has to act before the next statement: there is a new monitor, or HERE and DEST refer to another
@@ -235,29 +229,28 @@ impl Machine {
             // A WAIT that goes on waiting has paid when it began.
             let stop = match self.state {
                 RunPhase::Waiting => Stop::Step,
-                _ => self.compute(&program, memory.registers(), fuel),
+                RunPhase::Ready | RunPhase::Requested(_) | RunPhase::Faulted | RunPhase::Ended => {
+                    self.compute(&program, memory.registers(), fuel)
+                }
             };
             self.state = RunPhase::Ready;
             let step = match (stop, program.steps.get(self.at)) {
                 (Stop::Fuel, _) => return Pause::Fuel,
                 (Stop::Step, Some(step)) => step,
-                (Stop::End, _) | (_, None) => {
+                (Stop::End, _) | (Stop::Step, None) => {
                     self.state = RunPhase::Ended;
                     return Pause::Ended;
                 }
             };
-            match self.execute(&program, &step.operation, memory, inputs) {
-                Ok(()) if needs_host(&step.operation) => return Pause::Fuel,
-                Ok(()) => {}
-                Err(error) => {
-                    self.state = RunPhase::Faulted;
-                    return Pause::Fault(self.fault(error));
-                }
+            if let Err(error) = self.execute(&program, &step.operation, memory, inputs) {
+                self.state = RunPhase::Faulted;
+                return Pause::Fault(self.fault(error));
             }
             match &self.state {
                 RunPhase::Waiting => return Pause::Waiting,
                 RunPhase::Requested(pending) => return Pause::Request(pending.request.clone()),
                 RunPhase::Ended => return Pause::Ended,
+                RunPhase::Ready | RunPhase::Faulted if needs_host(&step.operation) => return Pause::Fuel,
                 RunPhase::Ready | RunPhase::Faulted => {}
             }
         }
@@ -278,7 +271,7 @@ impl Machine {
         memory.switch_task(&self.program, self.task);
         for (place, number) in pending.targets.iter().zip(numbers) {
             let program = Arc::clone(&self.program);
-            if let Err(error) = self.write(&program, memory, *place, arithmetic::as_value(number)) {
+            if let Err(error) = self.write(&program, memory, *place, number.into()) {
                 self.state = RunPhase::Faulted;
                 return Err(self.fault(error));
             }
@@ -343,15 +336,11 @@ impl Machine {
     }
 
     /// Goes on in another compilation of its program, one that differs in initial values and lines alone: what
-    /// [`rewrite_value`](crate::rewrite_value) makes. `false`, and nothing done, when the steps are not the same.
-    pub fn relocate(&mut self, program: &Arc<Program>) -> bool {
-        let same = self.program.steps.len() == program.steps.len()
-            && self.program.blocks == program.blocks
-            && self.program.code == program.code;
-        if same {
+    /// [`rewrite_value`](crate::rewrite_value) makes. Nothing is done when the steps are not the same.
+    pub fn relocate(&mut self, program: &Arc<Program>) {
+        if self.program.blocks == program.blocks && self.program.code == program.code {
             self.program = Arc::clone(program);
         }
-        same
     }
 
     /// File line of the next statement, when that is a motion that follows whatever comes of the present one.
@@ -405,12 +394,10 @@ impl Machine {
         inputs: &'a dyn Inputs,
     ) -> evaluate::Context<'a> {
         evaluate::Context {
+            machine: self,
             program,
             memory,
             inputs,
-            arguments: &self.arguments,
-            base: self.frames.last().map_or(0, |frame| frame.arguments),
-            task: self.task,
         }
     }
 
@@ -423,7 +410,8 @@ impl Machine {
         }
     }
 
-    fn fault(&self, error: RuntimeError) -> Fault {
+    #[expect(clippy::boxed_local, reason = "as faults come")]
+    fn fault(&self, error: Box<RuntimeError>) -> Fault {
         Fault {
             kind: error.kind,
             line: self.line(),
@@ -433,7 +421,7 @@ impl Machine {
 }
 
 /// The numbers an answer holds, filled up with zeros after a cancellation (INP-10).
-fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, RuntimeError> {
+fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>> {
     match (request, answer) {
         (Request::Input { expected, .. }, Answer::Values(numbers)) if numbers.len() == *expected => {
             Ok(numbers)
@@ -461,26 +449,14 @@ fn numbers(request: &Request, answer: Answer) -> Result<Vec<Number>, RuntimeErro
 
 /// The value of an expression that is constant and a number.
 pub(crate) fn constant_number(expression: &Expression, options: &LanguageOptions) -> Option<Number> {
-    let value = constant_value(expression, options).ok()?;
-    arithmetic::as_number(&value)
+    constant_value(expression, options).ok()?.number()
 }
 
 /// The value of an expression that is constant.
-pub(crate) fn constant_value(
-    expression: &Expression,
-    options: &LanguageOptions,
-) -> Result<Value, RuntimeError> {
+pub(crate) fn constant_value(expression: &Expression, options: &LanguageOptions) -> Result<Value> {
     let program = Program::empty(options);
-    let memory = Memory::new(&program);
-    evaluate::Context {
-        program: &program,
-        memory: &memory,
-        inputs: &NoInputs,
-        arguments: &[],
-        base: 0,
-        task: MAIN_TASK,
-    }
-    .evaluate(expression)
+    let (machine, memory) = (Machine::main(Arc::clone(&program)), Memory::new(&program));
+    machine.context(&program, &memory, &NoInputs).evaluate(expression)
 }
 
 /// The world of a constant: none.

@@ -7,8 +7,7 @@ use alloc::boxed::Box;
 use alloc::format;
 use alloc::sync::Arc;
 
-use super::evaluate::Context;
-use super::{Machine, RunPhase, RuntimeError};
+use super::{Machine, Result, RunPhase, RuntimeError};
 use crate::MAX_MONITORS;
 use crate::memory::Memory;
 use crate::program::Operation;
@@ -43,7 +42,7 @@ pub struct Jump(Monitor);
 impl Machine {
     /// Begins to watch: executing the same ON again arms it anew. A condition that is true already has to become
     /// false first.
-    pub(super) fn start_monitor(&mut self, last_value: bool) -> Result<(), RuntimeError> {
+    pub(super) fn start_monitor(&mut self, last_value: bool) -> Result<()> {
         let on = self.at;
         self.monitors.retain(|monitor| monitor.on != on);
         if self.monitors.len() >= MAX_MONITORS {
@@ -90,15 +89,7 @@ impl Machine {
             let Operation::On { condition, jump, .. } = &step.operation else {
                 continue;
             };
-            let context = Context {
-                program: &program,
-                memory,
-                inputs,
-                arguments: &[],
-                base: 0,
-                task: self.task,
-            };
-            match context.truth(condition) {
+            match self.context(&program, memory, inputs).truth(condition) {
                 Ok(true) if !monitor.last_value => {
                     self.monitors.remove(index);
                     return Ok(Some(self.triggered(monitor, *jump)));

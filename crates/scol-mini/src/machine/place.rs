@@ -1,18 +1,17 @@
 //! Reads and writes variables: cells of the memory, elements of arrays, and arguments of a call.
 //!
-//! A parameter stands for a variable of the caller, or for a value of its own. Instructions read cells themselves (`vm`); here
-//! every kind of value is handled, with the faults.
+//! A parameter stands for a variable of the caller, or for a value of its own.
 
-use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-use super::arithmetic::{as_number, as_value, convert};
+use super::arithmetic::convert;
 use super::evaluate::Context;
-use super::{Machine, RuntimeError};
+use super::{Machine, Result, RuntimeError};
+use crate::MAX_SUBSCRIPTS;
 use crate::memory::Memory;
-use crate::program::{Program, Slot};
+use crate::program::Program;
 use crate::request::{FaultKind, Number};
 use crate::tree::{Expression, Node, Reference, Variable};
 use crate::value::Value;
@@ -36,35 +35,33 @@ pub(super) enum Argument {
     /// The value of an expression.
     Number(Number),
     /// The same, when it is no number.
-    Vector(Box<Value>),
+    Vector(Value),
     /// No value yet; the first one fixes the kind.
     Unset,
 }
 
 impl Context<'_> {
     /// The place of a variable; its subscripts are evaluated.
-    pub fn place(&self, variable: &Variable) -> Result<ValuePlace, RuntimeError> {
+    pub fn place(&self, variable: &Variable) -> Result<ValuePlace> {
         let name = &variable.name.text;
         match variable.reference {
-            Reference::Slot(slot) => match self.program.symbols.slots.get(slot) {
-                Some(info) if info.bounds.is_none() && variable.subscripts.is_empty() => {
-                    Ok(ValuePlace::Cell {
-                        slot,
-                        cell: info.base,
-                    })
+            Reference::Slot { slot, cell } if variable.subscripts.is_empty() => {
+                Ok(ValuePlace::Cell { slot, cell })
+            }
+            Reference::Slot { slot, cell } => self.element(slot, cell, variable),
+            Reference::Parameter(index) => {
+                let at = self.machine.frames.last().map_or(0, |frame| frame.arguments) + index;
+                match self.machine.arguments.get(at) {
+                    Some(Argument::Place(place)) => Ok(*place),
+                    Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
+                        Ok(ValuePlace::Argument(at))
+                    }
+                    None => Err(RuntimeError::new(
+                        FaultKind::Undefined,
+                        format!("{name} was not handed over"),
+                    )),
                 }
-                info => self.element(slot, info, variable),
-            },
-            Reference::Parameter(index) => match self.arguments.get(self.base + index) {
-                Some(Argument::Place(place)) => Ok(*place),
-                Some(Argument::Number(_) | Argument::Vector(_) | Argument::Unset) => {
-                    Ok(ValuePlace::Argument(self.base + index))
-                }
-                None => Err(RuntimeError::new(
-                    FaultKind::Undefined,
-                    format!("{name} was not handed over"),
-                )),
-            },
+            }
             Reference::Unresolved => Err(RuntimeError::new(
                 FaultKind::Undefined,
                 format!("{name} has no value"),
@@ -73,19 +70,19 @@ impl Context<'_> {
     }
 
     /// The place of an element of an array.
-    fn element(
-        &self,
-        slot: usize,
-        info: Option<&Slot>,
-        variable: &Variable,
-    ) -> Result<ValuePlace, RuntimeError> {
-        let subscripts: Vec<i32> = variable
-            .subscripts
-            .iter()
-            .map(|e| self.integer(e))
-            .collect::<Result<_, _>>()?;
-        let cell = info.and_then(|info| Some(info.base + info.index(&subscripts)?));
-        cell.map(|cell| ValuePlace::Cell { slot, cell }).ok_or_else(|| {
+    fn element(&self, slot: usize, base: usize, variable: &Variable) -> Result<ValuePlace> {
+        let mut subscripts = [0; MAX_SUBSCRIPTS];
+        for (to, subscript) in subscripts.iter_mut().zip(&variable.subscripts) {
+            *to = self.integer(subscript)?;
+        }
+        let subscripts = subscripts.get(..variable.subscripts.len()).unwrap_or_default();
+        let info = self.program.symbols.slots.get(slot);
+        let index = info.and_then(|info| info.index(subscripts));
+        let cell = index.map(|index| ValuePlace::Cell {
+            slot,
+            cell: base + index,
+        });
+        cell.ok_or_else(|| {
             let list: Vec<String> = subscripts.iter().map(ToString::to_string).collect();
             let message = format!("{}({}) is outside the array", variable.name.text, list.join(","));
             RuntimeError::new(FaultKind::Subscript, message)
@@ -96,16 +93,16 @@ impl Context<'_> {
     pub fn read(&self, place: ValuePlace) -> Option<Value> {
         match place {
             ValuePlace::Cell { cell, .. } => self.memory.value(cell),
-            ValuePlace::Argument(at) => match self.arguments.get(at)? {
-                Argument::Number(number) => Some(as_value(*number)),
-                Argument::Vector(value) => Some(Value::clone(value)),
+            ValuePlace::Argument(at) => match self.machine.arguments.get(at)? {
+                Argument::Number(number) => Some((*number).into()),
+                Argument::Vector(value) => Some(value.clone()),
                 Argument::Place(_) | Argument::Unset => None,
             },
         }
     }
 
     /// The value of a variable.
-    pub fn fetch(&self, variable: &Variable) -> Result<Value, RuntimeError> {
+    pub fn fetch(&self, variable: &Variable) -> Result<Value> {
         let place = self.place(variable)?;
         self.read(place).ok_or_else(|| {
             let message = format!("{} is read before it has a value", variable.name.text);
@@ -114,10 +111,15 @@ impl Context<'_> {
     }
 
     /// The argument that an expression passes: a variable by reference, everything else by value.
-    pub fn argument(&self, expression: &Expression) -> Result<Argument, RuntimeError> {
+    pub fn argument(&self, expression: &Expression) -> Result<Argument> {
         match &expression.node {
             Node::Variable(variable) => self.place(variable).map(Argument::Place),
-            _ => self.evaluate(expression).map(Argument::from_value),
+            Node::Literal(_)
+            | Node::Component(..)
+            | Node::Unary(..)
+            | Node::Binary(..)
+            | Node::Function(..)
+            | Node::System(_) => self.evaluate(expression).map(Argument::from_value),
         }
     }
 }
@@ -125,10 +127,7 @@ impl Context<'_> {
 impl Argument {
     /// An argument passed by value.
     fn from_value(value: Value) -> Self {
-        match as_number(&value) {
-            Some(number) => Argument::Number(number),
-            None => Argument::Vector(Box::new(value)),
-        }
+        value.number().map_or(Argument::Vector(value), Argument::Number)
     }
 }
 
@@ -140,7 +139,7 @@ impl Machine {
         memory: &mut Memory,
         place: ValuePlace,
         value: Value,
-    ) -> Result<(), RuntimeError> {
+    ) -> Result<()> {
         match place {
             ValuePlace::Cell { slot, cell } => {
                 let kind = memory.kind(slot).unwrap_or_else(|| value.kind());
@@ -154,7 +153,7 @@ impl Machine {
                     *held = Argument::from_value(convert(value, crate::ValueKind::Real)?);
                 }
                 Some(held @ Argument::Unset) => *held = Argument::from_value(value),
-                Some(Argument::Vector(held)) => **held = convert(value, held.kind())?,
+                Some(Argument::Vector(held)) => *held = convert(value, held.kind())?,
                 Some(Argument::Place(_)) | None => {}
             },
         }

@@ -3,17 +3,19 @@
 //!
 //! The requests are defined in `request`; serving them is left to the caller.
 
+use alloc::boxed::Box;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-use super::RuntimeError;
-use super::evaluate::Context;
+use super::evaluate::{Context, unexpected};
 use super::functions::configuration;
+use super::place::ValuePlace;
 use super::print::field;
+use super::{PendingRequest, Result, RuntimeError};
 use crate::conditions::{Accuracy, Conditions, Frame as System};
-use crate::request::{Channel, FaultKind, MAX_PRINT, Path, Request};
-use crate::tree::{Condition, Expression, Item, MotionKind, Node, Simple};
+use crate::request::{Channel, FaultKind, MAX_PRINT, Motion, Path, Request};
+use crate::tree::{Condition, Expression, Item, MotionKind, Node, Simple, Variable};
 use crate::value::{Position, Value};
 
 /// Text that clears a receive buffer instead of being sent (BUF-03).
@@ -23,12 +25,7 @@ const MAX_AXIS: i32 = 8;
 
 impl Context<'_> {
     /// Sets one condition to the value of an expression.
-    pub fn set(
-        &self,
-        into: &mut Conditions,
-        condition: Condition,
-        value: &Expression,
-    ) -> Result<(), RuntimeError> {
+    pub fn set(&self, into: &mut Conditions, condition: Condition, value: &Expression) -> Result<()> {
         match condition {
             Condition::Speed => into.speed = self.percent("SPEED", value)?,
             Condition::Accel => into.accel = self.percent("ACCEL", value)?,
@@ -37,8 +34,8 @@ impl Context<'_> {
                 into.config = configuration(self.program.options.arm, self.double(value)?)?;
             }
             Condition::Payload => match self.evaluate(value)? {
-                Value::Load(load) => into.payload = Some((name(value), load)),
-                other => return Err(wrong("load data", &other)),
+                Value::Load(load) => into.payload = Some((name(value), *load)),
+                other => return Err(unexpected("load data", &other)),
             },
             Condition::Work => into.work = self.system_frame(value)?,
             Condition::Tool => into.tool = self.system_frame(value)?,
@@ -61,11 +58,11 @@ impl Context<'_> {
         Ok(())
     }
 
-    fn percent(&self, name: &str, value: &Expression) -> Result<f64, RuntimeError> {
+    fn percent(&self, name: &str, value: &Expression) -> Result<f64> {
         self.within(name, value, 1.0)
     }
 
-    fn within(&self, name: &str, value: &Expression, least: f64) -> Result<f64, RuntimeError> {
+    fn within(&self, name: &str, value: &Expression, least: f64) -> Result<f64> {
         let percent = self.double(value)?;
         if (least..=100.0).contains(&percent) {
             return Ok(percent);
@@ -77,18 +74,35 @@ impl Context<'_> {
     }
 
     /// A gain or torque.
-    pub fn axis_percent(&self, value: &Expression) -> Result<f64, RuntimeError> {
+    pub fn axis_percent(&self, value: &Expression) -> Result<f64> {
         self.within("an axis", value, 0.0)
     }
 
     /// Gains or torques, axis 1 first.
-    pub fn per_axis(&self, values: &[Expression]) -> Result<Vec<f64>, RuntimeError> {
+    pub fn per_axis(&self, values: &[Expression]) -> Result<Vec<f64>> {
         values.iter().map(|value| self.axis_percent(value)).collect()
     }
 
-    /// The request of a statement that asks the outside for one thing.
-    pub fn device(&self, simple: &Simple) -> Result<Request, RuntimeError> {
-        Ok(match simple {
+    /// What a statement asks for; `None` for one that asks for nothing.
+    pub fn request(&self, simple: &Simple) -> Result<Option<PendingRequest>> {
+        let mut targets = Vec::new();
+        let request = match simple {
+            Simple::Move { motion, with } => self.motion(motion, with)?,
+            Simple::Print { channel, items, cr } => self.print(*channel, items, *cr)?,
+            Simple::Input {
+                channel,
+                targets: variables,
+            } => {
+                targets = self.places(variables)?;
+                Request::Input {
+                    channel: *channel,
+                    expected: targets.len(),
+                }
+            }
+            Simple::Task { target, block, .. } => {
+                targets = self.places(target.as_slice())?;
+                Request::Task { program: *block }
+            }
             Simple::Delay(seconds) => Request::Delay {
                 seconds: self.seconds("DELAY", seconds)?,
             },
@@ -96,7 +110,7 @@ impl Context<'_> {
                 lines
                     .iter()
                     .map(|line| self.signal(line))
-                    .collect::<Result<_, _>>()?,
+                    .collect::<Result<_>>()?,
             ),
             Simple::Bcd([first, digits, value]) => Request::Outputs(self.bcd_lines(first, digits, value)?),
             Simple::Hand { hand, open, at_once } => Request::Hand {
@@ -104,16 +118,7 @@ impl Context<'_> {
                 open: *open,
                 at_once: *at_once,
             },
-            Simple::Pulse(line, seconds) => match self.signal(line)? {
-                (line, true) => Request::Pulse {
-                    line,
-                    seconds: self.seconds("PULOUT", seconds)?,
-                },
-                (line, false) => {
-                    let message = format!("PULOUT takes an output from 1 up, found -{line}");
-                    return Err(RuntimeError::new(FaultKind::Range, message));
-                }
-            },
+            Simple::Pulse(line, seconds) => self.pulse(line, seconds)?,
             Simple::Break => Request::Break,
             Simple::Pause => Request::Pause,
             Simple::Resume => Request::Resume,
@@ -127,29 +132,66 @@ impl Context<'_> {
             Simple::Kill(task) => Request::Kill {
                 task: self.integer(task)?,
             },
-            // STOP; all others have been dealt with before.
-            _ => Request::Stop,
-        })
+            Simple::Stop => Request::Stop,
+            Simple::Assign { .. }
+            | Simple::Set(..)
+            | Simple::FreeLoad
+            | Simple::Switch(..)
+            | Simple::Ignore
+            | Simple::PerAxis(..)
+            | Simple::SetGain(..) => return Ok(None),
+        };
+        Ok(Some(PendingRequest { request, targets }))
     }
 
-    fn system_frame(&self, value: &Expression) -> Result<System, RuntimeError> {
+    /// The places of variables, in their order.
+    fn places(&self, variables: &[Variable]) -> Result<Vec<ValuePlace>> {
+        variables.iter().map(|variable| self.place(variable)).collect()
+    }
+
+    fn motion(&self, motion: &MotionKind, with: &[(Condition, Expression)]) -> Result<Request> {
+        let mut conditions = self.memory.conditions().clone();
+        for (condition, value) in with {
+            self.set(&mut conditions, *condition, value)?;
+        }
+        Ok(Request::Move(Box::new(Motion {
+            path: self.path(motion)?,
+            conditions,
+            own_frames: with.iter().any(|(condition, _)| condition.is_frame()),
+        })))
+    }
+
+    fn pulse(&self, line: &Expression, seconds: &Expression) -> Result<Request> {
+        match self.signal(line)? {
+            (line, true) => Ok(Request::Pulse {
+                line,
+                seconds: self.seconds("PULOUT", seconds)?,
+            }),
+            (line, false) => {
+                let message = format!("PULOUT takes an output from 1 up, found -{line}");
+                Err(RuntimeError::new(FaultKind::Range, message))
+            }
+        }
+    }
+
+    fn system_frame(&self, value: &Expression) -> Result<System> {
         match self.evaluate(value)? {
             Value::Coordinate(trans) => Ok(System {
                 name: name(value),
-                trans,
+                trans: *trans,
             }),
-            other => Err(wrong("coordinate data", &other)),
+            other => Err(unexpected("coordinate data", &other)),
         }
     }
 
-    fn position(&self, value: &Expression) -> Result<Position, RuntimeError> {
+    fn position(&self, value: &Expression) -> Result<Position> {
         match self.evaluate(value)? {
-            Value::Position(position) => Ok(position),
-            other => Err(wrong("positional data", &other)),
+            Value::Position(position) => Ok(*position),
+            other => Err(unexpected("positional data", &other)),
         }
     }
 
-    pub fn path(&self, motion: &MotionKind) -> Result<Path, RuntimeError> {
+    fn path(&self, motion: &MotionKind) -> Result<Path> {
         Ok(match motion {
             MotionKind::Ptp(to) => Path::Ptp(self.position(to)?),
             MotionKind::Line(to) => Path::Line(self.position(to)?),
@@ -178,7 +220,7 @@ impl Context<'_> {
         })
     }
 
-    pub fn axis(&self, axis: &Expression) -> Result<u8, RuntimeError> {
+    pub fn axis(&self, axis: &Expression) -> Result<u8> {
         let axis = self.integer(axis)?;
         match u8::try_from(axis) {
             Ok(number) if (1..=MAX_AXIS).contains(&axis) => Ok(number),
@@ -189,7 +231,7 @@ impl Context<'_> {
         }
     }
 
-    fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64, RuntimeError> {
+    fn seconds(&self, name: &str, seconds: &Expression) -> Result<f64> {
         let seconds = self.double(seconds)?;
         if seconds < 0.0 {
             let message = format!("{name} takes seconds from 0 up, found {seconds}");
@@ -198,7 +240,7 @@ impl Context<'_> {
         Ok(seconds)
     }
 
-    pub fn print(&self, channel: Channel, items: &[Item], cr: bool) -> Result<Request, RuntimeError> {
+    fn print(&self, channel: Channel, items: &[Item], cr: bool) -> Result<Request> {
         if let ([Item::Text(text)], false) = (items, cr)
             && text == BUFFER_RESET
             && channel != Channel::Tp
@@ -228,11 +270,4 @@ fn name(value: &Expression) -> Option<String> {
         Node::Variable(variable) if variable.subscripts.is_empty() => Some(variable.name.text.clone()),
         _ => None,
     }
-}
-
-fn wrong(expected: &str, found: &Value) -> RuntimeError {
-    RuntimeError::new(
-        FaultKind::Type,
-        format!("expected {expected}, found {}", found.kind().description()),
-    )
 }

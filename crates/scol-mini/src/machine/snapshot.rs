@@ -4,6 +4,7 @@
 
 use alloc::sync::Arc;
 
+use super::arithmetic::double;
 use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine, PendingRequest, RunPhase};
 use crate::program::{Operation, Program};
@@ -87,7 +88,7 @@ fn check_place(place: ValuePlace, program: &Program, arguments: usize) -> Result
 fn check_argument(argument: &Argument, program: &Program, arguments: usize) -> Result<(), RestoreError> {
     match argument {
         Argument::Place(place) => check_place(*place, program, arguments),
-        Argument::Number(number) => snapshot::value(&super::arithmetic::as_value(*number)),
+        Argument::Number(number) => snapshot::value(&(*number).into()),
         Argument::Unset => expect(program.created > 0, "variables that a statement of DO makes"),
         Argument::Vector(value) => {
             expect(!value.kind().is_number(), "a number handed over as a number")?;
@@ -102,12 +103,11 @@ fn check_loop(open: &Loop, program: &Program) -> Result<(), RestoreError> {
         matches!(opener, Some(Operation::For { exit, .. }) if *exit == open.exit),
         "loops that a FOR began",
     )?;
-    let numbers = open.limit.number().zip(open.step.number());
-    let finite = numbers.is_some_and(|(limit, step)| {
-        let step = super::arithmetic::double(step);
-        super::arithmetic::double(limit).is_finite() && step.is_finite() && step != 0.0
-    });
-    expect(finite, "loops with a limit, and a step that is not 0")
+    let (limit, step) = (double(open.limit), double(open.step));
+    expect(
+        limit.is_finite() && step.is_finite() && step != 0.0,
+        "loops with a limit, and a step that is not 0",
+    )
 }
 
 fn check_pending(pending: &PendingRequest, program: &Program, arguments: usize) -> Result<(), RestoreError> {

@@ -554,10 +554,10 @@ fn positions_follow_their_coordinate_system() {
     let mut memory = Memory::new(&program);
     let trans = crate::Trans { coords: [6.0; 6] };
     memory
-        .set_global(&program, "w", &[], Value::Coordinate(trans.clone()))
+        .set_global(&program, "w", &[], trans.clone().into())
         .unwrap();
     memory
-        .set_global(&program, "P1", &[], Value::Position(Position::default()))
+        .set_global(&program, "P1", &[], Position::default().into())
         .unwrap();
     let Ok(Value::Position(p1)) = memory.global(&program, "P1", &[]) else {
         panic!()

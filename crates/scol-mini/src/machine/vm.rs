@@ -5,15 +5,15 @@
 //! values of any kind (`execute`), which also reports the fault. The instructions are defined in `code`; start with
 //! [`Machine::compute`].
 
-use super::arithmetic::{binary, truncated, truth, unary};
-use super::functions::{numeric, scalar};
+use super::arithmetic::{binary, integers_hold, reals_hold, truncated, truth, unary};
+use super::functions::numeric;
 use super::place::{Argument, ValuePlace};
 use super::{Loop, Machine};
-use crate::builtin::Builtin;
 use crate::cell::{Cell, Held};
 use crate::code::{Array, Code, Instruction, Op, Passed, Register, TEMPORARIES, Target};
 use crate::program::Program;
 use crate::request::Number;
+use crate::tree::Binary;
 
 /// Why the instructions stopped.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -104,9 +104,6 @@ impl Machine {
             Op::Add { to, a, b } => registers.arithmetic(to, a, b, i32::checked_add, |a, b| a + b)?,
             Op::Subtract { to, a, b } => registers.arithmetic(to, a, b, i32::checked_sub, |a, b| a - b)?,
             Op::Multiply { to, a, b } => registers.arithmetic(to, a, b, i32::checked_mul, |a, b| a * b)?,
-            // What is divided by 0.0 is not finite, so `put` refuses it.
-            Op::Divide { to, a, b } => registers.arithmetic(to, a, b, i32::checked_div, |a, b| a / b)?,
-            Op::Modulo { to, a, b } => registers.arithmetic(to, a, b, i32::checked_rem, libm::fmodf)?,
             Op::Binary { operator, to, a, b } => {
                 let (a, b) = (registers.number(a)?, registers.number(b)?);
                 registers.put(to, binary(operator, a, b, &program.options).ok()?.into())?;
@@ -114,10 +111,6 @@ impl Machine {
             Op::Unary { operator, to, a } => {
                 let value = unary(operator, registers.number(a)?).ok()?;
                 registers.put(to, value.into())?;
-            }
-            Op::Relate { relation, to, a, b } => {
-                let holds = registers.holds(relation, a, b)?;
-                registers.put(to, Cell::integer(i32::from(holds)))?;
             }
             Op::Branch {
                 relation,
@@ -134,16 +127,9 @@ impl Machine {
                     return Some(Next::To(otherwise));
                 }
             }
-            Op::Function { builtin, to, a } => match of_real(builtin, registers.get(a)?) {
-                Some(value) => registers.put_real(to, value)?,
-                None => {
-                    let value = numeric(builtin, &[registers.number(a)?], &program.options).ok()?;
-                    registers.put(to, value.into())?;
-                }
-            },
-            Op::Function2 { builtin, to, a, b } => {
-                let numbers = [registers.number(a)?, registers.number(b)?];
-                registers.put(to, numeric(builtin, &numbers, &program.options).ok()?.into())?;
+            Op::Function { builtin, to, a, b } => {
+                let (a, b) = (registers.number(a)?, registers.number(b)?);
+                registers.put(to, numeric(builtin, a, b, &program.options).ok()?.into())?;
             }
             Op::Load { to, array, index } => {
                 let value = registers.get(registers.element(array, index)?)?;
@@ -193,11 +179,8 @@ impl Machine {
                 }
             }
         }
-        if self.push_frame(first, call.return_to as usize) {
-            return Some(Next::To(call.entry));
-        }
-        self.arguments.truncate(first);
-        None
+        let entered = self.push_frame(first, call.return_to as usize);
+        entered.then_some(Next::To(call.entry))
     }
 
     #[inline(always)]
@@ -236,7 +219,7 @@ impl Machine {
             return None;
         }
         let place = registers.cells.get_mut(usize::from(variable))?;
-        let [now, step, limit] = Cell::integers([*place, open.step, open.limit])?;
+        let [now, step, limit] = Cell::integers([*place, Cell::from(open.step), Cell::from(open.limit)])?;
         let now = now.checked_add(step)?;
         *place = Cell::integer(now);
         let over = if step > 0 { now > limit } else { now < limit };
@@ -350,12 +333,13 @@ impl Registers<'_> {
     }
 
     #[inline(always)]
-    fn holds(&self, relation: crate::code::Relation, a: Register, b: Register) -> Option<bool> {
+    fn holds(&self, relation: Binary, a: Register, b: Register) -> Option<bool> {
         let (a, b) = (self.get(a)?, self.get(b)?);
-        if let Some([a, b]) = Cell::integers([a, b]) {
-            return Some(relation.integers(a, b));
-        }
-        Some(relation.reals(a.single()?, b.single()?, self.within))
+        let holds = match Cell::integers([a, b]) {
+            Some([a, b]) => integers_hold(relation, a, b),
+            None => reals_hold(relation, a.single()?, b.single()?, self.within),
+        };
+        Some(holds)
     }
 
     /// The cell of an element; `None` outside the array.
@@ -365,14 +349,6 @@ impl Registers<'_> {
         let index = self.get(index)?.as_integer()? as u32;
         (index < u32::from(array.length)).then(|| array.base.wrapping_add(index as u16))
     }
-}
-
-/// A function of one real, without asking what else its argument could be. `None` where the function depends on the kind
-/// of its argument, or has no value.
-#[inline(never)]
-fn of_real(builtin: Builtin, cell: Cell) -> Option<f32> {
-    let value = scalar(builtin, f64::from(cell.as_real()?), 0.0) as f32;
-    value.is_finite().then_some(value)
 }
 
 /// Stores a number as the kind of the number that it replaces. The first value of a variable fixes its kind: that is left
