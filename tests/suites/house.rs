@@ -340,11 +340,14 @@ fn no_error_repeats_its_source() {
 #[test]
 fn every_fixture_states_its_origin() {
     let mut offenders = Vec::new();
+    let fixtures = root().join("fixtures");
     for extension in ["txt", "scol", "par", "toml", "expected"] {
-        for path in files(&root().join("fixtures"), extension) {
+        for path in files(&fixtures, extension) {
             let text = std::fs::read_to_string(&path).unwrap();
-            // The expectation of a fixture shares the origin of the fixture beside it.
-            let shared = extension == "expected" && path.with_extension("scol").exists();
+            // An expectation shares the origin of its program: beside it, or in `scol` if the product wrote it.
+            let golden = path.strip_prefix(fixtures.join("golden"));
+            let program = golden.map_or(path.clone(), |name| fixtures.join("scol").join(name));
+            let shared = extension != "scol" && program.with_extension("scol").exists();
             if !shared
                 && !text
                     .lines()

@@ -59,7 +59,11 @@ fn four_channels_serve_at_the_same_time() {
         ip0.write_all(b"\x02SU\r\x03").unwrap();
         ip2.write_all(format!("{}\r", round * 10).as_bytes()).unwrap();
         let status = ip0.read_until(0x03);
-        assert!(status.ends_with(b"STATUS:running\x1A\x03"));
+        assert!(
+            status.ends_with(b"STATUS:running\x1A\x03"),
+            "{}",
+            status.escape_ascii()
+        );
         ip0.write_all(b"\x02OK\r\x03").unwrap();
         assert_eq!(ip1.read_until(b'\r'), format!("{:12}\r", round * 10).as_bytes());
         assert_eq!(ip2.read_until(b'\r'), format!("{round:12}\r").as_bytes());

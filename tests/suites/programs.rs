@@ -20,6 +20,12 @@ fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../fixtures/scol/run")
 }
 
+/// Where it is written what a program brings about.
+fn golden(program: &Path) -> PathBuf {
+    let name = program.with_extension("txt");
+    folder().join("../../golden/run").join(name.file_name().unwrap())
+}
+
 pub fn programs() -> Vec<(PathBuf, String)> {
     let mut list: Vec<(PathBuf, String)> = std::fs::read_dir(folder())
         .unwrap()
@@ -214,7 +220,7 @@ pub fn play(source: &str) -> String {
 fn programs_run_as_expected() {
     let mut wrong = Vec::new();
     for (path, source) in programs() {
-        let expected = std::fs::read_to_string(path.with_extension("robot")).unwrap_or_default();
+        let expected = std::fs::read_to_string(golden(&path)).unwrap_or_default();
         let found = play(&source);
         if found != expected {
             wrong.push(format!("{}: expected\n{expected}found\n{found}", path.display()));
@@ -224,10 +230,10 @@ fn programs_run_as_expected() {
 }
 
 #[test]
-#[ignore = "writes what the programs bring about anew; review the difference"]
+#[ignore = "writes fixtures/golden/run anew; review the difference"]
 fn bless_programs() {
     for (path, source) in programs() {
-        std::fs::write(path.with_extension("robot"), play(&source)).unwrap();
+        std::fs::write(golden(&path), play(&source)).unwrap();
     }
 }
 

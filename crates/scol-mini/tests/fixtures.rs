@@ -9,7 +9,7 @@
 mod common;
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use common::{answers, compiled, folder, options, play, programs};
 use scol_mini::{Severity, check, compile, format};
@@ -140,11 +140,17 @@ fn err_programs_get_the_codes_on_the_lines_they_name() {
     assert!(fixtures >= 60, "{fixtures} programs name what they expect");
 }
 
+/// Where it is written what is said of a program.
+fn golden(program: &Path) -> PathBuf {
+    let name = program.with_extension("txt");
+    folder("../golden/err").join(name.file_name().unwrap())
+}
+
 // clause: RAM-08 DATA-11 DATA-12 DATA-13
 #[test]
 fn err_programs_are_told_what_is_wrong() {
     for (path, source) in programs("err") {
-        let expected = std::fs::read_to_string(path.with_extension("expected")).unwrap();
+        let expected = std::fs::read_to_string(golden(&path)).unwrap();
         let found = remarks(&source);
         assert_eq!(found, expected, "{}:\n{found}", path.display());
     }
@@ -228,9 +234,9 @@ fn a_file_that_is_too_long_is_told_so() {
 }
 
 #[test]
-#[ignore = "writes the expected remarks of fixtures/scol/err anew; review the difference"]
+#[ignore = "writes fixtures/golden/err anew; review the difference"]
 fn bless_err() {
     for (path, source) in programs("err") {
-        std::fs::write(path.with_extension("expected"), remarks(&source)).unwrap();
+        std::fs::write(golden(&path), remarks(&source)).unwrap();
     }
 }
