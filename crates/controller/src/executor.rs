@@ -54,14 +54,12 @@ pub struct Stopwatch {
 
 impl Selected {
     /// Its name.
-    #[must_use]
-    pub fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
     /// The file was downloaded anew since it was selected.
-    #[must_use]
-    pub fn is_stale(&self) -> bool {
+    pub(crate) fn is_stale(&self) -> bool {
         self.stale
     }
 
@@ -69,7 +67,7 @@ impl Selected {
     ///
     /// # Errors
     /// See [`AccessError`].
-    pub fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
+    pub(crate) fn rewritten(&self, variable: &VariableName, value: &Value) -> Result<String, AccessError> {
         let VariableName { name, subscripts } = variable;
         rewrite_value(&self.source, &self.program, name, subscripts, value)
     }
@@ -78,21 +76,19 @@ impl Selected {
     ///
     /// # Errors
     /// See [`AccessError`].
-    pub fn restored(&self, names: &[String]) -> Result<String, AccessError> {
+    pub(crate) fn restored(&self, names: &[String]) -> Result<String, AccessError> {
         restore_values(&self.source, &self.program, &self.memory, names)
     }
 }
 
 impl Stopwatch {
     /// Set to so many seconds at `now`.
-    #[must_use]
-    pub fn new(seconds: f64, now: Time) -> Stopwatch {
+    pub(crate) fn new(seconds: f64, now: Time) -> Stopwatch {
         Stopwatch { set_at: now, seconds }
     }
 
     /// Seconds at `now`.
-    #[must_use]
-    pub fn read(&self, now: Time) -> f64 {
+    pub(crate) fn read(&self, now: Time) -> f64 {
         self.seconds + now.since(self.set_at).as_secs_f64()
     }
 }
@@ -177,8 +173,7 @@ fn no_program() -> Arc<Program> {
 
 impl Executor {
     /// Power has come on at `now`; no file is selected.
-    #[must_use]
-    pub fn new(language: &LanguageOptions, now: Time) -> Executor {
+    pub(crate) fn new(language: &LanguageOptions, now: Time) -> Executor {
         let spare_program = Program::empty(language);
         let spare_memory = Memory::new(&spare_program);
         Executor {
@@ -204,14 +199,12 @@ impl Executor {
     }
 
     /// Whether a program runs in automatic operation.
-    #[must_use]
-    pub fn program_runs(&self) -> bool {
+    pub(crate) fn program_runs(&self) -> bool {
         self.operation.is_running()
     }
 
     /// The status SU, SF and SM show (SU-12): RUN for at least `do.min_run` after every DO (D7).
-    #[must_use]
-    pub fn shown_status(&self) -> ExecutionStatus {
+    pub(crate) fn shown_status(&self) -> ExecutionStatus {
         match self.run_shown_until {
             Some(_) => ExecutionStatus::Running,
             None => self.status(),
@@ -219,8 +212,7 @@ impl Executor {
     }
 
     /// The status that decides what is permitted: a DO under way is RUN too (D7).
-    #[must_use]
-    pub fn status(&self) -> ExecutionStatus {
+    pub(crate) fn status(&self) -> ExecutionStatus {
         match self.operation.state() {
             _ if self.direct.is_some() => ExecutionStatus::Running,
             RunState::Running { .. } => ExecutionStatus::Running,
@@ -231,23 +223,21 @@ impl Executor {
     }
 
     /// The program whose names a DO statement sees.
-    #[must_use]
-    pub fn program(&self) -> &Arc<Program> {
+    pub(crate) fn program(&self) -> &Arc<Program> {
         self.selected
             .as_ref()
             .map_or(&self.spare_program, |selected| &selected.program)
     }
 
     /// The data of that program.
-    #[must_use]
-    pub fn memory(&self) -> &Memory {
+    pub(crate) fn memory(&self) -> &Memory {
         self.selected
             .as_ref()
             .map_or(&self.spare_memory, |selected| &selected.memory)
     }
 
     /// The data of that program, to be changed.
-    pub fn memory_mut(&mut self) -> &mut Memory {
+    pub(crate) fn memory_mut(&mut self) -> &mut Memory {
         match &mut self.selected {
             Some(selected) => &mut selected.memory,
             None => &mut self.spare_memory,
@@ -277,14 +267,12 @@ impl Executor {
     }
 
     /// The selected file.
-    #[must_use]
-    pub fn selected(&self) -> Option<&Selected> {
+    pub(crate) fn selected(&self) -> Option<&Selected> {
         self.selected.as_ref()
     }
 
     /// Name of the selected file, empty if none.
-    #[must_use]
-    pub fn file(&self) -> &str {
+    pub(crate) fn file(&self) -> &str {
         self.selected
             .as_ref()
             .map_or("", |selected| selected.name.as_str())
@@ -294,7 +282,7 @@ impl Executor {
     ///
     /// # Errors
     /// See [`AccessError`].
-    pub fn global(&self, variable: &VariableName) -> Result<Value, AccessError> {
+    pub(crate) fn global(&self, variable: &VariableName) -> Result<Value, AccessError> {
         let VariableName { name, subscripts } = variable;
         self.memory().global(self.program(), name, subscripts)
     }
@@ -303,14 +291,14 @@ impl Executor {
     ///
     /// # Errors
     /// See [`AccessError`].
-    pub fn set_global(&mut self, variable: &VariableName, value: Value) -> Result<(), AccessError> {
+    pub(crate) fn set_global(&mut self, variable: &VariableName, value: Value) -> Result<(), AccessError> {
         let VariableName { name, subscripts } = variable;
         let program = Arc::clone(self.program());
         self.memory_mut().set_global(&program, name, subscripts, value)
     }
 
     /// A file was downloaded: if it is the selected one, the next start takes it (CMD-DL-07).
-    pub fn mark_stale(&mut self, name: &str, now: Time) {
+    pub(crate) fn mark_stale(&mut self, name: &str, now: Time) {
         if let Some(selected) = self.selected.as_mut().filter(|selected| selected.name == name) {
             selected.stale = true;
             if !self.program_runs() {
@@ -320,7 +308,7 @@ impl Executor {
     }
 
     /// The selected file has this source now; what runs of it goes on in its program.
-    pub fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
+    pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         self.replace_program(program);
         if let Some(selected) = &mut self.selected {
             selected.source = source;
@@ -328,35 +316,33 @@ impl Executor {
     }
 
     /// PAUSE holds the motion; false if no program runs, or it is held already.
-    pub fn pause(&mut self) -> bool {
+    pub(crate) fn pause(&mut self) -> bool {
         self.program_runs() && !core::mem::replace(&mut self.paused, true)
     }
 
     /// PAUSE is over; false if it was before.
-    pub fn end_pause(&mut self) -> bool {
+    pub(crate) fn end_pause(&mut self) -> bool {
         core::mem::take(&mut self.paused)
     }
 
     /// Whether PAUSE holds the motion.
-    #[must_use]
-    pub fn is_paused(&self) -> bool {
+    pub(crate) fn is_paused(&self) -> bool {
         self.paused
     }
 
     /// The program stands at its first step.
-    #[must_use]
-    pub fn is_reset(&self) -> bool {
+    pub(crate) fn is_reset(&self) -> bool {
         self.operation.state() == RunState::Reset
     }
 
     /// The program, which does not run, stands there from here on.
-    pub fn stand(&mut self, place: Standstill) {
+    pub(crate) fn stand(&mut self, place: Standstill) {
         self.operation.stand(place);
         self.run_shown_until = None;
     }
 
     /// To the label `RCYCLE` of the main program; false (and nothing done) without one.
-    pub fn go_to_rcycle(&mut self) -> bool {
+    pub(crate) fn go_to_rcycle(&mut self) -> bool {
         let found = self.main.as_mut().is_some_and(Task::go_to_rcycle);
         if found {
             self.drop_tasks();
@@ -365,14 +351,13 @@ impl Executor {
     }
 
     /// Power is off: the selection stays, what ran of it does not.
-    pub fn power_off(&mut self, now: Time) {
+    pub(crate) fn power_off(&mut self, now: Time) {
         self.direct = None;
         self.rewind(now);
     }
 
     /// The main program, its tasks, and the statement of DO, as they are shown.
-    #[must_use]
-    pub fn task_views(&self) -> Vec<TaskView> {
+    pub(crate) fn task_views(&self) -> Vec<TaskView> {
         let program = self.program_tasks().map(|task| task.view(self.program_runs()));
         program
             .chain(self.direct.iter().map(|direct| direct.task.view(true)))
@@ -380,18 +365,17 @@ impl Executor {
     }
 
     /// File line at which the program stands; 0 when no file is selected (SF-24).
-    #[must_use]
-    pub fn line(&self) -> u32 {
+    pub(crate) fn line(&self) -> u32 {
         self.main.as_ref().map_or(0, Task::line)
     }
 
     /// The main program and the tasks it has started.
-    pub fn program_tasks(&self) -> impl Iterator<Item = &Task> {
+    pub(crate) fn program_tasks(&self) -> impl Iterator<Item = &Task> {
         self.main.iter().chain(self.tasks.values())
     }
 
     /// The IDs of all tasks, that whose turn it is first.
-    pub fn order(&self) -> impl Iterator<Item = u16> + use<> {
+    pub(crate) fn order(&self) -> impl Iterator<Item = u16> + use<> {
         let mut ids = [0; MAX_TASKS];
         let (mut count, mut first) = (0, 0);
         for (place, task) in ids.iter_mut().zip(self.program_tasks()) {
@@ -405,8 +389,7 @@ impl Executor {
     }
 
     /// A task by its ID.
-    #[must_use]
-    pub fn task(&self, id: u16) -> Option<&Task> {
+    pub(crate) fn task(&self, id: u16) -> Option<&Task> {
         if id == MAIN_TASK {
             self.main.as_ref()
         } else {
@@ -415,7 +398,7 @@ impl Executor {
     }
 
     /// Takes a task out, to work with it.
-    pub fn take_task(&mut self, id: u16) -> Option<Task> {
+    pub(crate) fn take_task(&mut self, id: u16) -> Option<Task> {
         if id == MAIN_TASK {
             self.main.take()
         } else {
@@ -424,7 +407,7 @@ impl Executor {
     }
 
     /// Puts a task back.
-    pub fn put_task(&mut self, task: Task) {
+    pub(crate) fn put_task(&mut self, task: Task) {
         match task.id() {
             MAIN_TASK => self.main = Some(task),
             id => {
@@ -434,7 +417,7 @@ impl Executor {
     }
 
     /// The tasks end, the main program apart; it counts them from the beginning again.
-    pub fn drop_tasks(&mut self) {
+    pub(crate) fn drop_tasks(&mut self) {
         self.tasks.clear();
         if let Some(selected) = &mut self.selected {
             selected.memory.drop_tasks(&selected.program);
@@ -445,7 +428,7 @@ impl Executor {
     }
 
     /// The next cycle begins; the tasks end.
-    pub fn begin_cycle(&mut self) {
+    pub(crate) fn begin_cycle(&mut self) {
         self.drop_tasks();
         if let Some(main) = &mut self.main {
             main.begin_cycle();
@@ -454,7 +437,7 @@ impl Executor {
 
     /// Everything stops inside its step, which will be done again: where the program stands then. A motion that can
     /// be taken up again is waited for.
-    pub fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
+    pub(crate) fn abort_steps(&mut self, keeps_motion: bool) -> Standstill {
         let mut place = Standstill::InsideStep;
         for id in self.order() {
             let Some(mut task) = self.take_task(id) else {
@@ -469,13 +452,13 @@ impl Executor {
     }
 
     /// What waits for a motion that is no more is to begin anew.
-    pub fn redo_motions(&mut self) {
+    pub(crate) fn redo_motions(&mut self) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         tasks.for_each(Task::redo_motion);
     }
 
     /// A task other than the main program has ended.
-    pub fn drop_task(&mut self, id: u16) {
+    pub(crate) fn drop_task(&mut self, id: u16) {
         self.tasks.remove(&id);
         if let Some(selected) = &mut self.selected {
             selected.memory.drop_task(&selected.program, id);
@@ -483,8 +466,7 @@ impl Executor {
     }
 
     /// Line and task of the statement that is executed: of the motion, while one is under way (SF-24).
-    #[must_use]
-    pub fn executed(&self, moving: bool) -> (u32, u16) {
+    pub(crate) fn executed(&self, moving: bool) -> (u32, u16) {
         match self.arm_owner {
             Some(owner) if moving && self.program_runs() => (self.motion_line, owner),
             _ => (self.line(), if self.main.is_some() { MAIN_TASK } else { 0 }),
@@ -492,25 +474,23 @@ impl Executor {
     }
 
     /// Line and task of the statement that is analysed: a MOVE behind a MOVE is read before its time (SF-24).
-    #[must_use]
-    pub fn analysed(&self) -> (u32, u16) {
+    pub(crate) fn analysed(&self) -> (u32, u16) {
         let turn = self.tasks.get(&self.turn).or(self.main.as_ref());
         turn.map_or((0, 0), |task| {
             let moves = matches!(task.state(), TaskState::Moving { .. }) && self.program_runs();
-            let ahead = task.motion_ahead().filter(|_| moves);
+            let ahead = task.machine().motion_ahead().filter(|_| moves);
             (ahead.unwrap_or(task.line()), task.id())
         })
     }
 
     /// Whether an INPUT waits for values from this port.
-    #[must_use]
-    pub fn reads_from(&self, port: Port) -> bool {
+    pub(crate) fn reads_from(&self, port: Port) -> bool {
         self.reading()
             .any(|channel| Port::from_channel(channel) == Some(port))
     }
 
     /// The channels from which an INPUT waits for values.
-    pub fn reading(&self) -> impl Iterator<Item = Channel> {
+    pub(crate) fn reading(&self) -> impl Iterator<Item = Channel> {
         let tasks = self
             .program_tasks()
             .chain(self.direct.as_ref().map(|direct| &direct.task));
@@ -520,7 +500,6 @@ impl Executor {
     }
 
     /// When something that runs can go on by itself.
-    #[must_use]
     pub(crate) fn deadline(&self, arm: &Arm, now: Time) -> Option<Time> {
         let runs = self.program_runs();
         let stopping = matches!(self.operation.state(), RunState::Running { stop: Some(_) });
@@ -558,7 +537,7 @@ impl Executor {
     }
 
     /// Step 1 with the data as the file gives it (RS,PRG).
-    pub fn initialise(&mut self, now: Time) {
+    pub(crate) fn initialise(&mut self, now: Time) {
         if let Some(selected) = &mut self.selected {
             selected.memory.start_anew(&selected.program);
         }
@@ -566,7 +545,7 @@ impl Executor {
     }
 
     /// Step 1, data kept (RS,STP, end of a cycle).
-    pub fn rewind(&mut self, now: Time) {
+    pub(crate) fn rewind(&mut self, now: Time) {
         self.operation.stand(Standstill::FirstStep);
         self.run_shown_until = None;
         self.drop_tasks();

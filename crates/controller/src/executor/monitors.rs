@@ -20,9 +20,9 @@ impl Robot {
             &self.arm,
             &self.executor,
             self.panel.state().run_mode,
+            self.config.options.din_unknown,
             seen,
-        )
-        .with_unknown_inputs(self.config.options.din_unknown);
+        );
         match task.check_monitors(self.executor.memory_mut(), &view) {
             Ok(None) => None,
             Ok(Some(MonitorAction::Jump(jump))) => {

@@ -99,7 +99,7 @@ impl Robot {
             Accuracy::Coarse => COARSE_LEAD,
             Accuracy::Fine => Duration::ZERO,
         };
-        let passing = motion.conditions.passing && task.motion_ahead().is_some();
+        let passing = motion.conditions.passing && task.machine().motion_ahead().is_some();
         let begun = if !self.arm.is_moving() {
             self.arm
                 .start(self.now, motion, self.pace(), self.panel.state().machine_lock)

@@ -55,31 +55,29 @@ impl Operation {
     };
 
     /// The state now.
-    #[must_use]
-    pub const fn state(self) -> RunState {
+    pub(crate) const fn state(self) -> RunState {
         self.state
     }
 
     /// Whether a program runs, even if it is to stop after its present step.
-    #[must_use]
-    pub const fn is_running(self) -> bool {
+    pub(crate) const fn is_running(self) -> bool {
         matches!(self.state, RunState::Running { .. })
     }
 
     /// The program runs, or goes on.
-    pub fn start(&mut self) {
+    pub(crate) fn start(&mut self) {
         self.state = RunState::Running { stop: None };
     }
 
     /// A program that runs is to stop after its present step. The first cause stays: a host that asked is not told.
-    pub fn request_stop(&mut self, cause: StopCause) {
+    pub(crate) fn request_stop(&mut self, cause: StopCause) {
         if self.state == (RunState::Running { stop: None }) {
             self.state = RunState::Running { stop: Some(cause) };
         }
     }
 
     /// The program stands: at its first step, inside a step, or between two.
-    pub fn stand(&mut self, place: Standstill) {
+    pub(crate) fn stand(&mut self, place: Standstill) {
         self.state = match place {
             Standstill::FirstStep => RunState::Reset,
             Standstill::InsideStep => RunState::Retry,

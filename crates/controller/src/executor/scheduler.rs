@@ -183,7 +183,7 @@ impl Robot {
         } else if !stopping && let Some(step) = self.look_at_monitors(task) {
             return step;
         }
-        self.carry(endpoints, task, single || task.has_monitors())
+        self.carry(endpoints, task, single || task.machine().has_monitors())
     }
 
     fn end_step(&mut self, task: &mut Task) -> bool {
@@ -234,13 +234,13 @@ impl Robot {
             &self.arm,
             &self.executor,
             self.panel.state().run_mode,
+            self.config.options.din_unknown,
             task.sees(self.now),
-        )
-        .with_unknown_inputs(self.config.options.din_unknown);
+        );
         match task.run(self.executor.memory_mut(), &inputs, single) {
             Pause::Fuel => Step::DONE,
             // A motion that nobody waited for ends first.
-            Pause::Ended if self.moves(task) && !task.handler_ended() => {
+            Pause::Ended if self.moves(task) && !task.machine().handler_ended() => {
                 task.enter(TaskState::Resting);
                 Step::Blocked
             }

@@ -35,6 +35,7 @@ impl<'a> ScolInputs<'a> {
         arm: &'a Arm,
         executor: &Executor,
         run_mode: RunMode,
+        unknown: UnknownInput,
         now: Time,
     ) -> ScolInputs<'a> {
         ScolInputs {
@@ -44,15 +45,9 @@ impl<'a> ScolInputs<'a> {
             run_mode,
             now,
             timer: executor.timer.read(now),
-            unknown_inputs: false,
+            unknown_inputs: unknown == UnknownInput::Zero,
             changing: Cell::new(false),
         }
-    }
-
-    /// With the option `din_unknown`.
-    pub(crate) fn with_unknown_inputs(mut self, option: UnknownInput) -> ScolInputs<'a> {
-        self.unknown_inputs = option == UnknownInput::Zero;
-        self
     }
 
     /// When to look again, if something was read that changes by time alone.

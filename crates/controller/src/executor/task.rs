@@ -83,17 +83,21 @@ impl TaskState {
     /// Whether the statement has asked for something and waits for the answer.
     #[cfg(feature = "serde")]
     pub(super) fn needs_answer(&self) -> bool {
-        match self {
-            TaskState::Ready
-            | TaskState::Pausing { .. }
-            | TaskState::Resting
-            | TaskState::Watching { .. } => false,
-            TaskState::Holding
-            | TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Delaying { .. }
-            | TaskState::Reading { .. } => true,
+        !matches!(
+            self,
+            TaskState::Ready | TaskState::Pausing { .. } | TaskState::Resting | TaskState::Watching { .. }
+        )
+    }
+
+    /// When it ends by itself.
+    fn until(&self) -> Option<Time> {
+        if let TaskState::Pausing { until }
+        | TaskState::Delaying { until }
+        | TaskState::Watching { again: Some(until) } = self
+        {
+            return Some(*until);
         }
+        None
     }
 
     /// The channel from which an INPUT waits for values.
@@ -105,8 +109,7 @@ impl TaskState {
     }
 
     /// Whether the statement waits for its motion.
-    #[must_use]
-    pub fn is_motion(&self) -> bool {
+    pub(crate) fn is_motion(&self) -> bool {
         matches!(self, TaskState::Moving { .. } | TaskState::Queued { .. })
     }
 }
@@ -135,8 +138,7 @@ pub struct Task {
 
 impl Task {
     /// A task that stands at its first statement.
-    #[must_use]
-    pub fn new(machine: Machine, now: Time) -> Task {
+    pub(crate) fn new(machine: Machine, now: Time) -> Task {
         Task {
             machine,
             doing: TaskState::Ready,
@@ -212,29 +214,19 @@ impl Task {
         self.doing = state;
     }
 
+    /// The interpreter, to ask it.
+    pub(super) fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
     /// File line of the statement under way or next.
     pub(super) fn line(&self) -> u32 {
         self.machine.line()
     }
 
-    /// File line of the next statement, when that is a motion.
-    pub(super) fn motion_ahead(&self) -> Option<u32> {
-        self.machine.motion_ahead()
-    }
-
     /// Whether a statement begins with what is executed next.
     pub(super) fn begins_statement(&self) -> bool {
         self.machine.begins_statement() && !matches!(self.doing, TaskState::Watching { .. })
-    }
-
-    /// Whether it is a handler that is over.
-    pub(super) fn handler_ended(&self) -> bool {
-        self.machine.handler_ended()
-    }
-
-    /// Whether an ON watches something.
-    pub(super) fn has_monitors(&self) -> bool {
-        self.machine.has_monitors()
     }
 
     /// Whether statements are left in the scan; otherwise it pauses until the next one.
@@ -383,7 +375,9 @@ impl Task {
     pub(super) fn monitors_see(&mut self, now: Time) -> Option<Time> {
         let due = self.look_at.take();
         let due = due.filter(|due| *due > now && self.doing != TaskState::Ready);
-        self.has_monitors().then(|| due.map_or(now, |due| due - SCAN))
+        self.machine
+            .has_monitors()
+            .then(|| due.map_or(now, |due| due - SCAN))
     }
 
     /// What a monitor wants done.
@@ -405,14 +399,12 @@ impl Task {
     }
 
     /// ID of the task: 1 the main program, 0 the statement of DO.
-    #[must_use]
-    pub fn id(&self) -> u16 {
+    pub(crate) fn id(&self) -> u16 {
         self.machine.task_id()
     }
 
     /// The handler while it has something to do, otherwise the task itself.
-    #[must_use]
-    pub fn acting(&self) -> &Task {
+    pub(crate) fn acting(&self) -> &Task {
         match self.handler.as_deref() {
             Some(handler) if handler.doing != TaskState::Ready => handler,
             _ => self,
@@ -420,14 +412,13 @@ impl Task {
     }
 
     /// The task, and the handler in front of it.
-    pub fn parts(&self) -> impl Iterator<Item = &Task> {
+    pub(crate) fn parts(&self) -> impl Iterator<Item = &Task> {
         core::iter::once(self).chain(self.handler.as_deref())
     }
 
     /// Whether nothing can become of the task at this instant: its statements are used up, and nothing is watched
     /// beside it.
-    #[must_use]
-    pub fn sleeps(&self, now: Time) -> bool {
+    pub(crate) fn sleeps(&self, now: Time) -> bool {
         let watched = self.look_at.is_some() || self.machine.has_monitors();
         self.handler.is_none()
             && !watched
@@ -435,18 +426,8 @@ impl Task {
     }
 
     /// When the task can go on by itself; nobody looks at its monitors while it is to stop, or while one acts.
-    #[must_use]
-    pub fn deadline(&self, stopping: bool) -> Option<Time> {
-        let own = match &self.acting().doing {
-            TaskState::Pausing { until } | TaskState::Delaying { until } => Some(*until),
-            TaskState::Watching { again } => *again,
-            TaskState::Ready
-            | TaskState::Holding
-            | TaskState::Moving { .. }
-            | TaskState::Queued { .. }
-            | TaskState::Resting
-            | TaskState::Reading { .. } => None,
-        };
+    pub(crate) fn deadline(&self, stopping: bool) -> Option<Time> {
+        let own = self.acting().doing.until();
         let look_at = self.look_at.filter(|_| !stopping && self.handler.is_none());
         own.into_iter().chain(look_at).min()
     }

@@ -2,12 +2,12 @@
 //!
 //! Tasks and programs are validated in `executor::relink`, single fields by their types.
 
-use super::SnapshotError;
+use super::{SnapshotError, check};
 use crate::Controller;
+use crate::alarm::Alarms;
 use crate::drive::Drive;
-use crate::endpoint::fresh_lines;
+use crate::endpoint::{Endpoints, fresh_lines};
 use crate::input::KeySwitch;
-use crate::io::channel::Channel;
 use crate::io::signals::Signals;
 use crate::limits::{
     LINE_QUEUE, MAX_ALARMS, MAX_HISTORY, MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND, PENDANT_TEXT,
@@ -15,10 +15,12 @@ use crate::limits::{
 };
 use crate::options::Config;
 use crate::port::Port;
+use crate::robot::Robot;
 use crate::variation::Variation;
-use alloc::collections::{BTreeMap, BTreeSet};
+use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::ToString;
+use alloc::vec::Vec;
 use core::fmt::Display;
 use core::ops::RangeInclusive;
 use core::time::Duration;
@@ -33,11 +35,8 @@ const MOST_ON_LINE: usize = 2 * LINE_QUEUE + MAX_SEND;
 type CheckResult = Result<(), SnapshotError>;
 
 fn check_range<T: PartialOrd + Display>(place: &str, found: T, range: RangeInclusive<T>) -> CheckResult {
-    if range.contains(&found) {
-        return Ok(());
-    }
     let expected = format!("{} to {}", range.start(), range.end());
-    Err(SnapshotError::value(place, &expected, found))
+    check(range.contains(&found), place, &expected, found)
 }
 
 fn check_at_most(place: &str, found: usize, most: usize) -> CheckResult {
@@ -45,28 +44,18 @@ fn check_at_most(place: &str, found: usize, most: usize) -> CheckResult {
 }
 
 fn check_duration(place: &str, found: Duration) -> CheckResult {
-    if found <= LONGEST {
-        return Ok(());
-    }
-    Err(SnapshotError::value(
-        place,
-        "microseconds of 64 bits at most",
-        format!("{found:?}"),
-    ))
+    let expected = "microseconds of 64 bits at most";
+    check(found <= LONGEST, place, expected, format!("{found:?}"))
 }
 
-fn check_ports<T>(place: &str, found: &BTreeMap<Port, T>, expected: &[Port]) -> CheckResult {
-    if found.keys().eq(expected) {
-        return Ok(());
-    }
-    let names = |ports: &mut dyn Iterator<Item = &Port>| {
-        ports
-            .map(|port| port.name())
-            .collect::<alloc::vec::Vec<_>>()
-            .join(", ")
-    };
-    let expected = names(&mut expected.iter());
-    Err(SnapshotError::value(place, &expected, names(&mut found.keys())))
+fn check_ports<'a>(
+    place: &str,
+    found: impl Iterator<Item = &'a Port>,
+    expected: impl Iterator<Item = Port>,
+) -> CheckResult {
+    let found = found.map(|port| port.name()).collect::<Vec<_>>().join(", ");
+    let expected = expected.map(Port::name).collect::<Vec<_>>().join(", ");
+    check(found == expected, place, &expected, &found)
 }
 
 /// The configuration, before anything is made of it.
@@ -79,221 +68,156 @@ pub(super) fn check_config(config: &Config) -> CheckResult {
     if let Some(found) = config.options.equal_within {
         check_range("config.options.equal_within", found, 0.0..=f32::MAX)?;
     }
-    if !config.calendar.is_valid() {
-        let found = format!("{:?}", config.calendar);
-        return Err(SnapshotError::value("config.calendar", "a date and time", found));
-    }
+    let calendar = config.calendar;
+    let found = format!("{calendar:?}");
+    check(calendar.is_valid(), "config.calendar", "a date and time", found)?;
     check_key("config.key", config, config.key)?;
     check_points(config)
 }
 
 fn check_key(place: &str, config: &Config, key: KeySwitch) -> CheckResult {
-    if key == KeySwitch::Internal && !config.controller.has_internal() {
-        let expected = format!("TEACHING or EXT, which the {} has", config.controller.name());
-        return Err(SnapshotError::value(place, &expected, "INTERNAL"));
-    }
-    Ok(())
+    let expected = format!("TEACHING or EXT, which the {} has", config.controller.name());
+    let exists = key != KeySwitch::Internal || config.controller.has_internal();
+    check(exists, place, &expected, "INTERNAL")
 }
 
 fn check_points(config: &Config) -> CheckResult {
     check_at_most("config.points", config.points.len(), MAX_POINTS)?;
     let arm = config.model.language();
     let mut names = BTreeSet::new();
-    let mut points = config.points.iter();
-    match points.find(|point| !point.is_valid(arm) || !names.insert(&point.name)) {
-        Some(point) => {
-            let expected = "points as a table has them, each name once";
-            Err(SnapshotError::value("config.points", expected, &point.name))
-        }
-        None => Ok(()),
+    for point in &config.points {
+        let expected = "points as a table has them, each name once";
+        let holds = point.is_valid(arm) && names.insert(&point.name);
+        check(holds, "config.points", expected, &point.name)?;
     }
+    Ok(())
 }
 
-pub(super) fn controller(controller: &Controller) -> CheckResult {
-    check_state(controller)?;
-    check_drive(controller)?;
-    check_alarms(controller)?;
-    controller.robot.signals.check()?;
-    check_endpoints(controller)?;
-    check_arm(controller)?;
-    check_faults(controller)?;
-    check_at_most("pendant", controller.robot.pendant.len(), PENDANT_TEXT)?;
-    match controller.poll_deadline() {
-        Some(due) if due < controller.robot.now => {
-            let expected = format!("nothing that was due before {}", controller.robot.now);
-            Err(SnapshotError::value("now", &expected, due))
-        }
-        _ => Ok(()),
+pub(super) fn check_controller(controller: &Controller) -> CheckResult {
+    let Controller { robot, endpoints } = controller;
+    check_state(robot)?;
+    check_drive(robot)?;
+    check_alarms(&robot.alarms)?;
+    check_signals(&robot.signals)?;
+    check_channels(robot)?;
+    check_endpoints(endpoints, &robot.config)?;
+    let arm = robot.arm.validate(robot.now);
+    arm.map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
+    if let Some(port) = robot.jogging {
+        check(port.protocol().is_some(), "jogging", "HOST or IP0", port)?;
     }
+    check_faults(endpoints, &robot.config)?;
+    check_at_most("pendant", robot.pendant.len(), PENDANT_TEXT)?;
+    let due = controller.poll_deadline().unwrap_or(robot.now);
+    let expected = format!("nothing that was due before {}", robot.now);
+    check(due >= robot.now, "now", &expected, due)
 }
 
-fn check_state(controller: &Controller) -> CheckResult {
-    let state = controller.robot.panel.state();
+fn check_state(robot: &Robot) -> CheckResult {
+    let state = robot.panel.state();
     check_range("state.override_percent", state.override_percent, 1..=100)?;
     check_range("state.guide.coordinate", state.jog_mode.coordinate, 0..=3)?;
     check_range("state.guide.rate", state.jog_mode.rate, 0..=2)?;
     check_range("state.guide.mode", state.jog_mode.mode, 0..=2)?;
     check_duration("state.run_total", state.run_total)?;
-    check_duration("upkeep", controller.robot.maintenance.longest())?;
+    check_duration("upkeep", robot.maintenance.longest())?;
     if let Some(watchdog) = &state.watchdog {
         check_duration("state.watchdog.timeout", watchdog.timeout)?;
     }
     check_range("state.servo_ons", state.servo_ons, 0..=SERVO_ONS - 1)?;
-    if state.servo && state.servo_due.is_some() {
-        let expected = "no servo power that is held back while it is on";
-        return Err(SnapshotError::value("state.servo_due", expected, "one"));
-    }
-    let servo = state.servo || state.servo_due.is_some();
-    if servo && (state.emergency_stop || state.safety_open) {
-        let expected = "no servo power in an emergency stop or with the safety switch open";
-        return Err(SnapshotError::value("state.servo", expected, "servo power"));
-    }
-    check_key("state.key", &controller.robot.config, state.key)
+    let due = state.servo_due.is_some();
+    let expected = "no servo power that is held back while it is on";
+    check(!(state.servo && due), "state.servo_due", expected, "one")?;
+    let stopped = state.emergency_stop || state.safety_open;
+    let expected = "no servo power in an emergency stop or with the safety switch open";
+    check(
+        !(stopped && (state.servo || due)),
+        "state.servo",
+        expected,
+        "servo power",
+    )?;
+    check_key("state.key", &robot.config, state.key)
 }
 
-fn check_drive(controller: &Controller) -> CheckResult {
-    let mut fresh = Drive::new(controller.robot.config.options.drive_capacity);
-    for (name, content) in controller.robot.drive.files() {
+fn check_drive(robot: &Robot) -> CheckResult {
+    let capacity = robot.config.options.drive_capacity;
+    let mut fresh = Drive::new(capacity);
+    for (name, content) in robot.drive.files() {
         let place = format!("drive.files.{name}");
-        let normal = FileName::parse(name)
-            .ok()
-            .filter(|normal| normal.as_str() == name);
-        let Some(normal) = normal else {
+        let normal = FileName::parse(name).ok();
+        let Some(normal) = normal.filter(|normal| normal.as_str() == name) else {
             return Err(SnapshotError::value(&place, "a file name in upper case", name));
         };
         let stored = fresh.store(&normal, content);
         stored.map_err(|error| SnapshotError::value(&place, "a file the RAM drive takes", error))?;
     }
-    if fresh == controller.robot.drive {
-        return Ok(());
-    }
-    let expected = format!(
-        "{}, as config.options.drive_capacity",
-        controller.robot.config.options.drive_capacity
-    );
-    Err(SnapshotError::value("drive.capacity", &expected, "another"))
+    let expected = format!("{capacity}, as config.options.drive_capacity");
+    check(fresh == robot.drive, "drive.capacity", &expected, "another")
 }
 
-fn check_alarms(controller: &Controller) -> CheckResult {
-    check_at_most(
-        "alarms.active",
-        controller.robot.alarms.active().len(),
-        MAX_ALARMS,
-    )?;
-    check_at_most(
-        "alarms.history",
-        controller.robot.alarms.history().count(),
-        MAX_HISTORY,
-    )?;
-    let mut all = controller
-        .robot
-        .alarms
-        .active()
-        .iter()
-        .chain(controller.robot.alarms.history());
-    match all.find(|alarm| !alarm.at.is_valid()) {
-        Some(alarm) => Err(SnapshotError::value(
-            "alarms",
-            "dates and times that exist",
-            format!("{:?}", alarm.at),
-        )),
-        None => Ok(()),
+fn check_alarms(alarms: &Alarms) -> CheckResult {
+    check_at_most("alarms.active", alarms.active().len(), MAX_ALARMS)?;
+    check_at_most("alarms.history", alarms.history().count(), MAX_HISTORY)?;
+    for alarm in alarms.active().iter().chain(alarms.history()) {
+        let found = format!("{:?}", alarm.at);
+        check(alarm.at.is_valid(), "alarms", "dates and times that exist", found)?;
     }
+    Ok(())
 }
 
-fn check_endpoints(controller: &Controller) -> CheckResult {
-    check_ports(
-        "sessions",
-        &controller.endpoints.sessions,
-        &[Port::Host, Port::Ip0],
-    )?;
-    for (port, session) in &controller.endpoints.sessions {
-        if session.port != *port {
-            let place = format!("sessions.{port}.port");
-            return Err(SnapshotError::value(&place, port.name(), session.port));
-        }
-        if !session.is_valid(controller.robot.config.options.text) {
-            let expected = "a text, a message and a file within their bounds";
-            return Err(SnapshotError::value(
-                &format!("sessions.{port}"),
-                expected,
-                "more",
-            ));
-        }
+fn check_signals(signals: &Signals) -> CheckResult {
+    for (place, line) in signals.snapshot_lines() {
+        let expected = "lines 1-64, 101-164, 201-264; a pulse of an output that is on";
+        check(Signals::exists(line), &format!("signals.{place}"), expected, line)?;
     }
+    Ok(())
+}
+
+fn check_channels(robot: &Robot) -> CheckResult {
     let scol = [Port::Com1, Port::Ip1, Port::Ip2, Port::Ip3];
-    check_ports("channels", &controller.robot.channels, &scol)?;
-    let ring = |place: &str, channel: &Channel| check_at_most(place, channel.len(), RING_BUFFER);
-    for (port, channel) in &controller.robot.channels {
-        ring(&format!("channels.{port}.ring"), channel)?;
+    check_ports("channels", robot.channels.keys(), scol.into_iter())?;
+    for (port, channel) in &robot.channels {
+        check_at_most(&format!("channels.{port}.ring"), channel.len(), RING_BUFFER)?;
     }
-    ring("keys.ring", &controller.robot.keys)?;
-    let serial: alloc::vec::Vec<Port> = fresh_lines().into_keys().collect();
-    check_ports("lines", &controller.endpoints.lines, &serial)?;
-    for (port, line) in &controller.endpoints.lines {
+    check_at_most("keys.ring", robot.keys.len(), RING_BUFFER)
+}
+
+fn check_endpoints(endpoints: &Endpoints, config: &Config) -> CheckResult {
+    let hosts = [Port::Host, Port::Ip0];
+    check_ports("sessions", endpoints.sessions.keys(), hosts.into_iter())?;
+    for (port, session) in &endpoints.sessions {
+        let place = format!("sessions.{port}");
+        let own = session.port == *port;
+        check(own, &format!("{place}.port"), port.name(), session.port)?;
+        let expected = "a text, a message and a file within their bounds";
+        check(session.is_valid(config.options.text), &place, expected, "more")?;
+    }
+    check_ports("lines", endpoints.lines.keys(), fresh_lines().into_keys())?;
+    for (port, line) in &endpoints.lines {
         for (direction, name) in [(&line.inbound, "inbound"), (&line.outbound, "outbound")] {
             let place = format!("lines.{port}.{name}");
             check_at_most(&place, direction.queued(), MOST_ON_LINE)?;
-            if !direction.is_valid() {
-                let expected = "as many bytes as are counted, and a character within its bits";
-                return Err(SnapshotError::value(&place, expected, "others"));
-            }
+            let expected = "as many bytes as are counted, and a character within its bits";
+            check(direction.is_valid(), &place, expected, "others")?;
         }
     }
     Ok(())
 }
 
-fn check_faults(controller: &Controller) -> CheckResult {
-    controller
-        .endpoints
-        .faults
-        .validate()
-        .map_err(|(place, expected, found)| {
-            SnapshotError::value(&format!("faults.{place}"), &expected, found)
-        })?;
-    let (vary, seed) = (
-        controller.endpoints.variation.as_ref().map(Variation::seed),
-        controller.robot.config.vary,
-    );
-    if vary != seed {
-        let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
-        let expected = format!("{}, as config.vary", seed(controller.robot.config.vary));
-        return Err(SnapshotError::value("vary.seed", &expected, seed(vary)));
-    }
+fn check_faults(endpoints: &Endpoints, config: &Config) -> CheckResult {
+    let faults = endpoints.faults.validate();
+    faults.map_err(|(place, expected, found)| {
+        SnapshotError::value(&format!("faults.{place}"), &expected, found)
+    })?;
+    let seed = |seed: Option<u64>| seed.map_or("none".to_string(), |seed| seed.to_string());
+    let found = endpoints.variation.as_ref().map(Variation::seed);
+    let expected = format!("{}, as config.vary", seed(config.vary));
+    check(found == config.vary, "vary.seed", &expected, seed(found))?;
     for port in Port::ALL {
-        let (bytes, segments) = controller.endpoints.send_queue.waiting(port);
+        let (bytes, segments) = endpoints.send_queue.waiting(port);
         let place = format!("outbox.queues.{port}");
         check_at_most(&place, bytes, MAX_QUEUED_BYTES)?;
         check_at_most(&place, segments, MAX_QUEUED_SEGMENTS)?;
     }
     Ok(())
-}
-
-fn check_arm(controller: &Controller) -> CheckResult {
-    controller
-        .robot
-        .arm
-        .validate(controller.robot.now)
-        .map_err(|(place, reason)| SnapshotError::value(place, "a posture of the arm", reason))?;
-    let text = controller
-        .robot
-        .jogging
-        .map(|port| (port, port.protocol().is_some()));
-    match text {
-        Some((port, false)) => Err(SnapshotError::value("jogging", "HOST or IP0", port)),
-        _ => Ok(()),
-    }
-}
-
-impl Signals {
-    fn check(&self) -> CheckResult {
-        for (place, line) in self.snapshot_lines() {
-            if !Signals::exists(line) {
-                let place = format!("signals.{place}");
-                let expected = "lines 1-64, 101-164, 201-264; a pulse of an output that is on";
-                return Err(SnapshotError::value(&place, expected, line.to_string()));
-            }
-        }
-        Ok(())
-    }
 }

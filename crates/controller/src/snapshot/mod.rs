@@ -4,8 +4,8 @@
 //! state that cannot occur is rejected with what was expected, what was found, and where. The emulator gives snapshots
 //! names and files.
 //!
-//! Programs are stored as source and compiled again (`executor::relink`). Outputs that were not drained are not part of a snapshot: drain them
-//! first, as [`Controller::feed`] does.
+//! Programs are stored as source and compiled again (`executor::relink`). Outputs that were not drained are not part of a
+//! snapshot: drain them first, as [`Controller::feed`] does.
 
 mod bounds;
 pub(crate) mod field;
@@ -104,26 +104,20 @@ pub struct SnapshotHeader {
 }
 
 impl SnapshotHeader {
-    fn current() -> SnapshotHeader {
-        SnapshotHeader {
-            format: SNAPSHOT_FORMAT.to_string(),
-            version: SNAPSHOT_VERSION,
-        }
-    }
-
     /// Whether it is a snapshot, of this version.
     ///
     /// # Errors
     /// [`SnapshotError::Value`] of `format` or `version`.
     pub fn validate(&self) -> Result<(), SnapshotError> {
-        if self.format != SNAPSHOT_FORMAT {
-            return Err(SnapshotError::value("format", SNAPSHOT_FORMAT, &self.format));
-        }
-        if self.version != SNAPSHOT_VERSION {
-            let expected = SNAPSHOT_VERSION.to_string();
-            return Err(SnapshotError::value("version", &expected, self.version));
-        }
-        Ok(())
+        let known = self.format == SNAPSHOT_FORMAT;
+        check(known, "format", SNAPSHOT_FORMAT, &self.format)?;
+        let expected = SNAPSHOT_VERSION.to_string();
+        check(
+            self.version == SNAPSHOT_VERSION,
+            "version",
+            &expected,
+            self.version,
+        )
     }
 }
 
@@ -174,10 +168,9 @@ impl Controller {
     /// A snapshot of this controller.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
-        let SnapshotHeader { format, version } = SnapshotHeader::current();
         Snapshot {
-            format,
-            version,
+            format: SNAPSHOT_FORMAT.to_string(),
+            version: SNAPSHOT_VERSION,
             config: self.robot.config.clone(),
             now: self.robot.now,
             panel: self.robot.panel.clone(),
@@ -208,68 +201,46 @@ impl Controller {
     /// # Errors
     /// [`SnapshotError`]: it is of another version, or no run leads to it.
     pub fn restore(snapshot: Snapshot) -> Result<Controller, SnapshotError> {
-        let Snapshot {
-            format,
-            version,
-            config,
-            now,
-            panel,
-            drive,
-            alarms,
-            signals,
-            sessions,
-            channels,
-            lines,
-            keys,
-            pendant,
-            mut executor,
-            arm,
-            jogging,
-            ethernet,
-            user,
-            network,
-            traced,
-            upkeep,
-            faults,
-            variation,
-            send_queue,
-        } = snapshot;
-        SnapshotHeader { format, version }.validate()?;
+        let header = SnapshotHeader {
+            format: snapshot.format,
+            version: snapshot.version,
+        };
+        header.validate()?;
+        let (config, mut executor) = (snapshot.config, snapshot.executor);
         bounds::check_config(&config)?;
-        let arm = arm.with_model(config.model.clone());
         executor.relink(&config)?;
         let controller = Controller {
             robot: Robot {
-                config,
-                now,
-                panel,
-                drive,
-                alarms,
-                signals,
-                channels,
-                keys,
-                pendant,
+                now: snapshot.now,
+                panel: snapshot.panel,
+                drive: snapshot.drive,
+                alarms: snapshot.alarms,
+                signals: snapshot.signals,
+                channels: snapshot.channels,
+                keys: snapshot.keys,
+                pendant: snapshot.pendant,
                 executor,
-                arm,
-                jogging,
-                ethernet,
-                user,
-                network,
-                traced,
-                maintenance: upkeep,
+                arm: snapshot.arm.with_model(config.model.clone()),
+                jogging: snapshot.jogging,
+                ethernet: snapshot.ethernet,
+                user: snapshot.user,
+                network: snapshot.network,
+                traced: snapshot.traced,
+                maintenance: snapshot.upkeep,
                 persistence: Persistence::default(),
                 notices: alloc::vec::Vec::new(),
                 outputs: VecDeque::new(),
+                config,
             },
             endpoints: Endpoints {
-                sessions,
-                lines,
-                faults,
-                variation,
-                send_queue,
+                sessions: snapshot.sessions,
+                lines: snapshot.lines,
+                faults: snapshot.faults,
+                variation: snapshot.variation,
+                send_queue: snapshot.send_queue,
             },
         };
-        bounds::controller(&controller)?;
+        bounds::check_controller(&controller)?;
         Ok(controller)
     }
 }
