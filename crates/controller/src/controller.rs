@@ -76,8 +76,11 @@ impl Controller {
             Input::Connected { port, peer } => endpoints.connected(robot, port, peer),
             Input::SerialOpened { port, host } => endpoints.line_opened(port, host),
             Input::SerialPurged { port } => endpoints.purge_line(robot, port),
-            Input::SerialErrors { port, bytes } => endpoints.line_faults(robot, port, &bytes),
-            Input::Received { port, bytes } => endpoints.received(robot, port, &bytes),
+            Input::SerialErrors { port, bytes } => endpoints.line_faults(robot, port, &bytes.into()),
+            Input::Received { port, bytes } if port.ethernet_index().is_none() => {
+                endpoints.received_on_line(robot, port, bytes);
+            }
+            Input::Received { port, bytes } => endpoints.received(robot, port, robot.now, &bytes),
             Input::Disconnected { port } => endpoints.peer_left(robot, port),
             Input::SecondPeer { port, peer, kept } => robot.report_second_peer(port, &peer, kept),
             Input::Backlogged { port } => robot.report_backlog(port),

@@ -5,12 +5,13 @@
 mod actions;
 mod command;
 mod download;
-pub(crate) mod exchange;
+mod exchange;
+mod filters;
 mod notices;
 pub(crate) mod send_queue;
-pub(crate) mod sending;
+mod sending;
 pub mod serial_line;
-pub(crate) mod serial_lines;
+mod serial_lines;
 pub(crate) mod session;
 
 use crate::endpoint::send_queue::SendQueue;

@@ -80,6 +80,8 @@ pub const MAX_VARIED_GAP_MS: u64 = 15;
 pub const MAX_VARIED_REPLY_MS: u64 = 100;
 /// Most by which variation delays the unsolicited SP, in ms; [`MAX_SP_DELAY`] holds all the same.
 pub const MAX_VARIED_SP_MS: u64 = 200;
+/// Fewest data bytes of a text under variation that is not the last of its file.
+pub const MIN_VARIED_TEXT: u64 = 128;
 /// Most blanks between name and size in CA under variation.
 pub const MAX_VARIED_BLANKS: u64 = 3;
 /// Longest DELAY or pulse in seconds: a hundred years. A longer one counts as this long.

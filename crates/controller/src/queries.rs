@@ -215,7 +215,7 @@ impl Controller {
             PortView {
                 port,
                 peer: self.peer_of(port),
-                exchange: session.map(|session| match session.exchange {
+                exchange: session.map(|session| match session.exchange() {
                     Exchange::Idle => "idle",
                     Exchange::Sending { .. } => "sending",
                     Exchange::Receiving { .. } => "receiving",

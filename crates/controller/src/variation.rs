@@ -3,13 +3,15 @@
 //! Everything follows from one seed: the same seed and the same inputs give the same bytes at the same times. Each
 //! variation is a row of [`VARIATIONS`] and a method here.
 
-use crate::faults::kind::{Departure, Segment};
+use crate::endpoint::send_queue::{Departure, Segment};
 use crate::faults::rng::Rng;
 use crate::limits::{
     MAX_SEND, MAX_VARIED_BLANKS, MAX_VARIED_GAP_MS, MAX_VARIED_PIECES, MAX_VARIED_REPLY_MS, MAX_VARIED_SP_MS,
+    MIN_VARIED_TEXT,
 };
 use alloc::string::String;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::time::Duration;
 use ts3100_proto::status::ca::DirectoryEntry;
 use ts3100_proto::text::MAX_DATA;
@@ -65,9 +67,6 @@ pub const VARIATIONS: &[VariationRule] = &[
     },
 ];
 
-/// Fewest data bytes of a text that is not the last of its file.
-pub(crate) const MIN_CUT_TEXT: u64 = 128;
-
 /// The random state of the variations in a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[cfg_attr(
@@ -110,7 +109,7 @@ impl Variation {
     }
 
     /// `segments`: the writes in which these bytes are sent, the first one after `delay`.
-    pub fn segments(&mut self, delay: Duration, bytes: &[u8]) -> Vec<Segment> {
+    pub fn segments(&mut self, delay: Duration, bytes: &Bytes) -> Vec<Segment> {
         let pieces = self.segments.between(1, MAX_VARIED_PIECES);
         let mut cuts: Vec<usize> = (1..pieces).map(|_| self.segments.index(bytes.len())).collect();
         cuts.sort_unstable();
@@ -123,7 +122,7 @@ impl Variation {
                     true => delay,
                     false => Duration::from_millis(self.segments.between(0, MAX_VARIED_GAP_MS)),
                 };
-                segments.push(Segment::after(after, Departure::Bytes(piece.to_vec())));
+                segments.push(Segment::after(after, Departure::Bytes(bytes.slice_ref(piece))));
             }
             from = cut;
         }
@@ -146,8 +145,8 @@ impl Variation {
         let mut lengths = Vec::new();
         let mut rest = length;
         while rest > MAX_DATA {
-            let most = u64::try_from(MAX_DATA).unwrap_or(MIN_CUT_TEXT);
-            let text = usize::try_from(self.cuts.between(MIN_CUT_TEXT, most)).unwrap_or(MAX_DATA);
+            let most = u64::try_from(MAX_DATA).unwrap_or(MIN_VARIED_TEXT);
+            let text = usize::try_from(self.cuts.between(MIN_VARIED_TEXT, most)).unwrap_or(MAX_DATA);
             lengths.push(text);
             rest -= text;
         }
@@ -188,7 +187,7 @@ mod tests {
     #[test]
     fn segments_lose_nothing_keep_to_the_packet_and_differ() {
         let mut variation = Variation::new(3);
-        let bytes: Vec<u8> = (0..=255).cycle().take(700).collect();
+        let bytes: Bytes = (0..=255).cycle().take(700).collect();
         let mut counts = alloc::collections::BTreeSet::new();
         for _ in 0..50 {
             let segments = variation.segments(Duration::ZERO, &bytes);
@@ -200,8 +199,11 @@ mod tests {
             }));
         }
         assert!(counts.len() > 2, "{counts:?}");
-        assert_eq!(joined(&variation.segments(Duration::ZERO, b"x")), b"x");
-        assert_eq!(variation.segments(Duration::ZERO, b""), []);
+        assert_eq!(
+            joined(&variation.segments(Duration::ZERO, &Bytes::from_static(b"x"))),
+            b"x"
+        );
+        assert_eq!(variation.segments(Duration::ZERO, &Bytes::new()), []);
     }
 
     // clause: FRM-02 FL-02 FL-03

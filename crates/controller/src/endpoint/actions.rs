@@ -123,8 +123,7 @@ impl Endpoints {
         robot.power_off();
         self.lines = fresh_lines();
         for port in Port::ALL {
-            self.send_queue.clear(port);
-            self.faults.forget_peer(port);
+            self.forget_peer(port);
         }
         for session in self.sessions.values_mut() {
             session.reset(robot.config.options.text, None);

@@ -1,23 +1,70 @@
 //! The way of a command from a port to the robot: asks the permission tables of the manual (5.3.2), carries the command
-//! out, counts the outcome for coverage.
+//! out, answers it, counts the outcome for coverage.
 //!
-//! `exchange` calls it with a parsed command and sends the answer. What each command does is in `ops`.
+//! `exchange` calls it with a parsed command. What each command does is in `ops`.
 
 use super::Endpoints;
-use crate::endpoint::session::Session;
+use crate::endpoint::session::{Exchange, Session};
 use crate::findings::rules;
 use crate::ops::{CommandContext, Outcome};
 use crate::output::{Event, Verdict};
+use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::format;
 use ts3100_proto::command::Command;
 use ts3100_proto::permission::Permission;
+use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
 
 impl Endpoints {
+    /// Carries out a command and answers it, or holds it until the file that it changes is stored.
+    pub(crate) fn answer_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: Command) {
+        let letters = command.letters();
+        let risk = robot.command_risk(&command);
+        let again = robot.persistence.is_enabled().then(|| command.clone());
+        let outcome = self.command(robot, port, command);
+        if let (Outcome::Held, Some(command)) = (&outcome, again) {
+            let message = message.to_vec();
+            return robot.persistence.hold(PendingChange::Command {
+                port,
+                message,
+                command,
+            });
+        }
+        self.faults.drive_free = None;
+        if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
+            robot.report(rule, port, message, text);
+        }
+        self.check_repeat(robot, port, message, matches!(outcome, Outcome::Ng(_)));
+        match outcome {
+            Outcome::Held => {}
+            Outcome::Ok => self.send_text(robot, port, &Reply::Ok.encode()),
+            Outcome::Ng(reason) => self.refuse_text(robot, port, letters, &reason),
+            Outcome::File(mut sender) => {
+                self.cut(&mut sender);
+                let Some(text) = sender.next_text() else { return };
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.block = 1;
+                    session.set_exchange(Exchange::Sending { sender });
+                }
+                self.send_text(robot, port, &text);
+            }
+            Outcome::Receive(name, receiver) => {
+                if let Some(session) = self.sessions.get_mut(&port) {
+                    session.set_exchange(Exchange::Receiving {
+                        name,
+                        receiver,
+                        begun: false,
+                    });
+                }
+                self.send_text(robot, port, &Reply::Ok.encode());
+            }
+        }
+    }
+
     /// Carries out a command that came on a protocol port.
-    pub(crate) fn command(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
+    fn command(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
         if !robot.config.serves(&command) {
             return Outcome::ng("the manual lists no such command (option `extensions`)");
         }
@@ -51,10 +98,8 @@ impl Endpoints {
 
     /// Carries out a command that is valid.
     fn carry_out(&mut self, robot: &mut Robot, port: Port, command: Command) -> Outcome {
-        let receiving = match &command {
-            Command::Dl(name) => self.sessions.values().any(|session| session.receives(name)),
-            _ => false,
-        };
+        let receiving = matches!(&command, Command::Dl(name)
+            if self.sessions.values().any(|session| session.receives(name)));
         let mut unknown = None;
         let mut context = CommandContext {
             port,

@@ -3,54 +3,19 @@
 //! The exchange before that is in `exchange`; the RAM drive is `drive`.
 
 use super::Endpoints;
-use crate::drive::DriveError;
 use crate::findings::rules;
 use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
 use alloc::string::ToString;
 use alloc::vec::Vec;
-use thiserror::Error;
 use ts3100_proto::command::Command;
 use ts3100_proto::name::FileName;
 use ts3100_proto::reply::Reply;
 use ts3100_proto::status::ExecutionStatus;
 
-/// Why a whole file was refused.
-#[derive(Debug, Clone, PartialEq, Error)]
-enum DownloadError {
-    #[error("the robot was started during the download")]
-    Running,
-    #[error(transparent)]
-    Drive(#[from] DriveError),
-}
-
 impl Endpoints {
-    /// The last text of a download has come (CMD-DL-02, CMD-DL-06).
-    fn finish_download(
-        &mut self,
-        robot: &mut Robot,
-        port: Port,
-        name: &FileName,
-        content: &[u8],
-    ) -> Result<(), DownloadError> {
-        if robot.executor.status() == ExecutionStatus::Running {
-            let reason = DownloadError::Running;
-            robot.report(
-                &rules::REFUSED_BY_STATE,
-                port,
-                name.as_str().as_bytes(),
-                reason.to_string(),
-            );
-            return Err(reason);
-        }
-        robot.store(name, content).map_err(|error| {
-            robot.check_store(port, &error);
-            error.into()
-        })
-    }
-
-    /// The answer to the last text of a download.
+    /// The last text of a download has come: stores the file and answers (CMD-DL-02, CMD-DL-06).
     pub(crate) fn end_download(
         &mut self,
         robot: &mut Robot,
@@ -59,7 +24,12 @@ impl Endpoints {
         content: Vec<u8>,
         last: &[u8],
     ) {
-        match self.finish_download(robot, port, &name, &content) {
+        if robot.executor.status() == ExecutionStatus::Running {
+            let reason = "the robot was started during the download";
+            robot.report(&rules::REFUSED_BY_STATE, port, name.as_str().as_bytes(), reason);
+            return self.refuse_block(robot, port, last, reason);
+        }
+        match robot.store(&name, &content) {
             Ok(()) => {
                 robot.check_download(port, &name, &content, last);
                 self.send_text(robot, port, &Reply::Ok.encode());
@@ -70,7 +40,10 @@ impl Endpoints {
                 content,
                 last: last.to_vec(),
             }),
-            Err(reason) => self.refuse_block(robot, port, last, &reason.to_string()),
+            Err(error) => {
+                robot.check_store(port, &error);
+                self.refuse_block(robot, port, last, &error.to_string());
+            }
         }
     }
 

@@ -1,27 +1,23 @@
 //! The exchange of texts on a port: bytes are cut into texts, texts joined into commands, answers sent, silent hosts given
 //! up after 10 s.
 //!
-//! Start at `received_protocol()`. What is remembered of a port is in `session` (with the diagram of an exchange),
+//! Start at `received()`. What is remembered of a port is in `session` (with the diagram of an exchange),
 //! `command` takes a command to the robot, `sending` sends. Bytes of COM1 and IP1 to IP3 go to the ring buffers of INPUT
 //! (`io::channel`).
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::{DepartedPeer, SerialLine};
 use crate::endpoint::session::Exchange;
-use crate::faults::InjectionPoint;
-use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
 use crate::limits::HOST_DELAY;
-use crate::ops::Outcome;
 use crate::output::Event;
-use crate::persistence::PendingChange;
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use alloc::borrow::Cow;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::command::{Command, CommandError};
 use ts3100_proto::file::Received;
 use ts3100_proto::message::Joined;
@@ -38,8 +34,7 @@ impl Endpoints {
             leaving.next_peer = Some(peer);
             return;
         }
-        self.send_queue.clear(port);
-        self.faults.forget_peer(port);
+        self.forget_peer(port);
         let body = robot.status_body();
         if let Some(session) = self.sessions.get_mut(&port) {
             session.reset(robot.config.options.text, Some(peer));
@@ -73,8 +68,7 @@ impl Endpoints {
                 ..SerialLine::default()
             };
         }
-        self.send_queue.clear(port);
-        self.faults.forget_peer(port);
+        self.forget_peer(port);
         if robot.jogging == Some(port) {
             robot.stop_jog();
         }
@@ -101,30 +95,18 @@ impl Endpoints {
     }
 
     /// Bytes have come through, the last of them at `at`.
-    pub(crate) fn arrived(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &[u8]) {
-        if self.faults.is_stalled(port) {
+    pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &Bytes) {
+        let Some(came) = self.inbound(robot, port, bytes) else {
             return;
-        }
-        let site = FaultSite {
-            point: InjectionPoint::Bytes,
-            port,
-            command: "",
-            block: 0,
-            bytes,
-            data: &[],
         };
-        let came = match self.apply_fault(robot, &site) {
-            Effect::ReplaceInput(came) => Cow::Owned(came),
-            _ => Cow::Borrowed(bytes),
-        };
-        if self.sessions.contains_key(&port) {
-            self.received_protocol(robot, port, at, &came);
+        if let Some(session) = self.sessions.get_mut(&port) {
+            session.push(at, &came);
+            self.read_texts(robot, port, true);
         } else if port == Port::Ip3 {
             let message = format!("{} bytes for {port} are discarded", bytes.len());
             robot.report(&rules::DATA_TO_IP3, port, bytes, message);
         } else {
-            let kept = self.drop_lost_records(robot, port, &came);
-            self.received_data(robot, port, &kept);
+            self.received_data(robot, port, &came);
         }
     }
 
@@ -156,13 +138,6 @@ impl Endpoints {
                 return;
             }
         }
-    }
-
-    fn received_protocol(&mut self, robot: &mut Robot, port: Port, at: Time, bytes: &[u8]) {
-        if let Some(session) = self.sessions.get_mut(&port) {
-            session.push(at, bytes);
-        }
-        self.read_texts(robot, port, true);
     }
 
     /// Serves the texts that are there; `first`: none of their segment was served before.
@@ -199,7 +174,7 @@ impl Endpoints {
                 continue;
             };
             if session.deadline().is_some_and(|deadline| deadline <= now) {
-                let download = matches!(session.exchange, Exchange::Receiving { .. });
+                let download = matches!(session.exchange(), Exchange::Receiving { .. });
                 let begun = session.is_partial();
                 let bytes = session.give_up();
                 session.history.file_refused = download;
@@ -226,11 +201,7 @@ impl Endpoints {
     }
 
     fn text(&mut self, robot: &mut Robot, port: Port, text: Text) {
-        let Text {
-            framing,
-            data,
-            error: fault,
-        } = text;
+        let Text { framing, data, error } = text;
         robot.event(Event::TextIn {
             port,
             framing,
@@ -266,10 +237,10 @@ impl Endpoints {
                 return;
             }
         }
-        if fault.is_some() {
+        if error.is_some() {
             self.no_command(port);
         }
-        match fault {
+        match error {
             Some(TextError::OverLong { length }) => {
                 let message = format!("at most 253 data bytes expected, {length} found (5.2)");
                 robot.report(&rules::TEXT_OVER_LONG, port, &data, message);
@@ -291,7 +262,7 @@ impl Endpoints {
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
-        if let Exchange::Receiving { begun, .. } = &session.exchange {
+        if let Exchange::Receiving { begun, .. } = session.exchange() {
             let begun = *begun;
             if self.is_block(robot, port, data, begun) {
                 if !begun {
@@ -360,34 +331,18 @@ impl Endpoints {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.block = session.block.saturating_add(1);
         }
-        match self.apply_pending_fault(robot, port) {
-            Effect::Lost => return,
-            Effect::Refused(reason) => return self.refuse_block(robot, port, data, &reason),
-            _ => {}
+        if !self.admit(robot, port, data) {
+            return;
         }
-        let Some(session) = self.sessions.get_mut(&port) else {
-            return;
-        };
-        let Exchange::Receiving {
-            receiver,
-            begun,
-            name,
-        } = &mut session.exchange
-        else {
-            return;
-        };
-        *begun = true;
-        match receiver.push(data) {
-            Received::More => self.send_text(robot, port, &Reply::Ok.encode()),
-            Received::Complete(content) => {
-                let name = name.clone();
-                session.exchange = Exchange::Idle;
-                self.end_download(robot, port, name, content, data);
+        let session = self.sessions.get_mut(&port);
+        match session.and_then(|session| session.receive(data)) {
+            Some((_, Received::More)) => self.send_text(robot, port, &Reply::Ok.encode()),
+            Some((name, Received::Complete(content))) => self.end_download(robot, port, name, content, data),
+            Some((_, Received::Refused(error))) => {
+                robot.check_file(port, &error, data);
+                self.refuse_block(robot, port, data, &error.to_string());
             }
-            Received::Refused(fault) => {
-                robot.check_file(port, &fault, data);
-                self.refuse_block(robot, port, data, &fault.to_string());
-            }
+            None => {}
         }
     }
 
@@ -399,12 +354,12 @@ impl Endpoints {
         let Some(session) = self.sessions.get_mut(&port) else {
             return;
         };
-        let open = core::mem::replace(&mut session.exchange, Exchange::Idle);
+        let open = session.set_exchange(Exchange::Idle);
         match (command, open) {
             (Ok(Command::Ok), Exchange::Sending { mut sender }) => {
                 if let Some(text) = sender.next_text() {
                     session.block = session.block.saturating_add(1);
-                    session.exchange = Exchange::Sending { sender };
+                    session.set_exchange(Exchange::Sending { sender });
                     self.send_text(robot, port, &text);
                 }
             }
@@ -444,58 +399,8 @@ impl Endpoints {
         if let Some(session) = self.sessions.get_mut(&port) {
             (session.asked, session.block) = (letters, 0);
         }
-        self.faults.drive_free = None;
-        match self.apply_pending_fault(robot, port) {
-            Effect::Lost => return,
-            Effect::Refused(reason) => return self.refuse_text(robot, port, letters, &reason),
-            _ => {}
-        }
-        self.answer_command(robot, port, message, command);
-    }
-
-    pub(crate) fn answer_command(&mut self, robot: &mut Robot, port: Port, message: &[u8], command: Command) {
-        let letters = command.letters();
-        let risk = robot.command_risk(&command);
-        let again = robot.persistence.is_enabled().then(|| command.clone());
-        let outcome = self.command(robot, port, command);
-        if let (Outcome::Held, Some(command)) = (&outcome, again) {
-            let message = message.to_vec();
-            return robot.persistence.hold(PendingChange::Command {
-                port,
-                message,
-                command,
-            });
-        }
-        self.faults.drive_free = None;
-        if let Some((rule, text)) = risk.filter(|_| !matches!(outcome, Outcome::Ng(_))) {
-            robot.report(rule, port, message, text);
-        }
-        self.check_repeat(robot, port, message, matches!(outcome, Outcome::Ng(_)));
-        match outcome {
-            Outcome::Held => {}
-            Outcome::Ok => self.send_text(robot, port, &Reply::Ok.encode()),
-            Outcome::Ng(reason) => self.refuse_text(robot, port, letters, &reason),
-            Outcome::File(mut sender) => {
-                if let (Some(variation), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
-                    sender.set_text_lengths(variation.cuts(length));
-                }
-                let Some(text) = sender.next_text() else { return };
-                if let Some(session) = self.sessions.get_mut(&port) {
-                    session.block = 1;
-                    session.exchange = Exchange::Sending { sender };
-                }
-                self.send_text(robot, port, &text);
-            }
-            Outcome::Receive(name, receiver) => {
-                if let Some(session) = self.sessions.get_mut(&port) {
-                    session.exchange = Exchange::Receiving {
-                        name,
-                        receiver,
-                        begun: false,
-                    };
-                }
-                self.send_text(robot, port, &Reply::Ok.encode());
-            }
+        if self.admit(robot, port, message) {
+            self.answer_command(robot, port, message, command);
         }
     }
 
@@ -506,30 +411,10 @@ impl Endpoints {
         }
     }
 
-    /// What the faults make of the command that has come, or of the text of a download.
-    fn apply_pending_fault(&mut self, robot: &mut Robot, port: Port) -> Effect {
-        let Some((asked, block)) = self
-            .sessions
-            .get(&port)
-            .map(|session| (session.asked, session.block))
-        else {
-            return Effect::Unchanged;
-        };
-        let site = FaultSite {
-            point: InjectionPoint::Command,
-            port,
-            command: asked,
-            block,
-            bytes: &[],
-            data: &[],
-        };
-        self.apply_fault(robot, &site)
-    }
-
     /// NG: whatever exchange was open is over.
     pub(crate) fn refuse_text(&mut self, robot: &mut Robot, port: Port, command: &str, reason: &str) {
         if let Some(session) = self.sessions.get_mut(&port) {
-            session.exchange = Exchange::Idle;
+            session.set_exchange(Exchange::Idle);
             session.joiner.reset();
         }
         robot.event(Event::Refused {

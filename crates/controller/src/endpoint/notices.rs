@@ -110,7 +110,7 @@ impl Endpoints {
         if let Some(session) = self.sessions.get_mut(&port) {
             session.waiting_sp = false;
         }
-        self.send_unsolicited(robot, port, &Reply::Sp.encode());
+        self.send_text(robot, port, &Reply::Sp.encode());
     }
 
     /// Raises the alarm of WD, once, if its time is over.

@@ -2,15 +2,62 @@
 //!
 //! Without faults and variation the queue stays empty. `sending` fills it.
 
-use crate::endpoint::Endpoints;
-use crate::faults::kind::{Departure, Segment};
-use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
-use crate::output::{Event, Output};
+use crate::limits::MAX_SEND;
+use crate::output::DisconnectMode;
 use crate::port::Port;
-use crate::robot::Robot;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, VecDeque};
-use alloc::vec::Vec;
+use bytes::Bytes;
+use core::time::Duration;
+
+/// One part of what is sent instead of a text.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Segment {
+    /// Pause after the previous part.
+    pub delay: Duration,
+    /// What happens after the pause.
+    pub departure: Departure,
+}
+
+/// Something that happens at the sending side of a port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum Departure {
+    /// These bytes are sent in one write.
+    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes),
+    /// These bytes are sent in one write with the next ones, or alone when their pause is over.
+    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Bytes),
+    /// The connection ends.
+    #[cfg_attr(feature = "serde", serde(rename = "Cut"))]
+    Disconnect(DisconnectMode),
+    /// From now on nothing is read or written, until the connection ends.
+    #[cfg_attr(feature = "serde", serde(rename = "Deaf"))]
+    Stall,
+}
+
+impl Departure {
+    /// Number of bytes it sends.
+    #[must_use]
+    pub fn length(&self) -> usize {
+        match self {
+            Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
+            Departure::Disconnect(_) | Departure::Stall => 0,
+        }
+    }
+}
+
+impl Segment {
+    /// Bytes that are sent without a pause.
+    pub fn bytes(bytes: impl Into<Bytes>) -> Segment {
+        Segment::after(Duration::ZERO, Departure::Bytes(bytes.into()))
+    }
+
+    /// Something that happens after a pause.
+    #[must_use]
+    pub fn after(delay: Duration, departure: Departure) -> Segment {
+        Segment { delay, departure }
+    }
+}
 
 /// What waits to be sent, by port.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -51,38 +98,29 @@ impl SendQueue {
     }
 
     /// Appends a segment; returns when it is due.
-    fn push(&mut self, port: Port, earliest: Time, segment: Segment) -> Time {
+    pub(super) fn push(&mut self, port: Port, earliest: Time, segment: Segment) -> Time {
         let queue = self.queues.entry(port).or_default();
         let Segment { delay, departure } = segment;
-        // Bytes that were held back are sent together with these, before them.
-        let held = match (queue.back_mut(), &departure) {
-            (Some((_, Departure::Held(held))), Departure::Bytes(bytes))
-                if held.len() + bytes.len() <= MAX_SEND =>
-            {
-                Some(core::mem::take(held))
-            }
-            _ => None,
-        };
-        let (departure, from) = match (held, departure) {
-            (Some(mut held), Departure::Bytes(bytes)) => {
-                queue.pop_back();
-                held.extend(bytes);
-                (Departure::Bytes(held), None)
-            }
-            (_, departure) => {
-                // Held bytes that do not fit into one write are sent now.
-                if let Some((due, Departure::Held(_))) = queue.back_mut() {
-                    *due = earliest;
-                }
-                (departure, queue.back().map(|(due, _)| *due))
-            }
-        };
-        let due = from.map_or(earliest, |from| from.max(earliest)) + delay;
-        queue.push_back((due, departure));
-        due
+        if let (Some((_, Departure::Held(held))), Departure::Bytes(bytes)) = (queue.back(), &departure)
+            && held.len() + bytes.len() <= MAX_SEND
+        {
+            // Bytes that were held back are sent together with these, before them.
+            let together = [held.as_ref(), bytes].concat();
+            queue.pop_back();
+            queue.push_back((earliest + delay, Departure::Bytes(together.into())));
+            return earliest + delay;
+        }
+        // Held bytes that do not fit into one write are sent now.
+        if let Some((due, Departure::Held(_))) = queue.back_mut() {
+            *due = earliest;
+        }
+        let from = queue.back().map_or(earliest, |(due, _)| earliest.max(*due));
+        queue.push_back((from + delay, departure));
+        from + delay
     }
 
-    fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
+    /// What is due next, from the port with the earliest.
+    pub(super) fn take_due(&mut self, now: Time) -> Option<(Port, Departure)> {
         let due = self
             .queues
             .iter()
@@ -93,73 +131,13 @@ impl SendQueue {
     }
 }
 
-impl Endpoints {
-    /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
-    /// is sent, as far as known.
-    pub(crate) fn enqueue(&mut self, robot: &mut Robot, port: Port, segments: Vec<Segment>) -> Time {
-        let at_once =
-            |segment: &Segment| segment.delay.is_zero() && matches!(segment.departure, Departure::Bytes(_));
-        let mut segments = VecDeque::from(segments);
-        if segments.len() == 1
-            && segments.iter().all(at_once)
-            && !self.send_queue.is_busy(port)
-            && let Some(Departure::Bytes(bytes)) = segments.pop_front().map(|segment| segment.departure)
-        {
-            return self.put_on_line(robot, port, bytes);
-        }
-        let mut last = robot.now;
-        for segment in segments {
-            let surplus = segment.departure.length();
-            let (bytes, segments) = self.send_queue.waiting(port);
-            if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
-                robot.event(Event::Dropped {
-                    port,
-                    bytes: surplus,
-                    reason: "more is to be sent than a delayed port holds",
-                });
-                continue;
-            }
-            last = self.send_queue.push(port, last, segment);
-        }
-        self.send_due(robot);
-        last
-    }
-
-    /// Sends what is due.
-    pub(crate) fn send_due(&mut self, robot: &mut Robot) {
-        while let Some((port, what)) = self.send_queue.take_due(robot.now) {
-            match what {
-                Departure::Bytes(bytes) | Departure::Held(bytes) if bytes.is_empty() => {}
-                Departure::Bytes(bytes) | Departure::Held(bytes) => {
-                    self.put_on_line(robot, port, bytes);
-                }
-                Departure::Stall => {
-                    self.faults.stall(port);
-                    if port.ethernet_index().is_some() {
-                        robot.push_output(Output::Stall { port });
-                    }
-                }
-                // A serial line has no connection to end.
-                Departure::Disconnect(_) if port.ethernet_index().is_none() => self.faults.forget_peer(port),
-                Departure::Disconnect(how) => {
-                    // Send nothing more until the embedding program reports that the peer is gone.
-                    self.faults.stall(port);
-                    self.send_queue.clear(port);
-                    robot.push_output(Output::Disconnect { port, how });
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::output::DisconnectMode;
-    use core::time::Duration;
+    use alloc::vec::Vec;
 
     fn bytes(text: &[u8]) -> Departure {
-        Departure::Bytes(text.to_vec())
+        Departure::Bytes(Bytes::copy_from_slice(text))
     }
 
     #[test]
@@ -187,8 +165,12 @@ mod tests {
 
     #[test]
     fn what_is_held_leaves_with_the_next_or_alone_or_before_what_is_too_much() {
-        let held =
-            |length: usize| Segment::after(Duration::from_secs(1), Departure::Held([b'h'].repeat(length)));
+        let held = |length: usize| {
+            Segment::after(
+                Duration::from_secs(1),
+                Departure::Held([b'h'].repeat(length).into()),
+            )
+        };
         let mut queue = SendQueue::default();
         queue.push(Port::Ip0, Time::ZERO, held(1));
         assert_eq!(queue.take_due(Time::from_millis(999)), None);

@@ -1,17 +1,16 @@
-//! Texts and bytes on their way out: framed like the host's last text, then passed through faults and variation.
+//! Texts and bytes on their way out: framed like the host's last text, passed through the filters, and written at once
+//! or when their time has come.
 //!
-//! `exchange` and `ops` decide what is answered. `send_queue` holds what leaves later, `serial_lines` what takes time on the
-//! line.
+//! `exchange` and `ops` decide what is answered, `filters` what faults and variation make of it. `send_queue` holds what
+//! leaves later, `serial_lines` what takes time on the line.
 
 use crate::endpoint::Endpoints;
-use crate::faults::InjectionPoint;
-use crate::faults::kind::{Effect, FaultSite, Segment};
-use crate::limits::MAX_SEND;
-use crate::output::Event;
+use crate::endpoint::send_queue::{Departure, Segment};
+use crate::limits::{MAX_QUEUED_BYTES, MAX_QUEUED_SEGMENTS, MAX_SEND};
+use crate::output::{Event, Output};
 use crate::port::Port;
 use crate::robot::Robot;
 use crate::time::Time;
-use crate::variation::Variation;
 use alloc::vec::Vec;
 use bytes::Bytes;
 use core::time::Duration;
@@ -19,51 +18,24 @@ use ts3100_proto::reply::Reply;
 use ts3100_proto::text::{Framing, encode_text};
 
 impl Endpoints {
-    /// Sends a text of the command that is being served.
+    /// Sends a text in the form of the host's last one: of the command that is being served, or SP, for which nobody
+    /// has asked.
     pub(crate) fn send_text(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
-        let Some(session) = self.sessions.get(&port) else {
-            return;
-        };
-        let (asked, block) = (session.asked, session.block);
-        let delay = self.variation.as_mut().map(Variation::reply_delay);
-        self.send_as(robot, port, data, (asked, block), delay.unwrap_or_default());
-    }
-
-    /// Sends a text that nobody has asked for: SP.
-    pub(crate) fn send_unsolicited(&mut self, robot: &mut Robot, port: Port, data: &[u8]) {
-        self.send_as(robot, port, data, ("SP", 0), Duration::ZERO);
-    }
-
-    /// Sends a text in the form of the host's last one.
-    fn send_as(
-        &mut self,
-        robot: &mut Robot,
-        port: Port,
-        data: &[u8],
-        (command, block): (&str, u32),
-        delay: Duration,
-    ) {
-        let checksum = robot.config.options.text.checksum;
         let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) else {
             return;
         };
-        let framing: Framing = session.framing;
-        let bytes: Vec<u8> = encode_text(data, framing, checksum);
+        let framing = session.framing;
+        let bytes = Bytes::from(encode_text(data, framing, robot.config.options.text.checksum));
         debug_assert!(bytes.len() <= MAX_SEND);
+        let begin = usize::from(framing == Framing::Stx);
+        let section = bytes.slice(begin..begin + data.len());
         robot.event(Event::TextOut {
             port,
             framing,
-            data: Bytes::copy_from_slice(data),
+            data: section.clone(),
         });
-        let site = FaultSite {
-            point: InjectionPoint::Reply,
-            port,
-            command,
-            block,
-            bytes: &bytes,
-            data,
-        };
-        let sent = self.leave(robot, &site, delay);
+        let segments = self.outbound(robot, port, bytes, &section);
+        let sent = self.enqueue(robot, port, segments);
         if let Some(session) = self.sessions.get_mut(&port) {
             session.sent_at = Some(sent);
             session.history.unsolicited_sp_sent = data == Reply::Sp.encode();
@@ -73,31 +45,76 @@ impl Endpoints {
         }
     }
 
-    /// Bytes of PRINT leave.
+    /// Sends bytes of PRINT.
     pub(crate) fn send_bytes(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
-        let site = FaultSite {
-            point: InjectionPoint::Print,
-            port,
-            command: "",
-            block: 0,
-            bytes,
-            data: bytes,
-        };
-        self.leave(robot, &site, Duration::ZERO);
+        let bytes = Bytes::copy_from_slice(bytes);
+        let segments = self.outbound(robot, port, bytes.clone(), &bytes);
+        self.enqueue(robot, port, segments);
     }
 
-    /// Something leaves, as faults and variation make it. Returns when the last of it has left.
-    fn leave(&mut self, robot: &mut Robot, site: &FaultSite<'_>, delay: Duration) -> Time {
-        let port = site.port;
-        if self.faults.is_stalled(port) {
-            return robot.now;
+    /// Queues segments after those that wait on the port and sends what is due. Returns when the last of the bytes
+    /// is sent, as far as known.
+    fn enqueue(&mut self, robot: &mut Robot, port: Port, segments: Vec<Segment>) -> Time {
+        if let [
+            Segment {
+                delay: Duration::ZERO,
+                departure: Departure::Bytes(bytes),
+            },
+        ] = segments.as_slice()
+            && !self.send_queue.is_busy(port)
+        {
+            return self.write(robot, port, bytes.clone());
         }
-        let segments = match (self.apply_fault(robot, site), &mut self.variation) {
-            (Effect::Lost, _) => return robot.now,
-            (Effect::ReplaceOutput(segments), _) => segments,
-            (_, Some(variation)) => variation.segments(delay, site.bytes),
-            (_, None) => [Segment::bytes(site.bytes.to_vec())].into(),
-        };
-        self.enqueue(robot, port, segments)
+        let mut last = robot.now;
+        for segment in segments {
+            let surplus = segment.departure.length();
+            let (bytes, segments) = self.send_queue.waiting(port);
+            if bytes + surplus > MAX_QUEUED_BYTES || segments >= MAX_QUEUED_SEGMENTS {
+                robot.event(Event::Dropped {
+                    port,
+                    bytes: surplus,
+                    reason: "more is to be sent than a delayed port holds",
+                });
+                continue;
+            }
+            last = self.send_queue.push(port, last, segment);
+        }
+        self.send_due(robot);
+        last
+    }
+
+    /// Sends what is due.
+    pub(crate) fn send_due(&mut self, robot: &mut Robot) {
+        while let Some((port, what)) = self.send_queue.take_due(robot.now) {
+            match what {
+                Departure::Bytes(bytes) | Departure::Held(bytes) if bytes.is_empty() => {}
+                Departure::Bytes(bytes) | Departure::Held(bytes) => {
+                    self.write(robot, port, bytes);
+                }
+                Departure::Stall => {
+                    self.faults.stall(port);
+                    if port.ethernet_index().is_some() {
+                        robot.push_output(Output::Stall { port });
+                    }
+                }
+                // A serial line has no connection to end.
+                Departure::Disconnect(_) if port.ethernet_index().is_none() => self.faults.forget_peer(port),
+                Departure::Disconnect(how) => {
+                    // Send nothing more until the embedding program reports that the peer is gone.
+                    self.faults.stall(port);
+                    self.send_queue.clear(port);
+                    robot.push_output(Output::Disconnect { port, how });
+                }
+            }
+        }
+    }
+
+    /// Bytes leave the robot. Returns when the last of them is out: on Ethernet at once.
+    fn write(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Time {
+        if self.lines.contains_key(&port) {
+            return self.put_on_line(robot, port, bytes);
+        }
+        robot.push_output(Output::Send { port, bytes });
+        robot.now
     }
 }

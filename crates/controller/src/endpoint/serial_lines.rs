@@ -1,14 +1,12 @@
 //! The serial ports HOST and COM1 with the settings of \[U06\] (SER-01, SER-02): received bytes pass the line one character at
 //! a time, garbled where the settings of both ends differ, lost where HOST is half-duplex (2.2.2).
 //!
-//! The line itself is `serial_line`. `exchange` gets the characters that passed. Ethernet ports go straight through.
+//! The line itself is `serial_line`. `exchange` gets the characters that passed. Ethernet does not pass here.
 
 use crate::endpoint::Endpoints;
 use crate::endpoint::serial_line::direction::{Arrival, receive_unpaced};
 use crate::endpoint::serial_line::uart::CharacterError;
 use crate::endpoint::serial_line::{HostEnd, SerialLine};
-use crate::faults::InjectionPoint;
-use crate::faults::kind::{Effect, FaultSite};
 use crate::findings::rules;
 use crate::limits::{LINE_QUEUE, MAX_LINE_OUTPUT};
 use crate::options::{BadCharacter, WhileSending};
@@ -18,6 +16,7 @@ use crate::robot::Robot;
 use crate::time::Time;
 use alloc::format;
 use alloc::vec::Vec;
+use bytes::Bytes;
 use ts3100_proto::parameter::SerialSettings;
 
 /// What becomes of the characters that come in.
@@ -68,21 +67,20 @@ impl Endpoints {
         port == Port::Host && robot.config.options.while_sending == WhileSending::Lost
     }
 
-    /// Bytes of the peer: on a serial line they have a way to go, elsewhere they are there.
-    pub(crate) fn received(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
+    /// Bytes that a peer has put on a serial line.
+    pub(crate) fn received_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) {
         let now = robot.now;
         let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
-            return self.arrived(robot, port, now, bytes);
+            return;
         };
         let Some(far) = line.host_settings(own) else {
             return self.received_from_device(robot, port, bytes);
         };
         self.compare_settings(robot, port, own);
         if robot.config.options.serial_pacing {
-            self.push_inbound(robot, port, bytes, far);
-            return;
+            return self.push_inbound(robot, port, &bytes, far);
         }
-        let arrivals = receive_unpaced(bytes, far, own)
+        let arrivals = receive_unpaced(&bytes, far, own)
             .into_iter()
             .map(|character| Arrival {
                 byte: character.byte,
@@ -118,9 +116,8 @@ impl Endpoints {
                 continue;
             };
             let far = line.host_settings(own).unwrap_or(own);
-            let arrivals = line.outbound.take(now, far);
-            let bytes: Vec<u8> = arrivals.into_iter().map(|arrival| arrival.byte).collect();
-            self.push_send(robot, port, bytes);
+            let read = line.outbound.take(now, far);
+            send_read(robot, port, read.into_iter().map(|arrival| arrival.byte));
         }
     }
 
@@ -172,14 +169,19 @@ impl Endpoints {
         self.receive_from_lines(robot);
     }
 
-    fn received_characters(&mut self, robot: &mut Robot, port: Port, arrivals: Vec<Arrival>) {
+    fn received_characters(&mut self, robot: &mut Robot, port: Port, mut arrivals: Vec<Arrival>) {
         if arrivals.is_empty() {
             return;
         }
         let half_duplex = self.is_half_duplex(robot, port);
         let keeps = robot.config.options.bad_character == BadCharacter::Keep;
         let mut heard = Passed::default();
-        let arrivals = self.apply_character_fault(robot, port, arrivals);
+        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
+        if let Some(place) = self.parity_error(robot, port, &bytes)
+            && let Some(arrival) = arrivals.get_mut(place)
+        {
+            arrival.fault = Some(CharacterError::Parity);
+        }
         for arrival in arrivals {
             let overlaps = |line: &SerialLine| line.was_sending(arrival.begin, arrival.end);
             if half_duplex && self.lines.get(&port).is_some_and(overlaps) {
@@ -204,46 +206,27 @@ impl Endpoints {
             self.lost_while_sending(robot, port, heard.lost);
         }
         if let Some(at) = heard.at {
-            self.arrived(robot, port, at, &heard.bytes);
+            self.received(robot, port, at, &heard.bytes.into());
         }
     }
 
-    /// The arrivals, one of them with a parity error where a fault is armed.
-    fn apply_character_fault(
-        &mut self,
-        robot: &mut Robot,
-        port: Port,
-        mut arrivals: Vec<Arrival>,
-    ) -> Vec<Arrival> {
-        if self.faults.is_empty() {
-            return arrivals;
-        }
-        let bytes: Vec<u8> = arrivals.iter().map(|arrival| arrival.byte).collect();
-        if let Effect::ParityError(place) = self.apply_fault(robot, &characters(port, &bytes))
-            && let Some(arrival) = arrivals.get_mut(place)
+    /// Bytes off a real line, whose port has found no error; a parity error on purpose drops a character all the same.
+    fn received_from_device(&mut self, robot: &mut Robot, port: Port, mut bytes: Bytes) {
+        let keeps = robot.config.options.bad_character == BadCharacter::Keep;
+        if let Some(place) = self.parity_error(robot, port, &bytes)
+            && !keeps
         {
-            arrival.fault = Some(CharacterError::Parity);
+            let mut rest = bytes.to_vec();
+            rest.remove(place);
+            bytes = rest.into();
+            let reason = CharacterError::Parity.description();
+            robot.event(Event::Dropped {
+                port,
+                bytes: 1,
+                reason,
+            });
         }
-        arrivals
-    }
-
-    /// Bytes off a real line, whose port has found no fault; where one is armed, a character is dropped all the same.
-    fn received_from_device(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
-        let now = robot.now;
-        let mut bytes = bytes.to_vec();
-        if let Effect::ParityError(place) = self.apply_fault(robot, &characters(port, &bytes)) {
-            let keeps = robot.config.options.bad_character == BadCharacter::Keep;
-            if place < bytes.len() && !keeps {
-                bytes.remove(place);
-                let reason = CharacterError::Parity.description();
-                robot.event(Event::Dropped {
-                    port,
-                    bytes: 1,
-                    reason,
-                });
-            }
-        }
-        self.arrived(robot, port, now, &bytes);
+        self.received(robot, port, robot.now, &bytes);
     }
 
     fn lost_while_sending(&mut self, robot: &mut Robot, port: Port, bytes: usize) {
@@ -268,7 +251,7 @@ impl Endpoints {
     }
 
     /// Characters came with a parity or framing error that the line itself brought.
-    pub(crate) fn line_faults(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) {
+    pub(crate) fn line_faults(&mut self, robot: &mut Robot, port: Port, bytes: &Bytes) {
         let Some(own) = robot.serial_line(port) else {
             return;
         };
@@ -279,7 +262,7 @@ impl Endpoints {
         );
         robot.report(&rules::LINE_GARBLED, port, bytes, message);
         match robot.config.options.bad_character {
-            BadCharacter::Keep => self.arrived(robot, port, robot.now, bytes),
+            BadCharacter::Keep => self.received(robot, port, robot.now, bytes),
             BadCharacter::Drop => robot.event(Event::Dropped {
                 port,
                 bytes: bytes.len(),
@@ -288,22 +271,14 @@ impl Endpoints {
         }
     }
 
-    /// Puts bytes onto the line of a port; on Ethernet, and where nothing takes time, they are out at once.
-    /// Returns when the last of them is out. Faults and variation come before this.
-    pub(crate) fn put_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) -> Time {
+    /// Puts bytes onto the serial line of a port. Returns when the last of them is out.
+    pub(super) fn put_on_line(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Time {
         let now = robot.now;
         let (Some(own), Some(line)) = (robot.serial_line(port), self.lines.get_mut(&port)) else {
-            robot.push_output(Output::Send {
-                port,
-                bytes: bytes.into(),
-            });
             return now;
         };
         let Some(far) = line.host_settings(own) else {
-            robot.push_output(Output::Send {
-                port,
-                bytes: bytes.into(),
-            });
+            robot.push_output(Output::Send { port, bytes });
             return now;
         };
         if line.departed_peer.is_some() && self.sessions.contains_key(&port) {
@@ -313,11 +288,7 @@ impl Endpoints {
         self.compare_settings(robot, port, own);
         if !robot.config.options.serial_pacing {
             let read = receive_unpaced(&bytes, own, far);
-            self.push_send(
-                robot,
-                port,
-                read.into_iter().map(|character| character.byte).collect(),
-            );
+            send_read(robot, port, read.into_iter().map(|character| character.byte));
             return now;
         }
         let Some(line) = self.lines.get_mut(&port) else {
@@ -334,13 +305,6 @@ impl Endpoints {
         let (begin, end) = line.outbound.push(now, &bytes, own);
         line.note_sending(begin, end);
         end
-    }
-
-    fn push_send(&mut self, robot: &mut Robot, port: Port, bytes: Vec<u8>) {
-        if !bytes.is_empty() {
-            let bytes = bytes.into();
-            robot.push_output(Output::Send { port, bytes });
-        }
     }
 
     /// When the robot's buffer of a line will have room for this many bytes more; `None` if it has.
@@ -368,14 +332,10 @@ impl Endpoints {
     }
 }
 
-/// Characters off a line as a fault sees them.
-fn characters(port: Port, bytes: &[u8]) -> FaultSite<'_> {
-    FaultSite {
-        point: InjectionPoint::Character,
-        port,
-        command: "",
-        block: 0,
-        bytes,
-        data: &[],
+/// What the host's end has read of the robot's characters is sent.
+fn send_read(robot: &mut Robot, port: Port, read: impl Iterator<Item = u8>) {
+    let bytes: Bytes = read.collect();
+    if !bytes.is_empty() {
+        robot.push_output(Output::Send { port, bytes });
     }
 }

@@ -1,27 +1,12 @@
 //! One port of the simple protocol: where its text decoder stands, and which exchange is open. What a
 //! command does is in `ops`; this file knows only the conversation.
-//!
-//! ```text
-//!            command answered OK or NG
-//!            +-----------------------+
-//!            v                       |
-//!   +------ Idle <-------------------+----------------------------+
-//!   |        |                                                    |
-//!   |        | command answered FL        host OK, no text left;  |
-//!   |        v                            host NG; other command; |
-//!   |     Sending ---host OK, next text-> Sending ----10 s------->+
-//!   |                                                             |
-//!   +-- DL answered OK --> Receiving --block OK--> Receiving      |
-//!                             |  EOF stored or refused; host NG;  |
-//!                             +--other command; 10 s------------->+
-//! ```
 
 use crate::findings::HostHistory;
 use crate::limits::{HOST_DELAY, HOST_TIMEOUT};
 use crate::port::Port;
 use crate::time::Time;
 use alloc::string::String;
-use ts3100_proto::file::{FlReceiver, FlSender};
+use ts3100_proto::file::{FlReceiver, FlSender, Received};
 use ts3100_proto::message::MessageJoiner;
 use ts3100_proto::name::FileName;
 use ts3100_proto::status::su::StatusBody;
@@ -69,7 +54,7 @@ pub struct Session {
     /// Joins texts into messages.
     pub joiner: MessageJoiner,
     /// The open exchange.
-    pub exchange: Exchange,
+    exchange: Exchange,
     /// Form of the host's last text; answers take the same.
     pub framing: Framing,
     /// When the last byte came.
@@ -169,9 +154,54 @@ impl Session {
         self.waiting_sp && self.exchange == Exchange::Idle && self.sp_by <= now
     }
 
+    /// The open exchange.
+    #[must_use]
+    pub fn exchange(&self) -> &Exchange {
+        &self.exchange
+    }
+
+    /// Goes over to another exchange; returns the former one. Nothing else changes it, but that the texts of a file
+    /// are counted in it.
+    ///
+    /// ```text
+    ///            command answered OK or NG
+    ///            +-----------------------+
+    ///            v                       |
+    ///   +------ Idle <-------------------+----------------------------+
+    ///   |        |                                                    |
+    ///   |        | command answered FL        host OK, no text left;  |
+    ///   |        v                            host NG; other command; |
+    ///   |     Sending ---host OK, next text-> Sending ----10 s------->+
+    ///   |                                                             |
+    ///   +-- DL answered OK --> Receiving --block OK--> Receiving      |
+    ///                             |  EOF stored or refused; host NG;  |
+    ///                             +--other command; 10 s------------->+
+    /// ```
+    pub fn set_exchange(&mut self, next: Exchange) -> Exchange {
+        core::mem::replace(&mut self.exchange, next)
+    }
+
+    /// Adds a text to the file of the open download, which ends with a complete or a refused file.
+    pub fn receive(&mut self, data: &[u8]) -> Option<(FileName, Received)> {
+        let Exchange::Receiving {
+            name,
+            receiver,
+            begun,
+        } = &mut self.exchange
+        else {
+            return None;
+        };
+        *begun = true;
+        let received = (name.clone(), receiver.push(data));
+        if received.1 != Received::More {
+            self.set_exchange(Exchange::Idle);
+        }
+        Some(received)
+    }
+
     /// Gives up waiting, in silence (SER-07). Returns the bytes dropped.
     pub fn give_up(&mut self) -> usize {
-        self.exchange = Exchange::Idle;
+        self.set_exchange(Exchange::Idle);
         self.joiner.reset();
         self.decoder.reset()
     }

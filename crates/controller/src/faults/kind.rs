@@ -4,13 +4,15 @@
 //! [`FaultSite`]; `spec` parses and writes faults.
 
 use super::rng::Rng;
-use super::scheduled::ScheduledAction;
+use crate::alarm::AlarmCode;
+use crate::endpoint::send_queue::Segment;
 use crate::faults::FaultError;
-use crate::output::DisconnectMode;
+use crate::input::PanelAction;
 use crate::port::Port;
 use alloc::collections::BTreeMap;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use bytes::Bytes;
 use core::fmt;
 use core::time::Duration;
 use ts3100_proto::escape::Escaped;
@@ -154,56 +156,6 @@ impl fmt::Display for ParameterValue {
     }
 }
 
-/// One part of what is sent instead of a text.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Segment {
-    /// Pause after the previous part.
-    pub delay: Duration,
-    /// What happens after the pause.
-    pub departure: Departure,
-}
-
-/// Something that happens at the sending side of a port.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Departure {
-    /// These bytes are sent in one write.
-    Bytes(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
-    /// These bytes are sent in one write with the next ones, or alone when their pause is over.
-    Held(#[cfg_attr(feature = "serde", serde(with = "ts3100_proto::serde_latin1"))] Vec<u8>),
-    /// The connection ends.
-    #[cfg_attr(feature = "serde", serde(rename = "Cut"))]
-    Disconnect(DisconnectMode),
-    /// From now on nothing is read or written, until the connection ends.
-    #[cfg_attr(feature = "serde", serde(rename = "Deaf"))]
-    Stall,
-}
-
-impl Departure {
-    /// Number of bytes it sends.
-    #[must_use]
-    pub fn length(&self) -> usize {
-        match self {
-            Departure::Bytes(bytes) | Departure::Held(bytes) => bytes.len(),
-            Departure::Disconnect(_) | Departure::Stall => 0,
-        }
-    }
-}
-
-impl Segment {
-    /// Bytes that are sent without a pause.
-    #[must_use]
-    pub fn bytes(bytes: Vec<u8>) -> Segment {
-        Segment::after(Duration::ZERO, Departure::Bytes(bytes))
-    }
-
-    /// Something that happens after a pause.
-    #[must_use]
-    pub fn after(delay: Duration, departure: Departure) -> Segment {
-        Segment { delay, departure }
-    }
-}
-
 /// What a fault changes at its site.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Effect {
@@ -216,9 +168,19 @@ pub enum Effect {
     /// This is sent instead.
     ReplaceOutput(Vec<Segment>),
     /// These bytes were received instead.
-    ReplaceInput(Vec<u8>),
+    ReplaceInput(Bytes),
     /// The character at this index has a parity error.
     ParityError(usize),
+}
+
+/// An action of a fault on the machine, at once or later. Panel and alarms take it like any other.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum ScheduledAction {
+    /// An operation at the panel.
+    Panel(PanelAction),
+    /// An alarm is raised.
+    Alarm(AlarmCode),
 }
 
 /// What a fault did, and the message about it.
@@ -238,7 +200,7 @@ impl Applied {
 }
 
 /// The command, text or bytes a fault can be applied to.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct FaultSite<'a> {
     /// Where in the controller.
     pub point: InjectionPoint,
@@ -249,12 +211,24 @@ pub struct FaultSite<'a> {
     /// Number of the FL text in its exchange, from 1; 0 if it is not an FL text and does not answer one.
     pub block: u32,
     /// Its bytes as transmitted; empty for a command.
-    pub bytes: &'a [u8],
+    pub bytes: Bytes,
     /// The data section of a text that is sent; empty otherwise.
-    pub data: &'a [u8],
+    pub data: Bytes,
 }
 
 impl FaultSite<'_> {
+    /// A site that belongs to no command and has no bytes.
+    pub(crate) fn new(point: InjectionPoint, port: Port) -> FaultSite<'static> {
+        FaultSite {
+            point,
+            port,
+            command: "",
+            block: 0,
+            bytes: Bytes::new(),
+            data: Bytes::new(),
+        }
+    }
+
     /// The phrase for messages: `the answer to SU`.
     #[must_use]
     pub fn description(&self) -> String {

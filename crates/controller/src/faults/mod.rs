@@ -1,8 +1,8 @@
 //! Fault injection: which faults are armed, when one fires, and what has happened.
 //!
 //! Each kind of fault is a file in `kinds`, after the description in `kind`. `spec` parses and writes faults, and
-//! `reachability` rejects one that can never fire. What a fault does to the machine later is in `scheduled`; what is sent
-//! later is in `crate::endpoint::send_queue`.
+//! `reachability` rejects one that can never fire. `crate::endpoint::filters` asks at each site, performs what a fault
+//! does to the machine, and sends what it sends later.
 //!
 //! ```
 //! use ts3100_controller::{Config, Controller, Dialect, Input, Time};
@@ -17,29 +17,23 @@ pub mod kind;
 mod kinds;
 mod reachability;
 pub mod rng;
-mod scheduled;
 mod spec;
 
 pub use kind::{FaultKind, InjectionPoint, Parameter, ParameterType, ParameterValue, ParameterValues};
 pub use kinds::KINDS;
 pub use spec::FaultError;
 
-use crate::action::ActionError;
-use crate::endpoint::Endpoints;
-#[cfg(feature = "serde")]
-use crate::limits::MAX_SCHEDULED_ACTIONS;
-use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS};
+use crate::limits::{MAX_FAULT_TIMES, MAX_FAULTS, MAX_SCHEDULED_ACTIONS};
 use crate::output::Event;
 use crate::port::Port;
-use crate::robot::Robot;
 use crate::time::Time;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
-use kind::{Applied, Effect, FaultContext, FaultSite};
+use core::time::Duration;
+use kind::{Applied, Effect, FaultContext, FaultSite, ScheduledAction};
 use rng::{MILLION, Rng};
-use scheduled::ScheduledAction;
 
 /// Which sites a fault applies to. `None` matches everything.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -141,7 +135,7 @@ pub struct Faults {
     #[cfg_attr(feature = "serde", serde(rename = "deaf"))]
     stalled: BTreeSet<Port>,
     /// Per SCOL channel, the record for INPUT that is being received.
-    records: BTreeMap<Port, RecordState>,
+    pub(crate) records: BTreeMap<Port, RecordState>,
     /// Actions of faults that are due later.
     #[cfg_attr(feature = "serde", serde(rename = "strikes"))]
     scheduled: Vec<(Time, ScheduledAction)>,
@@ -150,10 +144,19 @@ pub struct Faults {
     pub(crate) drive_free: Option<usize>,
 }
 
+/// What comes of a fault that fires.
+pub(crate) struct Fired {
+    pub(crate) effect: Effect,
+    /// What the log says.
+    pub(crate) event: Event,
+    /// What happens to the machine, and how long after now.
+    pub(crate) scheduled: Vec<(Duration, ScheduledAction)>,
+}
+
 /// What happens to the rest of a record that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-enum RecordState {
+pub(crate) enum RecordState {
     /// It reaches the program.
     #[cfg_attr(feature = "serde", serde(rename = "Taken"))]
     Kept,
@@ -255,8 +258,8 @@ impl Faults {
         Ok(())
     }
 
-    /// Arms a fault; its number, or `None` if there are [`MAX_FAULTS`] already.
-    fn arm(&mut self, mut fault: Fault) -> Option<u32> {
+    /// Arms a fault; returns its number, or `None` if [`MAX_FAULTS`] are there.
+    pub(crate) fn arm(&mut self, mut fault: Fault) -> Option<u32> {
         if fault.id == 0 {
             let last = self.reports.iter().map(|report| report.fault.id).max();
             fault.id = last.unwrap_or(0).saturating_add(1);
@@ -277,6 +280,61 @@ impl Faults {
         }
         self.reports.sort_by_key(|report| report.fault.id);
         Some(id)
+    }
+
+    /// Disarms a fault; false if none has this number.
+    pub(crate) fn disarm(&mut self, id: u32) -> bool {
+        let found = self.reports.iter_mut().find(|report| report.fault.id == id);
+        found.map(|report| report.armed = false).is_some()
+    }
+
+    /// Disarms every fault and empties the report.
+    pub(crate) fn clear(&mut self) {
+        self.reports.clear();
+        self.scheduled.clear();
+    }
+
+    /// Keeps an action for later, unless [`MAX_SCHEDULED_ACTIONS`] wait.
+    pub(crate) fn schedule(&mut self, due: Time, action: ScheduledAction) {
+        if self.scheduled.len() < MAX_SCHEDULED_ACTIONS {
+            self.scheduled.push((due, action));
+        }
+    }
+
+    /// The next action that is due, in the order of their times.
+    pub(crate) fn take_due(&mut self, now: Time) -> Option<ScheduledAction> {
+        let due = self
+            .scheduled
+            .iter()
+            .enumerate()
+            .filter(|(_, (due, _))| *due <= now);
+        let (place, _) = due.min_by_key(|(_, (due, _))| *due)?;
+        Some(self.scheduled.remove(place).1)
+    }
+
+    /// Lets at most one armed fault fire at a site.
+    pub(crate) fn fire(&mut self, now: Time, site: &FaultSite<'_>) -> Option<Fired> {
+        let Fault { id, kind, values, .. } = self.firing_fault(now, site)?;
+        let mut context = FaultContext {
+            rng: &mut self.rng,
+            room: self.drive_free,
+            scheduled: Vec::new(),
+        };
+        let Applied { effect, description } = (kind.apply)(&mut context, &values, site);
+        let FaultContext { room, scheduled, .. } = context;
+        self.drive_free = room;
+        let event = Event::Fault {
+            id,
+            kind: kind.name,
+            port: Some(site.port),
+            message: description,
+            fired: true,
+        };
+        Some(Fired {
+            effect,
+            event,
+            scheduled,
+        })
     }
 
     /// Counts the site for every armed fault that matches it, and returns the one that fires: the first by number
@@ -349,116 +407,6 @@ impl Fault {
     #[must_use]
     pub fn chance(&self) -> f64 {
         f64::from(self.probability) / f64::from(MILLION)
-    }
-}
-
-impl Endpoints {
-    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> Result<(), ActionError> {
-        match action {
-            FaultAction::Arm(fault) => {
-                let (kind, spec) = (fault.kind.name, fault.to_string());
-                fault.check_can_fire().map_err(|error| {
-                    ActionError::conflict(&spec, "a fault that can fire", error.to_string())
-                })?;
-                let armed = self.faults.arm(*fault);
-                let id = armed.ok_or_else(|| {
-                    ActionError::conflict(&spec, &format!("at most {MAX_FAULTS} faults"), "one more")
-                })?;
-                robot.event(Event::Fault {
-                    id,
-                    kind,
-                    port: None,
-                    message: format!("armed: {spec}"),
-                    fired: false,
-                });
-            }
-            FaultAction::Disarm(id) => {
-                let found = self
-                    .faults
-                    .reports
-                    .iter_mut()
-                    .find(|report| report.fault.id == id);
-                let report = found.ok_or_else(|| {
-                    ActionError::missing("fault", "the number of one that was armed", id.to_string())
-                })?;
-                report.armed = false;
-            }
-            FaultAction::Clear => {
-                self.faults.reports.clear();
-                self.faults.scheduled.clear();
-            }
-        }
-        Ok(())
-    }
-
-    /// Lets at most one armed fault fire at a site; returns what it changes there.
-    pub(crate) fn apply_fault(&mut self, robot: &mut Robot, site: &FaultSite<'_>) -> Effect {
-        let now = robot.now;
-        let Some(fault) = self.faults.firing_fault(now, site) else {
-            return Effect::Unchanged;
-        };
-        let Fault { id, kind, values, .. } = fault;
-        let mut context = FaultContext {
-            rng: &mut self.faults.rng,
-            room: self.faults.drive_free,
-            scheduled: Vec::new(),
-        };
-        let Applied { effect, description } = (kind.apply)(&mut context, &values, site);
-        let FaultContext { room, scheduled, .. } = context;
-        self.faults.drive_free = room;
-        for (delay, action) in scheduled {
-            self.schedule(robot, delay, action);
-        }
-        robot.event(Event::Fault {
-            id,
-            kind: kind.name,
-            port: Some(site.port),
-            message: description,
-            fired: true,
-        });
-        effect
-    }
-
-    /// Bytes received on a SCOL channel, without the records that a fault drops.
-    pub(crate) fn drop_lost_records(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) -> Vec<u8> {
-        if self.faults.is_empty() {
-            return bytes.to_vec();
-        }
-        let mut kept = Vec::new();
-        for &byte in bytes {
-            let current = self.faults.records.get(&port).copied();
-            let state = match current {
-                Some(state) => state,
-                // Line ends and blanks between records belong to none.
-                None if matches!(byte, b'\r' | b'\n' | b' ') => {
-                    kept.push(byte);
-                    continue;
-                }
-                None => {
-                    let site = FaultSite {
-                        point: InjectionPoint::Record,
-                        port,
-                        command: "",
-                        block: 0,
-                        bytes: &[],
-                        data: &[],
-                    };
-                    match self.apply_fault(robot, &site) {
-                        Effect::Lost => RecordState::Lost,
-                        _ => RecordState::Kept,
-                    }
-                }
-            };
-            if state == RecordState::Kept {
-                kept.push(byte);
-            }
-            if byte == ts3100_proto::text::CR {
-                self.faults.records.remove(&port);
-            } else {
-                self.faults.records.insert(port, state);
-            }
-        }
-        kept
     }
 }
 

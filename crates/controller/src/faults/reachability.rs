@@ -5,9 +5,8 @@
 
 use super::kind::{InjectionPoint, ParameterType, ParameterValue};
 use super::{Fault, FaultError, FaultFilter};
-use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS};
+use crate::limits::{MAX_ALARMS, MAX_FILE, MAX_FILES, MAX_HISTORY, MAX_VARIED_BLANKS, MIN_VARIED_TEXT};
 use crate::port::Port;
-use crate::variation::MIN_CUT_TEXT;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
@@ -117,9 +116,9 @@ fn max_texts(command: &str) -> u32 {
 }
 
 /// Most texts for a content of this size. Variation may cut texts shorter than necessary, down to
-/// [`SHORTEST_TEXT`], if the content does not fit into one.
+/// [`MIN_VARIED_TEXT`], if the content does not fit into one.
 fn texts(content: usize) -> u32 {
-    let shortest = usize::try_from(MIN_CUT_TEXT).unwrap_or(1);
+    let shortest = usize::try_from(MIN_VARIED_TEXT).unwrap_or(1);
     let after_first = (content + FL_EXTRA).saturating_sub(MAX_DATA).div_ceil(shortest);
     u32::try_from(after_first + 1).unwrap_or(u32::MAX)
 }
@@ -129,7 +128,7 @@ impl Fault {
     ///
     /// # Errors
     /// [`FaultError::NeverFires`], with advice on what to change.
-    pub(super) fn check_can_fire(&self) -> Result<(), FaultError> {
+    pub(crate) fn check_can_fire(&self) -> Result<(), FaultError> {
         let never = |reason: String, advice: String| FaultError::NeverFires {
             kind: self.kind.name,
             reason,

@@ -249,7 +249,7 @@ impl fmt::Display for Fault {
         for (key, value) in self.values.iter() {
             match value {
                 ParameterValue::Text(_) => pair(f, key, &format!("\"{value}\""))?,
-                other => pair(f, key, other)?,
+                ParameterValue::Number(_) | ParameterValue::Word(_) => pair(f, key, value)?,
             }
         }
         Ok(())

@@ -141,21 +141,17 @@ impl Robot {
 
     /// The rule that a command breaks by being obeyed now. Call it only for a command that is not refused.
     pub(crate) fn command_risk(&self, command: &Command) -> Option<(&'static Rule, &'static str)> {
-        match command {
-            Command::Br if self.executor.status() == ExecutionStatus::Running => Some((
-                &rules::SERVO_OFF_RUNNING,
-                "BR while the robot runs; the motion is broken off (CMD-BR-02)",
-            )),
-            Command::Mw(_) if self.executor.program_runs() => Some((
-                &rules::WRITE_WHILE_RUNNING,
-                "MW while the program runs; it acts at once (CMD-MW-06)",
-            )),
-            Command::Dl(name) if !name.fits_editor() => Some((
-                &rules::LONG_FILE_NAME,
-                "the file is taken; file names have at most 8 characters and an extension of at most 3",
-            )),
-            _ => None,
+        if *command == Command::Br && self.executor.status() == ExecutionStatus::Running {
+            let text = "BR while the robot runs; the motion is broken off (CMD-BR-02)";
+            return Some((&rules::SERVO_OFF_RUNNING, text));
         }
+        if matches!(command, Command::Mw(_)) && self.executor.program_runs() {
+            let text = "MW while the program runs; it acts at once (CMD-MW-06)";
+            return Some((&rules::WRITE_WHILE_RUNNING, text));
+        }
+        let too_long = matches!(command, Command::Dl(name) if !name.fits_editor());
+        let text = "the file is taken; file names have at most 8 characters and an extension of at most 3";
+        too_long.then_some((&rules::LONG_FILE_NAME, text))
     }
 
     /// Reports that a command that is valid now was refused, unless a finding since `outputs` outputs were waiting
@@ -164,10 +160,12 @@ impl Robot {
         if has_finding_since(self, outputs) {
             return;
         }
-        let rule = match command {
-            Command::Rn if reason == OperateError::ServoOff.to_string() => &rules::START_SERVO_OFF,
-            Command::Fl(_) => &rules::FILE_WITHOUT_DOWNLOAD,
-            _ => &rules::REFUSED_BY_STATE,
+        let rule = if *command == Command::Rn && reason == OperateError::ServoOff.to_string() {
+            &rules::START_SERVO_OFF
+        } else if matches!(command, Command::Fl(_)) {
+            &rules::FILE_WITHOUT_DOWNLOAD
+        } else {
+            &rules::REFUSED_BY_STATE
         };
         self.report(
             rule,
@@ -329,7 +327,7 @@ impl Endpoints {
             robot.report(&rules::LEFT_JOGGING, port, &[], text);
         }
         if let Some(session) = self.sessions.get(&port).filter(|session| session.peer.is_some()) {
-            let what = match &session.exchange {
+            let what = match session.exchange() {
                 Exchange::Sending { .. } => "where OK or NG to an FL text was awaited",
                 Exchange::Receiving { .. } => "in the middle of a download; nothing is stored",
                 Exchange::Idle if session.is_partial() => "in the middle of a text",

@@ -2,8 +2,7 @@
 //!
 //! The alarm has the same effect as one raised by the controller itself (see `run_control`).
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
-use super::super::scheduled::ScheduledAction;
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::alarm::ALARMS;
 

@@ -2,8 +2,9 @@
 //!
 //! Both copies go through the send queue, so a text sent after them keeps its place.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::{OUTGOING, millis_parameter};
+use crate::endpoint::send_queue::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -13,10 +14,10 @@ pub const KIND: FaultKind = FaultKind {
     parameters: &[millis_parameter("pause", "10", "between the two")],
     points: OUTGOING,
     apply: |_, values, site| {
-        let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.to_vec()));
+        let again = Segment::after(values.millis("pause"), Departure::Bytes(site.bytes.clone()));
         let message = alloc::format!("{} leaves twice", site.description());
         Applied::new(
-            Effect::ReplaceOutput([Segment::bytes(site.bytes.to_vec()), again].into()),
+            Effect::ReplaceOutput([Segment::bytes(site.bytes.clone()), again].into()),
             message,
         )
     },

@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a press of the button by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::super::scheduled::ScheduledAction;
+use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
 use super::{DELAY, MACHINE, millis_parameter};
 use crate::input::PanelAction;
 

@@ -4,7 +4,8 @@
 
 use super::super::ParameterValues;
 use super::super::kind::FaultContext;
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use crate::endpoint::send_queue::Segment;
 
 /// Value of `way`: bytes sent to the host.
 const OUT: &str = "out";
@@ -67,9 +68,10 @@ pub const KIND: FaultKind = FaultKind {
             site.description(),
             *found
         );
-        let effect = match site.point {
-            InjectionPoint::Bytes => Effect::ReplaceInput(bytes),
-            _ => Effect::ReplaceOutput([Segment::bytes(bytes)].into()),
+        let effect = if site.point == InjectionPoint::Bytes {
+            Effect::ReplaceInput(bytes.into())
+        } else {
+            Effect::ReplaceOutput([Segment::bytes(bytes)].into())
         };
         Applied::new(effect, message)
     },

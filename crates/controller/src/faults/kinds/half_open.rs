@@ -2,8 +2,9 @@
 //!
 //! The controller neither reads nor writes on the port while it is stalled.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::{OUTGOING, millis_parameter};
+use crate::endpoint::send_queue::{Departure, Segment};
 use crate::output::DisconnectMode;
 use core::time::Duration;
 

@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a turn of the key by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
-use super::super::scheduled::ScheduledAction;
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType, ScheduledAction};
 use super::{MACHINE, millis_parameter};
 use crate::input::{KeySwitch, PanelAction};
 use ts3100_proto::words::Word;

@@ -2,8 +2,9 @@
 //!
 //! The default delay is longer than the time-out of most hosts.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::{OUTGOING, millis_parameter};
+use crate::endpoint::send_queue::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -14,7 +15,7 @@ pub const KIND: FaultKind = FaultKind {
     points: OUTGOING,
     apply: |_, values, site| {
         let delay = values.millis("delay");
-        let segment = Segment::after(delay, Departure::Bytes(site.bytes.to_vec()));
+        let segment = Segment::after(delay, Departure::Bytes(site.bytes.clone()));
         let message = alloc::format!("{} leaves {} ms late", site.description(), delay.as_millis());
         Applied::new(Effect::ReplaceOutput([segment].into()), message)
     },

@@ -2,7 +2,8 @@
 //!
 //! Only the last ETX is removed; a checksum that follows it is still sent.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint};
+use crate::endpoint::send_queue::Segment;
 use ts3100_proto::text::ETX;
 
 /// The row of this kind in [`super::KINDS`].

@@ -2,8 +2,9 @@
 //!
 //! The send queue holds the first text until the next one is sent or its time is over.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Segment};
+use super::super::kind::{Applied, Effect, FaultKind};
 use super::{OUTGOING, millis_parameter};
+use crate::endpoint::send_queue::{Departure, Segment};
 
 /// The row of this kind in [`super::KINDS`].
 pub const KIND: FaultKind = FaultKind {
@@ -13,7 +14,7 @@ pub const KIND: FaultKind = FaultKind {
     parameters: &[millis_parameter("hold", "1000", "how long it waits at most")],
     points: OUTGOING,
     apply: |_, values, site| {
-        let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.to_vec()));
+        let held = Segment::after(values.millis("hold"), Departure::Held(site.bytes.clone()));
         let message = alloc::format!("{} waits for what is sent next", site.description());
         Applied::new(Effect::ReplaceOutput([held].into()), message)
     },

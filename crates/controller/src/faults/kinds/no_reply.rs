@@ -24,13 +24,11 @@ pub const KIND: FaultKind = FaultKind {
     points: &[InjectionPoint::Command, InjectionPoint::Reply],
     applies: |values, point, _| (values.word("lost") == COMMAND) == (point == InjectionPoint::Command),
     apply: |_, _, site| {
-        let message = match site.point {
-            InjectionPoint::Command => {
-                alloc::format!("{} is lost before the robot sees it", site.description())
-            }
-            _ => alloc::format!("{} is not sent", site.description()),
+        let lost = match site.point == InjectionPoint::Command {
+            true => "lost before the robot sees it",
+            false => "not sent",
         };
-        Applied::new(Effect::Lost, message)
+        Applied::new(Effect::Lost, alloc::format!("{} is {lost}", site.description()))
     },
     ..FaultKind::DEFAULT
 };

@@ -2,8 +2,7 @@
 //!
 //! The panel handles it like a power cycle by hand.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::super::scheduled::ScheduledAction;
+use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::input::PanelAction;
 

@@ -2,8 +2,9 @@
 //!
 //! A serial line has no connection; there the rest of the text is lost.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Parameter, ParameterType, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::OUTGOING;
+use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::MAX_SEND;
 use crate::output::DisconnectMode;
 use core::time::Duration;
@@ -38,7 +39,7 @@ pub const KIND: FaultKind = FaultKind {
     apply: |_, values, site| {
         let half = site.bytes.len() / 2;
         let count = values.bytes("bytes").unwrap_or(half).min(site.bytes.len());
-        let part = site.bytes.get(..count).unwrap_or_default().to_vec();
+        let part = site.bytes.slice(..count);
         let how = match values.word("how") {
             "close" => DisconnectMode::Close,
             _ => DisconnectMode::Reset,

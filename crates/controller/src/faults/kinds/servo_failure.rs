@@ -2,8 +2,7 @@
 //!
 //! The alarm is ours: its real number is not known.
 
-use super::super::kind::{Applied, Effect, FaultKind};
-use super::super::scheduled::ScheduledAction;
+use super::super::kind::{Applied, Effect, FaultKind, ScheduledAction};
 use super::{DELAY, MACHINE};
 use crate::alarm::SERVO_FAILURE;
 

@@ -2,8 +2,10 @@
 //!
 //! Each byte is one segment of the send queue.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Parameter, ParameterType, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::OUTGOING;
+use crate::endpoint::send_queue::{Departure, Segment};
+use bytes::Bytes;
 use core::time::Duration;
 
 /// Bits a byte takes on the line: start bit, eight data bits, stop bit.
@@ -30,7 +32,8 @@ pub const KIND: FaultKind = FaultKind {
         let speed = values.number("speed").unwrap_or(1).max(1);
         let pace = Duration::from_micros(BITS * 1_000_000 / speed);
         let bytes = site.bytes.iter();
-        let segments = bytes.map(|byte| Segment::after(pace, Departure::Bytes([*byte].into())));
+        let segments =
+            bytes.map(|byte| Segment::after(pace, Departure::Bytes(Bytes::copy_from_slice(&[*byte]))));
         let message = alloc::format!("{} leaves at {speed} bit/s", site.description());
         Applied::new(Effect::ReplaceOutput(segments.collect()), message)
     },

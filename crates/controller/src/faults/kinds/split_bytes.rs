@@ -2,8 +2,9 @@
 //!
 //! Each portion is one write, which is usually one TCP segment.
 
-use super::super::kind::{Applied, Departure, Effect, FaultKind, Parameter, ParameterType, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, Parameter, ParameterType};
 use super::{OUTGOING, millis_parameter};
+use crate::endpoint::send_queue::{Departure, Segment};
 use crate::limits::MAX_SEND;
 use core::time::Duration;
 
@@ -31,7 +32,7 @@ pub const KIND: FaultKind = FaultKind {
         let pause = values.millis("pause");
         let segments = site.bytes.chunks(size).enumerate().map(|(index, portion)| {
             let after = if index == 0 { Duration::ZERO } else { pause };
-            Segment::after(after, Departure::Bytes(portion.to_vec()))
+            Segment::after(after, Departure::Bytes(site.bytes.slice_ref(portion)))
         });
         let message = alloc::format!("{} leaves in portions of {size} bytes", site.description());
         Applied::new(Effect::ReplaceOutput(segments.collect()), message)

@@ -2,7 +2,8 @@
 //!
 //! The default is a text of the other kind: OK instead of a file, an empty file instead of OK or NG.
 
-use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType, Segment};
+use super::super::kind::{Applied, Effect, FaultKind, InjectionPoint, Parameter, ParameterType};
+use crate::endpoint::send_queue::Segment;
 use alloc::vec::Vec;
 use ts3100_proto::text::MAX_DATA;
 
@@ -25,7 +26,7 @@ pub const KIND: FaultKind = FaultKind {
     }],
     points: &[InjectionPoint::Reply],
     apply: |_, values, site| {
-        let usual = match site.data {
+        let usual = match site.data.as_ref() {
             [b'O' | b'N', ..] => EMPTY_FILE,
             _ => OK,
         };
@@ -36,7 +37,7 @@ pub const KIND: FaultKind = FaultKind {
             data.escape_ascii()
         );
         Applied::new(
-            Effect::ReplaceOutput([Segment::bytes(reframed(site.bytes, site.data, data))].into()),
+            Effect::ReplaceOutput([Segment::bytes(reframed(&site.bytes, &site.data, data))].into()),
             message,
         )
     },

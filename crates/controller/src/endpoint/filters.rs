@@ -1,0 +1,236 @@
+//! What faults and legal variation make of the bytes, texts and commands that pass a port. Without them each filter hands
+//! on what it gets, and the protocol (`exchange`, `download`, `session`) is complete without this file.
+//!
+//! Which fault fires and what it does is in `faults`, what varies in `variation`.
+
+use super::Endpoints;
+use super::send_queue::Segment;
+use crate::action::ActionError;
+use crate::faults::kind::{Effect, FaultSite, ScheduledAction};
+use crate::faults::{FaultAction, InjectionPoint, RecordState};
+use crate::limits::MAX_FAULTS;
+use crate::output::Event;
+use crate::port::Port;
+use crate::robot::Robot;
+use alloc::string::ToString;
+use alloc::vec::Vec;
+use bytes::Bytes;
+use core::time::Duration;
+use ts3100_proto::file::FlSender;
+use ts3100_proto::reply::Reply;
+use ts3100_proto::text::CR;
+
+impl Endpoints {
+    /// Bytes of a peer as the robot gets them; `None` where nothing is read.
+    pub(super) fn inbound(&mut self, robot: &mut Robot, port: Port, bytes: &Bytes) -> Option<Bytes> {
+        if self.faults.is_stalled(port) {
+            return None;
+        }
+        let site = FaultSite {
+            bytes: bytes.clone(),
+            ..FaultSite::new(InjectionPoint::Bytes, port)
+        };
+        let effect = self.apply_fault(robot, &site);
+        let came = if let Effect::ReplaceInput(came) = effect {
+            came
+        } else {
+            site.bytes
+        };
+        Some(match port {
+            Port::Com1 | Port::Ip1 | Port::Ip2 => self.drop_lost_records(robot, port, came),
+            Port::Host | Port::Ip0 | Port::Ip3 => came,
+        })
+    }
+
+    /// The place of the character off a serial line that has a parity error on purpose.
+    pub(super) fn parity_error(&mut self, robot: &mut Robot, port: Port, bytes: &[u8]) -> Option<usize> {
+        if self.faults.is_empty() {
+            return None;
+        }
+        let site = FaultSite {
+            bytes: Bytes::copy_from_slice(bytes),
+            ..FaultSite::new(InjectionPoint::Character, port)
+        };
+        let Effect::ParityError(place) = self.apply_fault(robot, &site) else {
+            return None;
+        };
+        Some(place).filter(|place| *place < bytes.len())
+    }
+
+    /// Bytes received on a SCOL channel, without the records that a fault drops.
+    fn drop_lost_records(&mut self, robot: &mut Robot, port: Port, bytes: Bytes) -> Bytes {
+        if self.faults.is_empty() {
+            return bytes;
+        }
+        let mut kept = Vec::new();
+        for byte in bytes {
+            let record = FaultSite::new(InjectionPoint::Record, port);
+            let state = match self.faults.records.get(&port).copied() {
+                Some(state) => state,
+                // Line ends and blanks between records belong to none.
+                None if matches!(byte, b'\r' | b'\n' | b' ') => {
+                    kept.push(byte);
+                    continue;
+                }
+                None if self.apply_fault(robot, &record) == Effect::Lost => RecordState::Lost,
+                None => RecordState::Kept,
+            };
+            if state == RecordState::Kept {
+                kept.push(byte);
+            }
+            if byte == CR {
+                self.faults.records.remove(&port);
+            } else {
+                self.faults.records.insert(port, state);
+            }
+        }
+        kept.into()
+    }
+
+    /// Whether a command, or a text of a download, reaches the robot; `data` is the text. It is answered here if not.
+    pub(super) fn admit(&mut self, robot: &mut Robot, port: Port, data: &[u8]) -> bool {
+        let Some(session) = self.sessions.get(&port) else {
+            return false;
+        };
+        let (command, block) = (session.asked, session.block);
+        if block == 0 {
+            self.faults.drive_free = None;
+        }
+        let site = FaultSite {
+            command,
+            block,
+            ..FaultSite::new(InjectionPoint::Command, port)
+        };
+        match self.apply_fault(robot, &site) {
+            Effect::Lost => return false,
+            Effect::Refused(reason) if block > 0 => self.refuse_block(robot, port, data, &reason),
+            Effect::Refused(reason) => self.refuse_text(robot, port, command, &reason),
+            Effect::Unchanged
+            | Effect::ReplaceOutput(_)
+            | Effect::ReplaceInput(_)
+            | Effect::ParityError(_) => return true,
+        }
+        false
+    }
+
+    /// Where a file that is about to be sent is cut into texts.
+    pub(super) fn cut(&mut self, sender: &mut FlSender) {
+        if let (Some(variation), Some(length)) = (&mut self.variation, sender.remaining_to_split()) {
+            sender.set_text_lengths(variation.cuts(length));
+        }
+    }
+
+    /// What leaves when a text, or data of PRINT, is sent. `data` is the data section of the text.
+    pub(super) fn outbound(
+        &mut self,
+        robot: &mut Robot,
+        port: Port,
+        bytes: Bytes,
+        data: &Bytes,
+    ) -> Vec<Segment> {
+        let (point, command, block) = match self.sessions.get(&port) {
+            None => (InjectionPoint::Print, "", 0),
+            Some(_) if *data == Reply::Sp.encode() => (InjectionPoint::Reply, "SP", 0),
+            Some(session) => (InjectionPoint::Reply, session.asked, session.block),
+        };
+        let answers = point == InjectionPoint::Reply && *data != Reply::Sp.encode();
+        let delay = match &mut self.variation {
+            Some(variation) if answers => variation.reply_delay(),
+            _ => Duration::ZERO,
+        };
+        if self.faults.is_stalled(port) {
+            return Vec::new();
+        }
+        let site = FaultSite {
+            point,
+            port,
+            command,
+            block,
+            bytes: bytes.clone(),
+            data: data.clone(),
+        };
+        match (self.apply_fault(robot, &site), &mut self.variation) {
+            (Effect::Lost, _) => Vec::new(),
+            (Effect::ReplaceOutput(segments), _) => segments,
+            (_, Some(variation)) => variation.segments(delay, &bytes),
+            (_, None) => [Segment::bytes(bytes)].into(),
+        }
+    }
+
+    /// A peer came or is gone: nothing waits to be sent to it, and what befell the former one is over.
+    pub(super) fn forget_peer(&mut self, port: Port) {
+        self.send_queue.clear(port);
+        self.faults.forget_peer(port);
+    }
+
+    /// Arms or disarms faults.
+    ///
+    /// # Errors
+    /// Why it had no effect.
+    pub(crate) fn fault_order(&mut self, robot: &mut Robot, action: FaultAction) -> Result<(), ActionError> {
+        match action {
+            FaultAction::Arm(fault) => {
+                let (kind, spec) = (fault.kind.name, fault.to_string());
+                fault.check_can_fire().map_err(|error| {
+                    ActionError::conflict(&spec, "a fault that can fire", error.to_string())
+                })?;
+                let id = self.faults.arm(*fault).ok_or_else(|| {
+                    let expected = alloc::format!("at most {MAX_FAULTS} faults");
+                    ActionError::conflict(&spec, &expected, "one more".to_string())
+                })?;
+                robot.event(Event::Fault {
+                    id,
+                    kind,
+                    port: None,
+                    message: alloc::format!("armed: {spec}"),
+                    fired: false,
+                });
+                Ok(())
+            }
+            FaultAction::Disarm(id) if self.faults.disarm(id) => Ok(()),
+            FaultAction::Disarm(id) => Err(ActionError::missing(
+                "fault",
+                "the number of one that was armed",
+                id.to_string(),
+            )),
+            FaultAction::Clear => {
+                self.faults.clear();
+                Ok(())
+            }
+        }
+    }
+
+    /// Lets at most one armed fault fire at a site; returns what it changes there.
+    fn apply_fault(&mut self, robot: &mut Robot, site: &FaultSite<'_>) -> Effect {
+        let Some(fired) = self.faults.fire(robot.now, site) else {
+            return Effect::Unchanged;
+        };
+        for (delay, action) in fired.scheduled {
+            if delay.is_zero() {
+                self.perform(robot, action);
+            } else {
+                self.faults.schedule(robot.now + delay, action);
+            }
+        }
+        robot.event(fired.event);
+        fired.effect
+    }
+
+    /// Performs the actions of faults that are due, in the order of their times.
+    pub(crate) fn run_scheduled(&mut self, robot: &mut Robot) {
+        while let Some(action) = self.faults.take_due(robot.now) {
+            self.perform(robot, action);
+        }
+    }
+
+    fn perform(&mut self, robot: &mut Robot, action: ScheduledAction) {
+        match action {
+            ScheduledAction::Panel(panel) => self.panel(robot, panel),
+            // A controller without power raises no alarms.
+            ScheduledAction::Alarm(_) if !robot.panel.state().powered => {}
+            ScheduledAction::Alarm(code) => robot.raise(code, "a fault on purpose".to_string()),
+        }
+        // Before the command that meets the fault is served: an extension command ends the SP of its host.
+        self.take_notices(robot);
+    }
+}
