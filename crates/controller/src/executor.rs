@@ -246,7 +246,7 @@ impl Executor {
 
     /// The selected file has been written anew with another initial value: what runs of it goes on in there, so that
     /// its lines are those of the file (SF-24).
-    fn replace_program(&mut self, program: Arc<Program>) {
+    pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
         let tasks = self.main.iter_mut().chain(self.tasks.values_mut());
         for task in tasks {
             task.relocate(&program);
@@ -261,6 +261,7 @@ impl Executor {
             direct.task.relocate(&program);
         }
         if let Some(selected) = &mut self.selected {
+            selected.source = source;
             selected.memory.relocate(&program);
             selected.program = program;
         }
@@ -304,14 +305,6 @@ impl Executor {
             if !self.program_runs() {
                 self.rewind(now);
             }
-        }
-    }
-
-    /// The selected file has this source now; what runs of it goes on in its program.
-    pub(crate) fn take_rewritten(&mut self, source: String, program: Arc<Program>) {
-        self.replace_program(program);
-        if let Some(selected) = &mut self.selected {
-            selected.source = source;
         }
     }
 

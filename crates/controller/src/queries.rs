@@ -8,7 +8,6 @@ use crate::network::NetworkConfig;
 use crate::parameters::ParameterError;
 use crate::pendant_pages::{self, PAGES, PendantPage};
 use crate::time::Time;
-use scol_mini::LanguageOptions;
 use ts3100_proto::parameter::SerialSettings;
 use ts3100_proto::status::position::CurrentPosition;
 
@@ -24,7 +23,7 @@ use crate::panel::PanelState;
 use crate::port::Port;
 use alloc::string::String;
 use alloc::vec::Vec;
-use scol_mini::{Channel, Position, ValueKind};
+use scol_mini::{Channel, ValueKind};
 use ts3100_proto::calendar::CalendarTime;
 use ts3100_proto::command::Number;
 use ts3100_proto::parameter::{EthernetParameters, UserParameters};
@@ -200,12 +199,6 @@ impl Controller {
         self.robot.arm.percent(self.robot.now)
     }
 
-    /// The present position in the frames that are set: what teaching writes down.
-    #[must_use]
-    pub fn present_position(&self) -> Position {
-        self.robot.present_position()
-    }
-
     /// The six communication ports.
     #[must_use]
     pub fn ports(&self) -> Vec<PortView> {
@@ -288,24 +281,6 @@ impl Controller {
     /// [`Event::Statement`](crate::output::Event::Statement), or no longer.
     pub fn trace(&mut self, on: bool) {
         self.robot.traced = on;
-    }
-
-    /// The options with which this controller compiles a file.
-    #[must_use]
-    pub fn language(&self) -> LanguageOptions {
-        self.robot.config.language()
-    }
-
-    /// Whether an input is on.
-    #[must_use]
-    pub fn is_input_on(&self, line: u16) -> bool {
-        self.robot.signals.input(line)
-    }
-
-    /// Whether an output is on.
-    #[must_use]
-    pub fn is_output_on(&self, line: u16) -> bool {
-        self.robot.signals.output(line)
     }
 
     /// Whether texts have a checksum.

@@ -89,12 +89,8 @@ impl Executor {
 impl Robot {
     /// Takes the statement of DO one step further.
     pub(super) fn step_direct(&mut self, endpoints: &mut Endpoints) -> bool {
-        if self
-            .executor
-            .run_shown_until
-            .is_some_and(|until| until <= self.now)
-        {
-            self.executor.run_shown_until = None;
+        let shown = &mut self.executor.run_shown_until;
+        if shown.take_if(|until| *until <= self.now).is_some() {
             self.report_status();
         }
         let Some(mut direct) = self.executor.direct.take() else {
@@ -110,26 +106,14 @@ impl Robot {
             }
             return over;
         }
-        match self.advance(endpoints, &mut direct.task, false, false) {
-            Step::Blocked => {
-                self.executor.direct = Some(direct);
-                return false;
-            }
-            Step::Begun => {
-                self.executor.direct = Some(Direct {
-                    begun: true,
-                    ..direct
-                });
-            }
+        let step = self.advance(endpoints, &mut direct.task, false, false);
+        let goes_on = !matches!(step, Step::Blocked);
+        direct.begun |= matches!(step, Step::Begun);
+        direct.moved |= matches!(step, Step::Done { motion: true });
+        match step {
             // Tasks are not started and ended by DO.
-            Step::Switch { .. } | Step::Killed { .. } => {
+            Step::Blocked | Step::Begun | Step::Done { .. } | Step::Switch { .. } | Step::Killed { .. } => {
                 self.executor.direct = Some(direct);
-            }
-            Step::Done { motion } => {
-                self.executor.direct = Some(Direct {
-                    moved: direct.moved || motion,
-                    ..direct
-                });
             }
             Step::Restore { names } => {
                 self.executor.direct = Some(direct);
@@ -137,10 +121,8 @@ impl Robot {
             }
             Step::Stopped | Step::Ended if direct.moved => {
                 let until = direct.since + self.config.options.do_min_run;
-                self.executor.direct = Some(Direct {
-                    shown_until: Some(until.max(self.now)),
-                    ..direct
-                });
+                direct.shown_until = Some(until.max(self.now));
+                self.executor.direct = Some(direct);
             }
             Step::Stopped | Step::Ended => self.leave_direct(&direct),
             Step::Trouble(code, detail) => {
@@ -148,7 +130,7 @@ impl Robot {
                 self.leave_direct(&direct);
             }
         }
-        true
+        goes_on
     }
 
     /// A DO statement is over that did not move the arm to its end: one that was under way counts as ended, and hosts

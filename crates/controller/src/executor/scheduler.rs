@@ -153,11 +153,10 @@ impl Robot {
         };
         if self.panel.state().run_mode == RunMode::Continuous && stop.is_none() {
             self.executor.begin_cycle();
-            self.show_cycle_end();
-            return;
+        } else {
+            self.executor.rewind(self.now);
+            self.stop_program(Standstill::FirstStep, stop.unwrap_or(StopCause::Other));
         }
-        self.executor.rewind(self.now);
-        self.stop_program(Standstill::FirstStep, stop.unwrap_or(StopCause::Other));
         self.show_cycle_end();
     }
 

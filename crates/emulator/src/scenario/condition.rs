@@ -266,8 +266,8 @@ impl ScenarioCondition {
     /// Whether it is a state that holds now; `None` for what happens and is over.
     pub(super) fn holds(&self, controller: &Controller) -> Option<bool> {
         match self {
-            ScenarioCondition::Input(line, on) => Some(controller.is_input_on(*line) == *on),
-            ScenarioCondition::Output(line, on) => Some(controller.is_output_on(*line) == *on),
+            ScenarioCondition::Input(line, on) => Some(controller.signals().input(*line) == *on),
+            ScenarioCondition::Output(line, on) => Some(controller.signals().output(*line) == *on),
             _ => None,
         }
     }
