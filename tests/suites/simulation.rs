@@ -6,6 +6,7 @@
 
 use std::time::Duration;
 use ts3100_controller::{ControlRight, Dialect, KeySwitch, PanelAction, Port};
+use ts3100_proto::command::COMMANDS;
 use ts3100_tests::{Robot, frame, notation, unframe};
 
 const SEEDS: u64 = 60;
@@ -23,15 +24,11 @@ const PROGRAMS: [&str; 7] = [
     "PROGRAM P\nX = 1.0\nX = X / 0\nMOVE POINT(9000,0,0)\nEND\n",
 ];
 
-const COMMANDS: [&str; 34] = [
+/// Besides an example of every command: what makes more happen, and no command at all.
+const MORE: [&str; 31] = [
     "RN",
     "RN",
-    "RN",
-    "SP",
-    "BR",
     "SO",
-    "SO",
-    "RS,PRG",
     "RS,STP",
     "RS,CYC",
     "RS,SIG",
@@ -48,15 +45,17 @@ const COMMANDS: [&str; 34] = [
     "EC,MODE CYCLE",
     "EC,MODE SEG",
     "EC,OVRD 37",
+    "EC,OVRD 100",
     "EC,BREAK",
-    "FD",
     "DO,MOVE POINT(400,50,180)",
     "DO,DOUT(5)",
     "DO,DELAY 0.2",
     "DO,STOP",
     "DO,INPUT IP1, A",
     "MW,0 A 0 7",
+    "MR,A 0",
     "IW,3 1",
+    "UL,P0",
     "ZZ",
 ];
 
@@ -86,12 +85,16 @@ fn without_sp(robot: &mut Robot) -> Vec<u8> {
 }
 
 fn ask(robot: &mut Robot, command: &str) -> Vec<u8> {
+    ask_bytes(robot, format!("{command}\r").as_bytes())
+}
+
+fn ask_bytes(robot: &mut Robot, data: &[u8]) -> Vec<u8> {
     let before = without_sp(robot);
     assert_eq!(notation::write(&before), "", "nothing but SP comes unasked");
-    robot.send(Port::Ip0, &[command.as_bytes(), b"\r"].concat());
+    robot.send(Port::Ip0, data);
     let answer = without_sp(robot);
     unframe(&answer)
-        .unwrap_or_else(|| panic!("{command}: one text expected, {} found", notation::write(&answer)))
+        .unwrap_or_else(|| panic!("{}: {} found", notation::write(data), notation::write(&answer)))
 }
 
 /// SU and SF, without time passing in between, say the same.
@@ -110,6 +113,40 @@ fn agree(robot: &mut Robot, wait: u64) {
     );
     assert!(body[3] <= 1 && body[4] <= 1 && body[6] <= 1);
     assert!(body[3] == 0 || body[4] == 0, "servo power in an emergency stop");
+}
+
+/// Sends a command and whatever its exchange needs.
+fn host(robot: &mut Robot, rng: &mut Rng) {
+    let rows = COMMANDS.iter().filter(|row| row.permission.is_some());
+    let examples: Vec<&str> = rows.map(|row| row.example).collect();
+    let choice = rng.next(examples.len() + MORE.len());
+    let command = examples
+        .get(choice)
+        .unwrap_or_else(|| &MORE[choice - examples.len()]);
+    let mut answer = ask(robot, command);
+    if answer.starts_with(b"FL,") {
+        // Up to the OK that is not answered. A full text needs no EOF.
+        let mut text = frame(&answer);
+        while !text.is_empty() {
+            answer = unframe(&text).unwrap_or_else(|| panic!("{command}: {}", notation::write(&text)));
+            robot.send(Port::Ip0, b"OK\r");
+            text = without_sp(robot);
+        }
+        assert!(
+            answer.ends_with(b"\x1A") || *command == "IO,1",
+            "{command}: {}",
+            notation::write(&answer)
+        );
+        return;
+    }
+    if command.starts_with("DL,") && answer == b"OK\r" {
+        answer = ask_bytes(robot, b"FL,PROGRAM T\nEND\n\x1A");
+    }
+    assert!(
+        answer == b"OK\r" || answer == b"NG\r",
+        "{command}: {}",
+        notation::write(&answer)
+    );
 }
 
 fn operator(robot: &mut Robot, rng: &mut Rng) {
@@ -136,14 +173,7 @@ fn operator(robot: &mut Robot, rng: &mut Rng) {
 
 fn step(robot: &mut Robot, rng: &mut Rng) {
     match rng.next(20) {
-        0..8 => {
-            let answer = ask(robot, COMMANDS[rng.next(COMMANDS.len())]);
-            assert!(
-                answer == b"OK\r" || answer == b"NG\r",
-                "{}",
-                notation::write(&answer)
-            );
-        }
+        0..8 => host(robot, rng),
         8..10 => operator(robot, rng),
         10..14 => robot.advance(Duration::from_micros(rng.next(400_000) as u64)),
         14 => robot.advance_ms(20_000),
