@@ -195,3 +195,97 @@ pub enum Event {
     /// A program file was selected (or none).
     Selected(Option<String>),
 }
+
+impl Output {
+    /// What kind of thing it is, as streams of events name it.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Output::Send { .. } => "sent",
+            Output::Persist { .. } => "keep",
+            Output::Stored { .. } => "stored",
+            Output::Erased { .. } => "erased",
+            Output::PowerCycled => "power-on",
+            Output::Disconnect { .. } => "cut",
+            Output::Stall { .. } => "deaf",
+            Output::PowerOff => "power-off",
+            Output::Pendant(_) => "pendant",
+            Output::Event(event) => event.kind(),
+        }
+    }
+
+    /// The port it concerns, if one.
+    #[must_use]
+    pub fn port(&self) -> Option<Port> {
+        match self {
+            Output::Send { port, .. } | Output::Disconnect { port, .. } | Output::Stall { port } => {
+                Some(*port)
+            }
+            Output::Event(event) => event.port(),
+            Output::Persist { .. }
+            | Output::Stored { .. }
+            | Output::Erased { .. }
+            | Output::PowerCycled
+            | Output::PowerOff
+            | Output::Pendant(_) => None,
+        }
+    }
+}
+
+impl Verdict {
+    /// Its word in events and metrics.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Verdict::Served => "served",
+            Verdict::NotValid => "not-valid",
+            Verdict::Refused => "refused",
+        }
+    }
+}
+
+impl Event {
+    /// What kind of event it is, as logs and streams of events name it.
+    #[must_use]
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Event::TextIn { .. } => "text-in",
+            Event::TextOut { .. } => "text-out",
+            Event::Dropped { .. } => "dropped",
+            Event::Refused { .. } => "refused",
+            Event::Answered { .. } => "answered",
+            Event::Finding { .. } => "finding",
+            Event::Fault { fired: true, .. } => "fault",
+            Event::Fault { fired: false, .. } => "fault-armed",
+            Event::Alarm { .. } => "alarm",
+            Event::ActionRefused(_) => "undone",
+            Event::AlarmsReset => "alarms-reset",
+            Event::Status { .. } => "status",
+            Event::Statement { .. } => "statement",
+            Event::Servo(_) => "servo",
+            Event::ServoDelayed(_) => "servo-held-back",
+            Event::Selected(_) => "selected",
+        }
+    }
+
+    /// The port it concerns, if one.
+    #[must_use]
+    pub fn port(&self) -> Option<Port> {
+        match self {
+            Event::TextIn { port, .. }
+            | Event::TextOut { port, .. }
+            | Event::Dropped { port, .. }
+            | Event::Refused { port, .. }
+            | Event::Answered { port, .. } => Some(*port),
+            Event::Finding { port, .. } | Event::Fault { port, .. } => *port,
+            Event::Alarm { .. }
+            | Event::ActionRefused(_)
+            | Event::AlarmsReset
+            | Event::Status { .. }
+            | Event::Statement { .. }
+            | Event::Servo(_)
+            | Event::ServoDelayed(_)
+            | Event::Selected(_) => None,
+        }
+    }
+}

@@ -7,7 +7,8 @@ use serde::Serialize;
 use std::fmt::Write as _;
 use ts3100_controller::findings::Rule;
 use ts3100_controller::input::Input;
-use ts3100_controller::output::{Event, Output, Verdict};
+use ts3100_controller::output::{Event, Output};
+use ts3100_controller::port::Port;
 use ts3100_controller::time::Time;
 use ts3100_proto::escape::Escaped;
 use utoipa::ToSchema;
@@ -92,16 +93,6 @@ pub struct ApiEvent {
     pub file: Option<String>,
 }
 
-/// The value of `outcome` in events and metrics.
-#[must_use]
-pub fn verdict_name(verdict: Verdict) -> &'static str {
-    match verdict {
-        Verdict::Served => "served",
-        Verdict::NotValid => "not-valid",
-        Verdict::Refused => "refused",
-    }
-}
-
 /// Bytes as hexadecimal digits, two each.
 #[must_use]
 pub fn hex(bytes: &[u8]) -> String {
@@ -142,195 +133,142 @@ impl ApiEvent {
     /// The event for an input of the controller; `None` for panel actions, which are reported by their effects, and ticks.
     #[must_use]
     pub fn from_input(now: Time, input: &Input) -> Option<ApiEvent> {
-        let new = |event| ApiEvent::new(now, event);
+        let new = |event, port: &Port| ApiEvent {
+            port: Some(port.name()),
+            ..ApiEvent::new(now, event)
+        };
         match input {
             Input::Connected { port, peer } => Some(ApiEvent {
-                port: Some(port.name()),
                 peer: Some(peer.clone()),
-                ..new("connected")
+                ..new("connected", port)
             }),
-            Input::Disconnected { port } => Some(ApiEvent {
-                port: Some(port.name()),
-                ..new("disconnected")
-            }),
-            Input::Received { port, bytes } => Some(
-                ApiEvent {
-                    port: Some(port.name()),
-                    ..new("received")
-                }
-                .with_bytes(bytes),
-            ),
-            _ => None,
+            Input::Disconnected { port } => Some(new("disconnected", port)),
+            Input::Received { port, bytes } => Some(new("received", port).with_bytes(bytes)),
+            Input::Tick
+            | Input::SerialOpened { .. }
+            | Input::SerialPurged { .. }
+            | Input::SerialErrors { .. }
+            | Input::SecondPeer { .. }
+            | Input::Backlogged { .. }
+            | Input::Persisted(_)
+            | Input::Panel(_)
+            | Input::Action(_) => None,
         }
     }
 
     /// The event for an output of the controller.
     #[must_use]
     pub fn from_output(now: Time, output: &Output) -> ApiEvent {
-        let new = |event| ApiEvent::new(now, event);
+        let plain = ApiEvent {
+            port: output.port().map(Port::name),
+            ..ApiEvent::new(now, output.kind())
+        };
         match output {
-            Output::Send { port, bytes } => ApiEvent {
-                port: Some(port.name()),
-                ..new("sent")
-            }
-            .with_bytes(bytes),
+            Output::Send { bytes, .. } => plain.with_bytes(bytes),
             Output::Stored { name, content } => ApiEvent {
                 file: Some(name.clone()),
                 bytes: Some(content.len()),
-                ..new("stored")
+                ..plain
             },
             Output::Erased { name } => ApiEvent {
                 file: Some(name.clone()),
-                ..new("erased")
+                ..plain
             },
-            // Replaced by `stored` or `erased` once the write has been done.
-            Output::Persist { .. } => new("keep"),
-            Output::PowerCycled => new("power-on"),
-            Output::Disconnect { port, .. } => ApiEvent {
-                port: Some(port.name()),
-                ..new("cut")
-            },
-            Output::Stall { port } => ApiEvent {
-                port: Some(port.name()),
-                ..new("deaf")
-            },
-            Output::PowerOff => new("power-off"),
             Output::Pendant(text) => ApiEvent {
                 text: Some(text.clone()),
-                ..new("pendant")
+                ..plain
             },
-            Output::Event(event) => ApiEvent::from_event(now, event),
+            Output::Event(event) => plain.with_details(event),
+            // A change that is to be persisted is `stored` or `erased` once the write has been done.
+            Output::Persist { .. }
+            | Output::PowerCycled
+            | Output::Disconnect { .. }
+            | Output::Stall { .. }
+            | Output::PowerOff => plain,
         }
     }
 
-    /// A finding with severity, source and remedy of its rule.
-    fn from_finding(event: &Event) -> Option<ApiEvent> {
-        let Event::Finding {
-            rule,
-            port,
-            at,
-            bytes,
-            message,
-        } = event
-        else {
-            return None;
-        };
-        let known = Rule::by_id(rule);
-        let finding = ApiEvent {
-            port: port.map(ts3100_controller::Port::name),
-            rule: Some(rule),
-            severity: known.map(|rule| rule.severity.as_str()),
-            source: known.map(|rule| rule.source),
-            message: Some(message.clone()),
-            remedy: known.map(|rule| rule.remedy),
-            ..ApiEvent::new(*at, "finding")
-        };
-        Some(finding.with_bytes(bytes))
-    }
-
-    /// A fault that was armed or has fired.
-    fn from_fault(now: Time, event: &Event) -> Option<ApiEvent> {
-        let Event::Fault {
-            id,
-            kind,
-            port,
-            message,
-            fired,
-        } = event
-        else {
-            return None;
-        };
-        let word = if *fired { "fault" } else { "fault-armed" };
-        Some(ApiEvent {
-            port: port.map(ts3100_controller::Port::name),
-            number: Some(id.to_string()),
-            kind: Some(kind),
-            message: Some(message.clone()),
-            ..ApiEvent::new(now, word)
-        })
-    }
-
-    fn from_servo(now: Time, event: &Event) -> ApiEvent {
+    /// With what an event of the controller says besides its kind and port.
+    fn with_details(self, event: &Event) -> ApiEvent {
         match event {
-            Event::ServoDelayed(until) => ApiEvent {
-                until: Some(seconds(*until)),
-                ..ApiEvent::new(now, "servo-held-back")
-            },
-            _ => ApiEvent {
-                on: Some(*event == Event::Servo(true)),
-                ..ApiEvent::new(now, "servo")
-            },
-        }
-    }
-
-    fn from_event(now: Time, event: &Event) -> ApiEvent {
-        let new = |event| ApiEvent::new(now, event);
-        match event {
-            Event::TextIn { port, data, .. } => ApiEvent {
-                port: Some(port.name()),
-                ..new("text-in")
-            }
-            .with_bytes(data),
-            Event::TextOut { port, data, .. } => ApiEvent {
-                port: Some(port.name()),
-                ..new("text-out")
-            }
-            .with_bytes(data),
-            Event::Dropped { port, bytes, reason } => ApiEvent {
-                port: Some(port.name()),
+            Event::TextIn { data, .. } | Event::TextOut { data, .. } => self.with_bytes(data),
+            Event::Dropped { bytes, reason, .. } => ApiEvent {
                 bytes: Some(*bytes),
                 reason: Some((*reason).to_owned()),
-                ..new("dropped")
+                ..self
             },
             Event::Answered {
-                port,
-                row,
-                mode,
-                verdict,
+                row, mode, verdict, ..
             } => ApiEvent {
-                port: Some(port.name()),
                 command: Some((*row).to_owned()),
                 mode: Some(mode.as_str()),
-                outcome: Some(verdict_name(*verdict)),
-                ..new("answered")
+                outcome: Some(verdict.as_str()),
+                ..self
             },
-            Event::Refused {
-                port,
-                command,
-                reason,
-            } => ApiEvent {
-                port: Some(port.name()),
+            Event::Refused { command, reason, .. } => ApiEvent {
                 command: Some(command.clone()),
                 reason: Some(reason.clone()),
-                ..new("refused")
+                ..self
             },
-            Event::Finding { .. } => ApiEvent::from_finding(event).unwrap_or_else(|| new("finding")),
-            Event::Fault { .. } => ApiEvent::from_fault(now, event).unwrap_or_else(|| new("fault")),
+            Event::Finding {
+                rule,
+                at,
+                bytes,
+                message,
+                ..
+            } => {
+                let known = Rule::by_id(rule);
+                let finding = ApiEvent {
+                    t: seconds(*at),
+                    rule: Some(rule),
+                    severity: known.map(|rule| rule.severity.as_str()),
+                    source: known.map(|rule| rule.source),
+                    message: Some(message.clone()),
+                    remedy: known.map(|rule| rule.remedy),
+                    ..self
+                };
+                finding.with_bytes(bytes)
+            }
+            Event::Fault {
+                id, kind, message, ..
+            } => ApiEvent {
+                number: Some(id.to_string()),
+                kind: Some(kind),
+                message: Some(message.clone()),
+                ..self
+            },
             Event::Alarm { number, text } => ApiEvent {
                 number: Some(number.clone()),
                 text: Some(text.clone()),
-                ..new("alarm")
+                ..self
             },
             Event::ActionRefused(error) => ApiEvent {
                 reason: Some(error.to_string()),
-                ..new("undone")
+                ..self
             },
-            Event::AlarmsReset => new("alarms-reset"),
             Event::Status { status, line } => ApiEvent {
                 status: Some(status.as_str()),
                 line: Some(*line),
-                ..new("status")
+                ..self
             },
             Event::Statement { line, task } => ApiEvent {
                 line: Some(*line),
                 task: Some(*task),
-                ..new("statement")
+                ..self
             },
-            Event::Servo(_) | Event::ServoDelayed(_) => ApiEvent::from_servo(now, event),
+            Event::Servo(on) => ApiEvent {
+                on: Some(*on),
+                ..self
+            },
+            Event::ServoDelayed(until) => ApiEvent {
+                until: Some(seconds(*until)),
+                ..self
+            },
             Event::Selected(file) => ApiEvent {
                 file: file.clone(),
-                ..new("selected")
+                ..self
             },
+            Event::AlarmsReset => self,
         }
     }
 }

@@ -3,7 +3,6 @@
 //! Counters are kept here and updated by [`super::journal`]. Gauges are taken from the controller at each request,
 //! in [`super::service`].
 
-use super::event::verdict_name;
 use crate::printable::escape_line;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -135,7 +134,7 @@ impl Metrics {
             Event::Answered {
                 port, row, verdict, ..
             } => {
-                self.count(&COMMANDS, &[port.name(), row, verdict_name(*verdict)], 1);
+                self.count(&COMMANDS, &[port.name(), row, verdict.as_str()], 1);
             }
             Event::Refused { port, command, .. } => self.count(&REFUSALS, &[port.name(), command], 1),
             Event::Finding { rule, .. } => self.count(&FINDINGS, &[rule], 1),
