@@ -3,6 +3,8 @@
 //! A type says its words once, by [`Word`]. Readers and writers of all forms use them.
 
 use crate::parameter::Parity;
+use alloc::borrow::Cow;
+use alloc::string::{String, ToString};
 
 /// A value of a small set, each with a word.
 pub trait Word: Copy + 'static {
@@ -35,6 +37,25 @@ impl Word for Parity {
             Parity::None => "none",
             Parity::Odd => "odd",
             Parity::Even => "even",
+        }
+    }
+}
+
+/// A word where another was expected.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("expected {expected}, found `{found}`")]
+pub struct UnexpectedWord {
+    expected: Cow<'static, str>,
+    found: String,
+}
+
+impl UnexpectedWord {
+    /// This was expected, and that was found.
+    #[must_use]
+    pub fn new(expected: impl Into<Cow<'static, str>>, found: &str) -> UnexpectedWord {
+        UnexpectedWord {
+            expected: expected.into(),
+            found: found.to_string(),
         }
     }
 }

@@ -16,7 +16,8 @@ use core::fmt;
 use core::str::FromStr;
 use thiserror::Error;
 use ts3100_proto::command::COMMANDS;
-use ts3100_proto::escape::{Unit, control_code, units};
+use ts3100_proto::escape::{Unit, control_code, hex_byte, units};
+use ts3100_proto::words::split_duration;
 
 /// Longest specification in bytes.
 const MAX_SPEC: usize = 2_048;
@@ -142,12 +143,10 @@ impl ParameterType {
 
 /// Parses milliseconds: `1500`, `500ms`, `1.5s`.
 fn parse_millis(text: &str) -> Option<u64> {
-    let (number, factor) = match (text.strip_suffix("ms"), text.strip_suffix('s')) {
-        (Some(number), _) => (number, 1.0),
-        (None, Some(number)) => (number, 1_000.0),
-        (None, None) => return text.parse().ok(),
+    let Some((number, micros)) = split_duration(text, &["ms", "s"]) else {
+        return text.parse().ok();
     };
-    let millis = number.trim().parse::<f64>().ok()? * factor;
+    let millis = number.trim().parse::<f64>().ok()? * f64::from(micros / 1_000);
     let whole = libm::round(millis);
     let fits = (0.0..1e15).contains(&whole) && libm::fabs(whole - millis) < 1e-6;
     #[expect(
@@ -162,9 +161,7 @@ fn parse_millis(text: &str) -> Option<u64> {
 fn parse_escaped(text: &str) -> Option<Vec<u8>> {
     let byte = |unit| match unit {
         Unit::Char(char) => u8::try_from(char).ok().filter(u8::is_ascii),
-        Unit::Code(code) => {
-            control_code(&code.to_ascii_uppercase()).or_else(|| u8::from_str_radix(code, 16).ok())
-        }
+        Unit::Code(code) => control_code(&code.to_ascii_uppercase()).or_else(|| hex_byte(code)),
     };
     units(text).map(|unit| byte(unit.ok()?)).collect()
 }

@@ -20,6 +20,7 @@ use std::str::FromStr;
 use std::time::Duration;
 use tracing::info;
 use ts3100_controller::Port;
+use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when the tap could not start.
 const COULD_NOT_START: u8 = 2;
@@ -82,9 +83,9 @@ struct ChannelArg {
 }
 
 impl FromStr for ChannelArg {
-    type Err = String;
+    type Err = UnexpectedWord;
 
-    fn from_str(word: &str) -> Result<ChannelArg, String> {
+    fn from_str(word: &str) -> Result<ChannelArg, UnexpectedWord> {
         let (name, number) = word
             .split_once('=')
             .map_or((word, None), |(name, number)| (name, Some(number)));
@@ -92,12 +93,12 @@ impl FromStr for ChannelArg {
         let mut known = channels.filter(|(_, port)| port.name().eq_ignore_ascii_case(name));
         let (index, port) = known
             .next()
-            .ok_or_else(|| format!("expected ip0, ip1, ip2 or ip3, found `{name}`"))?;
+            .ok_or_else(|| UnexpectedWord::new("ip0, ip1, ip2 or ip3", name))?;
         let real = match number {
             None => None,
             Some(number) => match number.parse() {
                 Ok(number) if number > 0 => Some(number),
-                _ => return Err(format!("expected a port from 1 to 65535, found `{number}`")),
+                _ => return Err(UnexpectedWord::new("a port from 1 to 65535", number)),
             },
         };
         Ok(ChannelArg {

@@ -11,11 +11,13 @@ use super::serial::ListenAt;
 use crate::clock::{TimeGap, TimeMode};
 use crate::control::ControlChoice;
 use crate::transcript::TranscriptFile;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, ValueEnum};
 use std::net::IpAddr;
 use std::path::PathBuf;
-use ts3100_controller::input;
 use ts3100_controller::options;
+use ts3100_controller::{ControlRight, KeySwitch};
+use ts3100_proto::words::Word;
 
 /// Starts the controller and serves its ports until Ctrl-C or SIGTERM.
 ///
@@ -97,10 +99,10 @@ pub struct ServeArgs {
     #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
     pub servo_on: Option<bool>,
     /// Key switch [default: ext]
-    #[arg(long, value_name = "POSITION")]
-    pub key: Option<Key>,
+    #[arg(long, value_name = "POSITION", value_parser = word::<KeySwitch>())]
+    pub key: Option<KeySwitch>,
     /// Who commands the robot in EXT [default: ether]
-    #[arg(long, value_name = "WHO")]
+    #[arg(long, value_name = "WHO", value_parser = word::<ControlRight>())]
     pub control_right: Option<ControlRight>,
     /// Preset of the named options [default: field]
     #[arg(long, value_name = "DIALECT")]
@@ -240,42 +242,10 @@ pub enum PortSource {
     Auto,
 }
 
-/// Key switch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[expect(missing_docs, reason = "the manual's words")]
-pub enum Key {
-    Teaching,
-    Internal,
-    Ext,
-}
-
-impl From<Key> for input::KeySwitch {
-    fn from(key: Key) -> input::KeySwitch {
-        match key {
-            Key::Teaching => input::KeySwitch::Teaching,
-            Key::Internal => input::KeySwitch::Internal,
-            Key::Ext => input::KeySwitch::Ext,
-        }
-    }
-}
-
-/// Control right in EXT.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-#[expect(missing_docs, reason = "the manual's words")]
-pub enum ControlRight {
-    Sig,
-    Rs232c,
-    Ether,
-}
-
-impl From<ControlRight> for input::ControlRight {
-    fn from(right: ControlRight) -> input::ControlRight {
-        match right {
-            ControlRight::Sig => input::ControlRight::Sig,
-            ControlRight::Rs232c => input::ControlRight::Rs232c,
-            ControlRight::Ether => input::ControlRight::Ether,
-        }
-    }
+/// Reads the word of a value, and names all words in the help.
+pub fn word<T: Word + Send + Sync>() -> impl TypedValueParser<Value = T> {
+    let words = PossibleValuesParser::new(T::ALL.iter().map(|value| value.word()));
+    words.try_map(|word| T::from_word(&word).ok_or("a word of the list expected"))
 }
 
 /// Preset of the named options.

@@ -33,6 +33,7 @@ use ts3100_controller::input::KeySwitch;
 use ts3100_controller::options::{Config, Dialect};
 use ts3100_controller::port::Port;
 use ts3100_proto::permission::PermissionTable;
+use ts3100_proto::words::Word as _;
 
 /// Which TCP ports the channels get.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -140,8 +141,8 @@ impl Settings {
         if let Some(path) = &args.points {
             controller.points = layers::read_points(path, controller.model.language())?;
         }
-        controller.key = args.key.map_or_else(Default::default, Into::into);
-        controller.control_right = args.control_right.map_or_else(Default::default, Into::into);
+        controller.key = args.key.unwrap_or_default();
+        controller.control_right = args.control_right.unwrap_or_default();
         if !controller.controller.has_internal() && controller.key == KeySwitch::Internal {
             return Err(ConfigError::NoInternal(controller.controller.name()));
         }
@@ -297,8 +298,11 @@ fn controller_flags(args: &ServeArgs) -> Vec<String> {
         ("dialect", word(args.dialect)),
         ("model", args.model.as_ref().map(ToString::to_string)),
         ("controller", word(args.controller)),
-        ("key", word(args.key)),
-        ("control-right", word(args.control_right)),
+        ("key", args.key.map(|key| key.word().to_owned())),
+        (
+            "control-right",
+            args.control_right.map(|right| right.word().to_owned()),
+        ),
         ("permissions", path(&args.permissions)),
         ("points", path(&args.points)),
         ("vary", args.vary.map(|seed| seed.to_string())),

@@ -10,6 +10,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::model::{AXES, ArmKind, ArmModel, Axis, Joints, ScaraGeometry, SixAxisGeometry};
+use ts3100_proto::words::UnexpectedWord;
 
 /// The models shipped: name and file.
 const SHIPPED: [(&str, &str); 3] = [
@@ -48,10 +49,10 @@ impl fmt::Display for ModelChoice {
 }
 
 impl FromStr for ModelChoice {
-    type Err = String;
+    type Err = UnexpectedWord;
 
     /// The name of a shipped model (case is ignored), or a path that ends in `.toml`.
-    fn from_str(text: &str) -> Result<ModelChoice, String> {
+    fn from_str(text: &str) -> Result<ModelChoice, UnexpectedWord> {
         if let Some((name, _)) = SHIPPED.iter().find(|(name, _)| name.eq_ignore_ascii_case(text)) {
             return Ok(ModelChoice::Shipped(name));
         }
@@ -63,10 +64,8 @@ impl FromStr for ModelChoice {
             return Ok(ModelChoice::File(path));
         }
         let names: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
-        Err(format!(
-            "expected {} or the path of a .toml file, found `{text}`",
-            names.join(", ")
-        ))
+        let expected = format!("{} or the path of a .toml file", names.join(", "));
+        Err(UnexpectedWord::new(expected, text))
     }
 }
 
@@ -100,8 +99,8 @@ fn parse(path: &Path, text: &str) -> Result<ArmModel, ConfigError> {
         path: path.to_path_buf(),
         reason: error.to_string(),
     })?;
-    file.check_sources().map_err(wrong)?;
-    let model = file.into_model().map_err(wrong)?;
+    file.check_sources().map_err(|error| wrong(error.to_string()))?;
+    let model = file.into_model().map_err(|error| wrong(error.to_string()))?;
     model.validate().map_err(|error| wrong(error.to_string()))?;
     Ok(model)
 }
@@ -171,17 +170,27 @@ struct ReadyTable {
     joints: Vec<f64>,
 }
 
-fn check_source(table: &str, source: &str) -> Result<(), String> {
+/// What is wrong with a model file besides its form.
+#[derive(Debug, thiserror::Error)]
+enum ModelFileError {
+    #[error("{table}: source: expected where the numbers come from, found `{found}`")]
+    Source { table: String, found: String },
+    #[error("ready: joints: expected one for each of the {axes} axes, found {joints}")]
+    Joints { axes: usize, joints: usize },
+    #[error("geometry: {}", .0.message())]
+    Geometry(toml::de::Error),
+}
+
+fn check_source(table: &str, source: &str) -> Result<(), ModelFileError> {
     if source.trim().chars().count() >= MIN_SOURCE {
         return Ok(());
     }
-    Err(format!(
-        "{table}: source: expected where the numbers come from, found `{source}`"
-    ))
+    let (table, found) = (table.to_owned(), source.to_owned());
+    Err(ModelFileError::Source { table, found })
 }
 
 impl ModelFile {
-    fn check_sources(&self) -> Result<(), String> {
+    fn check_sources(&self) -> Result<(), ModelFileError> {
         check_source("tool", &self.tool.source)?;
         check_source("ready", &self.ready.source)?;
         self.axis
@@ -190,7 +199,7 @@ impl ModelFile {
             .try_for_each(|(index, axis)| check_source(&format!("axis {}", index + 1), &axis.source))
     }
 
-    fn into_model(self) -> Result<ArmModel, String> {
+    fn into_model(self) -> Result<ArmModel, ModelFileError> {
         let kind = match self.kind {
             ModelKind::SixAxis => {
                 let arm: SixAxisTable = geometry(self.geometry)?;
@@ -215,10 +224,8 @@ impl ModelFile {
         };
         let joints = self.ready.joints.len();
         if joints != self.axis.len() || joints > AXES {
-            return Err(format!(
-                "ready: joints: expected one for each of the {} axes, found {joints}",
-                self.axis.len()
-            ));
+            let axes = self.axis.len();
+            return Err(ModelFileError::Joints { axes, joints });
         }
         let mut ready = Joints::default();
         for (joint, value) in ready.iter_mut().zip(&self.ready.joints) {
@@ -244,10 +251,8 @@ impl ModelFile {
 }
 
 /// Reads the table `geometry`, whose keys depend on the kind of arm.
-fn geometry<T: serde::de::DeserializeOwned>(table: toml::Table) -> Result<T, String> {
-    table
-        .try_into()
-        .map_err(|error: toml::de::Error| format!("geometry: {}", error.message()))
+fn geometry<T: serde::de::DeserializeOwned>(table: toml::Table) -> Result<T, ModelFileError> {
+    table.try_into().map_err(ModelFileError::Geometry)
 }
 
 #[cfg(test)]
@@ -336,7 +341,7 @@ mod tests {
             Ok(ModelChoice::File("models/own.toml".into()))
         );
         assert_eq!(
-            "tv1000".parse::<ModelChoice>().unwrap_err(),
+            "tv1000".parse::<ModelChoice>().unwrap_err().to_string(),
             "expected ts3100-tv800, tsl3000-thl400, tsl3000-thl400-4 or the path of a .toml file, found `tv1000`"
         );
         let missing = ModelChoice::File("/nowhere/own.toml".into())

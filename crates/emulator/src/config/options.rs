@@ -16,6 +16,7 @@ use ts3100_proto::parameter::{LineEnd, OpenMode};
 use ts3100_proto::status::su::SuLayout;
 use ts3100_proto::status::vr::VrLayout;
 use ts3100_proto::text::{Checksum, StxRule};
+use ts3100_proto::words::split_duration;
 
 /// What happens to a second connection to a channel (`channel.second`, decision D3).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -326,11 +327,8 @@ fn choice<T: Copy>(value: &str, words: &[(&str, T)]) -> Option<T> {
 /// Parses `200ms`, `2s` or `0.5s`; at most an hour.
 fn parse_duration(text: &str) -> Option<Duration> {
     const HOUR: Duration = Duration::from_secs(3_600);
-    let (number, unit) = match text.strip_suffix("ms") {
-        Some(number) => (number, 0.001),
-        None => (text.strip_suffix('s')?, 1.0),
-    };
-    let seconds = number.trim().parse::<f64>().ok()? * unit;
+    let (number, micros) = split_duration(text, &["ms", "s"])?;
+    let seconds = number.trim().parse::<f64>().ok()? * f64::from(micros) / 1e6;
     Duration::try_from_secs_f64(seconds)
         .ok()
         .filter(|duration| *duration <= HOUR)

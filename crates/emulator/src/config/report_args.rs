@@ -5,6 +5,7 @@
 use crate::reports::{Deny, FindingsFormat, Reports};
 use clap::Args;
 use std::path::PathBuf;
+use ts3100_proto::words::UnexpectedWord;
 
 /// What is reported at the end of a run.
 #[derive(Debug, Clone, Default, Args)]
@@ -73,9 +74,9 @@ fn first_non_empty<T>(above: Vec<T>, below: Vec<T>) -> Vec<T> {
 ///
 /// # Errors
 /// Not a number, or out of range.
-pub fn parse_percent(text: &str) -> Result<f64, String> {
+pub fn parse_percent(text: &str) -> Result<f64, UnexpectedWord> {
     let number = text.parse::<f64>().ok();
     number
         .filter(|number| (0.0..=100.0).contains(number))
-        .ok_or_else(|| format!("expected 0 to 100, found `{text}`"))
+        .ok_or_else(|| UnexpectedWord::new("0 to 100", text))
 }

@@ -5,6 +5,7 @@
 use std::fmt;
 use std::hash::{BuildHasher, RandomState};
 use std::str::FromStr;
+use ts3100_proto::words::UnexpectedWord;
 
 /// Largest drawn seed; six digits are easily typed again.
 const LARGEST_DRAWN: u64 = 999_999;
@@ -32,9 +33,9 @@ impl Seed {
 }
 
 impl FromStr for Seed {
-    type Err = String;
+    type Err = UnexpectedWord;
 
-    fn from_str(text: &str) -> Result<Seed, String> {
+    fn from_str(text: &str) -> Result<Seed, UnexpectedWord> {
         match text {
             "off" => Ok(Seed::Off),
             // The random keys of std's hasher are the only randomness without another dependency.
@@ -44,7 +45,7 @@ impl FromStr for Seed {
             number => number
                 .parse()
                 .map(Seed::Number)
-                .map_err(|_| format!("expected a whole number, random or off, found `{text}`")),
+                .map_err(|_| UnexpectedWord::new("a whole number, random or off", text)),
         }
     }
 }
@@ -73,7 +74,7 @@ mod tests {
         assert!(drawn.iter().any(|seed| *seed != drawn[0]), "{drawn:?}");
         assert_eq!(
             "-1".parse::<Seed>(),
-            Err("expected a whole number, random or off, found `-1`".to_owned())
+            Err(UnexpectedWord::new("a whole number, random or off", "-1"))
         );
     }
 }

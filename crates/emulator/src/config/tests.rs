@@ -1,6 +1,6 @@
 //! Tests of the configuration: which layer wins, what is refused, and the messages that say so.
 
-use super::args::{Key, PortSource};
+use super::args::PortSource;
 use super::*;
 use crate::testing::TempDir;
 use clap::Parser;
@@ -59,7 +59,7 @@ fn flags_win_over_environment_over_file_over_defaults() {
     )
     .unwrap();
     assert_eq!(unknown, ["TS3100_UNHEARD_OF"]);
-    assert_eq!(args.key, Some(Key::Ext), "flag over environment and file");
+    assert_eq!(args.key, Some(KeySwitch::Ext), "flag over environment and file");
     assert_eq!(args.port_offset, Some(2), "environment over file");
     assert_eq!(
         args.servo_on,

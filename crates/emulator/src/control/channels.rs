@@ -2,7 +2,7 @@
 //!
 //! The sockets are in [`crate::tcp`] and [`crate::serial`]; the buffers are the controller's.
 
-use super::api_names::PortName;
+use super::api_names::{NamedPort, PortName};
 use super::body::{JsonBody, NoBody, PathParam, parse_hex};
 use super::event::hex;
 use super::handle::DriverHandle;
@@ -24,7 +24,9 @@ use utoipa_axum::routes;
 #[schema(as = ChannelDoc)]
 pub struct ChannelStatus {
     /// Its name.
-    port: PortName,
+    #[serde(with = "PortName")]
+    #[schema(value_type = PortName)]
+    port: Port,
     /// The TCP port on which it accepts; absent when it does not.
     #[serde(skip_serializing_if = "Option::is_none")]
     accepts: Option<u16>,
@@ -74,7 +76,7 @@ impl ByteContent {
 impl ChannelStatus {
     fn new(view: &View<'_>, port_view: PortView) -> ChannelStatus {
         ChannelStatus {
-            port: port_view.port.into(),
+            port: port_view.port,
             accepts: view.ports.get(&port_view.port).copied(),
             serial: view.serial.get(&port_view.port).map(ToString::to_string),
             peer: port_view.peer,
@@ -136,9 +138,9 @@ async fn channel(handle: &DriverHandle, port: Port) -> Result<Json<ChannelStatus
     responses((status = 200, body = ChannelStatus)))]
 async fn get_channel(
     State(handle): State<DriverHandle>,
-    PathParam(port): PathParam<PortName>,
+    PathParam(NamedPort(port)): PathParam<NamedPort>,
 ) -> Result<Json<ChannelStatus>, Problem> {
-    channel(&handle, port.into()).await
+    channel(&handle, port).await
 }
 
 /// Inject bytes as if they had come from the peer
@@ -148,10 +150,10 @@ async fn get_channel(
     request_body = ByteContent, responses((status = 200, body = ChannelStatus)))]
 async fn inject(
     State(handle): State<DriverHandle>,
-    PathParam(port): PathParam<PortName>,
+    PathParam(NamedPort(port)): PathParam<NamedPort>,
     JsonBody(body): JsonBody<ByteContent>,
 ) -> Result<Json<ChannelStatus>, Problem> {
-    let (port, bytes) = (port.into(), body.decode()?);
+    let bytes = body.decode()?;
     handle.link_action(LinkAction::Inject { port, bytes }).await?;
     channel(&handle, port).await
 }
@@ -163,10 +165,9 @@ async fn inject(
     responses((status = 200, body = ChannelStatus)))]
 async fn drop_peer(
     State(handle): State<DriverHandle>,
-    PathParam(port): PathParam<PortName>,
+    PathParam(NamedPort(port)): PathParam<NamedPort>,
     _: NoBody,
 ) -> Result<Json<ChannelStatus>, Problem> {
-    let port = port.into();
     handle.link_action(LinkAction::Drop { port }).await?;
     channel(&handle, port).await
 }

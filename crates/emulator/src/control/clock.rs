@@ -3,7 +3,7 @@
 //!
 //! The clock is [`crate::clock`]; conditions are evaluated by the driver (`driver::wait`).
 
-use super::api_names::{PortName, StatusName};
+use super::api_names::{NamedPort, PortName, StatusName};
 use super::body::{JsonBody, Seconds, object_only, whole_number};
 use super::event::seconds;
 use super::handle::DriverHandle;
@@ -19,7 +19,6 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::time::Duration;
 use ts3100_controller::action::IoKind;
-use ts3100_controller::port::Port;
 use ts3100_controller::signals::Signals;
 use utoipa::ToSchema;
 use utoipa_axum::routes;
@@ -162,7 +161,8 @@ pub struct LineCondition {
 pub struct PrintedCondition {
     /// On this channel; on the teach pendant if not said.
     #[serde(default)]
-    channel: Option<PortName>,
+    #[schema(value_type = Option<PortName>)]
+    channel: Option<NamedPort>,
     /// This text, anywhere in what is printed.
     #[schema(min_length = 1, max_length = 256)]
     text: String,
@@ -206,7 +206,7 @@ impl ConditionRequest {
                         found,
                     ));
                 }
-                let (port, text) = (channel.map(Port::from), text.into_bytes());
+                let (port, text) = (channel.map(|NamedPort(port)| port), text.into_bytes());
                 Ok(WaitCondition::Printed { port, text })
             }
             ConditionRequest::Alarm(number) if number == "any" => Ok(WaitCondition::Alarm(None)),

@@ -12,7 +12,7 @@ use axum::Json;
 use axum::extract::State;
 use serde::{Deserialize, Serialize};
 use ts3100_controller::action::Action;
-use ts3100_controller::input::PanelAction;
+use ts3100_controller::input::{self, PanelAction};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -23,7 +23,9 @@ type Answer<T> = Result<Json<T>, Problem>;
 #[serde(deny_unknown_fields)]
 pub struct KeySwitch {
     /// Where it stands.
-    position: KeyPosition,
+    #[serde(with = "KeyPosition")]
+    #[schema(value_type = KeyPosition)]
+    position: input::KeySwitch,
 }
 
 /// The parameter EXTERNAL mode control right.
@@ -31,7 +33,9 @@ pub struct KeySwitch {
 #[serde(deny_unknown_fields)]
 pub struct ControlRight {
     /// Who commands the robot in EXT.
-    holder: RightHolder,
+    #[serde(with = "RightHolder")]
+    #[schema(value_type = RightHolder)]
+    holder: input::ControlRight,
 }
 
 /// A button that stays pressed.
@@ -122,7 +126,7 @@ pub fn add(table: RouteTable) -> RouteTable {
 /// Position of the key switch
 #[utoipa::path(get, path = "/key-switch", responses((status = 200, body = KeySwitch)))]
 async fn get_key_switch(State(handle): State<DriverHandle>) -> Answer<KeySwitch> {
-    let look = |view: &View<'_>| view.controller.state().key.into();
+    let look = |view: &View<'_>| view.controller.state().key;
     let position = handle.query(look).await?;
     Ok(Json(KeySwitch { position }))
 }
@@ -135,7 +139,7 @@ async fn put_key_switch(
     state: State<DriverHandle>,
     JsonBody(body): JsonBody<KeySwitch>,
 ) -> Answer<KeySwitch> {
-    let panel = PanelAction::Key(body.position.into());
+    let panel = PanelAction::Key(body.position);
     state.action(Action::Panel(panel)).await?;
     get_key_switch(state).await
 }
@@ -143,7 +147,7 @@ async fn put_key_switch(
 /// Who commands the robot in EXT
 #[utoipa::path(get, path = "/control-right", responses((status = 200, body = ControlRight)))]
 async fn get_control_right(State(handle): State<DriverHandle>) -> Answer<ControlRight> {
-    let look = |view: &View<'_>| view.controller.state().control_right.into();
+    let look = |view: &View<'_>| view.controller.state().control_right;
     let holder = handle.query(look).await?;
     Ok(Json(ControlRight { holder }))
 }
@@ -155,7 +159,7 @@ async fn put_control_right(
     state: State<DriverHandle>,
     JsonBody(body): JsonBody<ControlRight>,
 ) -> Answer<ControlRight> {
-    let panel = PanelAction::ControlRight(body.holder.into());
+    let panel = PanelAction::ControlRight(body.holder);
     state.action(Action::Panel(panel)).await?;
     get_control_right(state).await
 }

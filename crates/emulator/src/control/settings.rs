@@ -6,6 +6,7 @@
 use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::str::FromStr;
+use ts3100_proto::words::UnexpectedWord;
 
 /// The port, if nothing else is said.
 pub const DEFAULT_PORT: u16 = 3_100;
@@ -22,10 +23,10 @@ pub enum ControlChoice {
 }
 
 impl FromStr for ControlChoice {
-    type Err = String;
+    type Err = UnexpectedWord;
 
     /// `off`, `ADDR:PORT`, or a port of 127.0.0.1; port 0 is a free one.
-    fn from_str(text: &str) -> Result<ControlChoice, String> {
+    fn from_str(text: &str) -> Result<ControlChoice, UnexpectedWord> {
         let loopback = IpAddr::V4(Ipv4Addr::LOCALHOST);
         if text == "off" {
             return Ok(ControlChoice::Off);
@@ -33,7 +34,7 @@ impl FromStr for ControlChoice {
         let port = text.parse::<u16>().map(|port| SocketAddr::new(loopback, port));
         port.or_else(|_| text.parse())
             .map(ControlChoice::Address)
-            .map_err(|_| format!("expected `off`, ADDRESS:PORT or a port of 127.0.0.1, found `{text}`"))
+            .map_err(|_| UnexpectedWord::new("`off`, ADDRESS:PORT or a port of 127.0.0.1", text))
     }
 }
 

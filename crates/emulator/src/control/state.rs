@@ -20,8 +20,7 @@ use axum::extract::State;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use ts3100_controller::action::IoKind;
-use ts3100_controller::port::Port;
+use ts3100_controller::{ControlRight, IoKind, KeySwitch, Port};
 use utoipa::ToSchema;
 use utoipa_axum::routes;
 
@@ -38,9 +37,13 @@ pub struct ControllerState {
     /// The power is on.
     power: bool,
     /// Position of the key switch.
-    key: KeyPosition,
+    #[serde(with = "KeyPosition")]
+    #[schema(value_type = KeyPosition)]
+    key: KeySwitch,
     /// Who commands the robot in EXT.
-    control_right: RightHolder,
+    #[serde(with = "RightHolder")]
+    #[schema(value_type = RightHolder)]
+    control_right: ControlRight,
     /// The column of the permission tables that holds.
     master_mode: &'static str,
     /// Operation mode: `continuous`, `cycle`, `step`, `segment`.
@@ -136,7 +139,8 @@ pub struct TaskStatus {
     doing: &'static str,
     /// The port from which it waits for values; absent for the teach pendant.
     #[serde(skip_serializing_if = "Option::is_none")]
-    reads: Option<PortName>,
+    #[schema(value_type = Option<PortName>)]
+    reads: Option<Port>,
 }
 
 /// The arm.
@@ -215,8 +219,8 @@ impl ControllerState {
             time_mode: view.clock.mode().to_string(),
             calendar: super::alarms::format_calendar(controller.calendar_now()),
             power: state.powered,
-            key: state.key.into(),
-            control_right: state.control_right.into(),
+            key: state.key,
+            control_right: state.control_right,
             master_mode: state.master_mode().as_str(),
             run_mode: state.run_mode.as_str(),
             servo: state.servo,
@@ -274,7 +278,7 @@ fn task_statuses(view: &View<'_>) -> Vec<TaskStatus> {
             id: task.id,
             line: task.line,
             doing: task.doing,
-            reads: task.reads.and_then(Port::from_channel).map(PortName::from),
+            reads: task.reads.and_then(Port::from_channel),
         })
         .collect()
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use ts3100_controller::Controller;
 use ts3100_controller::findings::{Findings, Rule, Severity};
+use ts3100_proto::words::UnexpectedWord;
 
 /// Exit code when a denied rule was broken.
 pub const DENIED: u8 = 3;
@@ -44,10 +45,10 @@ impl Deny {
 }
 
 impl FromStr for Deny {
-    type Err = String;
+    type Err = UnexpectedWord;
 
     /// `all`, a severity, the name of a rule, or the word for faults.
-    fn from_str(word: &str) -> Result<Deny, String> {
+    fn from_str(word: &str) -> Result<Deny, UnexpectedWord> {
         if word == "all" {
             return Ok(Deny::Severity(Severity::Note));
         }
@@ -62,9 +63,8 @@ impl FromStr for Deny {
         }
         let rule = Rule::by_id(word);
         rule.map(|rule| Deny::Rule(rule.id)).ok_or_else(|| {
-            format!(
-                "expected all, note, warning, error, {NEVER_FIRED} or a rule of docs/FINDINGS.md, found `{word}`"
-            )
+            let expected = format!("all, note, warning, error, {NEVER_FIRED} or a rule of docs/FINDINGS.md");
+            UnexpectedWord::new(expected, word)
         })
     }
 }

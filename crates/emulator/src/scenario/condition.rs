@@ -5,9 +5,11 @@ use std::fmt;
 use ts3100_controller::input::{Input, PanelAction};
 use ts3100_controller::output::{Event, Output};
 use ts3100_controller::port::Port;
-use ts3100_controller::{Action, Controller, alarm};
-use ts3100_proto::escape::{self, Escaped};
+use ts3100_controller::signals::Signals;
+use ts3100_controller::{Action, ActionParseError, Controller, alarm};
+use ts3100_proto::escape::{self, EscapeError, Escaped};
 use ts3100_proto::status::ExecutionStatus;
+use ts3100_proto::words::{UnexpectedWord, Word as _};
 
 /// Every form of a condition.
 pub const CONDITIONS: [&str; 18] = [
@@ -56,6 +58,31 @@ pub const ACTIONS: [&str; 17] = [
 pub(super) const PANEL_ACTIONS: &str = "emergency-stop, safety-switch, servo, machine-lock, battery-low on|off; key \
     teaching|internal|ext; control-right sig|rs232c|ether; start, stop, feed-hold, alarm-reset, power-cycle; input \
     LINE on|off; keys TEXT";
+
+/// Words that are no condition and no action.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum WordsError {
+    /// A word.
+    #[error(transparent)]
+    Word(#[from] UnexpectedWord),
+    /// The end.
+    #[error("expected {0}, found nothing")]
+    Nothing(String),
+    /// A line that the controller does not have.
+    #[error("expected line 1-64, 101-164 or 201-264, found {0}")]
+    Line(u16),
+    /// Bytes.
+    #[error(transparent)]
+    Bytes(#[from] EscapeError),
+    /// No action.
+    #[error("expected an action ({}; {PANEL_ACTIONS}), found `{words}`: {reason}", ACTIONS.join(", "))]
+    Action {
+        /// The words.
+        words: String,
+        /// Why they are none.
+        reason: ActionParseError,
+    },
+}
 
 /// A place with a peer that a program talks to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,7 +146,7 @@ impl ScenarioAction {
     ///
     /// # Errors
     /// What was expected and found.
-    pub fn parse(words: &str) -> Result<ScenarioAction, String> {
+    pub fn parse(words: &str) -> Result<ScenarioAction, WordsError> {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let input = match name {
             "channel" => {
@@ -144,10 +171,10 @@ impl ScenarioAction {
     }
 }
 
-fn action(words: &str) -> Result<Action, String> {
-    let found = words.parse::<Action>().map_err(|reason| {
-        let others = ACTIONS.join(", ");
-        format!("expected an action ({others}; {PANEL_ACTIONS}), found `{words}`: {reason}")
+fn action(words: &str) -> Result<Action, WordsError> {
+    let found = words.parse::<Action>().map_err(|reason| WordsError::Action {
+        words: words.to_owned(),
+        reason,
     })?;
     match &found {
         Action::Panel(PanelAction::InputLine { line, .. })
@@ -156,7 +183,16 @@ fn action(words: &str) -> Result<Action, String> {
         | Action::Force { line, .. }
         | Action::Release { line, .. } => known_line(*line)?,
         Action::RaiseAlarm { number, .. } => drop(alarm_number(number)?),
-        _ => {}
+        Action::Panel(_)
+        | Action::FeedHold(_)
+        | Action::PowerOff
+        | Action::PowerOn
+        | Action::SetVariable { .. }
+        | Action::Teach { .. }
+        | Action::PutFile { .. }
+        | Action::EraseFile { .. }
+        | Action::Select { .. }
+        | Action::Fault(_) => {}
     }
     Ok(found)
 }
@@ -166,14 +202,11 @@ impl ScenarioCondition {
     ///
     /// # Errors
     /// What was expected and found.
-    pub fn parse(words: &str) -> Result<ScenarioCondition, String> {
+    pub fn parse(words: &str) -> Result<ScenarioCondition, WordsError> {
         let (name, rest) = words.split_once(' ').unwrap_or((words, ""));
         let whole = || {
-            if rest.is_empty() {
-                Err(format!("expected something behind `{name}`, found nothing"))
-            } else {
-                Ok(rest.to_owned())
-            }
+            let whole = Some(rest.to_owned()).filter(|rest| !rest.is_empty());
+            whole.ok_or_else(|| WordsError::Nothing(format!("something behind `{name}`")))
         };
         Ok(match name {
             "command" => ScenarioCondition::Command(parse_bytes(rest)?),
@@ -192,8 +225,8 @@ impl ScenarioCondition {
                 let (port, text) = rest.split_once(' ').unwrap_or((rest, ""));
                 ScenarioCondition::Received(parse_scol_port(port)?, parse_bytes(text)?)
             }
-            "connected" => ScenarioCondition::Connected(parse_port(rest)?),
-            "disconnected" => ScenarioCondition::Disconnected(parse_port(rest)?),
+            "connected" => ScenarioCondition::Connected(port(rest)?),
+            "disconnected" => ScenarioCondition::Disconnected(port(rest)?),
             "alarm" if rest.is_empty() => ScenarioCondition::Alarm(None),
             "alarm" => ScenarioCondition::Alarm(Some(alarm_number(rest)?)),
             "alarms-reset" if rest.is_empty() => ScenarioCondition::AlarmsReset,
@@ -210,8 +243,8 @@ impl ScenarioCondition {
             "input" => line(rest).map(|(line, on)| ScenarioCondition::Input(line, on))?,
             "output" => line(rest).map(|(line, on)| ScenarioCondition::Output(line, on))?,
             _ => {
-                let known = CONDITIONS.join(", ");
-                return Err(format!("expected a condition ({known}), found `{words}`"));
+                let known = format!("a condition ({})", CONDITIONS.join(", "));
+                return Err(UnexpectedWord::new(known, words).into());
             }
         })
     }
@@ -275,7 +308,6 @@ impl ScenarioCondition {
 
 impl fmt::Display for ScenarioCondition {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let state = |on: &bool| if *on { "on" } else { "off" };
         match self {
             ScenarioCondition::Command(text) => write!(f, "command {}", Escaped::new(text)),
             ScenarioCondition::Answer(text) => write!(f, "answer {}", Escaped::new(text)),
@@ -293,14 +325,14 @@ impl fmt::Display for ScenarioCondition {
             ScenarioCondition::Alarm(Some(number)) => write!(f, "alarm {number}"),
             ScenarioCondition::AlarmsReset => f.write_str("alarms-reset"),
             ScenarioCondition::Status(status) => write!(f, "status {}", status.compact_str()),
-            ScenarioCondition::Servo(on) => write!(f, "servo {}", state(on)),
+            ScenarioCondition::Servo(on) => write!(f, "servo {}", on.word()),
             ScenarioCondition::Selected(name) if name.is_empty() => f.write_str("selected none"),
             ScenarioCondition::Selected(name) => write!(f, "selected {name}"),
             ScenarioCondition::Stored(name) => write!(f, "stored {name}"),
             ScenarioCondition::Erased(name) => write!(f, "erased {name}"),
             ScenarioCondition::Finding(rule) => write!(f, "finding {rule}"),
-            ScenarioCondition::Input(line, on) => write!(f, "input {line} {}", state(on)),
-            ScenarioCondition::Output(line, on) => write!(f, "output {line} {}", state(on)),
+            ScenarioCondition::Input(line, on) => write!(f, "input {line} {}", on.word()),
+            ScenarioCondition::Output(line, on) => write!(f, "output {line} {}", on.word()),
         }
     }
 }
@@ -309,71 +341,62 @@ fn contains(bytes: &[u8], text: &[u8]) -> bool {
     bytes.windows(text.len().max(1)).any(|window| window == text)
 }
 
-fn parse_bytes(text: &str) -> Result<Vec<u8>, String> {
-    let bytes = escape::parse(text).map_err(|error| error.to_string())?;
+fn parse_bytes(text: &str) -> Result<Vec<u8>, WordsError> {
+    let bytes = escape::parse(text)?;
     if bytes.is_empty() {
-        return Err("expected text, with control codes as <CR>, found nothing".to_owned());
+        let expected = "text, with control codes as <CR>,";
+        return Err(WordsError::Nothing(expected.to_owned()));
     }
     Ok(bytes)
 }
 
-fn parse_port(word: &str) -> Result<Port, String> {
-    let port = Port::ALL.into_iter().find(|port| port.name() == word);
-    port.ok_or_else(|| format!("expected HOST, COM1, IP0, IP1, IP2 or IP3, found `{word}`"))
+fn port(word: &str) -> Result<Port, UnexpectedWord> {
+    Port::from_word(word).ok_or_else(|| UnexpectedWord::new("HOST, COM1, IP0, IP1, IP2 or IP3", word))
 }
 
-fn parse_scol_port(word: &str) -> Result<Port, String> {
-    let ports = [Port::Com1, Port::Ip1, Port::Ip2];
-    let port = ports.into_iter().find(|port| port.name() == word);
-    port.ok_or_else(|| format!("expected the channel COM1, IP1 or IP2, found `{word}`"))
+fn parse_scol_port(word: &str) -> Result<Port, UnexpectedWord> {
+    let port = Port::from_word(word).filter(|port| matches!(port, Port::Com1 | Port::Ip1 | Port::Ip2));
+    port.ok_or_else(|| UnexpectedWord::new("the channel COM1, IP1 or IP2", word))
 }
 
-fn alarm_number(word: &str) -> Result<String, String> {
+fn alarm_number(word: &str) -> Result<String, UnexpectedWord> {
     let known = alarm::ALARMS.iter().any(|row| row.number() == word);
-    if known {
-        return Ok(word.to_owned());
-    }
-    Err(format!(
-        "expected the number of an alarm, for example 2-046, found `{word}`"
-    ))
+    known
+        .then(|| word.to_owned())
+        .ok_or_else(|| UnexpectedWord::new("the number of an alarm, for example 2-046", word))
 }
 
 /// An execution status in the words of SU; blanks do not count.
-fn status(word: &str) -> Result<ExecutionStatus, String> {
+fn status(word: &str) -> Result<ExecutionStatus, UnexpectedWord> {
     let found: String = word.chars().filter(|letter| *letter != ' ').collect();
     let mut known = ExecutionStatus::ALL.into_iter();
+    let expected = "running, stop(reset), stop(retry), stop(continue)";
     known
         .find(|status| status.compact_str() == found)
-        .ok_or_else(|| format!("expected running, stop(reset), stop(retry), stop(continue), found `{word}`"))
+        .ok_or_else(|| UnexpectedWord::new(expected, word))
 }
 
-fn switch(word: &str) -> Result<bool, String> {
-    match word {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err(format!("expected on or off, found `{word}`")),
-    }
+fn switch(word: &str) -> Result<bool, UnexpectedWord> {
+    bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word))
 }
 
-fn line(words: &str) -> Result<(u16, bool), String> {
+fn line(words: &str) -> Result<(u16, bool), WordsError> {
     let (number, state) = words.split_once(' ').unwrap_or((words, ""));
     let line = number
         .parse()
-        .map_err(|_| format!("expected the number of a line, found `{number}`"))?;
+        .map_err(|_| UnexpectedWord::new("the number of a line", number))?;
     known_line(line)?;
     Ok((line, switch(state)?))
 }
 
-fn known_line(line: u16) -> Result<(), String> {
-    if matches!(line, 1..=64 | 101..=164 | 201..=264) {
-        return Ok(());
-    }
-    Err(format!("expected line 1-64, 101-164 or 201-264, found {line}"))
+fn known_line(line: u16) -> Result<(), WordsError> {
+    let known = Signals::exists(line);
+    known.then_some(()).ok_or(WordsError::Line(line))
 }
 
-fn rule(word: &str) -> Result<String, String> {
+fn rule(word: &str) -> Result<String, WordsError> {
     if word.is_empty() {
-        return Err("expected the name of a rule, found nothing".to_owned());
+        return Err(WordsError::Nothing("the name of a rule".to_owned()));
     }
     Ok(word.to_owned())
 }

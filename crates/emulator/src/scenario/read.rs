@@ -1,7 +1,7 @@
 //! Reads a scenario file (TOML): unknown keys are errors, and every message names the line. Conditions and actions are read
 //! by `condition`.
 
-use super::condition::{ScenarioAction, ScenarioCondition};
+use super::condition::{ScenarioAction, ScenarioCondition, WordsError};
 use super::{Expectation, ExpectationKind, MAX_BYTES, MAX_ENTRIES, Scenario, Start, Step, StepTrigger};
 use crate::files;
 use std::io;
@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
-use ts3100_controller::input::{ControlRight, KeySwitch, PanelAction};
+use ts3100_controller::input::PanelAction;
+use ts3100_proto::words::{Word, split_duration};
 
 /// The tables and their keys; the first is the file itself.
 pub const TABLES: [(&str, &[&str]); 5] = [
@@ -138,28 +139,16 @@ fn parse_start(folder: &Path, table: &DeTable<'_>) -> ReadResult<Start> {
     let path = |value: &Value<'_>| string(value).map(|path| folder.join(path));
     let mut actions = Vec::new();
     if let Some(value) = table.get("key") {
-        let key = match string(value)?.as_str() {
-            "teaching" => KeySwitch::Teaching,
-            "internal" => KeySwitch::Internal,
-            "ext" => KeySwitch::Ext,
-            _ => return Err(expected(value, "teaching, internal or ext")),
-        };
-        actions.push(PanelAction::Key(key));
+        actions.push(PanelAction::Key(word(value, "teaching, internal or ext")?));
     }
     if let Some(value) = table.get("control-right") {
-        let right = match string(value)?.as_str() {
-            "sig" => ControlRight::Sig,
-            "rs232c" => ControlRight::Rs232c,
-            "ether" => ControlRight::Ether,
-            _ => return Err(expected(value, "sig, rs232c or ether")),
-        };
-        actions.push(PanelAction::ControlRight(right));
+        actions.push(PanelAction::ControlRight(word(value, "sig, rs232c or ether")?));
     }
     if let Some(value) = table.get("inputs") {
         for value in array(value)? {
             let line = whole(value)?;
             let action = ScenarioAction::parse(&format!("input {line} on"));
-            action.map_err(|reason| TableError(value.span(), reason))?;
+            action.map_err(|error| wrong_words(value, &error))?;
             actions.push(PanelAction::InputLine {
                 line: u16::try_from(line).unwrap_or(0),
                 on: true,
@@ -208,7 +197,7 @@ fn step(text: &str, (span, table): (Range<usize>, &DeTable<'_>)) -> ReadResult<S
         ));
     };
     let one = |value: &Value<'_>| {
-        ScenarioAction::parse(&string(value)?).map_err(|reason| TableError(value.span(), reason))
+        ScenarioAction::parse(&string(value)?).map_err(|error| wrong_words(value, &error))
     };
     Ok(Step {
         line: line_of(text, span.start),
@@ -327,6 +316,14 @@ fn expected(value: &Value<'_>, what: &str) -> TableError {
     TableError(value.span(), format!("expected {what}, found {found}"))
 }
 
+fn wrong_words(value: &Value<'_>, error: &WordsError) -> TableError {
+    TableError(value.span(), error.to_string())
+}
+
+fn word<T: Word>(value: &Value<'_>, what: &str) -> ReadResult<T> {
+    T::from_word(&string(value)?).ok_or_else(|| expected(value, what))
+}
+
 fn string(value: &Value<'_>) -> ReadResult<String> {
     match value.get_ref() {
         DeValue::String(text) => Ok(text.as_ref().to_owned()),
@@ -350,7 +347,7 @@ fn whole(value: &Value<'_>) -> ReadResult<u32> {
 }
 
 fn condition(value: &Value<'_>) -> ReadResult<ScenarioCondition> {
-    ScenarioCondition::parse(&string(value)?).map_err(|reason| TableError(value.span(), reason))
+    ScenarioCondition::parse(&string(value)?).map_err(|error| wrong_words(value, &error))
 }
 
 fn duration(value: &Value<'_>) -> ReadResult<Duration> {
@@ -361,19 +358,15 @@ fn duration(value: &Value<'_>) -> ReadResult<Duration> {
             "a time such as \"250 ms\", \"2 s\", \"1.5 s\" or \"3 min\"",
         )
     };
-    let split = text
-        .find(|letter: char| !letter.is_ascii_digit() && letter != '.')
-        .ok_or_else(wrong)?;
-    let (number, unit) = text.split_at_checked(split).ok_or_else(wrong)?;
-    let seconds = match unit.trim() {
-        "us" => 1e-6,
-        "ms" => 1e-3,
-        "s" => 1.0,
-        "min" => 60.0,
-        _ => return Err(wrong()),
-    };
+    let split = split_duration(text.trim_end(), &["us", "ms", "s", "min"]);
+    let (number, micros) = split.ok_or_else(wrong)?;
+    let number = number.trim_end();
+    if number.contains(|letter: char| !letter.is_ascii_digit() && letter != '.') {
+        return Err(wrong());
+    }
     let number: f64 = number.parse().map_err(|_| wrong())?;
-    let time = Duration::try_from_secs_f64(number * seconds).map_err(|_| wrong())?;
+    let seconds = number * f64::from(micros) / 1e6;
+    let time = Duration::try_from_secs_f64(seconds).map_err(|_| wrong())?;
     // To the microsecond, which is what virtual time counts.
     let time = Duration::from_micros(
         u64::try_from((time + Duration::from_nanos(500)).as_micros()).unwrap_or(u64::MAX),

@@ -2,10 +2,12 @@
 //!
 //! Each command becomes one HTTP call in [`super::call`].
 
+use crate::config::args::word;
 use crate::transcript::TranscriptFile;
-use clap::{Args, Subcommand, ValueEnum};
+use clap::{ArgAction, Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
+use ts3100_controller::{ControlRight, KeySwitch};
 
 /// Looks at a running emulator, changes anything of it, moves its time.
 ///
@@ -36,23 +38,50 @@ pub enum Command {
     /// Everything at one moment
     State,
     /// Key switch: show, or turn
-    Key { position: Option<KeyPosition> },
+    Key {
+        #[arg(value_parser = word::<KeySwitch>())]
+        position: Option<KeySwitch>,
+    },
     /// Control right in EXT: show, or set
-    Right { holder: Option<RightHolder> },
+    Right {
+        #[arg(value_parser = word::<ControlRight>())]
+        holder: Option<ControlRight>,
+    },
     /// Emergency stop: show, press, release
-    EmergencyStop { action: Option<StopAction> },
+    EmergencyStop {
+        #[arg(value_parser = ["press", "release"])]
+        action: Option<String>,
+    },
     /// Safety switch (fence): show, open, close
-    SafetySwitch { action: Option<FenceAction> },
+    SafetySwitch {
+        #[arg(value_parser = ["open", "close"])]
+        action: Option<String>,
+    },
     /// Servo power
-    Servo { state: Option<SwitchState> },
+    Servo {
+        #[arg(value_parser = word::<bool>())]
+        state: Option<bool>,
+    },
     /// Feed hold
-    FeedHold { state: Option<SwitchState> },
+    FeedHold {
+        #[arg(value_parser = word::<bool>())]
+        state: Option<bool>,
+    },
     /// Machine lock
-    MachineLock { state: Option<SwitchState> },
+    MachineLock {
+        #[arg(value_parser = word::<bool>())]
+        state: Option<bool>,
+    },
     /// Battery of the RAM drive
-    Battery { state: Option<BatteryState> },
+    Battery {
+        #[arg(value_parser = ["low", "good"])]
+        state: Option<String>,
+    },
     /// The selected program: show, start, stop
-    Program { action: Option<ProgramAction> },
+    Program {
+        #[arg(value_parser = ["start", "stop"])]
+        action: Option<String>,
+    },
     /// Teach pendant: show, or type at it (`\r` is a carriage return)
     Pendant { keys: Option<String> },
     /// Alarms: list, raise, reset, the table with cause and remedy
@@ -103,7 +132,8 @@ pub enum Command {
     },
     /// Communication ports: all, or one: inject bytes, drop its peer
     Channel {
-        port: Option<PortName>,
+        #[arg(value_parser = ["host", "com1", "ip0", "ip1", "ip2", "ip3"])]
+        port: Option<String>,
         #[command(subcommand)]
         action: Option<ChannelCommand>,
     },
@@ -117,7 +147,10 @@ pub enum Command {
     /// Wait until something happens, without moving time
     Wait(WaitArgs),
     /// Power: show, off, on, cycle
-    Power { action: Option<PowerAction> },
+    Power {
+        #[arg(value_parser = ["off", "on", "cycle"])]
+        action: Option<String>,
+    },
     /// Everything as when the emulator was started
     Reset,
     /// Faults on purpose: list, arm, disarm, clear, the kinds there are
@@ -192,50 +225,6 @@ impl Command {
     }
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum KeyPosition {
-    Teaching,
-    Internal,
-    Ext,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum RightHolder {
-    Sig,
-    Rs232c,
-    Ether,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum StopAction {
-    Press,
-    Release,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum FenceAction {
-    Open,
-    Close,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum SwitchState {
-    On,
-    Off,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum BatteryState {
-    Low,
-    Good,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum ProgramAction {
-    Start,
-    Stop,
-}
-
 #[derive(Debug, Clone, Subcommand)]
 pub enum SnapshotCommand {
     /// Keep the present state under a name
@@ -251,13 +240,6 @@ pub enum SnapshotCommand {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum PowerAction {
-    Off,
-    On,
-    Cycle,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum HttpMethod {
     #[value(name = "GET", alias = "get")]
     Get,
@@ -267,16 +249,6 @@ pub enum HttpMethod {
     Post,
     #[value(name = "DELETE", alias = "delete")]
     Delete,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub enum PortName {
-    Host,
-    Com1,
-    Ip0,
-    Ip1,
-    Ip2,
-    Ip3,
 }
 
 #[derive(Debug, Subcommand)]
@@ -323,12 +295,16 @@ pub enum LineCommand {
     /// On for so many seconds
     Pulse { seconds: f64 },
     /// It shows this state whatever drives it
-    Force { state: SwitchState },
+    Force {
+        #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
+        state: bool,
+    },
     /// It shows again what drives it
     Release,
     /// Wait until it shows this state
     Wait {
-        state: SwitchState,
+        #[arg(value_parser = word::<bool>(), action = ArgAction::Set)]
+        state: bool,
         #[command(flatten)]
         limits: WaitLimits,
     },

@@ -4,19 +4,19 @@
 //! the control interface. Sending the call is in [`super`].
 
 use super::args::{
-    AlarmsCommand, BatteryState, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand,
-    FenceAction, FileCommand, HttpMethod, LineCommand, PowerAction, ProgramAction, SnapshotCommand,
-    StopAction, SwitchState, WaitArgs, WaitLimits,
+    AlarmsCommand, ChannelCommand, ClockCommand, Command, EventsArgs, FaultsCommand, FileCommand, HttpMethod,
+    LineCommand, SnapshotCommand, WaitArgs, WaitLimits,
 };
 use crate::client::percent_encoded;
 use crate::faults::fault_json;
 use crate::files;
 use crate::transcript::{Format, TranscriptFile};
-use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::io;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use ts3100_controller::faults::Fault;
+use ts3100_proto::escape::hex_byte;
+use ts3100_proto::words::{UnexpectedWord, Word as _};
 
 /// Largest file of this computer that is sent, in bytes: the drive takes less.
 const MAX_FILE: u64 = 128 * 1024;
@@ -64,23 +64,55 @@ fn delete(path: impl Into<String>) -> Call {
     }
 }
 
-/// The word of a value of the command line.
-fn value_name(value: &impl ValueEnum) -> String {
-    let value = value.to_possible_value();
-    value.map_or_else(String::new, |value| value.get_name().to_owned())
-}
-
-fn is_on(state: SwitchState) -> bool {
-    matches!(state, SwitchState::On)
-}
-
 /// A switch: shown, or set.
 fn switch(path: &str, key: &str, state: Option<bool>) -> Call {
-    match state {
-        None => get(path),
-        Some(state) => put(path, json!({ key: state })),
-    }
+    state.map_or_else(|| get(path), |state| put(path, json!({ key: state })))
 }
+
+/// A switch with words of its own: `on` is the word for true.
+fn named_switch(path: &str, key: &str, on: &str, word: Option<&String>) -> Call {
+    switch(path, key, word.map(|word| word == on))
+}
+
+/// Something shown, or one of the actions on it.
+fn button(path: &str, action: Option<&String>) -> Call {
+    action.map_or_else(|| get(path), |action| post(format!("{path}/{action}"), json!({})))
+}
+
+/// Why a command is no call.
+#[derive(Debug, thiserror::Error)]
+pub enum CallError {
+    /// A word.
+    #[error(transparent)]
+    Word(#[from] UnexpectedWord),
+    /// An action on one of several, without saying on which.
+    #[error("which {0}?")]
+    Which(&'static str),
+    /// A position without a name is to be taught.
+    #[error("a position is taught by its name")]
+    NoName,
+    /// A body that is no JSON.
+    #[error("body: {0}")]
+    Body(serde_json::Error),
+    /// A file that cannot be read.
+    #[error("cannot read {}: {reason}", path.display())]
+    File {
+        /// Its path.
+        path: PathBuf,
+        /// What the system said.
+        reason: io::Error,
+    },
+    /// A file that is no JSON.
+    #[error("{}: no JSON: {reason}", path.display())]
+    NoJson {
+        /// Its path.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: serde_json::Error,
+    },
+}
+
+type CallResult<T = Call> = Result<T, CallError>;
 
 impl Call {
     /// The call a command stands for.
@@ -88,37 +120,24 @@ impl Call {
     /// # Errors
     /// Words that mean nothing, or a file that cannot be read.
     #[expect(clippy::too_many_lines, reason = "a flat match by name")]
-    pub fn from_command(command: &Command, json: bool) -> Result<Call, String> {
+    pub fn from_command(command: &Command, json: bool) -> CallResult {
         Ok(match command {
             Command::State => get("/state"),
             Command::Key { position: None } => get("/key-switch"),
-            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": value_name(key)})),
+            Command::Key { position: Some(key) } => put("/key-switch", json!({"position": key.word()})),
             Command::Right { holder: None } => get("/control-right"),
-            Command::Right { holder: Some(right) } => {
-                put("/control-right", json!({"holder": value_name(right)}))
-            }
+            Command::Right { holder: Some(right) } => put("/control-right", json!({"holder": right.word()})),
             Command::EmergencyStop { action } => {
-                let pressed = action.map(|action| matches!(action, StopAction::Press));
-                switch("/emergency-stop", "pressed", pressed)
+                named_switch("/emergency-stop", "pressed", "press", action.as_ref())
             }
             Command::SafetySwitch { action } => {
-                let open = action.map(|action| matches!(action, FenceAction::Open));
-                switch("/safety-switch", "open", open)
+                named_switch("/safety-switch", "open", "open", action.as_ref())
             }
-            Command::Servo { state } => switch("/servo", "on", state.map(is_on)),
-            Command::FeedHold { state } => switch("/feed-hold", "on", state.map(is_on)),
-            Command::MachineLock { state } => switch("/machine-lock", "on", state.map(is_on)),
-            Command::Battery { state } => {
-                let low = state.map(|state| matches!(state, BatteryState::Low));
-                switch("/battery", "low", low)
-            }
-            Command::Program { action: None } => get("/program"),
-            Command::Program {
-                action: Some(ProgramAction::Start),
-            } => post("/program/start", json!({})),
-            Command::Program {
-                action: Some(ProgramAction::Stop),
-            } => post("/program/stop", json!({})),
+            Command::Servo { state } => switch("/servo", "on", *state),
+            Command::FeedHold { state } => switch("/feed-hold", "on", *state),
+            Command::MachineLock { state } => switch("/machine-lock", "on", *state),
+            Command::Battery { state } => named_switch("/battery", "low", "low", state.as_ref()),
+            Command::Program { action } => button("/program", action.as_ref()),
             Command::Pendant { keys: None } => get("/pendant"),
             Command::Pendant { keys: Some(keys) } => post("/pendant/keys", json!({"keys": unescape(keys)})),
             Command::Alarms { action } => alarms(action.as_ref()),
@@ -141,28 +160,23 @@ impl Call {
                 name: None,
                 teach: true,
                 ..
-            } => return Err("a position is taught by its name".to_owned()),
+            } => return Err(CallError::NoName),
             Command::Position {
                 name, value, restore, ..
             } => value_call("/positions", name.as_deref(), value, *restore)?,
             Command::File { action } => file(action.as_ref())?,
             Command::Channel { port: None, action } => match action {
                 None => get("/channels"),
-                Some(_) => return Err("which port?".to_owned()),
+                Some(_) => return Err(CallError::Which("port")),
             },
             Command::Channel {
                 port: Some(port),
                 action,
-            } => channel(&value_name(port).to_ascii_uppercase(), action.as_ref()),
+            } => channel(&port.to_ascii_uppercase(), action.as_ref()),
             Command::Parameters => get("/parameters"),
             Command::Clock { action } => clock(action.as_ref())?,
             Command::Wait(until) => post("/wait", until_body(until)?),
-            Command::Power { action: None } => get("/power"),
-            Command::Power { action: Some(action) } => match action {
-                PowerAction::Off => post("/power/off", json!({})),
-                PowerAction::On => post("/power/on", json!({})),
-                PowerAction::Cycle => post("/power/cycle", json!({})),
-            },
+            Command::Power { action } => button("/power", action.as_ref()),
             Command::Reset => post("/reset", json!({})),
             Command::Snapshot { action } => snapshot(action.as_ref())?,
             Command::Transcript { file } => transcript(file.as_ref(), json),
@@ -176,7 +190,7 @@ impl Call {
     }
 }
 
-fn snapshot(action: Option<&SnapshotCommand>) -> Result<Call, String> {
+fn snapshot(action: Option<&SnapshotCommand>) -> CallResult {
     Ok(match action {
         None => get("/snapshots"),
         Some(SnapshotCommand::Show { name: None }) => get("/snapshot"),
@@ -195,9 +209,12 @@ fn snapshot(action: Option<&SnapshotCommand>) -> Result<Call, String> {
 }
 
 /// A file of JSON.
-fn read_json(path: &Path) -> Result<Value, String> {
+fn read_json(path: &Path) -> CallResult<Value> {
     let bytes = read(path, MAX_SNAPSHOT)?;
-    serde_json::from_slice(&bytes).map_err(|error| format!("{}: no JSON: {error}", path.display()))
+    serde_json::from_slice(&bytes).map_err(|reason| CallError::NoJson {
+        path: path.to_path_buf(),
+        reason,
+    })
 }
 
 fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
@@ -213,12 +230,12 @@ fn transcript(file: Option<&TranscriptFile>, json: bool) -> Call {
     })
 }
 
-fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> Result<Call, String> {
+fn raw(method: HttpMethod, path: &str, body: Option<&str>) -> CallResult {
     let plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
     if !plain {
-        return Err(format!("expected a path as a URL has it, found `{path}`"));
+        return Err(UnexpectedWord::new("a path as a URL has it", path).into());
     }
-    let body = body.map(|body| serde_json::from_str(body).map_err(|error| format!("body: {error}")));
+    let body = body.map(|body| serde_json::from_str(body).map_err(CallError::Body));
     Ok(Call {
         method: match method {
             HttpMethod::Get => "GET",
@@ -267,11 +284,11 @@ fn arm_body(fault: &Fault) -> Value {
     body
 }
 
-fn line_call(side: &str, line: Option<u16>, action: Option<&LineCommand>) -> Result<Call, String> {
+fn line_call(side: &'static str, line: Option<u16>, action: Option<&LineCommand>) -> CallResult {
     let Some(line) = line else {
         return match action {
             None => Ok(get(format!("/{side}s"))),
-            Some(_) => Err(format!("which {side}?")),
+            Some(_) => Err(CallError::Which(side)),
         };
     };
     let path = format!("/{side}s/{line}");
@@ -280,16 +297,16 @@ fn line_call(side: &str, line: Option<u16>, action: Option<&LineCommand>) -> Res
         Some(LineCommand::On) => put(path, json!({"on": true})),
         Some(LineCommand::Off) => put(path, json!({"on": false})),
         Some(LineCommand::Pulse { seconds }) => post(format!("{path}/pulse"), json!({"seconds": seconds})),
-        Some(LineCommand::Force { state }) => put(format!("{path}/force"), json!({"on": is_on(*state)})),
+        Some(LineCommand::Force { state }) => put(format!("{path}/force"), json!({"on": *state})),
         Some(LineCommand::Release) => delete(format!("{path}/force")),
         Some(LineCommand::Wait { state, limits }) => {
-            let condition = json!({ side: {"line": line, "on": is_on(*state)} });
+            let condition = json!({ side: {"line": line, "on": *state} });
             post("/wait", wait_body(&condition, *limits))
         }
     })
 }
 
-fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> Result<Call, String> {
+fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -> CallResult {
     let Some(name) = name else {
         return Ok(get(path));
     };
@@ -299,13 +316,13 @@ fn value_call(path: &str, name: Option<&str>, value: &[String], restore: bool) -
     }
     let number = |word: &String| {
         let number: Result<serde_json::Number, _> = serde_json::from_str(word);
-        number.map_err(|_| format!("expected a number, found `{word}`"))
+        number.map_err(|_| UnexpectedWord::new("a number", word))
     };
-    let value = value.iter().map(number).collect::<Result<Vec<_>, String>>()?;
+    let value = value.iter().map(number).collect::<Result<Vec<_>, _>>()?;
     Ok(put(path, json!({"value": value, "restore": restore})))
 }
 
-fn file(action: Option<&FileCommand>) -> Result<Call, String> {
+fn file(action: Option<&FileCommand>) -> CallResult {
     let path = |name: &str| format!("/files/{}", percent_encoded(name));
     Ok(match action {
         None | Some(FileCommand::List) => get("/files"),
@@ -317,17 +334,20 @@ fn file(action: Option<&FileCommand>) -> Result<Call, String> {
 }
 
 /// The bytes of a file, or of standard input.
-fn read(path: &Path, most: u64) -> Result<Vec<u8>, String> {
+fn read(path: &Path, most: u64) -> CallResult<Vec<u8>> {
     let read = if path == Path::new("-") {
         files::read_all(io::stdin().lock(), most)
     } else {
         files::read(path, most)
     };
-    read.map_err(|error| format!("cannot read {}: {error}", path.display()))
+    read.map_err(|reason| CallError::File {
+        path: path.to_path_buf(),
+        reason,
+    })
 }
 
 /// The content of a file, as text where it is one.
-fn read_content(path: &Path) -> Result<Value, String> {
+fn read_content(path: &Path) -> CallResult<Value> {
     Ok(match String::from_utf8(read(path, MAX_FILE)?) {
         Ok(text) => json!({ "text": text }),
         Err(error) => json!({"hex": crate::control::event::hex(error.as_bytes())}),
@@ -349,7 +369,7 @@ fn channel(port: &str, action: Option<&ChannelCommand>) -> Call {
     }
 }
 
-fn clock(action: Option<&ClockCommand>) -> Result<Call, String> {
+fn clock(action: Option<&ClockCommand>) -> CallResult {
     Ok(match action {
         None => get("/clock"),
         Some(ClockCommand::Mode { mode }) => put("/clock", json!({"mode": mode})),
@@ -364,7 +384,7 @@ fn clock(action: Option<&ClockCommand>) -> Result<Call, String> {
     })
 }
 
-fn until_body(until: &WaitArgs) -> Result<Value, String> {
+fn until_body(until: &WaitArgs) -> CallResult<Value> {
     Ok(wait_body(&condition(&until.condition)?, until.limits))
 }
 
@@ -377,16 +397,12 @@ fn wait_body(condition: &Value, limits: WaitLimits) -> Value {
 }
 
 /// The words of a condition.
-fn condition(words: &[String]) -> Result<Value, String> {
+fn condition(words: &[String]) -> CallResult<Value> {
     let words: Vec<&str> = words.iter().map(String::as_str).collect();
-    let state = |word: &str| match word {
-        "on" => Ok(true),
-        "off" => Ok(false),
-        _ => Err(format!("expected on or off, found `{word}`")),
-    };
+    let state = |word| bool::from_word(word).ok_or_else(|| UnexpectedWord::new("on or off", word));
     let number = |word: &str| {
         let number = word.parse::<u32>();
-        number.map_err(|_| format!("expected a number, found `{word}`"))
+        number.map_err(|_| UnexpectedWord::new("a number", word))
     };
     Ok(match words.as_slice() {
         ["status", status] => json!({ "status": status }),
@@ -401,11 +417,9 @@ fn condition(words: &[String]) -> Result<Value, String> {
         ["alarm", number] => json!({ "alarm": number }),
         ["idle"] => json!({"idle": {}}),
         _ => {
-            let found = words.join(" ");
-            return Err(format!(
-                "expected status WORD, input N on|off, output N on|off, line N, printed [PORT] TEXT, alarm NUMBER|any \
-                 or idle, found `{found}`"
-            ));
+            let expected = "status WORD, input N on|off, output N on|off, line N, printed [PORT] TEXT, alarm \
+                            NUMBER|any or idle";
+            return Err(UnexpectedWord::new(expected, &words.join(" ")).into());
         }
     })
 }
@@ -432,7 +446,7 @@ fn unescape(text: &str) -> String {
         let byte = after
             .strip_prefix('x')
             .and_then(|digits| digits.get(..2))
-            .and_then(|digits| u8::from_str_radix(digits, 16).ok().filter(u8::is_ascii));
+            .and_then(|digits| hex_byte(digits).filter(u8::is_ascii));
         let (letter, length) = match (after.chars().next(), byte) {
             (Some('r'), _) => ('\r', 1),
             (Some('n'), _) => ('\n', 1),
@@ -463,7 +477,7 @@ mod tests {
     fn conditions_are_words() {
         let read = |words: &str| {
             let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
-            condition(&words)
+            condition(&words).map_err(|error| error.to_string())
         };
         assert_eq!(
             read("output 5 on"),

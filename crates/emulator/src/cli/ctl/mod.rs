@@ -37,8 +37,8 @@ const TOKEN_VARIABLE: &str = "TS3100_CONTROL_TOKEN";
 pub fn run(args: &CtlArgs) -> ExitCode {
     let call = match Call::from_command(&args.command, args.json) {
         Ok(call) => call,
-        Err(reason) => {
-            eprintln!("ts3100 ctl: {}", printable(reason));
+        Err(error) => {
+            eprintln!("ts3100 ctl: {}", printable(&error));
             return ExitCode::from(USAGE);
         }
     };

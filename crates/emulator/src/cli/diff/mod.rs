@@ -15,6 +15,7 @@ use clap::{Args, Parser};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
+use ts3100_controller::{ControlRight, KeySwitch};
 
 /// Exit code when there are differences.
 const DIFFERENT: u8 = 1;
@@ -73,11 +74,11 @@ struct RobotArgs {
     #[arg(long, value_name = "TYPE")]
     controller: Option<args::Controller>,
     /// Key switch, as for serve
-    #[arg(long, value_name = "POSITION")]
-    key: Option<args::Key>,
+    #[arg(long, value_name = "POSITION", value_parser = args::word::<KeySwitch>())]
+    key: Option<KeySwitch>,
     /// Who commands the robot in EXT, as for serve
-    #[arg(long, value_name = "WHO")]
-    control_right: Option<args::ControlRight>,
+    #[arg(long, value_name = "WHO", value_parser = args::word::<ControlRight>())]
+    control_right: Option<ControlRight>,
     /// Permission tables, as for serve
     #[arg(long, value_name = "FILE")]
     permissions: Option<PathBuf>,
