@@ -6,12 +6,10 @@
     reason = "tests read and bless fixtures"
 )]
 
-mod common;
-
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use common::{answers, compiled, folder, options, play, programs};
+use crate::common::{answers, compiled, folder, options, play, programs};
 use scol_mini::{Severity, check, compile, format};
 
 // clause: EXAMPLE-09 RAM-04 RAM-09 RAM-10 DATA-01

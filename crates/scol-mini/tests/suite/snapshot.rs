@@ -6,12 +6,10 @@
     reason = "a snapshot that cannot be taken or read fails the test"
 )]
 
-mod common;
-
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use common::{World, answers, compiled, describe, programs};
+use crate::common::{World, answers, compiled, describe, programs};
 use scol_mini::{Answer, Machine, Memory, Number, Pause, Program, Request, RestoreError};
 use serde_json::Value as Json;
 

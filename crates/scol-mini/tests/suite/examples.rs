@@ -6,11 +6,9 @@
     reason = "a test that cannot read its fixtures fails"
 )]
 
-mod common;
-
 use std::collections::VecDeque;
 
-use common::{answer, compiled, folder, play};
+use crate::common::{answer, compiled, folder, play};
 
 fn run(name: &str, answers: &[&str]) -> Vec<String> {
     let source = std::fs::read_to_string(folder("ok").join(name)).unwrap();

@@ -7,7 +7,6 @@
     clippy::panic,
     reason = "a test that cannot read its fixtures fails"
 )]
-#![allow(dead_code, reason = "each test program uses a part")]
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};

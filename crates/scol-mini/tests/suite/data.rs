@@ -2,8 +2,7 @@
 
 #![expect(clippy::panic, reason = "a helper of a test fails the test")]
 
-mod common;
-
+use crate::common;
 use std::sync::Arc;
 
 use scol_mini::{

@@ -1,9 +1,7 @@
 //! Broken input: fixtures mutated by a seeded generator never panic, hang or grow without bound, whether they
 //! compile, are executed directly, or run.
 
-mod common;
-
-use common::{options, play, programs};
+use crate::common::{options, play, programs};
 use scol_mini::{
     Arm, Compilation, MAX_DIAGNOSTICS, Program, Value, check, compile, compile_direct, format, rewrite_value,
 };
